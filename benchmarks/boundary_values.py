@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_bvp, solve_ivp
 
-from nlds_vines.cli.markdown import table
+from nlds_vines.cli.markdown_tables import table
 from nlds_vines.continuation.command import follow
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System

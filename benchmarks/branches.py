@@ -16,10 +16,10 @@ from benchmarks.shooting import lines
 from nlds_vines.__main__ import main as command
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.durable import write_text
-from nlds_vines.cli.markdown import table
-from nlds_vines.continuation.borders import borders_of, report, strays
+from nlds_vines.cli.markdown_tables import table
 from nlds_vines.continuation.command import follow
 from nlds_vines.continuation.picture import save
+from nlds_vines.continuation.regime_borders import borders_of, report, strays
 from nlds_vines.continuation.result import Continued, continued
 from nlds_vines.model.catalogue import load_system
 

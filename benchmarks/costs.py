@@ -17,9 +17,9 @@ from functools import cache
 import numpy as np
 
 from nlds_vines.accuracy.command import declare_system, system_of
-from nlds_vines.cli.markdown import table
+from nlds_vines.cli.command_main import DONE, Command, say
+from nlds_vines.cli.markdown_tables import table
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.wants import possible_want
@@ -168,7 +168,7 @@ def _varying(system: System, settled: list[float] | None) -> Callable[[int], obj
 def _judging(system: System) -> Callable[[int], object]:
     """Return a function that follows orbits of `DIAGRAM` periods and judges each of them."""
     from nlds_vines.orbits.batch import Kernels, Wanted
-    from nlds_vines.orbits.settings import Settings
+    from nlds_vines.orbits.solver_settings import Settings
 
     wanted = Wanted(system.scene, ("regime",), "exact", "standard", Settings.of("exact"))
     kernels = Kernels(wanted)

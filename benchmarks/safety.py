@@ -18,7 +18,7 @@ from unittest.mock import patch
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.provenance import makers
 from nlds_vines.bifurcation import run as scan_run
-from nlds_vines.bifurcation.parts import PartFiles, Parts
+from nlds_vines.bifurcation.block_files import PartFiles, Parts
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.runs.partfile import Made, Part

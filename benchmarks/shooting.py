@@ -15,8 +15,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.boundary_values import Motion
-from nlds_vines.cli.markdown import table
-from nlds_vines.continuation.borders import Border
+from nlds_vines.cli.markdown_tables import table
+from nlds_vines.continuation.regime_borders import Border
 from nlds_vines.continuation.result import Continued
 
 BESIDE = 1.0e-7

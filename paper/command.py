@@ -15,6 +15,7 @@ from pathlib import Path
 
 from nlds_vines.bifurcation.memory_and_disk import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.cli.command_main import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     PLOT_SUFFIXES,
@@ -24,7 +25,6 @@ from nlds_vines.cli.paths import (
     refuse_replacing,
 )
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, choice, shown, typed, unknown
 from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from nlds_vines.archives.durable import write_text
 from nlds_vines.archives.provenance import version
-from nlds_vines.cli.markdown import table
+from nlds_vines.cli.markdown_tables import table
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.parameters import PARAMETERS
 from paper.claims import (

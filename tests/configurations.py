@@ -24,7 +24,7 @@ def compile_all():
     from nlds_vines.kernels.numerics.elementary import exp, fill_cos_sin, fill_exp, log
     from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
     from nlds_vines.orbits.batch import Kernels, Wanted
-    from nlds_vines.orbits.settings import Settings
+    from nlds_vines.orbits.solver_settings import Settings
 
     for scene, want in SCANS:
         wanted = Wanted(scene_of(scene), want, "exact", "quick", Settings.of("exact"))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from support import unfilled
 
-from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.block_files import Block, Parts
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System

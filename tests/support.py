@@ -28,8 +28,8 @@ from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import Orbit, simulate
+from nlds_vines.orbits.solver_settings import Settings
 
 REPO = Path(__file__).resolve().parents[1]
 BOTH = ("section", "impacts")  # what the tests record unless they need more: one compilation

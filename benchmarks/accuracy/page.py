@@ -9,7 +9,7 @@ from benchmarks.accuracy.curves import DECADES, Curve, above, curves_of
 from nlds_vines.accuracy.picture import family_of
 from nlds_vines.accuracy.results import Measured
 from nlds_vines.accuracy.tables import advice, duration, head, measurements, touches
-from nlds_vines.cli.markdown import table
+from nlds_vines.cli.markdown_tables import table
 
 COMPARED = (1e-6, 1e-9)
 """Errors at which the summary compares costs."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from benchmarks import extremes
 from benchmarks.pages import command_line, declare_page
 from nlds_vines.archives.durable import write_text
+from nlds_vines.cli.command_main import DONE, Command
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_writable
-from nlds_vines.cli.running import DONE, Command
 
 BROKEN = 1
 """Exit status where a promise is not kept."""

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterable, Iterator
 
 from benchmarks.extremes.entry import Entry, Finding
-from nlds_vines.cli.markdown import table
+from nlds_vines.cli.markdown_tables import table
 
 _WIDTH = 100
 _ABOUT = (

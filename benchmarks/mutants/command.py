@@ -13,9 +13,9 @@ from benchmarks.mutants import MUTANTS
 from benchmarks.mutants.by_rule import mutants_by_rule
 from benchmarks.mutants.mutant import Mutant, StaleError, check
 from benchmarks.mutants.trial import BaselineError, Outcome, Trial
-from nlds_vines.cli import markdown
+from nlds_vines.cli import markdown_tables
+from nlds_vines.cli.command_main import DONE, Command
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, Command
 from nlds_vines.errors import RequestError, shown
 
 SURVIVORS = 1
@@ -102,7 +102,7 @@ def _say(quiet: bool, text: str) -> None:
 def _table(found: Sequence[Outcome], seconds: float) -> Iterator[str]:
     """Yield the lines of the report: a table of all outcomes, and their number."""
     rows = [(o.verdict, f"{o.seconds:.1f}", o.mutant.name, o.words) for o in found]
-    yield from markdown.table(("outcome", "s", "mutant", ""), rows, right={1}, padded=True)
+    yield from markdown_tables.table(("outcome", "s", "mutant", ""), rows, right={1}, padded=True)
     alive = sum(not outcome.noticed for outcome in found)
     yield ""
     yield f"{len(found)} mutants: {len(found) - alive} noticed, {alive} not; {seconds:.0f} s"

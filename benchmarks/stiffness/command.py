@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 from benchmarks.pages import command_line, declare_page, page_writer
 from nlds_vines.accuracy.command import Job, declare, periods_of, system_of
+from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import Command
 from nlds_vines.errors import RequestError
 
 if TYPE_CHECKING:

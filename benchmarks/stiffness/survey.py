@@ -16,7 +16,7 @@ from benchmarks.stiffness.table import COLUMNS, SHAPE, Stiffened
 from nlds_vines.accuracy.measure import Contender, measured, ours
 from nlds_vines.accuracy.reference import Truth, truth_of
 from nlds_vines.accuracy.results import Case, Course, Known, Result
-from nlds_vines.archives.columns import Row, row_of
+from nlds_vines.archives.record_columns import Row, row_of
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.impact import impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
@@ -24,8 +24,8 @@ from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.scene.scene import damper_in, structure_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
-from nlds_vines.orbits.settings import PERIOD_STEPS, TOLERANCE, Settings
 from nlds_vines.orbits.simulation import SAMPLES, simulate
+from nlds_vines.orbits.solver_settings import PERIOD_STEPS, TOLERANCE, Settings
 from nlds_vines.runs.survey import Survey, Task
 
 MODULI = (2e5, 2e6, 2.05e7, 2e8, 2e9, 2.1e10, 2.1e11, 2.1e12, 2.1e13)

@@ -13,8 +13,8 @@ from nlds_vines.accuracy.picture import family_of
 from nlds_vines.accuracy.results import Known, Result, Setting
 from nlds_vines.accuracy.tables import duration
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.archives.columns import Column, columns
-from nlds_vines.cli.markdown import table
+from nlds_vines.archives.record_columns import Column, columns
+from nlds_vines.cli.markdown_tables import table
 
 SHAPE = "stiffness"
 

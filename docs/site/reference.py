@@ -24,15 +24,15 @@ from nlds_vines.bifurcation.datasets import ScanContents
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.bifurcation.response_curves.request_file import CurveEntry, PanelEntry
+from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import Command
 from nlds_vines.continuation.branch_table import datasets_of as of_branches
 from nlds_vines.continuation.curve_table import curve_datasets
 from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.loads.request import Decay
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.laws import LAWS, of_second
+from nlds_vines.model.contact_laws import LAWS, of_second
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.parameter import Parameter
 from nlds_vines.model.parameters import PARAMETERS

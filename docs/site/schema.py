@@ -16,7 +16,7 @@ from typing import Any
 from reference import REQUESTS
 
 from nlds_vines.model.catalogue import catalogue
-from nlds_vines.model.laws import LAWS
+from nlds_vines.model.contact_laws import LAWS
 from nlds_vines.model.loads.record import Record
 from nlds_vines.model.parameters import INITIAL, PARAMETERS
 from nlds_vines.model.scenes import SCENES

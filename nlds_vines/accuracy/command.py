@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.option_values import add_system_options, chosen_system, settings_of
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
@@ -24,7 +25,6 @@ from nlds_vines.cli.paths import (
     refuse_replacing,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, from_text, shown, whole
 
 if TYPE_CHECKING:

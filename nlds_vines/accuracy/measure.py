@@ -23,7 +23,7 @@ from nlds_vines.accuracy.results import (
     Setting,
     SolverFailure,
 )
-from nlds_vines.archives.columns import Row, row_of
+from nlds_vines.archives.record_columns import Row, row_of
 from nlds_vines.orbits.simulation import IntegrationError, simulate
 from nlds_vines.runs.survey import Survey, Task
 

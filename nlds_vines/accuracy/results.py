@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.archives.columns import Column, columns, record_of
+from nlds_vines.archives.record_columns import Column, columns, record_of
 from nlds_vines.model.system import System
 
 SHAPE = "error against run time"

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Iterator
 
 from nlds_vines.accuracy.results import Measured, Result
-from nlds_vines.cli.markdown import table
+from nlds_vines.cli.markdown_tables import table
 
 
 def lines(case: Measured, want: float) -> Iterator[str]:

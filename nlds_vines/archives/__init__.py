@@ -2,18 +2,18 @@
 
 In reading order:
 
-    toml         TOML, as requests are written and archives keep them
-    dataset      the description of datasets and dimensions: type, unit, meaning, shape
-    columns      records that describe their own columns of a table
-    durable      files that survive a power cut; seals, locks
-    provenance   where an archive comes from: request, versions, sources, machine
-    layout       how an array is laid out on the disk: chunks, slabs, checksums
-    heaps        heaps of strings, looked at before HDF5 reads them
-    structure    whether a file is laid out as an archive is, and leads nowhere else
-    meanings     whether codes have words, and labels can be
-    representation  what an object says of itself, in Python and in a notebook
-    frames       an archive for xarray, pandas, and as CSV
-    view         an open archive: datasets by name, attributes, dimensions
-    archive      the archive itself, written, read and verified: the only module that imports h5py
-    archive_path   its path, which can be read; one without a name lives as long as that
+    toml             TOML, as requests are written and archives keep them
+    dataset          the description of datasets and dimensions: type, unit, meaning, shape
+    record_columns   records that describe their own columns of a table
+    durable          files that survive a power cut; seals, locks
+    provenance       where an archive comes from: request, versions, sources, machine
+    chunk_layout     how an array is laid out on the disk: chunks, slabs, checksums
+    heap_check       heaps of strings, looked at before HDF5 reads them
+    structure_check  whether a file is laid out as an archive is, and leads nowhere else
+    code_check       whether codes have words, and labels can be
+    representation   what an object says of itself, in Python and in a notebook
+    frames           an archive for xarray, pandas, and as CSV
+    view             an open archive: datasets by name, attributes, dimensions
+    archive          the archive itself, written, read, verified: alone imports h5py
+    archive_path     its path, which can be read; one without a name lives as long as that
 """

@@ -20,12 +20,12 @@ import h5py
 import numpy as np
 
 from nlds_vines.archives import durable
+from nlds_vines.archives.chunk_layout import chunk_shape, crc32_of, slabs
+from nlds_vines.archives.code_check import problems_of_values
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.archives.heaps import heaps_are_whole
-from nlds_vines.archives.layout import chunk_shape, crc32_of, slabs
-from nlds_vines.archives.meanings import problems_of_values
+from nlds_vines.archives.heap_check import heaps_are_whole
 from nlds_vines.archives.provenance import SCHEMA, Value
-from nlds_vines.archives.structure import Member, problems_of
+from nlds_vines.archives.structure_check import Member, problems_of
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.archives.view import (
     DAMAGE,

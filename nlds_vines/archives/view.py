@@ -15,9 +15,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from nlds_vines.archives import frames
+from nlds_vines.archives.chunk_layout import crc32_of, slabs
+from nlds_vines.archives.code_check import flags_of
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.archives.layout import crc32_of, slabs
-from nlds_vines.archives.meanings import flags_of
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import RequestError, at, shown, unknown, whole

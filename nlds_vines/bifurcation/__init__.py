@@ -2,28 +2,28 @@
 
 In reading order:
 
-    request            `Scan`: what to compute, checked
-    request_file       a scan file (TOML) read into a `Scan`
-    datasets           the datasets of a scan's archive
-    initial_states     where orbits begin that are not drawn
-    attractors/        to which attractor each orbit comes
-    late_attractors    the attractors that the sample has missed
-    attractor_table    these as datasets of the archive
-    blocks             the rectangles of cells that are computed and stored as one
-    memory_and_disk    whether memory and disk suffice
-    compute            one block through the kernels
-    parts              the part files of a scan under way
-    tally              counts of orbits: done, failed, of each regime
-    observation_time   for how long chaos was watched, in words
-    run                block after block, from request to archive
-    cluster            blocks on the workers of a Dask cluster
-    cell_start         where the orbits of a cell begin
-    cell_orbit         from a cell of an archive to its orbit, the same to the last bit
-    estimate           how long a scan takes, from a sample of it
-    result             the archive as a path that can be read and drawn, and its scan
-    picture/           diagrams and maps, drawn from the archive alone
-    response_curves/   scans of several dampers beside each other
-    command            `python -m nlds_vines.bifurcation` and `nv.scan`
+    request           `Scan`: what to compute, checked
+    request_file      a scan file (TOML) read into a `Scan`
+    datasets          the datasets of a scan's archive
+    initial_states    where orbits begin that are not drawn
+    attractors/       to which attractor each orbit comes
+    late_attractors   the attractors that the sample has missed
+    attractor_table   these as datasets of the archive
+    blocks            the rectangles of cells that are computed and stored as one
+    memory_and_disk   whether memory and disk suffice
+    compute           one block through the kernels
+    block_files       the part files of a scan under way
+    orbit_counts      counts of orbits: done, failed, of each regime
+    observation_time  for how long chaos was watched, in words
+    run               block after block, from request to archive
+    cluster           blocks on the workers of a Dask cluster
+    cell_start        where the orbits of a cell begin
+    cell_orbit        from a cell of an archive to its orbit, the same to the last bit
+    estimate          how long a scan takes, from a sample of it
+    result            the archive as a path that can be read and drawn, and its scan
+    picture/          diagrams and maps, drawn from the archive alone
+    response_curves/  scans of several dampers beside each other
+    command           `python -m nlds_vines.bifurcation` and `nv.scan`
 """
 
 from nlds_vines.callable_package import make_callable

@@ -13,7 +13,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import Piece, whole
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.bifurcation.attractors.attractor_record import systems_of
+from nlds_vines.bifurcation.attractors.attractor_assignment import systems_of
 from nlds_vines.bifurcation.datasets import state_scales
 from nlds_vines.bifurcation.late_attractors import Completed
 from nlds_vines.kernels.scene import evidence_rows as ev

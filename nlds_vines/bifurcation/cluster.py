@@ -22,17 +22,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.provenance import makers
+from nlds_vines.bifurcation.block_files import PartFiles, scan_of
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.parts import PartFiles, scan_of
-from nlds_vines.bifurcation.tally import Note
+from nlds_vines.bifurcation.orbit_counts import Note
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.runs.certificate import new_certificate
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.manifest import Manifest
+from nlds_vines.runs.tls_certificate import new_certificate
 
 if TYPE_CHECKING:
+    from nlds_vines.bifurcation.block_files import Parts
     from nlds_vines.bifurcation.compute import Computer
-    from nlds_vines.bifurcation.parts import Parts
 
 BLOCKS_PER_WORKER = 2
 """Blocks submitted at a time for each worker: one to compute, one that waits beside it."""

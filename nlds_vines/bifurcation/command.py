@@ -20,6 +20,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli import job as jobs
+from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.option_values import (
     add_system_options,
     assignments,
@@ -32,7 +33,6 @@ from nlds_vines.cli.paths import (
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_run_options
-from nlds_vines.cli.running import Command
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, from_text, typed
 from nlds_vines.model.catalogue import looks_like_path
@@ -219,10 +219,10 @@ class Job(jobs.Job):
         if not recorded or self.how.shard is not None:
             return []
         from nlds_vines.archives import archive
-        from nlds_vines.bifurcation import tally
+        from nlds_vines.bifurcation import orbit_counts
 
         with archive.read(self.archive) as view:
-            return [getattr(tally, summaries[name])(view) for name in recorded]
+            return [getattr(orbit_counts, summaries[name])(view) for name in recorded]
 
     def paths(self) -> list[str]:
         """Return where the results are, one line each."""

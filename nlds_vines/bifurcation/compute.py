@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.bifurcation.attractors.attractor_record import Attracted
+from nlds_vines.bifurcation.attractors.attractor_assignment import Attracted
 from nlds_vines.bifurcation.cell_start import STEP, own_states
 from nlds_vines.kernels.scene.arguments import Span
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits import modulation, refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.spectral_values import agreement, arrays_of
 from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.orbits.status_words import OK

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nlds_vines.bifurcation.attractors.attractor_record import learning_orbits
+from nlds_vines.bifurcation.attractors.attractor_assignment import learning_orbits
 from nlds_vines.bifurcation.blocks import blocks_of, result_bytes, work_bytes
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan

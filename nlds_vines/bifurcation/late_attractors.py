@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.bifurcation.attractors.attractor_learning import NOT_PERIODIC, Learnt
+from nlds_vines.bifurcation.attractors.attractor_numbering import NOT_PERIODIC, Learnt
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.orbits.coexistence import finals
 from nlds_vines.orbits.labels import PERIODIC
@@ -62,7 +62,7 @@ def completed(
 ) -> Completed:
     """Return the attractors of a scan, with those of cells that came to none of what was `learnt`.
 
-    Arguments: the `blocks`, each with its datasets; `check` as `attractor_learning.learn`.
+    Arguments: the `blocks`, each with its datasets; `check` as `attractor_numbering.learn`.
 
     Cost: a plain verdict for each such cell whose regime is known.
     """

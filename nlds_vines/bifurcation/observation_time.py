@@ -13,7 +13,7 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import at
 from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.orbits.labels import least_lifetime
-from nlds_vines.orbits.settings import most_watched
+from nlds_vines.orbits.solver_settings import most_watched
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView

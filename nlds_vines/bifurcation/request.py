@@ -28,7 +28,7 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import (
+from nlds_vines.orbits.solver_settings import (
     EFFORTS,
     FINENESS,
     METHODS,

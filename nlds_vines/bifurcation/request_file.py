@@ -11,14 +11,14 @@ from nlds_vines.bifurcation.request import Scan, refuse_too_many
 from nlds_vines.errors import RequestError, at, typed
 from nlds_vines.model.axis import MOST_VALUES, Axis, announced
 from nlds_vines.model.catalogue import as_system, looks_like_path
-from nlds_vines.model.layers import Form, Layer, Layers
 from nlds_vines.model.packaged_files import resource_text
 from nlds_vines.model.ratios import axes_of_parameters, meant_by
+from nlds_vines.model.request_layers import Form, Layer, Layers
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System, refuse_contradiction
 from nlds_vines.model.words import setting_in_words, symbol_of, system_in_words
-from nlds_vines.orbits.settings import FINENESS, chosen_settings, laid_over
+from nlds_vines.orbits.solver_settings import FINENESS, chosen_settings, laid_over
 from nlds_vines.orbits.starts import STATE, Start
 from nlds_vines.orbits.wants import USUAL, possible_want, refuse_impossible
 

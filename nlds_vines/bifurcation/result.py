@@ -12,8 +12,8 @@ from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at, shown
-from nlds_vines.model.layers import request_hash
-from nlds_vines.orbits.settings import FINENESS
+from nlds_vines.model.request_layers import request_hash
+from nlds_vines.orbits.solver_settings import FINENESS
 from nlds_vines.runs.manifest import refuse_unless_scan
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class ScanArchive(ArchivePath):
     def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
         """Return its picture as a matplotlib figure, as `nlds_vines.plot` does."""
         from nlds_vines.bifurcation.picture.drawing import draw
-        from nlds_vines.plotting.notebook import let_figures_be_shown
+        from nlds_vines.plotting.inline_figures import let_figures_be_shown
 
         let_figures_be_shown()
         with self.read() as view:

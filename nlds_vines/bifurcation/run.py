@@ -16,16 +16,16 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.archives import archive, provenance
+from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import Block, blocks_of, share_in_words
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.observation_time import of_chaos
-from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.orbit_counts import COUNTED, Note, Tally
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.tally import COUNTED, Note, Tally
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.settings import most_watched
+from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.journal import resumable, tell_discarded
 from nlds_vines.runs.progress import Progress, Tell

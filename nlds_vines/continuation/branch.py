@@ -21,7 +21,8 @@ from nlds_vines.continuation.arclength import (
     length,
     point_of,
 )
-from nlds_vines.continuation.phases import (
+from nlds_vines.continuation.section_map import Cycle, SectionMap, shoots_from_flights
+from nlds_vines.continuation.shooting_phase import (
     SAME_ORBIT,
     better_map,
     is_symmetric,
@@ -29,7 +30,6 @@ from nlds_vines.continuation.phases import (
     place_at,
     point_at_zero,
 )
-from nlds_vines.continuation.section_map import Cycle, SectionMap, shoots_from_flights
 from nlds_vines.continuation.special_points import (
     Special,
     doubling_near,

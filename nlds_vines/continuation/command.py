@@ -17,6 +17,7 @@ import numpy as np
 
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli import job as jobs
+from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.option_values import (
     add_system_options,
     assignments,
@@ -28,7 +29,6 @@ from nlds_vines.cli.paths import (
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.cli.running import Command
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.continuation.request import STARTS, Begin, Continuation
 from nlds_vines.continuation.request_file import in_parameters, load_continuation
@@ -277,7 +277,7 @@ class Job(jobs.Job):
         if self.over is None or self.request.plane is not None:
             return []
         from nlds_vines.archives.archive import read
-        from nlds_vines.continuation.borders import borders_of, report
+        from nlds_vines.continuation.regime_borders import borders_of, report
 
         with read(self.over) as scan:
             return list(report(found, scan, borders_of(found, scan)))

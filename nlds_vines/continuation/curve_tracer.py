@@ -1,7 +1,7 @@
 """Along a curve of special points in the plane of two parameters, step by step.
 
-The unknowns are the state, at phase zero or in a flight of rigid bodies (`phases`), and both
-parameters; the equations, those of the orbit and one more (`curve_conditions`).
+The unknowns are the state, at phase zero or in a flight of rigid bodies (`shooting_phase`), and
+both parameters; the equations, those of the orbit and one more (`defining_systems`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nlds_vines.continuation.arclength import ANGLE, CONTRACTION, SHARPEST, length
-from nlds_vines.continuation.curve_conditions import (
+from nlds_vines.continuation.defining_systems import (
     CONDITIONS,
     Function,
     augmented,
@@ -21,8 +21,8 @@ from nlds_vines.continuation.curve_conditions import (
     other_condition,
     singular_matrix,
 )
-from nlds_vines.continuation.phases import better_map, place_at, seen_by
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
+from nlds_vines.continuation.shooting_phase import better_map, place_at, seen_by
 from nlds_vines.continuation.special_points import is_torus, narrowed_down
 from nlds_vines.continuation.switching import null_vector
 
@@ -153,7 +153,7 @@ class Tracer:
     Attributes:
         section_map: that at phase zero; an orbit is told by the map it is shot from, its `since`.
         low, high: (2,) of both parameters.
-        softness, without, wall: of the impact that grazes (`curve_conditions.grazing`).
+        softness, without, wall: of the impact that grazes (`defining_systems.grazing`).
     """
 
     section_map: SectionMap
@@ -193,7 +193,7 @@ class Tracer:
         return self.section_map.shot(point.cycle.since)
 
     def at_best(self, point: CurvePoint) -> CurvePoint:
-        """Return a point by the map that is best to go on from (`phases.better_map`)."""
+        """Return a point by the map that is best to go on from (`shooting_phase.better_map`)."""
         better = better_map(self.map_of(point), point.cycle)
         return point if better is None else self.seen_by(better, point) or point
 

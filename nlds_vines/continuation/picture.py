@@ -17,9 +17,9 @@ from matplotlib.lines import Line2D
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.bifurcation.picture.regime_strip import Strip, draw_strip
-from nlds_vines.continuation.borders import borders_of
 from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.plane_picture import fill_plane, plane_diagram
+from nlds_vines.continuation.regime_borders import borders_of
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable

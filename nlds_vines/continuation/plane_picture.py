@@ -11,7 +11,7 @@ from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import REGIMES
-from nlds_vines.bifurcation.picture.map_cells import FOOT, HEAD, map_panel
+from nlds_vines.bifurcation.picture.map_panel import FOOT, HEAD, map_panel
 from nlds_vines.bifurcation.picture.regime_map import regime_map
 from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.result import Continued, SpecialCurve

@@ -26,7 +26,7 @@ from nlds_vines.model.setting import (
 )
 from nlds_vines.model.system import System
 from nlds_vines.orbits.labels import PERIODIC, TRANSIENT
-from nlds_vines.orbits.settings import TOLERANCES, tolerance_setting
+from nlds_vines.orbits.solver_settings import TOLERANCES, tolerance_setting
 from nlds_vines.runs.manifest import CONTINUATION
 
 POLICIES = ("rest", "random", "label", "orbits")

@@ -10,8 +10,8 @@ import numpy as np
 
 from nlds_vines.continuation.request import Begin, Continuation, Interval
 from nlds_vines.errors import RequestError, at, number, shown, table, typed
-from nlds_vines.model.layers import Document, Form, Layers
 from nlds_vines.model.ratios import ratios_in
+from nlds_vines.model.request_layers import Document, Form, Layers
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import symbol_of, system_in_words

@@ -18,14 +18,14 @@ from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, da
 from nlds_vines.continuation.curve_table import curve_datasets
 from nlds_vines.continuation.curve_tracer import ENDS as CURVE_ENDS
 from nlds_vines.continuation.exploration import is_same
-from nlds_vines.continuation.phases import best_map, cycle_at_zero, place_at
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.continuation.section_map import Cycle, SectionMap
+from nlds_vines.continuation.shooting_phase import best_map, cycle_at_zero, place_at
 from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number, typed
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import CONTINUATION
 

@@ -21,7 +21,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, cell_type
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.runs.progress import Tell
 
 NEARBY, TINY = 2.0**-10, 1.0e-9

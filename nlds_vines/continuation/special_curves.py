@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nlds_vines.continuation.arclength import CLOSED, length
-from nlds_vines.continuation.curve_conditions import Function
 from nlds_vines.continuation.curve_tracer import (
     MOST_ITERATIONS,
     Curve,
@@ -22,8 +21,9 @@ from nlds_vines.continuation.curve_tracer import (
     Tracer,
     corrected,
 )
-from nlds_vines.continuation.phases import best_map, place_at
+from nlds_vines.continuation.defining_systems import Function
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
+from nlds_vines.continuation.shooting_phase import best_map, place_at
 from nlds_vines.continuation.special_points import limit_of
 
 BESIDE = 1.0e-7

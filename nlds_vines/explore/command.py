@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.option_values import add_system_options, system_changes
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.explore.local_port import PORT, listening
 from nlds_vines.model.system import System

@@ -7,7 +7,7 @@ In reading order:
     fall          what becomes of one structure: histories, last times, where the energy goes
     run           from request to archive: damper by damper, or a scan block by block
     result        an archive read: `Decays`, or `LoadScan`
-    scan_picture   pictures of a scan: curves over one axis, maps over two
+    scan_picture  pictures of a scan: curves over one axis, maps over two
     picture       energies and motions over time, shares, sweeps
     command       `python -m nlds_vines.loads` and `nv.decay`
 """

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli import job as jobs
+from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.option_values import assignments, settings_of, spaced
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import request_path
 from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.cli.running import Command
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import at, from_text, typed, unknown
 from nlds_vines.loads.request import Decay

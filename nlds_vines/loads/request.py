@@ -14,7 +14,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
 from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settings, entries, setting
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import tolerance_setting
+from nlds_vines.orbits.solver_settings import tolerance_setting
 from nlds_vines.runs.manifest import DECAY
 
 TOLERANCE = 1e-10

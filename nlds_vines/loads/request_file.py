@@ -10,8 +10,8 @@ from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, shown, typed
 from nlds_vines.loads.request import Decay, is_of_load
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system, load_system, system_from
-from nlds_vines.model.layers import Document, Form, Layer, Layers
 from nlds_vines.model.loads.loading import ALL, Loading
+from nlds_vines.model.request_layers import Document, Form, Layer, Layers
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words

@@ -2,22 +2,22 @@
 
 In reading order:
 
-    packaged_files    named systems and request files: in a wheel, or beside the package
-    parameter         one parameter: symbol, unit, range
-    laws              the contact laws, with the parameters that are theirs
-    parameters        every parameter by name
-    quantity          a recorded number: unit, words, where it is, how it is drawn
-    quantities        every recorded number by name
-    axis              a parameter and the values it takes
-    scenes/           the kinds of systems, a file each
-    ratios            damping ratios, mass ratio and Hz in place of parameters
-    system            a kind with its parameters, checked
-    catalogue         the named systems
-    words             systems and parameters in a few words
-    linear_response   the motion without contact, in closed form
-    slow_manifold     the 1:1 response of a free mass between two walls, in closed form
-    layers            a request read from a file, with changes laid over it
-    setting           a key of a request file, said once, and what follows from it
-    load_quantities   every number that is told of a structure under a load
-    loads/            forces and accelerations of the ground over time, a file for each family
+    packaged_files   named systems and request files: in a wheel, or beside the package
+    parameter        one parameter: symbol, unit, range
+    contact_laws     the contact laws, with the parameters that are theirs
+    parameters       every parameter by name
+    quantity         a recorded number: unit, words, where it is, how it is drawn
+    quantities       every recorded number by name
+    axis             a parameter and the values it takes
+    scenes/          the kinds of systems, a file each
+    ratios           damping ratios, mass ratio and Hz in place of parameters
+    system           a kind with its parameters, checked
+    catalogue        the named systems
+    words            systems and parameters in a few words
+    linear_response  the motion without contact, in closed form
+    slow_manifold    the 1:1 response of a free mass between two walls, in closed form
+    request_layers   a request read from a file, with changes laid over it
+    setting          a key of a request file, said once, and what follows from it
+    load_quantities  every number that is told of a structure under a load
+    loads/           forces and accelerations of the ground over time, a file for each family
 """

@@ -10,7 +10,7 @@ from typing import Any
 
 from nlds_vines.archives.toml import parse_toml, read_toml
 from nlds_vines.errors import RequestError, at, choice, shown, table, typed, unknown
-from nlds_vines.model.laws import HERTZ, LAWS, SECOND
+from nlds_vines.model.contact_laws import HERTZ, LAWS, SECOND
 from nlds_vines.model.packaged_files import resource_text
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.ratios import ratios_in

@@ -1,4 +1,4 @@
-"""Every parameter by name: symbol, unit, meaning and allowed range; those of contacts: `laws`.
+"""Every parameter by name: symbol, unit, meaning, range; those of contacts: `contact_laws`.
 
 The names are those of the paper's equations (1)-(6).  All values are in SI units.
 """
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 
-from nlds_vines.model.laws import CONSTANTS, HERTZ, LAWS
+from nlds_vines.model.contact_laws import CONSTANTS, HERTZ, LAWS
 from nlds_vines.model.parameter import Parameter
 
 STRUCTURE = ("m1", "k1", "c1")

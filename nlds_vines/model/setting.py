@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Protocol
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.archives.toml import toml_text
 from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
-from nlds_vines.model.layers import request_hash
+from nlds_vines.model.request_layers import request_hash
 
 
 class Check(Protocol):

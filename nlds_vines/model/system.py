@@ -16,7 +16,7 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, typed, unknown
-from nlds_vines.model.laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
+from nlds_vines.model.contact_laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
 from nlds_vines.model.ratios import of_parameters, ratios_in, without_ratios
 from nlds_vines.model.scenes import SCENES, Scene

@@ -2,28 +2,28 @@
 
 In reading order:
 
-    settings         methods, their fineness, the effort of a verdict
-    wants            what may be recorded
-    responses        what a response holds, with units
-    modulation       amplitudes, and 1:1 capture by impacts a period
-    status_words     how a computation ended
-    labels           what an orbit is, in the paper's words
-    kernel_inputs    scene and cell as kernels take them
-    starts           where orbits begin
-    compilation      which kernels are compiled, and who is told
-    batch            many orbits in one call of the kernels
-    entries          orbits that begin at any phase, to the next section
-    compiler_process   the program of the process that compiles beside this one
-    evidence         from the kernels' numbers to datasets and labels
-    refinement       errors, from the same orbits computed more finely
-    impact_rows      what is told of an impact, and of a limit
-    simulation       `nv.simulate`
-    load_flight      an orbit under a load in time
-    classification   `nv.classify`
-    coexistence      which regimes the starts of a cell reach
-    signals          forces, energies, relative displacement
-    tapers           window functions of spectra
+    solver_settings   methods, their fineness, the effort of a verdict
+    wants             what may be recorded
+    responses         what a response holds, with units
+    modulation        amplitudes, and 1:1 capture by impacts a period
+    status_words      how a computation ended
+    labels            what an orbit is, in the paper's words
+    kernel_inputs     scene and cell as kernels take them
+    starts            where orbits begin
+    compilation       which kernels are compiled, and who is told
+    batch             many orbits in one call of the kernels
+    phase_entry       orbits that begin at any phase, to the next section
+    compiler_process  the program of the process that compiles beside this one
+    evidence          from the kernels' numbers to datasets and labels
+    refinement        errors, from the same orbits computed more finely
+    impact_rows       what is told of an impact, and of a limit
+    simulation        `nv.simulate`
+    load_flight       an orbit under a load in time
+    classification    `nv.classify`
+    coexistence       which regimes the starts of a cell reach
+    signals           forces, energies, relative displacement
+    tapers            window functions of spectra
     spectral_records  what a scan records of spectra
-    spectrum         `nv.spectrum`
-    spectral_values  what these records are of an orbit
+    spectrum          `nv.spectrum`
+    spectral_values   what these records are of an orbit
 """

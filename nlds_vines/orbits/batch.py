@@ -21,7 +21,7 @@ from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import evidence, responses
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.settings import EFFORTS, TOLERANCE, Settings
+from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE, Settings
 from nlds_vines.orbits.wants import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Tell

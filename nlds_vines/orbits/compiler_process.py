@@ -20,7 +20,7 @@ from nlds_vines.kernels.numerics.compiling import told_of_compilations
 from nlds_vines.model.scenes import scene_of
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import Needed
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 KNOWN, FAILED = "known", "failed"
 """The words in place of the seconds."""

@@ -18,7 +18,7 @@ from nlds_vines.kernels.scene.arguments import Parts
 from nlds_vines.kernels.scene.scene import Ground, damper_of, structure_under
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 GROUND = Ground(*[0.0] * len(Ground._fields))
 """What walls stand on that limit the structure itself: of its numbers, kernels look at none."""

@@ -20,13 +20,13 @@ from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.impact_rows import Violation
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
-from nlds_vines.orbits.settings import chosen_settings
 from nlds_vines.orbits.simulation import (
     IntegrationError,
     impacts_of,
     room_for_impacts,
     start_state,
 )
+from nlds_vines.orbits.solver_settings import chosen_settings
 
 RECORDS = ("states", "work", "impacts", "energy", "response", "clearance")
 """What `fly` can record."""

@@ -2,15 +2,15 @@
 
 In reading order:
 
-    notation  plain text as it is printed: symbols, powers of ten, units
-    style     sizes, fonts, colours; meaning, symbol and unit along an axis
-    page      one column or two; our settings of matplotlib beneath the user's
-    palette   the colours of regimes
-    bands     runs of equal labels along an axis; borders between cells; places for names
-    panels    what pictures have in common: titles, panels and their letters, colour bars
-    chosen_panels  pictures whose panels can be chosen, or drawn into axes of the user
+    notation        plain text as it is printed: symbols, powers of ten, units
+    style           sizes, fonts, colours; meaning, symbol and unit along an axis
+    page            one column or two; our settings of matplotlib beneath the user's
+    palette         the colours of regimes
+    bands           runs of equal labels along an axis; borders between cells; places for names
+    panels          what pictures have in common: titles, panels and their letters, colour bars
+    chosen_panels   pictures whose panels can be chosen, or drawn into axes of the user
     frequency_axis  the frequency in Hz, or over that of the structure
-    drawable  results that can be drawn
-    save      a figure written to a file, with its origin in the metadata
-    notebook  figures in notebooks, shown as pictures
+    drawable        results that can be drawn
+    save            a figure written to a file, with its origin in the metadata
+    inline_figures  figures in notebooks, shown as pictures
 """

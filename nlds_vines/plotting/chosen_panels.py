@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.plotting.notebook import let_figures_be_shown
+from nlds_vines.plotting.inline_figures import let_figures_be_shown
 from nlds_vines.plotting.page import Page, into, page_of
 from nlds_vines.plotting.save import drawn, save_drawn
 

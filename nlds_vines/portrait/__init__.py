@@ -2,18 +2,18 @@
 
 In reading order:
 
-    request          which orbit, which windows of it, which panels
-    request_file     a request file (TOML) read into a request
-    window_view      what one window shows, as numbers
-    view_table       windows as datasets of the archive
-    run              the orbit computed, window by window
-    result           an archive read
-    page_layout      where the panels stand
-    section_panels   the panels of sections, stroboscopic and at impact
-    spectrum_panel   the panel of the spectrum
-    picture          the page drawn
-    animation        a window as a film
-    command          `python -m nlds_vines.portrait` and `nv.portray`
+    request         which orbit, which windows of it, which panels
+    request_file    a request file (TOML) read into a request
+    window_view     what one window shows, as numbers
+    view_table      windows as datasets of the archive
+    run             the orbit computed, window by window
+    result          an archive read
+    page_layout     where the panels stand
+    section_panels  the panels of sections, stroboscopic and at impact
+    spectrum_panel  the panel of the spectrum
+    picture         the page drawn
+    animation       a window as a film
+    command         `python -m nlds_vines.portrait` and `nv.portray`
 """
 
 from nlds_vines.callable_package import make_callable

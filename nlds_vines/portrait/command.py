@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli import job as jobs
+from nlds_vines.cli.command_main import LANES_FAILED, Command, complain
 from nlds_vines.cli.option_values import (
     add_system_options,
     assignments,
@@ -31,7 +32,6 @@ from nlds_vines.cli.paths import (
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import LANES_FAILED, Command, complain
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, from_text, shown, typed
 from nlds_vines.model.setting import settings_of
@@ -121,7 +121,7 @@ def portray(
     figure = job.page(job.found())
     if plot is not None:
         job.save(figure, plot)
-    from nlds_vines.plotting.notebook import let_figures_be_shown
+    from nlds_vines.plotting.inline_figures import let_figures_be_shown
 
     let_figures_be_shown()
     return figure

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.errors import RequestError, at, choice, number, shown
-from nlds_vines.model.layers import Form, Layer, Layers
+from nlds_vines.model.request_layers import Form, Layer, Layers
 from nlds_vines.model.setting import (
     Checked,
     OneOf,
@@ -23,7 +23,7 @@ from nlds_vines.model.setting import (
 )
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
-from nlds_vines.orbits.settings import laid_over
+from nlds_vines.orbits.solver_settings import laid_over
 from nlds_vines.portrait.request import (
     SYSTEM,
     Column,

@@ -14,8 +14,8 @@ from typing import Annotated
 
 import numpy as np
 
-from nlds_vines.archives.columns import Column, columns, record_of, row_of, table_of
 from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.archives.record_columns import Column, columns, record_of, row_of, table_of
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.impact_rows import IMPACT, Violation

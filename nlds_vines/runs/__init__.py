@@ -2,18 +2,18 @@
 
 In reading order:
 
-    tasks           the tasks by the kind of their archives
-    manifest        which request the parts belong to, and who began it
-    partfile        one sealed part file
-    shard           the share of one of several machines
-    folder          the folder of a run, and its locks
-    numbered_parts  the folder of a run whose parts have numbers
-    survey          a table that is measured task by task
-    interrupts      Ctrl-C and SIGTERM, which end a run between two pieces of work
-    progress        how much is done, how fast, how long to go
-    journal         a run from its folder to its archive
-    machine         processors, free memory and disk
-    threads         how many threads the kernels use, and whether the environment allows them
-    pool            lanes handed out to these threads, piece by piece
-    certificate     by which the processes of one run know each other
+    task_registry    the tasks by the kind of their archives
+    manifest         which request the parts belong to, and who began it
+    partfile         one sealed part file
+    shard            the share of one of several machines
+    folder           the folder of a run, and its locks
+    numbered_parts   the folder of a run whose parts have numbers
+    survey           a table that is measured task by task
+    interrupts       Ctrl-C and SIGTERM, which end a run between two pieces of work
+    progress         how much is done, how fast, how long to go
+    journal          a run from its folder to its archive
+    machine          processors, free memory and disk
+    threads          how many threads the kernels use, and whether the environment allows them
+    pool             lanes handed out to these threads, piece by piece
+    tls_certificate  by which the processes of one run know each other
 """

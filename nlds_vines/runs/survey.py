@@ -15,9 +15,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from nlds_vines.archives.columns import DIMS, Row, table_of
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import Value
+from nlds_vines.archives.record_columns import DIMS, Row, table_of
 from nlds_vines.archives.toml import toml_text
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete

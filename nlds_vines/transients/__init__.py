@@ -2,13 +2,13 @@
 
 In reading order:
 
-    survival   Kaplan-Meier curve and exponential law of lifetimes
-    ensemble   the starts of one cell of an archive: which settled, when, where
-    picture    the curve with its law, and the shares of the final regimes
-    command    `python -m nlds_vines.transients` and `nv.ensemble`
-    basin_measures   how a plane of basins is divided: shares, entropies, uncertainty exponent
-    basin_shares   basins of attraction measured: `nv.basin_measures`
-    edge_states    orbits between two basins, from a continuation
+    survival        Kaplan-Meier curve and exponential law of lifetimes
+    ensemble        the starts of one cell of an archive: which settled, when, where
+    picture         the curve with its law, and the shares of the final regimes
+    command         `python -m nlds_vines.transients` and `nv.ensemble`
+    basin_measures  how a plane of basins is divided: shares, entropies, uncertainty exponent
+    basin_shares    basins of attraction measured: `nv.basin_measures`
+    edge_states     orbits between two basins, from a continuation
 """
 
 from nlds_vines.callable_package import make_callable

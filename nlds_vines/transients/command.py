@@ -17,6 +17,7 @@ import numpy as np
 from nlds_vines.bifurcation.command import Job
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import ScanArchive
+from nlds_vines.cli.command_main import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.cli.option_values import (
     add_system_options,
     chosen_system,
@@ -31,12 +32,11 @@ from nlds_vines.cli.paths import (
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, at, number, typed
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system
-from nlds_vines.model.laws import HERTZ
+from nlds_vines.model.contact_laws import HERTZ
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.scenes.base import BASES
 from nlds_vines.model.setting import settings_of
@@ -95,7 +95,7 @@ def ensemble(
         starts, seed: how many random starts, drawn by which seed (`orbits.starts.random_states`).
         transient, periods: forcing periods of each, discarded and sampled; what has not settled
             then is watched for as many more as the `effort` of verdicts allows.
-        method: of `orbits.settings.METHODS`; effort: of `orbits.settings.EFFORTS`.
+        method: of `orbits.solver_settings.METHODS`; effort: of `orbits.solver_settings.EFFORTS`.
         tolerance: of method exact: a number, draft, standard (the default) or fine.
         delay: forcing periods after which lifetimes count in the exponential law.
         threads: how many; by default as many as the machine has processors.

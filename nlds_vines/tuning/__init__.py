@@ -2,16 +2,16 @@
 
 In reading order:
 
-    free_parameter   a parameter that is free, its bounds and scale
-    request          `Tuning`: what to search, checked
-    request_file     a tuning file (TOML) read into a `Tuning`
-    objective        designs through the kernels: the number to be minimised
-    searches         differential evolution, CMA-ES, Nelder-Mead
-    evaluations      every evaluation of a design, kept on the disk
-    optima           distinct optima, and the changes that test their robustness
-    archive_table    the datasets of the archive
-    run              from request to archive
-    result           `Tuned`: an archive read
-    picture          the surface over two parameters
-    command          `python -m nlds_vines.tuning` and `nv.tune`
+    free_parameter  a parameter that is free, its bounds and scale
+    request         `Tuning`: what to search, checked
+    request_file    a tuning file (TOML) read into a `Tuning`
+    objective       designs through the kernels: the number to be minimised
+    searches        differential evolution, CMA-ES, Nelder-Mead
+    evaluations     every evaluation of a design, kept on the disk
+    optima          distinct optima, and the changes that test their robustness
+    archive_table   the datasets of the archive
+    run             from request to archive
+    result          `Tuned`: an archive read
+    picture         the surface over two parameters
+    command         `python -m nlds_vines.tuning` and `nv.tune`
 """

@@ -16,6 +16,7 @@ import numpy as np
 
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli import job as jobs
+from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.option_values import (
     add_system_options,
     assignments,
@@ -29,7 +30,6 @@ from nlds_vines.cli.paths import (
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.cli.running import Command
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, from_text, renamed, typed
 from nlds_vines.model.system import System

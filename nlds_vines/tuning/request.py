@@ -32,7 +32,7 @@ from nlds_vines.model.setting import (
 from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import objectives_of
-from nlds_vines.orbits.settings import TOLERANCE, tolerance_setting
+from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.free_parameter import Free, tunable
 

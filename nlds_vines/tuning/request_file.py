@@ -8,8 +8,8 @@ from typing import Any
 
 from nlds_vines.errors import RequestError, at, choice, typed
 from nlds_vines.model.axis import Axis, announced
-from nlds_vines.model.layers import Document, Form, Layer, Layers
 from nlds_vines.model.ratios import axes_of_parameters
+from nlds_vines.model.request_layers import Document, Form, Layer, Layers
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, symbol_of

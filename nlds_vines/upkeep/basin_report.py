@@ -9,9 +9,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.option_values import assignments, comma_separated
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, from_text, shown
 
 if TYPE_CHECKING:

@@ -12,16 +12,16 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.option_values import comma_separated
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.model.laws import HERTZ, LAWS
+from nlds_vines.model.contact_laws import HERTZ, LAWS
 from nlds_vines.model.scenes import SCENES, scene_of
 from nlds_vines.model.system import check_law
 from nlds_vines.orbits import compilation
 from nlds_vines.orbits.compilation import Needed
-from nlds_vines.orbits.settings import METHODS
+from nlds_vines.orbits.solver_settings import METHODS
 from nlds_vines.orbits.wants import (
     SPECTRAL,
     WANTS,

@@ -10,14 +10,14 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.commands import COMMANDS
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.model.catalogue import catalogue
-from nlds_vines.model.laws import LAWS
+from nlds_vines.model.contact_laws import LAWS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import OneOf, settings_of
-from nlds_vines.orbits.settings import TOLERANCES
+from nlds_vines.orbits.solver_settings import TOLERANCES
 from nlds_vines.orbits.starts import POLICIES
 from nlds_vines.orbits.wants import WANTS
 from nlds_vines.portrait.request import PANELS, PortraitRequest

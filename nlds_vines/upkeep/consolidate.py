@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.blocks import Block, blocks_of
+from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import file_path
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
-    from nlds_vines.bifurcation.parts import Parts
+    from nlds_vines.bifurcation.block_files import Parts
 
 _EXAMPLES = """\
 examples:
@@ -53,7 +53,7 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 
 def _consolidate(path: Path, dry_run: bool, quiet: bool) -> int:
-    from nlds_vines.bifurcation.parts import Parts
+    from nlds_vines.bifurcation.block_files import Parts
 
     with Parts.begun(path) as parts, interrupts.stop_on_signals() as stop:
         if not parts.complete:

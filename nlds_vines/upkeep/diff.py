@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.archives.toml import parse_toml
+from nlds_vines.cli.command_main import DIFFERENT, DONE, Command, say
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DIFFERENT, DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.errors import typed
 from nlds_vines.runs.manifest import SCAN
-from nlds_vines.runs.tasks import TASKS, Task
+from nlds_vines.runs.task_registry import TASKS, Task
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves

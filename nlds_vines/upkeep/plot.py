@@ -11,13 +11,13 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown, typed
 from nlds_vines.runs.manifest import SCAN
-from nlds_vines.runs.tasks import TASKS
+from nlds_vines.runs.task_registry import TASKS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -80,7 +80,7 @@ def plot(
     """
     from nlds_vines.archives.archive import read
     from nlds_vines.plotting.frequency_axis import count_in
-    from nlds_vines.plotting.notebook import let_figures_be_shown
+    from nlds_vines.plotting.inline_figures import let_figures_be_shown
     from nlds_vines.plotting.page import page_of, sheet
     from nlds_vines.plotting.save import drawn
 

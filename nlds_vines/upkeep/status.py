@@ -12,10 +12,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nlds_vines.bifurcation.tally import COUNTED, Tally
+from nlds_vines.bifurcation.orbit_counts import COUNTED, Tally
+from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import file_path
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs.progress import duration
 
@@ -90,8 +90,8 @@ def standing(folder: Path) -> Standing:
 
     Raises `RequestError` if nothing was begun there.
     """
+    from nlds_vines.bifurcation.block_files import PartFiles, scan_of
     from nlds_vines.bifurcation.blocks import blocks_of
-    from nlds_vines.bifurcation.parts import PartFiles, scan_of
     from nlds_vines.runs.manifest import Manifest
 
     manifest = Manifest.read(folder)

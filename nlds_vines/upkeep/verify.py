@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.blocks import blocks_of
+from nlds_vines.cli.command_main import DAMAGED, DONE, WRONG_REQUEST, Command, complain, say
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DAMAGED, DONE, WRONG_REQUEST, Command, complain, say
 from nlds_vines.errors import RequestError, shown
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def _of_parts(folder: Path) -> Iterator[str]:
 
 def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:
     """Yield what is wrong with the parts of a scan, of these names."""
-    from nlds_vines.bifurcation.parts import PartFiles, scan_of
+    from nlds_vines.bifurcation.block_files import PartFiles, scan_of
     from nlds_vines.runs.manifest import NAME
     from nlds_vines.runs.partfile import LEARNT, UNSOUND
 

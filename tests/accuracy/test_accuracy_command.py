@@ -15,8 +15,8 @@ from nlds_vines.accuracy.command import main
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.model.catalogue import load_system
-from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import simulate
+from nlds_vines.orbits.solver_settings import Settings
 
 VARY = {"omega": {"values": [6.28]}}
 SHORT = ["--no-peers", "--periods", "3", "--quiet"]

@@ -6,7 +6,7 @@ import stat
 import numpy as np
 import pytest
 
-from nlds_vines.archives import durable, layout, provenance
+from nlds_vines.archives import chunk_layout, durable, provenance
 
 SLAB = 1 << 20  # bytes that are hashed at a time
 
@@ -135,28 +135,28 @@ def test_a_lock_on_a_file_that_was_removed_meanwhile_does_not_count(path, monkey
 
 def test_checksums_of_strings_tell_where_one_ends():
     one, other = (np.array(words, dtype=object) for words in (["ab", "c"], ["a", "bc"]))
-    assert layout.crc32_of(one) != layout.crc32_of(other)
+    assert chunk_layout.crc32_of(one) != chunk_layout.crc32_of(other)
 
 
 @pytest.mark.parametrize("values", [np.arange(9.0), np.array([*"πéàabcdef"], dtype=object)])
 def test_checksums_go_on_from_piece_to_piece(values):
-    whole = layout.crc32_of(values)
-    assert layout.crc32_of(values[4:], layout.crc32_of(values[:4])) == whole
-    assert layout.crc32_of(values[4:]) != whole
+    whole = chunk_layout.crc32_of(values)
+    assert chunk_layout.crc32_of(values[4:], chunk_layout.crc32_of(values[:4])) == whole
+    assert chunk_layout.crc32_of(values[4:]) != whole
 
 
 def test_slabs_are_all_of_an_array(monkeypatch):
-    monkeypatch.setattr(layout, "_SLAB_VALUES", 10)
+    monkeypatch.setattr(chunk_layout, "_SLAB_VALUES", 10)
     for shape in ((7,), (25,), (25, 3), (4, 100), (0, 3)):
-        rows = [i for slab in layout.slabs(shape) for i in range(shape[0])[slab]]
+        rows = [i for slab in chunk_layout.slabs(shape) for i in range(shape[0])[slab]]
         assert rows == list(range(shape[0]))
-    assert len(list(layout.slabs((25, 3)))) == 9
+    assert len(list(chunk_layout.slabs((25, 3)))) == 9
 
 
 def test_chunks_are_small_and_cover_a_short_array_whole():
-    assert layout.chunk_shape((10, 20), 8) == (10, 20)
+    assert chunk_layout.chunk_shape((10, 20), 8) == (10, 20)
     for shape in ((1000, 1000), (3, 100000, 4), (1, 1, 10**7)):
-        chunk = layout.chunk_shape(shape, 8)
+        chunk = chunk_layout.chunk_shape(shape, 8)
         assert np.prod(chunk) * 8 <= 1 << 18
         assert all(1 <= side <= whole for side, whole in zip(chunk, shape, strict=True))
 

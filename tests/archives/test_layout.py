@@ -5,10 +5,10 @@ from struct import pack
 import numpy as np
 import pytest
 
-from nlds_vines.archives import layout, view
-from nlds_vines.archives.heaps import heaps_are_whole
-from nlds_vines.archives.layout import crc32_of
-from nlds_vines.archives.structure import Member, problems_of
+from nlds_vines.archives import chunk_layout, view
+from nlds_vines.archives.chunk_layout import crc32_of
+from nlds_vines.archives.heap_check import heaps_are_whole
+from nlds_vines.archives.structure_check import Member, problems_of
 
 # ---- datasets and their scales -------------------------------------------------------------------
 
@@ -122,7 +122,7 @@ class Strings:
 
 def test_a_checksum_is_of_all_slabs_in_their_order(monkeypatch):
     monkeypatch.setattr(view, "values_of", lambda dataset, slab: dataset.values[slab])
-    monkeypatch.setattr(layout, "_SLAB_VALUES", 2)
+    monkeypatch.setattr(chunk_layout, "_SLAB_VALUES", 2)
     found = Strings("T,1", "chaos", "2T,2", "T,0", "T,1")
     assert view.whole_crc(found) == crc32_of(found.values)
     assert view.whole_crc(Strings("2T,2", "T,0", "T,1", "chaos", "T,1")) != view.whole_crc(found)

@@ -15,8 +15,8 @@ from nlds_vines.archives import archive
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.impact.hertz_arc import choices_for
 from nlds_vines.model.catalogue import load_system
-from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import simulate
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.runs import survey
 
 SET6 = load_system("ssul-set6", omega=6.28)

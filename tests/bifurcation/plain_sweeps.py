@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.parts import Block
 from nlds_vines.kernels.scene.arguments import LaneBuffers, Span
 from nlds_vines.kernels.scene.codes import OK, TOO_STIFF
 from nlds_vines.orbits.batch import run

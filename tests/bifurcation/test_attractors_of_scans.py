@@ -10,7 +10,7 @@ from planes import ALONG, AMPLITUDE, PLANE
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.attractors.attractor_record import sample_size, sampled_places
+from nlds_vines.bifurcation.attractors.attractor_assignment import sample_size, sampled_places
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.estimate import estimate
 from nlds_vines.errors import RequestError

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 
 from nlds_vines import load_system
-from nlds_vines.bifurcation.attractors.attractor_learning import Learnt
-from nlds_vines.bifurcation.attractors.known_attractors import (
+from nlds_vines.bifurcation.attractors.attractor_matching import (
     attractors_in,
     follow,
     form_of,
     known_of,
 )
+from nlds_vines.bifurcation.attractors.attractor_numbering import Learnt
 from nlds_vines.kernels.cells import basins
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import Start, random_states, start_states
 
 pytestmark = pytest.mark.kernels

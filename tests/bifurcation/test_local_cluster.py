@@ -8,7 +8,7 @@ import pytest
 
 from nlds_vines.bifurcation import cluster
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.certificate import new_certificate
+from nlds_vines.runs.tls_certificate import new_certificate
 
 psutil = pytest.importorskip("psutil")  # distributed brings it
 pytestmark = pytest.mark.skipif(
@@ -84,7 +84,7 @@ def test_a_certificate_is_made_for_every_run_or_the_run_is_refused(monkeypatch):
         assert key.startswith("-----BEGIN")
         assert "BEGIN CERTIFICATE" in certificate
         assert new_certificate() != found
-    monkeypatch.setattr("nlds_vines.runs.certificate._COMMAND", ("no such program",))
+    monkeypatch.setattr("nlds_vines.runs.tls_certificate._COMMAND", ("no such program",))
     assert new_certificate() is None
     monkeypatch.setattr(cluster, "new_certificate", lambda: None)
     monkeypatch.setattr("distributed.security.Security.temporary", _without_cryptography)

@@ -6,7 +6,7 @@ from planes import ALONG, PLANE
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.attractors import attractor_record
+from nlds_vines.bifurcation.attractors import attractor_assignment
 from nlds_vines.upkeep.diff import compare
 
 pytestmark = pytest.mark.kernels
@@ -15,8 +15,8 @@ pytestmark = pytest.mark.kernels
 @pytest.fixture
 def sample_of_one(monkeypatch):
     """Let the attractors of each system be learnt from one orbit."""
-    monkeypatch.setattr(attractor_record, "SAMPLE", 1)
-    monkeypatch.setattr(attractor_record, "LEAST", 1)
+    monkeypatch.setattr(attractor_assignment, "SAMPLE", 1)
+    monkeypatch.setattr(attractor_assignment, "LEAST", 1)
 
 
 def arrays_of(path):

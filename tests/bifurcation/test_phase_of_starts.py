@@ -11,9 +11,9 @@ from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import Chosen
 from nlds_vines.kernels.cells.part_period import enter
 from nlds_vines.kernels.scene.codes import DIVERGED
-from nlds_vines.orbits.entries import TURN, Entries
-from nlds_vines.orbits.settings import chosen_settings
+from nlds_vines.orbits.phase_entry import TURN, Entries
 from nlds_vines.orbits.simulation import start_state
+from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.orbits.starts import user_states
 from nlds_vines.upkeep.diff import compare
 

@@ -14,7 +14,7 @@ from PIL import Image
 from support import unfilled
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.block_files import Block, Parts
 from nlds_vines.bifurcation.picture import dot_panel
 from nlds_vines.bifurcation.picture import drawing as figures
 from nlds_vines.bifurcation.request_file import load_scan

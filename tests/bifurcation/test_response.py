@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS

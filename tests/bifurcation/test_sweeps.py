@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.simulation import simulate
 

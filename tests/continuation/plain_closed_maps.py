@@ -11,14 +11,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nlds_vines.continuation import arclength, borders, special_points
+from nlds_vines.continuation import arclength, regime_borders, special_points
 from nlds_vines.continuation.arclength import angle_of, close, length, point_of
 from nlds_vines.continuation.branch import Bounds, at_value, first_point, follow, half_of
+from nlds_vines.continuation.branch_points import Track, packed, unpacked
 from nlds_vines.continuation.exploration import Explorer, Search, Seed, crossings, is_same
 from nlds_vines.continuation.section_map import Cycle
 from nlds_vines.continuation.special_points import limit_of, narrowed_down, wall_of_change
 from nlds_vines.continuation.switching import doubled, null_vector, other_branch
-from nlds_vines.continuation.track import Track, packed, unpacked
 
 MU = 1.0 + sqrt(6.0)
 """Where the orbit 2T of the logistic map doubles."""
@@ -351,7 +351,9 @@ def test_a_doubling_is_looked_for_near_a_place_and_no_farther():
 @pytest.mark.parametrize(("off", "events"), [(0.0, (("PD", 3.0),)), (1e-4, ())])
 def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monkeypatch):
     """A branch 2T that has become T: the doubling is located at its end, or is not there."""
-    monkeypatch.setattr(borders, "place_of", lambda system, name, p, state: np.array([*state, p]))
+    monkeypatch.setattr(
+        regime_borders, "place_of", lambda system, name, p, state: np.array([*state, p])
+    )
     values = np.array([3.0 + off, 3.05, 3.1])
     states = np.array([[1.0 - 1.0 / values[0]], *([logistic_2T(p)] for p in values[1:])])
     branch = SimpleNamespace(
@@ -364,7 +366,7 @@ def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monk
     found = SimpleNamespace(
         branches=(branch,), special=special, request=SimpleNamespace(along=along, system=None)
     )
-    walk = borders._walked(found, LOGISTIC, 0, 1, 3.08, 2.9)
+    walk = regime_borders._walked(found, LOGISTIC, 0, 1, 3.08, 2.9)
     assert [kind for kind, _ in walk.events] == [kind for kind, _ in events]
     assert [value for _, value in walk.events] == pytest.approx([v for _, v in events], abs=1e-11)
     assert (walk.alive, walk.known) == (False, bool(events))

@@ -10,7 +10,7 @@ import pytest
 from nlds_vines import load_system
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 SET_6 = load_system("ssul-set6")
 TWO_STOPS = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 0.9, "omega": 0.5, "P": 1.5}

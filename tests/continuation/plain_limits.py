@@ -10,11 +10,11 @@ from scipy.linalg import expm
 
 from nlds_vines import continue_orbit, load_system
 from nlds_vines.continuation.arclength import Point
-from nlds_vines.continuation.curve_conditions import augmented
+from nlds_vines.continuation.defining_systems import augmented
 from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 SET_6 = load_system("ssul-set6")
 AT_WALL = [0.0, 0.2, 0.03, 0.4]  # x1, v1, r, s: an impact in the first period

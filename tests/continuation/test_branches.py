@@ -13,7 +13,7 @@ from nlds_vines.continuation.branch import Bounds, at_value, first_point, follow
 from nlds_vines.continuation.section_map import SectionMap, closing
 from nlds_vines.continuation.start_orbits import place_of
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from nlds_vines import continue_orbit, load_system
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

@@ -8,8 +8,8 @@ import textwrap
 import numpy as np
 
 from nlds_vines.archives import archive
+from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.wants import WANTS, plain
 

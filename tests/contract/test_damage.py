@@ -9,8 +9,8 @@ from made_up import cut, fill, finished, flip, make_scan, results, write
 from nlds_vines.__main__ import main
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation import blocks as cutting
+from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.errors import RequestError
 
 

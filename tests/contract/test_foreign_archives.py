@@ -18,10 +18,10 @@ from nlds_vines.__main__ import main
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.view import whole_crc
 from nlds_vines.bifurcation import blocks as cutting
+from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.picture.drawing import save
-from nlds_vines.cli.running import say
+from nlds_vines.cli.command_main import say
 from nlds_vines.errors import RequestError, printable
 from nlds_vines.runs.manifest import Manifest
 

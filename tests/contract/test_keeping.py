@@ -22,6 +22,7 @@ from nlds_vines.__main__ import main
 from nlds_vines.archives import provenance
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import memory_and_disk
+from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import (
     block_bytes,
     blocks_of,
@@ -30,9 +31,8 @@ from nlds_vines.bifurcation.blocks import (
     work_bytes,
 )
 from nlds_vines.bifurcation.compute import Computer, wanted_of
-from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.orbit_counts import Tally
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.bifurcation.tally import Tally
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
 from nlds_vines.orbits.status_words import DIVERGED, OK

@@ -8,7 +8,7 @@ from made_up import make_scan, write
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.archives import durable
-from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.errors import RequestError
 from paper import report
 from paper.claims import measured

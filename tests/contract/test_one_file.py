@@ -9,7 +9,7 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.errors import LeftAside
-from nlds_vines.model.layers import LENT, MARKS, SAMPLING, SHARED
+from nlds_vines.model.request_layers import LENT, MARKS, SAMPLING, SHARED
 
 SCANS = Path(__file__).parents[2] / "scans"
 FORMS = {

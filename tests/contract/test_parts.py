@@ -8,7 +8,7 @@ import pytest
 from made_up import arrays, cut, fill, finished, flip, make_scan, results, run_python, same, write
 
 from nlds_vines.archives import archive, durable
-from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.block_files import Block, Parts
 from nlds_vines.errors import RequestError
 
 
@@ -144,7 +144,7 @@ def test_results_of_another_shape_are_a_mistake_of_the_caller(path):
 
 HOLD = """
 import sys
-from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.request_file import load_scan
 scan = load_scan(sys.stdin.readline().strip())
 parts = Parts.open({path!r}, scan)

@@ -19,7 +19,7 @@ from made_up import arrays, cut, finished, make_scan, results, run_python, same,
 
 import nlds_vines as nv
 from nlds_vines.archives import archive
-from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.block_files import Parts
 
 PASSING = {"history", "argv", "seconds", "threads", "commit"}
 """Attributes that tell of the run and not of the scan."""

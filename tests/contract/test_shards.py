@@ -20,8 +20,8 @@ from nlds_vines.__main__ import main
 from nlds_vines.archives.provenance import makers
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import cluster
+from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import Block, blocks_of
-from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.shard import Shard
 

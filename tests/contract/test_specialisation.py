@@ -19,7 +19,7 @@ from nlds_vines.kernels.impact.hertz_arc import choices_for
 from nlds_vines.kernels.numerics import stored_code
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Outputs, records_of
-from nlds_vines.orbits.settings import REFINED_NODES, Settings
+from nlds_vines.orbits.solver_settings import REFINED_NODES, Settings
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""

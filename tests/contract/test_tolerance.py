@@ -14,9 +14,9 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.result import UNTIL_TOLERANCE
 from nlds_vines.errors import RequestError
-from nlds_vines.model.layers import request_hash
+from nlds_vines.model.request_layers import request_hash
 from nlds_vines.orbits import batch
-from nlds_vines.orbits.settings import TOLERANCES, Settings
+from nlds_vines.orbits.solver_settings import TOLERANCES, Settings
 from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.transients.command import transients
 from nlds_vines.tuning.request_file import load_tuning

@@ -10,7 +10,7 @@ from made_up import cut, fill, finished, make_scan, results, write
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives import durable
-from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.block_files import Parts
 
 TERABYTE = 1 << 40
 

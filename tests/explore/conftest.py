@@ -4,8 +4,8 @@ import pytest
 from support import unfilled
 
 import nlds_vines as nv
+from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.status_words import OK
 

@@ -10,7 +10,7 @@ from nlds_vines.kernels.laws.power import Damping, power_wall_with, root_for
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 
 @pytest.mark.parametrize(("n", "a"), [(1.0, 0.0), (1.2, 0.0), (2.0, 0.0), (3.0, 0.0), (1.5, 0.3)])

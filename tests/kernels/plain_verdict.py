@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.parts import Block
 from nlds_vines.kernels.cells.course import follow_growth
 from nlds_vines.kernels.cells.settling import attracted
 from nlds_vines.kernels.cells.verdict import note_exponents

@@ -26,7 +26,7 @@ from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.scene.drive import rotated
 from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

@@ -14,7 +14,7 @@ from nlds_vines import classify, load_system, simulate
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, flow_on
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

@@ -9,8 +9,8 @@ import pytest
 from scipy.linalg import expm
 from support import linear_flow, references, system_of
 
+from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels.cells import course
 from nlds_vines.kernels.numerics.matrices import eigenvalues, solve, spectral_radius
@@ -20,8 +20,8 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.labels import FLAGS
-from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import simulate
+from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from nlds_vines.errors import RequestError, whole
-from nlds_vines.model.layers import Form, Layer, Layers, unchecked
+from nlds_vines.model.request_layers import Form, Layer, Layers, unchecked
 
 FORM = Form(
     kind="test",

@@ -6,15 +6,15 @@ from support import unfilled
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.block_files import Block, Parts
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.orbit_counts import refinement_summary
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.bifurcation.tally import refinement_summary
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits import refinement
 from nlds_vines.orbits.labels import FLAGS, KEPT
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.status_words import DIVERGED, OK
 from nlds_vines.orbits.wants import possible_want
 

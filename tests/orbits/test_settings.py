@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.settings import (
+from nlds_vines.orbits.solver_settings import (
     FINENESS,
     LEAST_TOLERANCE,
     MOST_NODES,

@@ -19,8 +19,8 @@ import pytest
 from support import FULL, system_of
 from twin import lanes_of, model_of
 
-from nlds_vines.orbits.settings import SHARE
 from nlds_vines.orbits.simulation import simulate
+from nlds_vines.orbits.solver_settings import SHARE
 
 KINDS = ("none", "tmd", "ssul", "ssbl", "ssvi-b", "ssvi-c")
 PERIODS = 8

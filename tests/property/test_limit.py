@@ -15,8 +15,8 @@ import pytest
 from support import BOTH, kernel_cell, run_cell_rows, system_of
 from twin import follow_all, model_of
 
+from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import catalogue

@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import expm
 from support import BOTH, fitted_order, linear_flow, references, system_of
 
+from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.run import blocks_of
 from nlds_vines.model.catalogue import load_system

@@ -10,10 +10,10 @@ from support import references, system_of
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.orbits import settings
+from nlds_vines.orbits import solver_settings
 from nlds_vines.orbits.labels import KEPT
-from nlds_vines.orbits.settings import MOST_NODES, TOLERANCE, Settings
 from nlds_vines.orbits.simulation import start_state
+from nlds_vines.orbits.solver_settings import MOST_NODES, TOLERANCE, Settings
 
 pytestmark = pytest.mark.kernels
 
@@ -135,7 +135,7 @@ def labelled(method, want):
 def test_labels_by_far_too_few_steps_are_flagged_where_they_are_wrong(monkeypatch):
     right = labelled("rk4", ["regime", "error"])
     assert (right["label_kept"] == KEPT["yes"]).all()
-    monkeypatch.setattr(settings, "PERIOD_STEPS", 16.0)
+    monkeypatch.setattr(solver_settings, "PERIOD_STEPS", 16.0)
     found = labelled("rk4", ["regime", "error"])
     wrong = found["label"] != right["label"]
     assert wrong.any()

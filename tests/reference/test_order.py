@@ -16,7 +16,7 @@ from support import (
     references,
 )
 
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 
 FIXED = (1448.0, 2048.0, 2896.0, 4096.0, 5792.0, 8192.0)  # rk4 steps a period
 SET6 = references()["ssul-set6"].numbers

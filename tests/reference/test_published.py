@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import brentq
 from support import counts_by_period, references, shortening, steady_state, system_of
 
+from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Batch

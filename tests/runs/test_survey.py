@@ -6,7 +6,7 @@ from typing import Annotated
 import pytest
 
 from nlds_vines.archives import archive
-from nlds_vines.archives.columns import Column, columns, record_of, row_of
+from nlds_vines.archives.record_columns import Column, columns, record_of, row_of
 from nlds_vines.errors import RequestError
 from nlds_vines.runs import survey
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted, Stopped

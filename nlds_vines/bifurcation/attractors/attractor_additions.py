@@ -11,7 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.bifurcation.attractors.attractor_learning import (
+from nlds_vines.bifurcation.attractors.attractor_matching import (
+    SAME,
+    Attractor,
+    attractors_in,
+    follow,
+    is_periodic,
+    known_of,
+)
+from nlds_vines.bifurcation.attractors.attractor_numbering import (
     Found,
     Judge,
     Learnt,
@@ -21,14 +29,6 @@ from nlds_vines.bifurcation.attractors.attractor_learning import (
     not_periodic,
     numbered,
     seeds_of,
-)
-from nlds_vines.bifurcation.attractors.known_attractors import (
-    SAME,
-    Attractor,
-    attractors_in,
-    follow,
-    is_periodic,
-    known_of,
 )
 from nlds_vines.kernels.scene import evidence_rows as ev
 from nlds_vines.kernels.scene.codes import OK

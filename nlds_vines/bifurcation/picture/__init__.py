@@ -2,20 +2,20 @@
 
 In reading order:
 
-    ordinates      what is recorded in numbers, whatever it is
-    choices        what a picture may show
-    scan_slice     the results along one parameter
-    start_looks    orbits of one attractor look alike, whatever their start
-    dot_panel      one quantity over one parameter
-    waterfall      spectra over a parameter
-    regime_strip   the coloured strip of regimes above a diagram
-    strips_above   how many strips, and what their legend says
-    diagram        strips and panels over one parameter
-    map_cells      the panel of a map: its cells filled, hatched, and marked
-    region_names   names written into the regions of a map
-    regime_map     two varied parameters: regimes, and how many coexist, by colour
-    number_map     two varied parameters: a recorded number by shade
-    share_map      two varied parameters: the share of the starts that end in a regime
-    basin_map      basins of attraction, and their shares along a parameter
-    drawing        from the path of an archive to the path of its picture
+    ordinates         what is recorded in numbers, whatever it is
+    choices           what a picture may show
+    scan_slice        the results along one parameter
+    attractor_styles  orbits of one attractor look alike, whatever their start
+    dot_panel         one quantity over one parameter
+    waterfall         spectra over a parameter
+    regime_strip      the coloured strip of regimes above a diagram
+    strip_layout      how many strips, and what their legend says
+    diagram           strips and panels over one parameter
+    map_panel         the panel of a map: its cells filled, hatched, and marked
+    region_names      names written into the regions of a map
+    regime_map        two varied parameters: regimes, and how many coexist, by colour
+    quantity_map      two varied parameters: a recorded number by shade
+    regime_shares     two varied parameters: the share of the starts that end in a regime
+    basin_map         basins of attraction, and their shares along a parameter
+    drawing           from the path of an archive to the path of its picture
 """

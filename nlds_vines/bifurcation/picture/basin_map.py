@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.datasets import begins_at_sections
-from nlds_vines.bifurcation.picture.map_cells import (
+from nlds_vines.bifurcation.picture.map_panel import (
     FOOT,
     HEAD,
     add_map_legend,

@@ -19,7 +19,7 @@ from nlds_vines.bifurcation.picture.dot_panel import (
 )
 from nlds_vines.bifurcation.picture.ordinates import Quantity, quantities_in
 from nlds_vines.bifurcation.picture.scan_slice import Slice
-from nlds_vines.bifurcation.picture.strips_above import (
+from nlds_vines.bifurcation.picture.strip_layout import (
     Tier,
     draw_strip_of,
     legend_of_strips,

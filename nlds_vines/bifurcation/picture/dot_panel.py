@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from nlds_vines.bifurcation.picture.attractor_styles import Look, looks_of
 from nlds_vines.bifurcation.picture.ordinates import Quantity
 from nlds_vines.bifurcation.picture.scan_slice import Slice
-from nlds_vines.bifurcation.picture.start_looks import Look, looks_of
 from nlds_vines.bifurcation.picture.waterfall import WATERFALL, draw_waterfall
 from nlds_vines.model.quantities import QUANTITIES, drawn_in, scale_of
 from nlds_vines.model.quantity import ERROR, TOUCHED

@@ -15,7 +15,7 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.observation_time import in_legend
 from nlds_vines.bifurcation.picture.choices import COEXISTING, REGIMES, SHARE, SHARES
 from nlds_vines.bifurcation.picture.dot_panel import PASSES
-from nlds_vines.bifurcation.picture.map_cells import (
+from nlds_vines.bifurcation.picture.map_panel import (
     FOOT,
     HEAD,
     add_map_legend,
@@ -26,10 +26,10 @@ from nlds_vines.bifurcation.picture.map_cells import (
     mark_cells,
     single_map,
 )
-from nlds_vines.bifurcation.picture.number_map import draw_number, fill_number
+from nlds_vines.bifurcation.picture.quantity_map import draw_number, fill_number
+from nlds_vines.bifurcation.picture.regime_shares import draw_shares
 from nlds_vines.bifurcation.picture.region_names import name_regions
 from nlds_vines.bifurcation.picture.scan_slice import violated_in
-from nlds_vines.bifurcation.picture.share_map import draw_shares
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.coexistence import by_frequency, coexisting, final, most_frequent
 from nlds_vines.orbits.labels import KEPT, TRANSIENT

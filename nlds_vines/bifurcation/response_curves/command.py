@@ -20,13 +20,13 @@ from nlds_vines.bifurcation.response_curves.curve_options import (
 )
 from nlds_vines.bifurcation.response_curves.request import CurvePage, label_of
 from nlds_vines.cli import job as jobs
+from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     optional_path,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.cli.running import Command
 from nlds_vines.errors import typed
 from nlds_vines.plotting.bands import refuse_undrawable
 

@@ -26,7 +26,7 @@ from nlds_vines.bifurcation.response_curves.request import (
     records_of,
 )
 from nlds_vines.errors import RequestError, at, shown, string, table, unknown, whole
-from nlds_vines.model.layers import Document, Form, Layer, unchecked
+from nlds_vines.model.request_layers import Document, Form, Layer, unchecked
 from nlds_vines.model.setting import (
     Checked,
     OneOf,

@@ -9,10 +9,10 @@ import argparse
 from pathlib import Path
 
 from nlds_vines.archives.durable import write_text
+from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_writable, optional_path, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.explore.command import refuse_without_bokeh
 

@@ -2,23 +2,23 @@
 
 In reading order:
 
-    base      what a scene is made of
-    none      the structure alone
-    tmd       tuned mass damper
-    ssul      single-sided unilateral NES: one obstacle
-    ssbl      single-sided bilateral NES: obstacle and structure
-    ssvi_b    one obstacle; the damper must not reach the structure
-    ssvi_c    one obstacle; the damper may pass the structure by a given length
-    oscillator     one mass with a stop, and no damper
-    oscillator_2   the same with a stop on either side
-    ball           a ball on a vibrating table
+    base          what a scene is made of
+    none          the structure alone
+    tmd           tuned mass damper
+    ssul          single-sided unilateral NES: one obstacle
+    ssbl          single-sided bilateral NES: obstacle and structure
+    ssvi_b        one obstacle; the damper must not reach the structure
+    ssvi_c        one obstacle; the damper may pass the structure by a given length
+    oscillator    one mass with a stop, and no damper
+    oscillator_2  the same with a stop on either side
+    ball          a ball on a vibrating table
 
 NES: nonlinear energy sink.
 """
 
 from collections.abc import Mapping
 
-from nlds_vines.model.laws import HERTZ
+from nlds_vines.model.contact_laws import HERTZ
 from nlds_vines.model.scenes import (
     ball,
     none,

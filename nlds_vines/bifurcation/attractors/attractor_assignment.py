@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.bifurcation.attractors.attractor_additions import Additions, Left, added
-from nlds_vines.bifurcation.attractors.attractor_learning import Judge, Learnt, learn
-from nlds_vines.bifurcation.attractors.known_attractors import SAME, follow, is_periodic
+from nlds_vines.bifurcation.attractors.attractor_matching import SAME, follow, is_periodic
+from nlds_vines.bifurcation.attractors.attractor_numbering import Judge, Learnt, learn
 from nlds_vines.bifurcation.initial_states import begun
 from nlds_vines.kernels.scene import evidence_rows as ev
 from nlds_vines.kernels.scene.codes import OK
@@ -94,7 +94,7 @@ class Attracted:
         self._learnt = learnt
 
     def learn(self, check: Callable[[], object] = lambda: None) -> Learnt:
-        """Learn the attractors, unless they are known; `check` as `attractor_learning.learn`."""
+        """Learn the attractors, unless they are known; `check` as `attractor_numbering.learn`."""
         if self._learnt is None:
             self._learnt = learn(self._judge, self._cells(), self._sample, check)
         return self._learnt

@@ -23,7 +23,7 @@ from matplotlib.ticker import NullFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import LOG, way_and_number
 from nlds_vines.bifurcation.picture.dot_panel import PASSES
-from nlds_vines.bifurcation.picture.map_cells import fill_cells, hatch_cells, single_map
+from nlds_vines.bifurcation.picture.map_panel import fill_cells, hatch_cells, single_map
 from nlds_vines.bifurcation.picture.ordinates import quantities_in
 from nlds_vines.bifurcation.picture.scan_slice import violated_in
 from nlds_vines.errors import RequestError

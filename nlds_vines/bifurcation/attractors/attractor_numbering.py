@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.bifurcation.attractors.known_attractors import (
+from nlds_vines.bifurcation.attractors.attractor_matching import (
     SAME,
     Attractor,
     attractors_in,

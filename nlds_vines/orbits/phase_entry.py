@@ -10,7 +10,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.batch import on_threads, records_of
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.runs.progress import Tell
 
 TURN = 6.283185307179586

@@ -71,6 +71,10 @@ class Decay(Request):
         0.0, Real(0.0, 1e9), "sampling",
         "of abs(x1) [m], whose first passage and exceedances are told", "METRES", later=True,
     )  # fmt: skip
+    settle: float = setting(
+        0.0, Real(0.0, 1e9), "sampling",
+        "time that the rms of x1 and the exceedances leave out [s]", "SECONDS", later=True,
+    )  # fmt: skip
     tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
 
     def __post_init__(self) -> None:
@@ -86,6 +90,10 @@ class Decay(Request):
             raise RequestError(
                 f"{self.windows} natural periods with {self.samples} states each; allowed: "
                 f"{MOST_STATES} states"
+            )
+        if self.settle >= self.duration:
+            raise RequestError(
+                f"settle = {self.settle:g} s must be below the duration, {self.duration:g} s"
             )
         self._check_axes()
         if self.case(0)[1] == Loading() and not self.state:

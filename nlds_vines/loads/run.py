@@ -10,17 +10,16 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.loads.fall import HISTORIES, Fall, failed, fall_of
+from nlds_vines.loads.cases import arrays_of
+from nlds_vines.loads.fall import HISTORIES
 from nlds_vines.loads.request import Decay
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.orbits.status_words import OK, STATUS_FLAGS
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
-from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.threads import use_threads
 
@@ -42,7 +41,7 @@ def run(request: Decay, output: Path, how: RunOptions | None = None) -> None:
     def work(folder: NumberedParts, progress: Progress, stop: Stop) -> Made:
         found = []
         for number, cases in enumerate(blocks):
-            found.append(folder.piece(number, partial(_block, request, cases, stop), threads))
+            found.append(folder.piece(number, partial(arrays_of, request, cases, stop), threads))
             progress.note(len(cases), request.case(cases[0])[0].name)
         seconds = round(time.monotonic() - began, 3)
         arrays = {name: np.concatenate([one[name] for one in found]) for name in found[0]}
@@ -54,37 +53,6 @@ def run(request: Decay, output: Path, how: RunOptions | None = None) -> None:
         Progress(request.cases, "orbit", quiet=how.quiet),
         lambda _: "the orbits that are complete are",
     )
-
-
-def _block(request: Decay, cases: range, stop: Stop) -> Arrays:
-    """Return the arrays of a block of orbits."""
-    found: dict[int, Arrays] = {}
-
-    def some(begin: int, end: int) -> None:
-        for case in cases[begin:end]:
-            stop.check()
-            found[case] = _as_arrays(_fall(request, case), histories=not request.vary)
-
-    in_pieces(some, len(cases))
-    return {name: np.array([found[case][name] for case in cases]) for name in found[cases[0]]}
-
-
-def _fall(request: Decay, case: int) -> Fall:
-    """Return what becomes of a case; of one that cannot be followed, why."""
-    system, load = request.case(case)
-    try:
-        return fall_of(request, system, load)
-    except IntegrationError as error:
-        return failed(request.times, error.code)
-
-
-def _as_arrays(fall: Fall, histories: bool) -> dict[str, np.ndarray]:
-    found = {entry.name: np.array(fall.numbers[entry.name]) for entry in OF_LOADS}
-    found["status"] = np.array(fall.status)
-    if histories:
-        found |= {name: np.ascontiguousarray(getattr(fall, name)) for name in HISTORIES}
-        found |= {f"dissipated_{way}": fall.dissipated[way] for way in WAYS}
-    return found
 
 
 def axis_words(request: Decay, name: str) -> tuple[str, str]:

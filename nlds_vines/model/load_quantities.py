@@ -31,6 +31,15 @@ def _gone(way: str, what: str) -> Quantity:
     return _of(f"share_{way}", "1", words, f"share dissipated by {what}")
 
 
+def _interval(name: str, unit: str, what: str) -> tuple[Quantity, Quantity]:
+    low, high = (
+        _of(f"{name}_{end}", unit, f"{end}er end of the 95 % confidence interval of the {what} "
+            "under noise, by batch means", f"{what}, {end}er end")
+        for end in ("low", "high")
+    )  # fmt: skip
+    return low, high
+
+
 OF_LOADS = (
     *map(_last, SHARES),
     _of("damping_ratio", "1",
@@ -40,7 +49,7 @@ OF_LOADS = (
     _of("E2max", "J", "largest energy of the damper", "largest energy of the damper", "E₂max"),
     _of("x1_max", "m", "largest displacement of the structure, from the ground",
         "largest displacement"),
-    _of("x1_rms", "m", "its rms", "rms displacement"),
+    _of("x1_rms", "m", "its rms, without the time to settle", "rms displacement"),
     _of("v1_max", "m/s", "largest velocity of the structure", "largest velocity"),
     _of("a1_max", "m/s^2", "largest acceleration of the structure, contacts included; where the "
         "ground is shaken, relative to it", "largest acceleration"),
@@ -63,6 +72,12 @@ OF_LOADS = (
     _of("crossings", "1/s", "how often in a second abs(x1) rises above the level",
         "rate of crossings"),
     _of("above", "1", "share of the time with abs(x1) above the level", "share of time above"),
+    _of("return_period", "s", "mean time from one rise of abs(x1) above the level to the next; "
+        "infinite where there is none", "return period"),
+    *(entry for name, unit, what in (("x1_rms", "m", "rms displacement"),
+                                     ("above", "1", "share of time above"),
+                                     ("return", "s", "return period"))
+      for entry in _interval(name, unit, what)),
 )  # fmt: skip
 """What is told of a structure and its damper, the most telling first."""
 

@@ -19,6 +19,7 @@ In reading order:
     impact_rows       what is told of an impact, and of a limit
     simulation        `nv.simulate`
     load_flight       an orbit under a load in time
+    load_batch        many orbits under loads, each with its numbers
     classification    `nv.classify`
     coexistence       which regimes the starts of a cell reach
     signals           forces, energies, relative displacement

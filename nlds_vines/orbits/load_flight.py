@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.kernels.cells.load_orbit import TOLD, Load, fly_under, rate_under
+from nlds_vines.kernels.cells.load_orbit import SUMS, TOLD, Load, fly_under, rate_under
 from nlds_vines.kernels.motion.flight import ORDER, REACH
 from nlds_vines.kernels.scene.arguments import CellBuffers
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
@@ -175,7 +175,7 @@ def _buffers(system: System, record: Collection[str], edges: int, room: int) -> 
         clearance=np.full(1, np.inf) if "clearance" in record and scene.walls else None,
         violation=None if scene.limit is None else np.zeros(3),
         response=np.full(RESPONSE_COLUMNS, np.nan) if summed else None,
-        sums=np.empty((edges, 4)) if "work" in record else None,
+        sums=np.empty((edges, SUMS)) if "work" in record else None,
     )
 
 
@@ -191,7 +191,7 @@ def _flown(
         times=load.edges,
         state=np.array([x1, v1, x1 - r + rest, v1 - s] if damped else [x1, v1]),
         states=buffers.section,
-        work=buffers.sums,
+        work=None if buffers.sums is None else buffers.sums[:, :4],
         impacts=None if buffers.impacts is None else impacts_of(buffers.impacts, system.scene),
         E1max=None if peak is None else float(peak[0]),
         E2max=float(peak[1]) if peak is not None and damped else None,

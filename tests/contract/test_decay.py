@@ -10,24 +10,27 @@ from nlds_vines.__main__ import main as console
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.errors import RequestError
 from nlds_vines.loads import run
+from nlds_vines.loads.cases import arrays_of, numbers_of
 from nlds_vines.loads.command import main
-from nlds_vines.loads.fall import HISTORIES, Fall, captures, passages
+from nlds_vines.loads.fall import HISTORIES
 from nlds_vines.loads.request_file import load_decay
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
-from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.threads import use_threads
 
 SHORT = {"duration": 12.0, "quiet": True}
 
 
-def made_up(request, system, load):
-    """Return a fall that nobody computed: all that is told of it is 1, or 0."""
-    histories = {name: np.ones(len(request.times)) for name in HISTORIES}
-    return Fall(
-        time=request.times, dissipated=dict.fromkeys(WAYS, np.zeros(len(request.times))),
-        numbers={entry.name: 1.0 for entry in OF_LOADS}, **histories,
-    )  # fmt: skip
+def made_up(request, cases, stop):
+    """Return what nobody computed: all that is told of the cases is 1, or 0."""
+    count, times = len(cases), 0 if request.vary else len(request.times)
+    found = {entry.name: np.ones(count) for entry in OF_LOADS}
+    if times:
+        found |= {name: np.ones((count, times)) for name in HISTORIES}
+        found |= {f"dissipated_{way}": np.zeros((count, times)) for way in WAYS}
+    return {**found, "status": np.zeros(count, int)}
 
 
 def alone(times, v0, m=1000.0, k=40000.0, c=452.0):
@@ -129,12 +132,14 @@ def test_contacts_that_dissipate_take_their_share():
 def test_a_damper_that_cannot_be_followed_is_told(capsys, tmp_path, monkeypatch):
     path, code = tmp_path / "decay.h5", max(STATUS)
 
-    def fails(request, system, load):
-        if system.name == "ssbl":
-            raise IntegrationError.of(system, code)
-        return made_up(request, system, load)
+    def fails(request, cases, stop):
+        found = made_up(request, cases, stop)
+        if request.case(cases[0])[0].name == "ssbl":
+            found = {name: np.full_like(values, np.nan, float) for name, values in found.items()}
+            found["status"] = np.full(len(cases), code)
+        return found
 
-    monkeypatch.setattr(run, "fall_of", fails)
+    monkeypatch.setattr(run, "arrays_of", fails)
     line = ["--system", "tmd", "--system", "ssbl", "--impulse", "9", "--duration", "3", "-o"]
     assert main([*line, str(path)]) == 1
     said = capsys.readouterr()
@@ -170,14 +175,14 @@ def test_an_archive_is_written_drawn_opened_and_made_again(tmp_path, capsys):
 def test_an_interrupted_decay_goes_on(tmp_path, monkeypatch):
     path, whole, seen = tmp_path / "a.h5", tmp_path / "b.h5", []
 
-    def once(request, system, load):
-        seen.append(system.name)
+    def once(request, cases, stop):
+        seen.append(request.case(cases[0])[0].name)
         if len(seen) == 2:
             raise KeyboardInterrupt
-        return made_up(request, system, load)
+        return made_up(request, cases, stop)
 
     line = ["--system", "none", "--system", "tmd", "--impulse", "9", "--duration", "3", "--quiet"]
-    monkeypatch.setattr(run, "fall_of", once)
+    monkeypatch.setattr(run, "arrays_of", once)
     assert main([*line, "-o", str(path)]) == 130
     assert main([*line, "-o", str(path), "--resume"]) == 0
     assert seen == ["none", "tmd", "tmd"]
@@ -351,17 +356,16 @@ def test_a_scan_holds_what_single_decays_tell(tmp_path, capsys):
 def test_a_scan_of_loads_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
     path, whole, seen = tmp_path / "a.h5", tmp_path / "b.h5", []
 
-    def once(request, system, load):
-        seen.append(load.impulse)
-        if len(seen) == 5:
+    def once(request, cases, stop):
+        impulses = [request.case(case)[1].impulse for case in cases]
+        seen.extend(impulses)
+        if len(seen) == 6:
             raise KeyboardInterrupt
-        fall = made_up(request, system, load)
-        fall.numbers["x1_max"] = load.impulse
-        return fall
+        return {**made_up(request, cases, stop), "x1_max": np.array(impulses)}
 
     line = ["--system", "tmd", "--vary", "impulse=1:8:8", "--duration", "3", "--quiet"]
     monkeypatch.setattr(run, "BLOCK", 3)
-    monkeypatch.setattr(run, "fall_of", once)
+    monkeypatch.setattr(run, "arrays_of", once)
     assert main([*line, "-o", str(path)]) == 130
     assert main([*line, "-o", str(path), "--resume"]) == 0
     assert set(seen) == set(range(1, 9))
@@ -371,24 +375,44 @@ def test_a_scan_of_loads_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
     assert nv.open(path)["x1_max"].tolist() == [list(range(1, 9))]
 
 
-def test_captures_are_the_longest_stretch_of_impacts_in_each_period():
-    touches = np.array([0.0, 5.0, 6.0, 7.0, 8.002, 9.1, 11.0])
-    assert captures(touches, 1, 1.0, 20.0) == {"captured": 8.002 - 5.0, "capture": 5.0,
-                                               "escape": 8.002}  # fmt: skip
-    two = captures(np.arange(0.3, 9.9, 0.5), 2, 1.0, 10.0)
-    assert two["capture"] == 0.3
-    assert math.isnan(two["escape"])
-    assert captures(touches[:1], 1, 1.0, 20.0)["captured"] == 0.0
+@pytest.mark.kernels
+def test_threads_and_blocks_leave_all_bits_as_they_are():
+    """And a list of systems and loads has the numbers of a scan."""
+    document = {
+        "systems": ["ssul-set6"],
+        "load": {"impulse": 1.0},
+        "vary": {"impulse": {"values": [300.0, 1000.0]}, "C": {"values": [0.02, 0.047, 0.1]}},
+        "sampling": {"duration": 12.0, "level": 0.05},
+    }
+    request = load_decay(document)
+    use_threads(1)
+    whole = arrays_of(request, range(6), Stop())
+    use_threads(None)
+    parts = [arrays_of(request, cases, Stop()) for cases in (range(1), range(1, 4), range(4, 6))]
+    pairs = [request.case(case) for case in range(6)]
+    listed = numbers_of(request, pairs)
+    for name, values in whole.items():
+        assert values.tobytes() == np.concatenate([part[name] for part in parts]).tobytes(), name
+        assert values.tobytes() == listed[name].tobytes(), name
+    assert np.isfinite(whole["last_1"]).all()
+    assert len(set(whole["impacts"].tolist())) > 1
 
 
-def test_passages_of_a_line():
-    time = np.linspace(0.0, 4.0, 41)
-    found = passages(np.abs(np.mod(time, 2.0) - 1.0), time, 0.25)
-    assert found["first_passage"] == 0.0
-    assert found["above"] == pytest.approx(0.75)
-    assert found["crossings"] == 2 / 4.0
-    later = passages(time, time, 1.03)
-    assert later["first_passage"] == pytest.approx(1.03)
+@pytest.mark.kernels
+def test_the_last_times_lie_where_a_finer_history_crosses():
+    """Histories of a hundred times as many states, in which a straight line finds the crossing."""
+    coarse, fine = (
+        nv.decay("ssul-set6", impulse=1000.0, duration=6.0, sampling={"samples": n}, quiet=True)
+        for n in (16, 6400)
+    )
+    name = coarse.request.systems[0].name
+    energies, time = fine[name].E1, fine[name].time
+    for share in (0.1, 0.5):
+        level = share * coarse[name].numbers["E1max"]
+        i = np.flatnonzero(energies > level)[-1]
+        over, under = energies[i] - level, level - energies[i + 1]
+        last = time[i] + (time[i + 1] - time[i]) * over / (over + under)
+        assert coarse[name].numbers[f"last_{100 * share:g}"] == pytest.approx(last, abs=1e-7)
 
 
 def test_loads_of_the_command_line(tmp_path, capsys, monkeypatch):
@@ -444,7 +468,7 @@ def test_an_archive_of_former_names_is_refused(tmp_path, monkeypatch):
         former = Dataset("last", ("damper",), "float64", "s", "last times", np.nan)
         return scales, [*filled, (former, np.ones(len(request.systems)))]
 
-    monkeypatch.setattr(run, "fall_of", made_up)
+    monkeypatch.setattr(run, "arrays_of", made_up)
     monkeypatch.setattr(run, "contents", with_former_name)
     with pytest.raises(RequestError, match=r"old.h5 was written before .* rerun"):
         nv.decay("tmd", impulse=9.0, duration=3.0, to=path, quiet=True)

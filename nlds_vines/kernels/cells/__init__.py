@@ -12,4 +12,7 @@ In reading order:
     cycles          an nT orbit as a point of a branch, with its derivatives
     basins          orbits followed until they are certain to be drawn to a known attractor
     lanes           many cells, one after another
+    load_passages   statistics of x1 under a load: rms, passages of a level, intervals
+    load_numbers    what is told of an orbit under a load: last times, energies, captures
+    load_lanes      many orbits under loads, one after another
 """

@@ -115,7 +115,7 @@ class OrbitBuffers(NamedTuple):
     clearance: Any = None  # (1,) smallest near miss so far [m]
     slowest: Any = None  # (1,) smallest approach speed of an impact so far [m/s]
     tally: Any = None  # `response_sums.Tally`
-    sums: Any = None  # (stops periods, 4) energies come in and gone (`response.note_sums`)
+    sums: Any = None  # (stops periods, 5) energies come in and gone (`response.note_sums`)
 
 
 class CellBuffers(NamedTuple):

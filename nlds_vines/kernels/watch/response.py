@@ -294,7 +294,8 @@ def brought_in(ps, damper, row):
 def note_sums(ps, damper, sums, row, tally):
     """Note in a row of `sums`, if they are wanted, the energies [J] that have come in and gone.
 
-    What force and jumps have brought in; what c1, c2 and contacts have dissipated.
+    What force and jumps have brought in; what c1, c2 and contacts have dissipated; and the integral
+    of x1^2 [m^2 s].
     """
     if sums is None:
         return None
@@ -303,6 +304,7 @@ def note_sums(ps, damper, sums, row, tally):
     sums[row, 1] = ps.m1 * ps.damping * done[V2]
     sums[row, 2] = dashpot_of(joined(damper)) * done[S2]
     sums[row, 3] = done[LOSS]
+    sums[row, 4] = done[X2]
 
 
 @jit

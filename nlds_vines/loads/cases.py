@@ -1,0 +1,239 @@
+"""The orbits of a decay: systems and loads in cells, flown by the kernels, and what they tell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.kernels.cells import load_numbers as of_orbit
+from nlds_vines.kernels.cells import load_passages as of_x1
+from nlds_vines.kernels.cells.load_lanes import Told
+from nlds_vines.loads.request import Decay, is_of_load
+from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
+from nlds_vines.model.loads.loading import Cells, Loading, Struck
+from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import System
+from nlds_vines.orbits import responses
+from nlds_vines.orbits.load_batch import LoadBatch
+from nlds_vines.orbits.simulation import start_state
+from nlds_vines.orbits.status_words import OK
+from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.numbered_parts import Arrays
+from nlds_vines.runs.pool import in_pieces
+
+PIECE_BYTES = 1 << 26
+"""Bytes of the loads of a piece of a scan, on each thread, if no two cases share theirs."""
+
+EDGE_BYTES = 8 * 18
+"""Bytes of a cell of a load: its coefficients, its edge and its jump."""
+
+Made = Callable[[range, np.ndarray], list[Cells]]
+"""Makes the loads of some lanes, whose cells may be so long (lanes,) [s]."""
+
+
+def arrays_of(request: Decay, cases: range, stop: Stop) -> Arrays:
+    """Return what a range of cases tells, by name: arrays (cases, ...).
+
+    The numbers of `OF_LOADS` and `status`; without a scan histories, too (`fall.HISTORIES`, what is
+    dissipated).  What failed is NaN.  No number depends on the range that it is computed with.
+    """
+    each = math.prod(request.shape)
+    found = []
+    for which, numbers in groupby(cases, lambda case: case // each):
+        scan = _Scan(request, request.systems[which], [number % each for number in numbers])
+        found.append(_flown(request, scan.scene, scan.cells, scan.starts, scan.loads, stop))
+    return {name: np.concatenate([one[name] for one in found]) for name in found[0]}
+
+
+def numbers_of(request: Decay, pairs: Sequence[tuple[System, Loading]]) -> Arrays:
+    """Return the numbers (n,) by name of systems of one scene under loads, watched as a `request`.
+
+    Those of `OF_LOADS`, `status`, and `violations`, how often the limit of a scene was passed.
+    """
+    cells = np.array([system.cells() for system, _ in pairs])
+    starts = np.array([_start(request, system) for system, _ in pairs])
+
+    def loads(lanes: range, reach: np.ndarray) -> list[Cells]:
+        return [
+            _in_cells(request, pairs[i][1], _struck(request, cells[i]), float(most))
+            for i, most in zip(lanes, reach, strict=True)
+        ]
+
+    return _flown(request, pairs[0][0].scene, cells, starts, loads, None)
+
+
+class _Scan:
+    """Cases of a scan that are of one system, by their numbers among those of the system."""
+
+    def __init__(self, request: Decay, system: System, numbers: Sequence[int]) -> None:
+        """Take the parameters of all of them at once."""
+        places = np.unravel_index(numbers, request.shape) if request.vary else ()
+        values = {
+            axis.name: axis.values[place] for axis, place in zip(request.vary, places, strict=True)
+        }
+        grid = {name: given for name, given in values.items() if name in system.scene.allowed}
+        self._request, self.scene = request, system.scene
+        self._of_load = {name: given for name, given in values.items() if is_of_load(name)}
+        self.cells = np.broadcast_to(system.cells(grid), (len(numbers),)).copy()
+        self.starts = np.zeros((len(numbers), 4))
+        if request.state:
+            for i in range(len(numbers)):
+                own = system.with_(**{name: float(given[i]) for name, given in grid.items()})
+                self.starts[i] = _start(request, own)
+
+    def loads(self, lanes: range, reach: np.ndarray) -> list[Cells]:
+        """Return the loads of some lanes; what several have in common is made once."""
+        base, made, found = self._request.load, dict[tuple[Any, ...], Cells](), []
+        for lane, most in zip(lanes, reach, strict=True):
+            numbers = {name: float(given[lane]) for name, given in self._of_load.items()}
+            impulse = numbers.pop("impulse", base.impulse) * numbers.get("scale", base.scale)
+            struck = _struck(self._request, self.cells[lane])
+            key = *numbers.values(), struck, most
+            if key not in made:
+                load = base.with_({"impulse": 0.0, **numbers})
+                made[key] = _in_cells(self._request, load, struck, float(most))
+            found.append(_with_blow(made[key], impulse / struck.mass))
+        return found
+
+
+def _with_blow(cells: Cells, jump: float) -> Cells:
+    """Return the cells with a jump of v1 [m/s] more at their beginning; they share their rows."""
+    if jump == 0.0:
+        return cells
+    jumps = np.zeros(len(cells.edges)) if cells.jumps is None else cells.jumps.copy()
+    jumps[0] += jump
+    return Cells(cells.edges, cells.rows, jumps, cells.share)
+
+
+def _in_cells(request: Decay, load: Loading, struck: Struck, reach: float) -> Cells:
+    return load.cells(struck, request.duration, reach, request.times[1:-1])
+
+
+def _struck(request: Decay, cell: np.void) -> Struck:
+    """Return what of a cell a load acts on."""
+    if request.load.harmonic:
+        return Struck(float(cell["m1"]), float(cell["P"]), float(cell["omega"]))
+    return Struck(float(cell["m1"]))
+
+
+def _start(request: Decay, system: System) -> np.ndarray:
+    """Return the start (x1, v1, r, s) of a system."""
+    return start_state(system, float(system.rest or 0.0), request.state or None)[:4]
+
+
+def _flown(
+    request: Decay, scene: Scene, cells: np.ndarray, starts: np.ndarray, loads: Made,
+    stop: Stop | None,
+) -> Arrays:  # fmt: skip
+    """Follow an orbit for each of the cells (lanes,) of a scene, and return what they tell."""
+    batch = LoadBatch(scene, request.load.shaken, request.tolerance)
+    reach, found = batch.longest(cells), dict[int, Arrays]()
+    asked = of_orbit.Asked(np.array(SHARES), request.level, request.settle)
+
+    def some(begin: int, end: int) -> None:
+        if stop is not None:
+            stop.check()
+        own = slice(begin, end)
+        made = loads(range(begin, end), reach[own])
+        told = batch.run(cells[own], made, starts[own], asked, histories=not request.vary)
+        numbers = _numbers(request, scene, cells[own], told)
+        more = {} if request.vary else _histories(request, scene, cells[own], made, told)
+        found[begin] = {**numbers, **more}
+
+    most = max(1, PIECE_BYTES // (EDGE_BYTES * request.windows * request.samples))
+    in_pieces(some, len(cells), most=most)
+    pieces = [found[begin] for begin in sorted(found)]
+    return {name: np.concatenate([one[name] for one in pieces]) for name in pieces[0]}
+
+
+# ---- what they tell ------------------------------------------------------------------------------
+
+
+def _numbers(request: Decay, scene: Scene, cells: np.ndarray, told: Told) -> dict[str, np.ndarray]:
+    """Return the numbers (lanes,) by name, status and violations; what there is not is NaN."""
+    numbers, missing = told.numbers, np.full(len(cells), np.nan)
+    column = numbers.T
+    response = {
+        name: values.max(axis=-1) if values.ndim > 1 else values
+        for name, values in responses.arrays_of(told.response, scene, cells).items()
+    }
+    with np.errstate(divide="ignore", invalid="ignore"):
+        period = 2 * math.pi / np.sqrt(cells["k1"] / cells["m1"])
+        ratio = math.log(10.0) / (4 * math.pi * (column[of_orbit.FELL] / period))
+        shares = [column[of_orbit.GONE + i] / column[of_orbit.CAME] for i in range(len(WAYS))]
+        often = [1.0 / column[of_orbit.PASSAGE + of_x1.CROSSINGS + i] for i in (0, 2, 1)]
+    has = {"c1": True, "c2": scene.damper, "contact": bool(scene.walls)}
+    every = {entry.name: response.get(entry.name, missing) for entry in OF_LOADS}
+    every |= {f"last_{100 * share:g}": column[of_orbit.LAST + i] for i, share in enumerate(SHARES)}
+    every |= {
+        f"share_{way}": share if has[way] else missing
+        for way, share in zip(WAYS, shares, strict=True)
+    }
+    every |= {
+        "damping_ratio": np.where(column[of_orbit.FELL] > 0.0, ratio, np.nan),
+        "E1max": told.peak[:, 0],
+        "E2max": told.peak[:, 1] if scene.damper else missing,
+        "impacts": column[of_orbit.IMPACTS],
+        "energy_in": column[of_orbit.CAME],
+        "balance": column[of_orbit.BALANCE],
+        "captured": column[of_orbit.CAPTURE],
+        "capture": column[of_orbit.CAPTURE + 1],
+        "escape": column[of_orbit.CAPTURE + 2],
+        **_statistics(request, column[of_orbit.PASSAGE :], often),
+    }
+    failed = told.status != OK
+    every = {name: np.where(failed, np.nan, values) for name, values in every.items()}
+    violation = np.zeros(len(cells)) if told.violation is None else told.violation[:, 2]
+    return {**every, "status": told.status, "violations": violation}
+
+
+def _statistics(
+    request: Decay, column: np.ndarray, often: Sequence[np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Return the statistics of x1; intervals of confidence of noise alone, which is stationary."""
+    found = {
+        "x1_rms": column[of_x1.RMS],
+        "first_passage": column[of_x1.FIRST],
+        "above": column[of_x1.ABOVE],
+        "crossings": column[of_x1.CROSSINGS],
+    }
+    if request.load.noise:
+        ends = {"x1_rms": column[of_x1.RMS + 1 :], "above": column[of_x1.ABOVE + 1 :]}
+        found |= {f"{name}_low": two[0] for name, two in ends.items()}
+        found |= {f"{name}_high": two[1] for name, two in ends.items()}
+        found |= dict(zip(("return_period", "return_low", "return_high"), often, strict=True))
+    return found
+
+
+def _histories(
+    request: Decay, scene: Scene, cells: np.ndarray, loads: Sequence[Cells], told: Told
+) -> dict[str, np.ndarray]:
+    """Return states and energies (lanes, times) by name; NaN of what failed or is not there."""
+    time = request.times
+    places = np.array([np.searchsorted(load.edges, time * (1.0 - 1e-14)) for load in loads])
+    lanes = np.arange(len(cells))[:, None]
+    states, sums = told.states[lanes, places], told.sums[lanes, places]
+    x1, v1, x2, v2 = np.moveaxis(states, -1, 0)
+    p = {name: cells[name][:, None] for name in ("m1", "k1", "m2", "k2", "rest")}
+    there = {"c1": True, "c2": scene.damper, "contact": bool(scene.walls)}
+    nothing = np.full(x1.shape, np.nan)
+    found = {
+        "E1": 0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2),
+        "E2": nothing,
+        "x1": x1,
+        "x2": nothing,
+        "work": told.numbers[:, of_orbit.START, None] + sums[..., 0],
+        **{
+            f"dissipated_{way}": sums[..., 1 + i] if there[way] else nothing
+            for i, way in enumerate(WAYS)
+        },
+    }
+    if scene.damper:
+        found["x2"] = x2
+        found["E2"] = 0.5 * (p["m2"] * v2**2 + p["k2"] * (x2 - p["rest"]) ** 2)
+    failed = (told.status != OK)[:, None]
+    return {name: np.where(failed, np.nan, values) for name, values in found.items()}

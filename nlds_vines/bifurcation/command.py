@@ -37,6 +37,7 @@ from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, from_text, typed
 from nlds_vines.model.catalogue import looks_like_path
 from nlds_vines.model.system import System
+from nlds_vines.model.words import parameters_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.shard import Shard
@@ -210,7 +211,14 @@ class Job(jobs.Job):
 
     def lines(self, found: Report) -> list[str]:
         """Return what was found, and by how much it changes where that was asked for."""
-        return [found.summary(), *found.remarks(), *self._compared()]
+        return [found.summary(), *found.remarks(), *self._untouched(found), *self._compared()]
+
+    def _untouched(self, found: Report) -> list[str]:
+        """Return the system's values where no orbit has an impact: they may not be as expected."""
+        if not self.request.system.scene.walls or found.tally.labels.keys() != {"T,0"}:
+            return []
+        varied = [axis.name for axis in self.request.axes]
+        return [f"no orbit has an impact; {parameters_in_words(self.request.system, varied)}"]
 
     def _compared(self) -> list[str]:
         """Return lines on changes under refinement and on what spectra say, where asked for."""

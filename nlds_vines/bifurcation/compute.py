@@ -172,7 +172,7 @@ class Computer:
         if outputs.response is not None:
             arrays |= responses.arrays_of(outputs.response, self.scan.system.scene, cells)
         if outputs.cycle is not None:
-            by_wall = outputs.cycle[..., 1:]
+            arrays["period"], by_wall = outputs.cycle[..., 0], outputs.cycle[..., 1:]
             arrays["impacts"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
         if outputs.counts is not None:
             arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / self.scan.periods

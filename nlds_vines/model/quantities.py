@@ -248,7 +248,7 @@ QUANTITIES = (
         buffer="clearance", column=0, drawn=(MAPS, CURVES),
     ),
     _whole(
-        "period", "n of nT; 0 where none was found", ("regime",), fill=0, label="period",
+        "period", "n of nT; 0 where none was found", ("regime", "impacts"), fill=0, label="period",
         symbol="n", drawn=(MAPS, CURVES), scale=PERIOD,
     ),
     _code("regime", "kind of the steady state", ("regime",), 0),

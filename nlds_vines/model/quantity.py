@@ -35,7 +35,8 @@ class Quantity:
         name: that of its dataset.
         unit: SI, in the notation of CF; "1" for a number without one.
         words: its meaning; {body} and {first} are the forced body, {x} and {v} its coordinates.
-        record: the words of `quantities.RECORDS` with one of which it is recorded; () for always.
+        record: the words of `quantities.RECORDS` with one of which it is recorded, the first being
+            the one that a scene can give because it has this; () for always.
         label, symbol: on axes; by default the beginning of `words`, and none.
         has: which scenes have it; by default all.
         dims: the dimensions after `start`; `wall` only where there are two.

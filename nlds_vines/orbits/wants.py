@@ -56,7 +56,7 @@ def possible_want(want: Sequence[str], scene: Scene, method: str = "exact") -> t
     only the methods of fixed steps have an error.
     """
     missing = {*RECORDS}.difference(
-        *(entry.record for entry in QUANTITIES if entry.has(scene)),
+        *(entry.record[:1] for entry in QUANTITIES if entry.has(scene)),
     )  # and nothing that is recorded of single orbits alone
     if method == "exact" and not scene.walls:
         missing.add("error")

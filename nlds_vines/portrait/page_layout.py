@@ -1,6 +1,7 @@
 """The layout of a portrait: rows of panels with fixed room for labels, so that nothing collides.
 
-Lengths are in centimetres; the figure is as wide as every picture (16 cm).
+Lengths are in centimetres.  In one column of a paper nothing stands side by side: the columns of
+the page follow one below the other, each with its heading.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from nlds_vines.plotting.page import TWO_COLUMNS, Page
 from nlds_vines.plotting.panels import add_panel, letter
-from nlds_vines.plotting.style import CM, WIDTH
+from nlds_vines.plotting.style import CM
 from nlds_vines.portrait.request import PLANES
 from nlds_vines.portrait.window_view import View
 
@@ -43,7 +45,7 @@ _LINES = {1: 1.0, 2: 2.2, 3: 3.3}  # height of a name of so many lines over that
 class Place(NamedTuple):
     """A panel on the page: its kind, what it shows, whether it is first or last in its row.
 
-    `alone` tells that no other column of the page shows this kind.
+    `alone` tells that it has a heading and scales of its own.
     """
 
     panel: str
@@ -58,12 +60,17 @@ Row = Sequence[tuple[str, View]]
 """What stands in a row, from left to right: kinds of panels, and what each of them shows."""
 
 
-def rows_of(panels: Sequence[str], views: Sequence[View]) -> list[list[tuple[str, View]]]:
+def rows_of(
+    panels: Sequence[str], views: Sequence[View], beside: bool = True
+) -> list[list[tuple[str, View]]]:
     """Return what stands in each row: one kind of panel for all columns.
 
     Of several columns, panels that only one of them fills stand side by side, as many as there are
-    columns.  With a single column, two planes that follow one another share a row.
+    columns.  With a single column, two planes that follow one another share a row.  Where nothing
+    stands `beside` anything, each panel has a row, column after column.
     """
+    if not beside:
+        return [[(panel, v)] for v in views for panel in panels if v.column.fills(panel)]
     rows: list[list[tuple[str, View]]] = []
     for panel in panels:
         filling = [view for view in views if view.column.fills(panel)]
@@ -89,21 +96,33 @@ def _mixed(row: Row) -> bool:
     return len(set(kinds)) == len(kinds)
 
 
-def make_page(panels: Sequence[str], views: Sequence[View]) -> tuple[Figure, list[list[Place]]]:
+def make_page(
+    panels: Sequence[str], views: Sequence[View], page: Page = TWO_COLUMNS
+) -> tuple[Figure, list[list[Place]]]:
     """Return a figure and its panels, row by row, with their letters and shared axes."""
-    rows, several = rows_of(panels, views), len(views) > 1
-    heights = [_height(row) for row in rows]
+    rows, columns = rows_of(panels, views, page.beside), max(len(views), 1) if page.beside else 1
+    headed = [len(views) > 1 and _mixed(row) for row in rows]
+    if not page.beside:
+        headed = [len(views) > 1 and _begins(row, above) for above, row in pairwise([[], *rows])]
+    heights = [_height(row, _width(len(row), page)) for row in rows]
     feet = [_foot(row, following) for row, following in pairwise([*rows, []])]
-    head = HEAD + NAMES * _lines_of_names(views)
-    names = [NAMES if i and several and _mixed(row) else 0.0 for i, row in enumerate(rows)]
+    head = HEAD + NAMES * (_lines_of_names(views) if page.beside else 1.0)
+    names = [NAMES if i and own else 0.0 for i, own in enumerate(headed)]
     tall = head + sum(heights) + sum(feet) + sum(names)
-    figure = Figure(figsize=(WIDTH, tall * CM))
+    figure = Figure(figsize=(page.width, tall * CM))
     top, places = tall - head, []
-    for row, height, foot, name in zip(rows, heights, feet, names, strict=True):
-        places.append(_make_row(figure, row, (top - name - height, height), max(len(views), 1)))
-        top -= name + height + foot
+    for i, row in enumerate(rows):
+        bottom = top - names[i] - heights[i]
+        width = _width(max(columns, len(row)), page)
+        places.append(_make_row(figure, row, (bottom, width, heights[i]), headed[i]))
+        top = bottom - feet[i]
     _share_axes(places)
     return figure, places
+
+
+def _begins(row: Row, above: Row) -> bool:
+    """Return whether a row shows another window than the one above it."""
+    return not above or above[0][1] is not row[0][1]
 
 
 def _lines_of_names(views: Sequence[View]) -> float:
@@ -112,15 +131,16 @@ def _lines_of_names(views: Sequence[View]) -> float:
     return _LINES[1 if len(views) <= CROWD else 2 + passed]
 
 
-def _make_row(figure: Figure, row: Row, place: tuple[float, float], columns: int) -> list[Place]:
-    """Return the panels of one row, side by side; `place` is its lower edge and its height."""
-    width, last = _width(max(columns, len(row))), len(row) - 1
-    bottom, height = place
+def _make_row(
+    figure: Figure, row: Row, place: tuple[float, float, float], alone: bool
+) -> list[Place]:
+    """Return the panels of one row, side by side; `place`: its lower edge, their width, height."""
+    bottom, width, height = place
+    last = len(row) - 1
     found = []
     for i, (panel, view) in enumerate(row):
         box = (LEFT + i * (width + GAP), bottom, width, height)
         axes = add_panel(figure, [length * CM for length in box])
-        alone = columns > 1 and _mixed(row)
         found.append(Place(panel, view, axes, i == 0, i == last, alone))
     return found
 
@@ -178,22 +198,22 @@ def _free_corner(axes: Axes) -> tuple[int, int]:
     return min(corners, key=crowd)
 
 
-def _width(columns: int) -> float:
+def _width(columns: int, page: Page) -> float:
     """Return the width of each of so many columns."""
-    return (WIDTH / CM - LEFT - RIGHT - (columns - 1) * GAP) / columns
+    return (page.width / CM - LEFT - RIGHT - (columns - 1) * GAP) / columns
 
 
-def _height(row: Row) -> float:
-    """Return the height of a row of panels, that of the highest."""
+def _height(row: Row, width: float) -> float:
+    """Return the height of a row of panels of such a width, that of the highest."""
     several = len({id(view) for _, view in row}) > 1
-    height = max(_height_of(panel, len(row)) for panel, _ in row)
+    height = max(_height_of(panel, width) for panel, _ in row)
     return _CROWDED * height if several else height
 
 
-def _height_of(panel: str, columns: int) -> float:
-    """Return the height of a panel in a row of so many columns."""
+def _height_of(panel: str, width: float) -> float:
+    """Return the height of a panel of such a width."""
     if panel in PLANES:
-        return min(_PLANE * _width(columns), _TALLEST)
+        return min(_PLANE * width, _TALLEST)
     return _SPECTRUM if panel == "spectrum" else _TIME
 
 
@@ -210,17 +230,17 @@ def _same_times(row: Row, below: Row) -> bool:
 
 
 def _share_axes(places: Sequence[Sequence[Place]]) -> None:
-    """Let panels over time share their times, and the panels of a row their values.
+    """Let panels over time share their times, and panels of one kind their values.
 
     Phase planes of one kind share both axes: so orbits of several windows can be compared.  Forces
     may differ by orders of magnitude: `fit_forces` decides when they are drawn.
     """
-    for row in places:
-        for place in row[1:]:
-            if place.panel == row[0].panel and place.panel != "force":
-                place.axes.sharey(row[0].axes)
-                if place.panel in PLANES:
-                    place.axes.sharex(row[0].axes)
+    first: dict[str, Place] = {}
+    for place in (place for row in places for place in row):
+        if first.setdefault(place.panel, place) is not place and place.panel != "force":
+            place.axes.sharey(first[place.panel].axes)
+            if place.panel in PLANES:
+                place.axes.sharex(first[place.panel].axes)
     for above, below in pairwise(places):
         if _same_times([place[:2] for place in above], [place[:2] for place in below]):
             for upper, lower in zip(above, below, strict=True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from math import ceil
 from typing import Any
 
 import matplotlib
@@ -14,7 +15,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from nlds_vines.archives.view import ArchiveView
-from nlds_vines.errors import RequestError
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import (
     contact_forces,
@@ -26,8 +26,8 @@ from nlds_vines.orbits.signals import (
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import write_title
-from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, WIDTH
+from nlds_vines.plotting.panels import size_of, write_title
+from nlds_vines.plotting.style import CM, DOT, GREEN, HUES
 from nlds_vines.portrait.page_layout import (
     CROWD,
     LEFT,
@@ -79,17 +79,16 @@ MOST_CYCLES = 160
 _IN_PIECES: dict[Any, Any] = {"agg.path.chunksize": 10_000}
 """A long path is too much for the raster engine in one piece."""
 
+_TIMES = 0.033  # of the width of a panel over time in points: how many intervals of time it has
 _LINE = 0.8  # points, width of a curve
 _FEW_POINTS = 3.4  # points, size of the points of a section
 _MANY_POINTS = 40  # points of a section from which they are drawn smaller
 
 
 def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
-    """Return the page of an archive with the panels that are `shown`; it is 16 cm wide."""
-    if page != TWO_COLUMNS:
-        raise RequestError("columns = 1; allowed for a portrait: 2, or `ax` for one panel")
+    """Return the page of an archive with the panels that are `shown`."""
     found = portrait_in(view.path)
-    return portrait(replace(found.drawn_from, panels=tuple(shown)), found.views)
+    return portrait(replace(found.drawn_from, panels=tuple(shown)), found.views, page)
 
 
 def fill(axes: Axes, view: ArchiveView, panel: str) -> None:
@@ -103,19 +102,27 @@ def fill(axes: Axes, view: ArchiveView, panel: str) -> None:
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
-    """Return what the panels of an archive's page show, by name."""
-    return {name: PANELS[name] for name in portrait_in(view.path).drawn_from.panels}
+    """Return what can be drawn of an archive, by the names of panels."""
+    columns = portrait_in(view.path).drawn_from.columns
+    allowed = panels_of([column.system.scene for column in columns])
+    return {n: PANELS[n] for n in allowed if any(column.fills(n) for column in columns)}
+
+
+def usual(view: ArchiveView) -> Sequence[str]:
+    """Return the panels of an archive's page."""
+    return portrait_in(view.path).drawn_from.panels
 
 
 @styled()
-def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
+def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_COLUMNS) -> Figure:
     """Return the page of a request, drawn from the views of its columns.
 
     Time histories begin with the window and are at most `request.show` periods long.  Phase planes
     show one cycle of a periodic orbit, up to `MOST_CYCLES` periods of any other.  The panels of a
-    row share their scales, phase planes of one kind both of them.
+    row share their scales, phase planes of one kind both of them.  In one column of a paper all
+    stands below one another.
     """
-    figure, rows = make_page(request.panels, views)
+    figure, rows = make_page(request.panels, views, page)
     for row in rows:
         for place in row:
             if _fills(place):
@@ -128,11 +135,12 @@ def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
         if row[0].panel == "spectrum":
             limit_spectra(row)
     write_letters(rows, len(views) > 1)
-    write_title(figure, request.title, LEFT * CM / WIDTH)
+    write_title(figure, request.title, LEFT * CM / page.width)
+    many = page.beside and len(views) > CROWD
     named = [place for place in rows[0] if place.first or len(views) > 1]
     for place in [*named, *(place for row in rows[1:] for place in row if place.alone)]:
         box, gap = place.axes.get_position(), 0.12 * CM / figure.get_figheight()
-        heading = _heading(place.view, "\n" if len(views) > CROWD else ", ")
+        heading = _heading(place.view, "\n" if many else ", ")
         figure.text(box.x0, box.y1 + gap, heading, va="bottom", fontsize=8)
     return figure
 
@@ -167,7 +175,7 @@ def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> Non
             axes.set_xlabel(f"{words}$t/T$ [forcing periods]")
         begin, end = place.view.column.window
         axes.set_xlim(begin, min(end, begin + request.show))
-        axes.xaxis.set_major_locator(_ticks(12 // len(row), integer=True))
+        axes.xaxis.set_major_locator(_ticks(ceil(_TIMES * size_of(axes)[0]), integer=True))
     if not (place.first or place.alone or place.panel in PLANES):
         axes.set_ylabel("")
     entries = _entries(row)
@@ -437,4 +445,4 @@ _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
     "spectrum": draw_spectrum,
 }
 
-PICTURE = Picture(panels=panels, draw=draw, fill=fill)
+PICTURE = Picture(panels=panels, draw=draw, fill=fill, usual=usual)

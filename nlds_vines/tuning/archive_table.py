@@ -27,6 +27,7 @@ class Findings:
         robustness: objectives (optima, perturbations) [J].
         surface: (values of the first parameter, of the second, objectives [J]) or None.
         spread: the best objective of each seed [J].
+        finer: objectives (optima,) over finer bands [J]; None where there is no band.
     """
 
     columns: dict[str, np.ndarray]
@@ -34,6 +35,7 @@ class Findings:
     robustness: np.ndarray
     surface: tuple[np.ndarray, np.ndarray, np.ndarray] | None
     spread: np.ndarray
+    finer: np.ndarray | None = None
 
 
 def scales(tuning: Tuning, found: Findings) -> list[Scale]:
@@ -102,6 +104,8 @@ def _optima(tuning: Tuning, found: Findings) -> list[Content]:
     both = (*dims, "perturbation")
     firm = Dataset("robustness", both, "float64", unit, f"{least} under a perturbation", np.inf)
     seeds = Dataset("search_best", ("search",), "float64", unit, "best objective found", np.inf)
+    text = f"{least}, with more values in each band"
+    finer = Dataset("optimum_finer", dims, "float64", unit, text, np.inf)
     designs = [
         (PARAMETERS[name].dataset(dims, "optimum_"), columns[name][rows]) for name in tuning.names
     ]
@@ -111,6 +115,7 @@ def _optima(tuning: Tuning, found: Findings) -> list[Content]:
         (row, rows),
         (firm, found.robustness),
         (seeds, found.spread),
+        *([] if found.finer is None else [(finer, found.finer)]),
     ]
 
 

@@ -106,16 +106,28 @@ class Log:
 
         Raises `interrupts.Stopped` when a signal has asked to stop.
         """
-        self._stop.check()
-        asked = trials.table
-        found = self._journal.recall(asked)
-        if found is None:
-            found = self._objective.results(trials)
-            self._journal.note(asked, found)
+        asked, found = trials.table, self._results(self._objective, trials)
         marks = np.tile([STAGES[stage], seed], (len(asked), 1))
         self._blocks.append(np.column_stack([asked, found, marks]))
         self._show(found[:, 0], stage, seed)
         return found[:, 0]
+
+    def judged(self, tuning: Tuning, points: np.ndarray) -> np.ndarray:
+        """Return `RESULTS` (n, 4) of designs by the objective of another tuning; it is no search.
+
+        Raises `interrupts.Stopped` when a signal has asked to stop.
+        """
+        return self._results(Objective(tuning, self._progress.wait), Trials.at_rest(points))
+
+    def _results(self, objective: Objective, trials: Trials) -> np.ndarray:
+        """Return the results of trials, which are in the journal from then on."""
+        self._stop.check()
+        asked = trials.table
+        found = self._journal.recall(asked)
+        if found is None:
+            found = objective.results(trials)
+            self._journal.note(asked, found)
+        return found
 
     def _show(self, objectives: np.ndarray, stage: str, seed: int) -> None:
         """Show the part of the search and the best objective so far beside the progress."""

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.tuning.objective import Trials
 from nlds_vines.tuning.request import DETUNING, SHIFT, STARTS, STRETCH, Tuning
+
+BAND = 5
+"""Values of a parameter that stand for a range, and not for themselves."""
+
+_FINER = 8
+"""Into so many parts the steps of such a range are divided to judge an optimum between them."""
 
 
 def distinct(
@@ -27,6 +36,26 @@ def distinct(
         distance = np.linalg.norm(units[left] - units[left[0]], axis=1)
         left = left[distance >= apart]
     return np.array(chosen, dtype=int)
+
+
+def over_finer_bands(tuning: Tuning) -> Tuning | None:
+    """Return a tuning that judges designs over finer bands; None where it has no band.
+
+    The values of the tuning are among the finer ones.  It searches next to nothing: it is there
+    for the objective.
+    """
+    if not any(axis.values.size >= BAND for axis in tuning.over):
+        return None
+    over = tuple(_finer(axis) if axis.values.size >= BAND else axis for axis in tuning.over)
+    least = replace(tuning.search, population=5, generations=1, polish=0, seeds=1, optima=1)
+    return replace(tuning, over=over, surface=None, search=least)
+
+
+def _finer(axis: Axis) -> Axis:
+    """Return an axis with the values of another one, and more between them."""
+    places = np.arange(axis.values.size)
+    finer = np.linspace(0, places[-1], _FINER * places[-1] + 1)
+    return Axis(axis.name, np.interp(finer, places, axis.values))
 
 
 def perturbations(tuning: Tuning) -> tuple[str, ...]:

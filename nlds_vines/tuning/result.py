@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import isfinite, nan
 
 import numpy as np
 
@@ -16,10 +17,10 @@ from nlds_vines.orbits.status_words import OK
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.evaluations import STAGES
+from nlds_vines.tuning.optima import BAND, over_finer_bands
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
 
-_BAND = 5  # values of a parameter that stand for a range, and not for themselves
 _AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
 
 
@@ -27,12 +28,14 @@ _AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
 class Optimum(Outlined):
     """One optimum: its parameters [SI], its objective, and that under perturbations.
 
-    `robustness` holds the objective under each perturbation, `none` among them.
+    `robustness` holds the objective under each perturbation, `none` among them; `finer` is the
+    objective with more values in each band, NaN where there is no band.
     """
 
     parameters: Mapping[str, float]
     objective: float
     robustness: Mapping[str, float]
+    finer: float = nan
 
     @property
     def worst(self) -> float:
@@ -106,12 +109,15 @@ class Tuned(Outlined, Drawable):
             return
         yield f"{self.evaluations} designs, {self.refused} of them inadmissible"
         names, unit = self.tuning.names, self.tuning.unit
-        head = f"{self.tuning.search.objective} [{unit}]"
-        yield "  ".join([*(f"{name:>10}" for name in names), f"{head:>11}", f"disturbed [{unit}]"])
+        heads = [f"{self.tuning.search.objective} [{unit}]"]
+        heads += [f"finer [{unit}]"] if isfinite(self.best.finer) else []
+        heads = [f"{head:>11}" for head in heads]
+        yield "  ".join([*(f"{name:>10}" for name in names), *heads, f"disturbed [{unit}]"])
         for item in self.optima:
-            design = [f"{item.parameters[name]:10.5g}" for name in names]
-            worst = f"{item.worst:.5g} ({item.cause})"
-            yield "  ".join([*design, f"{item.objective:11.5g}", worst])
+            values = [item.objective, item.finer][: len(heads)]
+            columns = [f"{item.parameters[name]:10.5g}" for name in names]
+            columns += [f"{value:11.5g}" for value in values]
+            yield "  ".join([*columns, f"{item.worst:.5g} ({item.cause})"])
         yield from self._remarks()
 
     def _remarks(self) -> Iterator[str]:
@@ -122,18 +128,27 @@ class Tuned(Outlined, Drawable):
                 f"{len(self.spread)} seeds: best {low:.6g}, median {middle:.6g}, "
                 f"worst {high:.6g} {self.tuning.unit}"
             )
-        for axis in self.tuning.over:
-            if axis.values.size >= _BAND:
-                yield (
-                    f"the largest of {axis.values.size} values of {axis.name}; between them it may "
-                    f"be larger: scan the best design over more of them"
-                )
+        yield from self._of_bands()
         for item in self.tuning.free:
             value = self.parameters[item.name]
             if item.inert:
                 yield f"{item.name} does not enter the dynamics: any value is as good"
             elif not _AT_BOUND < item.unit(np.asarray(value)) < 1 - _AT_BOUND:
                 yield f"{item.name} stands at its bound {value:.4g}: the optimum may lie beyond"
+
+    def _of_bands(self) -> Iterator[str]:
+        """Yield what the objective says of the ranges that it is the largest of."""
+        finer = over_finer_bands(self.tuning)
+        if finer is None:
+            return
+        for axis, more in zip(self.tuning.over, finer.over, strict=True):
+            if axis.values.size < BAND:
+                continue
+            found = f"the largest of {axis.values.size} values of {axis.name}"
+            if isfinite(self.best.finer):
+                yield f"{self.tuning.search.objective} is {found}; finer: of {more.values.size}"
+            else:
+                yield f"{found}; between them it may be larger"
 
 
 def tuned(path: str | os.PathLike[str]) -> Tuned:
@@ -160,9 +175,11 @@ def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
     if "optimum_objective" not in view:
         return
     objective, causes = view["optimum_objective"], view["perturbation"].tolist()
+    finer = view["optimum_finer"] if "optimum_finer" in view else np.full(objective.size, nan)
     for i in range(objective.size):
         yield Optimum(
             parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
             objective=float(objective[i]),
             robustness=dict(zip(causes, view["robustness"][i].tolist(), strict=True)),
+            finer=float(finer[i]),
         )

@@ -16,7 +16,7 @@ from nlds_vines.tuning import archive_table
 from nlds_vines.tuning.evaluations import Journal, Log
 from nlds_vines.tuning.free_parameter import units_of, values_of
 from nlds_vines.tuning.objective import Trials
-from nlds_vines.tuning.optima import distinct, perturbed
+from nlds_vines.tuning.optima import distinct, over_finer_bands, perturbed
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.searches import Evaluate, polish, search_globally
 
@@ -63,6 +63,7 @@ def _findings(tuning: Tuning, log: Log) -> archive_table.Findings:
         for point in points[chosen]
     ]
     surface = _surface(tuning, log, points[chosen[0]]) if chosen.size else None
+    finer = over_finer_bands(tuning) if chosen.size else None
     width = len(perturbed(tuning, points[0]).start)
     return archive_table.Findings(
         columns=log.columns(),
@@ -70,6 +71,7 @@ def _findings(tuning: Tuning, log: Log) -> archive_table.Findings:
         robustness=np.array(robustness).reshape(-1, width),
         surface=surface,
         spread=spread,
+        finer=None if finer is None else log.judged(finer, points[chosen])[:, 0],
     )
 
 

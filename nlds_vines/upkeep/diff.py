@@ -30,7 +30,7 @@ exit status: 0 no difference; 1 parameters or results differ; 2 the request is w
 """
 _PROSE = ("title", "system.name", "system.title", "system.sources", "system.assumptions")
 _CIRCUMSTANCES = ("title", "commit", "threads", "machine", "source", "source_hash")
-_ADDED = ("start_state",)  # no result, and not in archives of older versions
+_ADDED = ("start_state", "period", "optimum_finer")  # older archives may lack these
 _NONE = "none"
 
 
@@ -110,7 +110,7 @@ def _circumstances(view: ArchiveView) -> dict[str, str]:
 def _of_results(a: ArchiveView, b: ArchiveView) -> Iterator[str]:
     """Yield one line for every dataset that differs."""
     for name in dict.fromkeys([*a.names, *b.names]):
-        if name in _ADDED and (name in a.names) != (name in b.names):
+        if name.removesuffix("_down") in _ADDED and (name in a.names) != (name in b.names):
             continue
         if name not in a.names or name not in b.names:
             yield f"{name} is only in {(a if name in a.names else b).path}"

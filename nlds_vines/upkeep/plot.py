@@ -55,6 +55,7 @@ def plot(
     style: str | None = None,
     edges: str | os.PathLike[str] | None = None,
     section: str | os.PathLike[str] | None = None,
+    manifold: bool = False,
     frequency: str = "rad/s",
 ) -> Figure:
     """Return the picture of an archive as a matplotlib figure; nothing is computed or written.
@@ -73,6 +74,8 @@ def plot(
             of its edge states are marked (`nlds-vines basins`).
         section: the archive of a portrait of the same system: the Poincaré section of its orbit
             is drawn over a plane of basins.
+        manifold: whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a
+            map of omega and another parameter.
         frequency: what axes of the frequency count in: rad/s (omega), Hz (f), or ratio, omega over
             that of the structure, sqrt(k1 / m1).
 
@@ -87,7 +90,9 @@ def plot(
     let_figures_be_shown()
     page = page_of(columns)
     with read(archive) as view, sheet(style):
-        figure = drawn(view, lambda opened: _draw(opened, show, page, ax, (edges, section)))
+        figure = drawn(
+            view, lambda opened: _draw(opened, show, page, ax, (edges, section, manifold))
+        )
         count_in(figure, frequency, view)
         return figure
 
@@ -97,21 +102,25 @@ def _draw(
     show: str | None,
     page: Page,
     ax: Axes | None,
-    over: tuple[str | os.PathLike[str] | None, str | os.PathLike[str] | None],
+    over: tuple[str | os.PathLike[str] | None, str | os.PathLike[str] | None, bool],
 ) -> Figure:
     """Return the picture of an open archive by what it holds.
 
-    `over`: the archives of edge states and of an orbit that are drawn over basins, None for none.
+    `over`: the archives of edge states and of an orbit that are drawn over basins, None for none;
+    whether a closed form is drawn over a map.
     """
+    edges, section, manifold = over
     from nlds_vines.plotting.chosen_panels import drawn_by
 
     if view.content == SCAN and not _is_ensemble(view, show):
         from nlds_vines.bifurcation.picture.drawing import draw
 
-        return draw(view, show, page, ax, *_points(view, *over))
-    for path, word in zip(over, ("edges are", "a section is"), strict=True):
+        return draw(view, show, page, ax, *_points(view, edges, section), manifold=manifold)
+    for path, word in ((edges, "edges are"), (section, "a section is")):
         if path is not None:
             raise RequestError(f"{view.path} holds a {view.content}: {word} for basins alone")
+    if manifold:
+        raise RequestError(f"{view.path} holds a {view.content}: the manifold is for maps alone")
     if view.content not in TASKS:
         raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
     return drawn_by(_picture(view.content), view, show, page, ax)
@@ -163,13 +172,15 @@ def names_of(archive: str | os.PathLike[str]) -> list[str]:
 
 def _meanings(view: ArchiveView) -> dict[str, str]:
     """Return what of an open archive can be shown: the meanings by name."""
+    from nlds_vines.bifurcation.picture.choices import is_map
     from nlds_vines.bifurcation.picture.ordinates import quantities_in
 
     known: dict[str, str] = {}
     if view.content in TASKS and (view.content != SCAN or _is_ensemble(view, None)):
         known |= _picture(view.content).panels(view)
     if view.content == SCAN:
-        recorded = quantities_in(view).items()
+        maps = is_map([view[name] for name in view.axes])
+        recorded = [item for item in quantities_in(view).items() if maps or not item[1].coded]
         known |= {name: f"{q.long_name}{_unit(q.units)}" for name, q in recorded}
     return known
 
@@ -201,7 +212,7 @@ def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
 
     figure = plot(
         archive, options.show, columns=options.columns, style=options.style, edges=options.edges,
-        section=options.section, frequency=options.frequency,
+        section=options.section, manifold=options.manifold, frequency=options.frequency,
     )  # fmt: skip
     with read(archive) as view, sheet(options.style):
         save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
@@ -216,6 +227,12 @@ def _declare(parser: Parser) -> None:
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
     add("--edges", metavar="BRANCHES.h5", help="of basins: mark the edge states of a continuation")
     add("--section", metavar="ORBIT.h5", help="of basins: draw the section of a portrait's orbit")
+    add(
+        "--manifold",
+        action="store_true",
+        help="of maps: draw the bounds of 1:1 motion in closed form, of a free mass between two "
+        "rigid walls",
+    )
     add(
         "--frequency",
         default="rad/s",

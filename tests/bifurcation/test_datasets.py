@@ -32,7 +32,7 @@ def names(*args, **keywords):
     ("want", "expected"),
     [
         ("section", {"section"}),
-        ("impacts", {"impacts", "impact_rate"}),
+        ("impacts", {"impacts", "impact_rate", "period"}),
         ("energy", {"E1max", "E2max", "reduction"}),
         ("regime", {"period", "impacts", "regime", "label"}),
         ("clearance", {"clearance"}),

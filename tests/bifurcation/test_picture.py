@@ -181,7 +181,7 @@ def test_rest_up_and_down_have_three_colours(tmp_path):
     [
         ("none", ["section"], ["structure $x_1$ [m]"]),
         ("tmd", ["energy"], ["energy of the structure", "energy of the damper"]),
-        ("ssul-set6", ["impacts"], ["impacts per forcing period"]),
+        ("ssul-set6", ["impacts"], ["impacts per forcing period", "period $n$"]),
         ("ssul-set6", ["clearance"], ["smallest near miss"]),
         ("ssul-set6", ["regime"], ["period $n$"]),
     ],

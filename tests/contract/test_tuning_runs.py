@@ -65,6 +65,34 @@ def test_threads_do_not_matter_and_seeds_do(arguments, tmp_path):
 
 
 @pytest.mark.kernels
+def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path):
+    """With eight times the steps it is that of a scan of the best design over these values."""
+    band = [*TMD[:-4], "--band", "5.5:7:7"]
+    assert main([*band, "-o", str(tmp_path / "a.h5"), "--quiet"]) == 0
+    tuned = nv.open(tmp_path / "a.h5")
+    best, said = tuned.best, "\n".join(tuned.lines())
+    finer = np.linspace(5.5, 7.0, 49)
+    how = {"transient": tuned.request.transient, "periods": tuned.request.periods}
+    scan = nv.scan(
+        nv.load_system("tmd", **best.parameters),
+        vary={"omega": {"values": finer.tolist()}},
+        sampling=how,
+        record=["energy"],
+        quiet=True,
+    )
+    with scan.read() as view:
+        E1max = view["E1max"][:, 0]
+    assert best.objective == pytest.approx(E1max[::8].max(), rel=1e-9)
+    assert best.finer == pytest.approx(E1max.max(), rel=1e-9)
+    assert best.finer > best.objective
+    assert "E1max is the largest of 7 values of omega; finer: of 49" in said
+    assert f"{best.objective:11.5g}  {best.finer:11.5g}" in said
+    point = tune(tmp_path / "b.h5", *TMD)
+    assert "optimum_finer" not in point  # four values are no band
+    assert np.isnan(nv.open(tmp_path / "b.h5").best.finer)
+
+
+@pytest.mark.kernels
 @pytest.mark.parametrize("batches", [0, 1, 4, 15, 22])
 def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, interrupt, capsys):
     whole = interrupt(None)

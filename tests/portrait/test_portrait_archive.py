@@ -1,6 +1,7 @@
 """A portrait in an archive: what it holds, the picture drawn from it, and what repeats it."""
 
 import csv
+import itertools
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -107,13 +108,32 @@ def test_the_picture_is_that_of_the_orbit_itself(archive, tmp_path, monkeypatch)
     assert main(["plot", "copy.h5", "--show", "spectrum", "-o", "one.png"]) == 0
     direct, copy = (imread(name) for name in ("direct.png", "copy.png"))
     assert np.array_equal(direct, copy)
-    with pytest.raises(nv.RequestError, match="columns = 1"):
-        nv.plot("copy.h5", columns=1)
     axes = Figure().subplots()
     assert nv.plot("copy.h5", show="relative", ax=axes) is axes.figure
     assert axes.get_ylabel() == "$x_2-x_1$ [m]"
-    with pytest.raises(nv.RequestError, match="energy"):
-        nv.plot("copy.h5", show="energy")
+    assert nv.plot("copy.h5", show="energy", ax=Figure().subplots())  # which the page does not show
+    with pytest.raises(nv.RequestError, match="unknown show 'energie'"):
+        nv.plot("copy.h5", show="energie")
+
+
+def test_in_one_column_all_stands_below_one_another(archive):
+    """Window after window, each with its heading; the same data, letters of the same size."""
+    wide, narrow = nv.plot(archive), nv.plot(archive, columns=1)
+    assert narrow.get_figwidth() == pytest.approx(8.4 / 2.54)
+    assert len(narrow.axes) == len(wide.axes)
+    boxes = [axes.get_position() for axes in narrow.axes]
+    assert len({(box.x0, box.x1) for box in boxes}) == 1
+    assert all(above.y0 > below.y1 for above, below in itertools.pairwise(boxes))
+    assert boxes[-1].y0 > 0
+    headings = [text for text in narrow.texts if "periods" in text.get_text()]
+    assert len(headings) == len(portrait_in(archive).views) == 2
+    half = len(boxes) // 2
+    assert headings[0].get_position()[1] > boxes[0].y1
+    assert headings[1].get_position()[1] > boxes[half].y1
+    assert headings[1].get_position()[1] < boxes[half - 1].y0
+    first, second = narrow.axes[0], narrow.axes[half]
+    assert first.get_ylabel() == second.get_ylabel()
+    assert first.get_ylim() == second.get_ylim()  # windows can be compared
 
 
 def test_histories_as_rows(archive, tmp_path, capsys):

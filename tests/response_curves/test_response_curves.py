@@ -168,7 +168,7 @@ def test_curves_show_any_number_of_the_response(here):
     assert {axes.get_yscale() for axes in panels} == {"log"}
     for axes, name in zip(panels, shown, strict=True):
         drawn = [np.asarray(line.get_ydata()) for line in axes.lines]
-        assert any(np.array_equal(line, ssbl[name]) for line in drawn)
+        assert any(np.array_equal(line[np.isfinite(line)], ssbl[name]) for line in drawn)
 
 
 @pytest.mark.kernels
@@ -218,10 +218,55 @@ def test_irregular_responses_are_shaded(here):
 
 def page_of_numbers(numbers, **figure):
     """Return the axes of a page of a damper with these numbers, and of the structure alone."""
-    tables = {"vary": {"omega": {"values": [6.0, 6.2, 6.4]}}, "figure": figure}
+    values = np.linspace(6.0, 6.4, len(numbers["E1max"])).round(3).tolist()
+    tables = {"vary": {"omega": {"values": values}}, "figure": figure}
     page = page_from("ssul-set6", (), tables, "a test")
     curves = [CurveValues(label_of(curve), page.values, numbers) for curve in page.curves]
     return draw_page(page, curves).axes
+
+
+def test_no_line_joins_two_regimes():
+    """T,1, a chaotic orbit, 3T,2 and T,1 again; of older archives, without periods, one line."""
+    E1max = np.array([1.0, 2.0, 9.0, 5.0, 6.0, 3.0, 4.0])
+    numbers = {"E1max": E1max, "reduction": 1.0 - E1max}
+    numbers |= {
+        "period": np.array([1, 1, 0, 3, 3, 1, 1]),
+        "impacts": np.array([1, 1, 7, 2, 2, 1, 1]),
+    }
+    (axes, reduction) = page_of_numbers(numbers, reduction=True)
+    for panel, factor in ((axes, 1.0), (reduction, 100.0)):
+        drawn = [line for line in panel.lines if line.get_linestyle() == "-"]
+        drawn = [line for line in drawn if len(line.get_xdata()) > 2]
+        up = np.asarray(drawn[-1].get_ydata())
+        pieces = np.split(up, np.flatnonzero(np.isnan(up)))
+        pieces = [piece[np.isfinite(piece)].tolist() for piece in pieces]
+        wanted = [E1max[:2], E1max[2:3], E1max[3:5], E1max[5:]]
+        wanted = [piece if factor == 1.0 else factor * (1.0 - piece) for piece in wanted]
+        assert pieces == [piece.tolist() for piece in wanted]
+        dots = [line for line in panel.lines if line.get_marker() == "o"]
+        assert dots[-1].get_xdata().tolist() == [6.133]
+    del numbers["period"]
+    axes, _ = page_of_numbers(numbers, reduction=True)
+    assert axes.lines[-1].get_ydata().tolist() == E1max.tolist()
+
+
+@pytest.mark.kernels
+def test_archives_tell_regimes_along_curves_without_a_verdict(here):
+    """The periods are those of a scan's verdicts, where the window tells them."""
+    vary = ["--vary", "omega=7.2:7.5:7", "--transient", "400", "--periods", "60", "--quiet"]
+    assert main(["--system", "ssul-set6", *vary, "-o", "a.h5"]) == 0
+    scan = ["bifurcation", "--system", "ssul-set6", "--record", "regime", *vary, "-o", "b.h5"]
+    assert console(scan) == 0
+    found = nv.curves_in("a.h5")
+    curve = found["SSul NES, Set 6"]
+    with nv.read("b.h5") as view:
+        labels, periods = view["label"][:, 0].tolist(), view["period"][:, 0]
+    words = [label.rpartition(" ")[2].replace("T", "") for label in labels]
+    words = [word if word[0].isdigit() else f"1{word}" for word in words]
+    assert (periods > 0).all()
+    assert curve.periods().tolist() == words
+    assert len(set(words)) > 1
+    assert found[ALONE].periods().size == 0
 
 
 def test_nothing_is_clipped_without_a_sign():

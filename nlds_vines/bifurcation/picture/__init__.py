@@ -15,6 +15,8 @@ In reading order:
     region_names      names written into the regions of a map
     regime_map        two varied parameters: regimes, and how many coexist, by colour
     quantity_map      two varied parameters: a recorded number by shade
+    code_map          two varied parameters: a recorded code by colour, as the kind of modulation
+    manifold_bounds   the frequencies of 1:1 motion in closed form, over a map
     regime_shares     two varied parameters: the share of the starts that end in a regime
     basin_map         basins of attraction, and their shares along a parameter
     drawing           from the path of an archive to the path of its picture

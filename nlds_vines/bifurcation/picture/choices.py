@@ -60,9 +60,10 @@ def rows_of(show: str, known: Mapping[str, Quantity]) -> list[str]:
     for word in filter(None, (piece.strip() for piece in show.split(","))):
         names = [name for name in GROUPS.get(word, ()) if name in known] or [word]
         found += [name for name in names if name != REGIMES]
+    numbers = [name for name, quantity in known.items() if not quantity.coded]
     for name in found:
-        if name not in known:
-            raise _not_recorded(name, [REGIMES, *GROUPS, *known])
+        if name not in numbers:
+            raise _not_recorded(name, [REGIMES, *GROUPS, *numbers])
     return list(dict.fromkeys(found))
 
 
@@ -93,8 +94,8 @@ def check_show(
     is_share = show.startswith(SHARE) and len(show) > len(SHARE)
     if (is_share or show in _OF_SEVERAL_STARTS) and starts < 2:
         raise RequestError(f"show = {show!r} needs several starts: random:N or both")
-    numbers = [name for name, quantity in known.items() if quantity.single]
     way, name = way_and_number(show)
+    numbers = [n for n, one in known.items() if one.single or (one.coded and not way)]
     if not (is_share or show in (REGIMES, *_OF_SEVERAL_STARTS) or name in numbers):
         others = [] if way else [REGIMES, *_OF_SEVERAL_STARTS, f"{SHARE}LABEL"]
         raise _not_recorded(name, [*others, *numbers])

@@ -13,6 +13,7 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture import basin_map
 from nlds_vines.bifurcation.picture.choices import BASINS, check_show, is_map, usual_show
 from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
+from nlds_vines.bifurcation.picture.manifold_bounds import draw_manifold
 from nlds_vines.bifurcation.picture.ordinates import quantities_in
 from nlds_vines.bifurcation.picture.regime_map import fill_map, regime_map
 from nlds_vines.errors import RequestError
@@ -44,6 +45,7 @@ def draw(
     ax: Axes | None = None,
     edges: np.ndarray | None = None,
     section: np.ndarray | None = None,
+    manifold: bool = False,
 ) -> Figure:
     """Return the picture of an open archive: a diagram of one varied parameter, a map of two.
 
@@ -54,7 +56,8 @@ def draw(
     (`quantities.quantities`), or the words of `choices.GROUPS`, or `regimes` for the strips alone;
     of a map what `regime_map` tells; `basins` where attractors are recorded; None for what is
     usual; the `page`; axes to draw one panel into, None for a figure of its own; of basins, the
-    section points (count, components) of `edges` and of an orbit's `section` that are marked.
+    section points (count, components) of `edges` and of an orbit's `section` that are marked; of
+    maps over omega, whether the bounds of 1:1 motion in closed form are drawn (`manifold`).
 
     Raises `RequestError` where the archive does not hold what to `show`.
     """
@@ -74,6 +77,10 @@ def draw(
             f"{view.path}: edge states and sections are shown with show = 'basins' alone"
         )
     if not is_map(values):
+        if manifold:
+            raise RequestError(
+                f"{view.path}: the manifold is drawn over maps; curves: response-curves --manifold"
+            )
         if ax is None:
             return diagram(view, show, page)
         return into(ax, lambda: draw_into(ax, view, show))
@@ -81,5 +88,12 @@ def draw(
     if chosen is None:
         raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
     if ax is None:
-        return regime_map(view, chosen, page)
-    return into(ax, lambda: fill_map(ax, view, chosen, page))
+        return regime_map(view, chosen, page, manifold)
+    return into(ax, lambda: _fill(ax, view, chosen, page, manifold))
+
+
+def _fill(axes: Axes, view: ArchiveView, show: str, page: Page, manifold: bool) -> None:
+    """Draw one map into axes, and over it the bounds of 1:1 motion if asked for."""
+    fill_map(axes, view, show, page)
+    if manifold:
+        draw_manifold([axes], view)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection, QuadMesh
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -62,6 +63,16 @@ def fill_cells(axes: Axes, view: ArchiveView, values: np.ndarray, **style: Any) 
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(up[0], up[-1])
     return mesh
+
+
+def fill_classes(
+    axes: Axes, view: ArchiveView, names: np.ndarray, words: Sequence[object], shades: Sequence[str]
+) -> None:
+    """Fill every cell with the shade of its class, one of `words`."""
+    number = {word: i for i, word in enumerate(words)}
+    classes = np.vectorize(number.__getitem__, otypes=[np.int64])(names)
+    norm = BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words))
+    fill_cells(axes, view, classes, cmap=ListedColormap(list(shades)), norm=norm)
 
 
 def mark_cells(axes: Axes, view: ArchiveView, where: np.ndarray, text: str) -> Line2D:

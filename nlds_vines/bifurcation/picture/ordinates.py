@@ -40,6 +40,7 @@ class Quantity:
         dataset: where it is; index: the places in dimensions of the dataset that are taken.
         units, long_name: of the quantity; fill: the value of orbits that have none.
         single: whether an orbit has one value of it, and not several.
+        coded: whether its values are codes of words, which maps alone show.
         body: the word for the body that is forced.
     """
 
@@ -51,6 +52,7 @@ class Quantity:
     single: bool
     index: Mapping[str, int] = field(default_factory=dict)
     body: str = STRUCTURE
+    coded: bool = False
 
     @property
     def label(self) -> str:
@@ -86,6 +88,9 @@ def quantities(
         elif _is_numbers(entry):
             about = entry.units, entry.long_name, float(entry.fill)
             found[entry.name] = Quantity(entry.name, entry.name, *about, single=not entry.tail)
+        elif entry.flags is not None and not entry.tail:
+            about = entry.units, entry.long_name, float(entry.fill)
+            found[entry.name] = Quantity(entry.name, entry.name, *about, single=False, coded=True)
     return found
 
 

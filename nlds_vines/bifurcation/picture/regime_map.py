@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.observation_time import in_legend
 from nlds_vines.bifurcation.picture.choices import COEXISTING, REGIMES, SHARE, SHARES
+from nlds_vines.bifurcation.picture.code_map import fill_codes
 from nlds_vines.bifurcation.picture.dot_panel import PASSES
+from nlds_vines.bifurcation.picture.manifold_bounds import IN_TITLE, draw_manifold
 from nlds_vines.bifurcation.picture.map_panel import (
     FOOT,
     HEAD,
     add_map_legend,
-    fill_cells,
+    fill_classes,
     hatch_cells,
     label_axes,
     map_panel,
@@ -58,7 +58,9 @@ _CHAOTIC = "reached through chaos"
 
 
 @styled()
-def regime_map(view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> Figure:
+def regime_map(
+    view: ArchiveView, show: str, page: Page = TWO_COLUMNS, manifold: bool = False
+) -> Figure:
     """Return the map of a scan of two parameters; the first runs to the right, the second up.
 
     Arguments: the archive; what to `show`, as checked by `choices.check_show`; the `page`:
@@ -68,19 +70,26 @@ def regime_map(view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> Figure
     - `coexisting`: that panel alone;
     - `share:LABEL`: the share of the starts that ended in a regime; `shares`: those of the most
       frequent regimes, side by side;
-    - a recorded number: of several starts the largest.
+    - a recorded number: of several starts the largest; a code as `capture`: the highest.
+
+    With `manifold` the bounds of 1:1 motion in closed form are drawn over it.
     """
     if show == SHARES or show.startswith(SHARE):
         figure = draw_shares(view, show, page)
     elif show == REGIMES and view["start"].size > 1:
         figure = _draw_both(view, page)
-    elif show in (REGIMES, COEXISTING):
+    elif show in (REGIMES, COEXISTING) or _is_code(view, show):
         figure, axes = single_map(view, page, 0.0 if page.beside else _below(page))
         fill_map(axes, view, show, page)
     else:
         figure = draw_number(view, show, page)
     starts = view["start"].size
     title = view.text("title") + (f"; {starts} starts" if starts > 1 else "")
+    if manifold:
+        draw_manifold(
+            [axes for axes in figure.axes if _limits(axes) == _limits(figure.axes[0])], view
+        )
+        title += f"; {IN_TITLE}"
     write_title(figure, title, page.left / page.width)
     return figure
 
@@ -95,10 +104,22 @@ def fill_map(axes: Axes, view: ArchiveView, show: str, page: Page = TWO_COLUMNS)
         _draw_regimes(axes, view, labels, "most frequent regime" if several else "regime", page)
     elif show == SHARES or show.startswith(SHARE):
         raise RequestError(f"show = {show!r} cannot be drawn into given axes: leave them out")
+    elif _is_code(view, show):
+        fill_codes(axes, view, show, page)
     else:
         mesh, label, extend = fill_number(axes, view, show)
         axes.figure.colorbar(mesh, ax=axes, label=label, extend=extend)
     label_axes(axes, view)
+
+
+def _limits(axes: Axes) -> tuple[Any, Any]:
+    """Return the limits of both axes, which bars of colours do not share with maps."""
+    return axes.get_xlim(), axes.get_ylim()
+
+
+def _is_code(view: ArchiveView, show: str) -> bool:
+    """Tell whether what is shown is a dataset of codes."""
+    return show in view and view.is_flag(show)
 
 
 def _below(page: Page) -> float:
@@ -136,7 +157,7 @@ def _draw_regimes(
     names = np.vectorize(drawn_as, otypes=[object])(labels)
     words = [word for word, _ in by_frequency(names)]
     shades = {word: colour_of(example_of(word)) for word in words}
-    _fill_classes(axes, view, names, words, [shades[word] for word in words])
+    fill_classes(axes, view, names, words, [shades[word] for word in words])
     marks = [*_hatch(axes, view, names), *_mark_flagged(axes, view)]
     ends = list(dict.fromkeys(final(word) for word in words))
     room = _MOST_BELOW - len(marks)
@@ -198,7 +219,7 @@ def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) 
     counts = np.minimum(coexisting(labels), most)
     words = sorted(set(counts.ravel().tolist()))
     shades = {0: OTHERS[HATCHED], **dict(enumerate(COUNTS, start=1))}
-    _fill_classes(axes, view, counts, words, [shades[word] for word in words])
+    fill_classes(axes, view, counts, words, [shades[word] for word in words])
     names = {0: "none known", most: f"{most} or more"}
     frame: dict[str, Any] = {"edgecolor": GREY, "linewidth": 0.4}  # the first is nearly white
     handles = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **frame) for n in words]
@@ -206,13 +227,3 @@ def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) 
     if passed.any():
         handles.append(_hatch_passed(axes, view, passed))
     add_map_legend(axes, handles, f"regimes found\nby {labels.shape[-1]} starts", page)
-
-
-def _fill_classes(
-    axes: Axes, view: ArchiveView, names: np.ndarray, words: Sequence[object], shades: Sequence[str]
-) -> None:
-    """Fill every cell with the shade of its class, one of `words`."""
-    number = {word: i for i, word in enumerate(words)}
-    classes = np.vectorize(number.__getitem__, otypes=[np.int64])(names)
-    norm = BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words))
-    fill_cells(axes, view, classes, cmap=ListedColormap(list(shades)), norm=norm)

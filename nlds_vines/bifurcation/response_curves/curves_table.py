@@ -20,7 +20,7 @@ Content = tuple[Dataset, np.ndarray]
 
 _RESPONSE = tuple(name for name in SHOWN if "response" in BY_NAME[name].record)
 
-ARRAYS = ("status", "E1max", "E2max", "reduction", "impacts", "regime", *_RESPONSE)
+ARRAYS = ("status", "E1max", "E2max", "reduction", "impacts", "period", "regime", *_RESPONSE)
 """The datasets along a curve."""
 
 DOWN = "_down"
@@ -53,6 +53,7 @@ def _along(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[C
         Dataset("status", dims, "int8", "1", "how an orbit ended", 0, STATUS_FLAGS),
         *(_recorded(name, dims, page) for name in ("E1max", "E2max", "reduction")),
         Dataset("impacts", dims, "int32", "1", "impacts per nT; -1: not recorded", -1),
+        Dataset("period", dims, "int32", "1", BY_NAME["period"].words, 0),
         Dataset("regime", dims, "int8", "1", "kind of the steady state", 0, FLAGS),
         *(_recorded(name, dims, page) for name in _RESPONSE),
     ]

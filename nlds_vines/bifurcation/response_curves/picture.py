@@ -32,7 +32,7 @@ from nlds_vines.bifurcation.response_curves.result import CurveValues, curves_of
 from nlds_vines.model.linear_response import harmonic_energy
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.labels import FLAGS
-from nlds_vines.plotting.bands import bands
+from nlds_vines.plotting.bands import bands, one_regime
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import setting_label, typeset
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
@@ -44,7 +44,7 @@ from nlds_vines.plotting.panels import (
     write_out_ticks,
     write_title,
 )
-from nlds_vines.plotting.style import CM, STYLE, axis_label, quantity_label
+from nlds_vines.plotting.style import CM, DOT, STYLE, axis_label, quantity_label
 
 _HEIGHTS = {1: 7.2 * CM, 2: 4.9 * CM, 3: 5.4 * CM, 4: 4.2 * CM}  # inches, of a panel, by columns
 _NARROW_PANEL = 4.6 * CM  # inches, of a panel in one column of a paper
@@ -90,10 +90,10 @@ def draw_page(
     the panels that are `shown`, of `panels_of`, by default all.
 
     Each panel has the quantity that the page says, E2max (where asked for) dotted in the same
-    colour.  A second sweep is a thinner line; where it differs from the first, and where a response
-    is quasiperiodic or chaotic, the panel is shaded in the curve's colour.  What lies below an axis
-    is marked at its lower end.  A
-    vertical line marks the structure's own frequency omega0 = sqrt(k1 / m1).  The frequencies
+    colour.  A line joins orbits of one regime alone, the others are dots.  A second sweep is a
+    thinner line; where it differs from the first, and where a response is quasiperiodic or chaotic,
+    the panel is shaded in the curve's colour.  What lies below an axis is marked at its lower end.
+    A vertical line marks the structure's own frequency omega0 = sqrt(k1 / m1).  The frequencies
     at which a shaded curve has impacts are light yellow, its windows without impacts white
     between dashed lines; one that is too narrow for them is a thin line.  Where the page says so,
     the reduction by each damper stands below.
@@ -255,13 +255,14 @@ def _draw_panel(
     if request.axis == "omega":
         _mark_resonances(frame, [curve for curve, _ in content])
     for curve, found in content:
-        for number, width in ((name, 1.0), (name + DOWN, _THIN)):
-            if number in found.numbers:
-                look = look_of(curve)
-                look["linewidth"] *= width
-                frame.plot(found.values, found.numbers[number], **look)
+        look = look_of(curve)
+        if name in found.numbers:
+            _draw_curve(frame, found, found.numbers[name], look)
+        if name + DOWN in found.numbers:
+            thin = {**look, "linewidth": _THIN * look["linewidth"]}
+            _draw_curve(frame, found, found.numbers[name + DOWN], thin, DOWN)
         if name == ENERGY and request.damper_energy and curve.scan.system.scene.damper:
-            frame.plot(found.values, found.E2max, **{**look_of(curve), "linestyle": DOTTED})
+            _draw_curve(frame, found, found.E2max, {**look, "linestyle": DOTTED})
     up = quantity_label(name, BY_NAME[name].unit, BY_NAME[name].words, request.body)
     if name == ENERGY and request.damper_energy:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
@@ -278,6 +279,23 @@ def _draw_panel(
         for curve, _ in content:
             _draw_manifold(frame, curve, name)
     _limit(frame, request)
+
+
+def _draw_curve(
+    frame: Axes, found: CurveValues, up: np.ndarray, look: Mapping[str, Any], ending: str = ""
+) -> None:
+    """Draw a number (n,) along a curve: a line within a regime, dots where there is none.
+
+    Arguments: what was `found` along the curve; the `look` of its line; the `ending` of the names
+    of the start.  Without the periods of the orbits, as in older archives, all is joined.
+    """
+    if not (periods := found.periods(ending)).size:
+        frame.plot(found.values, up, **look)
+        return
+    curve, alone = one_regime(found.values, up, periods)
+    frame.plot(*curve, **look)
+    dots = {"color": look["color"], "zorder": look["zorder"], "markersize": 2 * look["linewidth"]}
+    frame.plot(*alone, **DOT | dots)
 
 
 def _limit_energies(frame: Axes, alike: Sequence[Axes], request: CurvePage) -> None:
@@ -348,7 +366,7 @@ def _draw_reduction(
     frame.axhline(0, color=RESONANCE, linewidth=0.7, zorder=2)
     for curve, found in content:
         if curve.scan.system.scene.damper:
-            frame.plot(found.values, 100 * found.reduction, **look_of(curve))
+            _draw_curve(frame, found, 100 * found.reduction, look_of(curve))
     low, high = frame.get_ylim()
     frame.set_ylim(max(low, _LEAST_REDUCTION), min(high, 105))
     below = [

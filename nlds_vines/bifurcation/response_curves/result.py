@@ -62,6 +62,16 @@ class CurveValues:
         """Impacts per nT; -1 where they were not recorded."""
         return self._along("impacts", -1)
 
+    def periods(self, ending: str = "") -> np.ndarray:
+        """Return n,k of each nT,k in words, "" where none was found; (0,) where none is recorded.
+
+        Arguments: the `ending` of the names of a second start.
+        """
+        n, k = (self.numbers.get(name + ending) for name in ("period", "impacts"))
+        if n is None or k is None or (k < 0).all():  # of older archives, and without walls
+            return np.empty(0, dtype=np.str_)
+        return np.array([f"{one},{of}" if one > 0 else "" for one, of in zip(n, k, strict=True)])
+
     def _along(self, name: str, nothing: float) -> np.ndarray:
         """Return a number along the curve; `nothing` everywhere where it was not recorded."""
         return self.numbers.get(name, np.full(self.values.size, nothing))

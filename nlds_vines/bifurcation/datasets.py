@@ -15,11 +15,11 @@ from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.parameters import PHASE, described
 from nlds_vines.model.quantities import recorded
 from nlds_vines.model.quantity import Quantity
 from nlds_vines.model.scenes import Scene
-from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.modulation import FLAGS as CAPTURE
 from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start

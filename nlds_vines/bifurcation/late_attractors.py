@@ -14,8 +14,8 @@ import numpy as np
 
 from nlds_vines.bifurcation.attractors.attractor_numbering import NOT_PERIODIC, Learnt
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.orbits.coexistence import finals
-from nlds_vines.orbits.labels import PERIODIC
+from nlds_vines.model.coexistence import finals
+from nlds_vines.model.labels import PERIODIC
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.orbits.wants import ATTRACTOR
 

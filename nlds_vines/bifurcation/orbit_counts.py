@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.orbits.labels import FLAGS, KEPT
+from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.orbits.status_words import OK, failures_in, failures_in_words
 from nlds_vines.runs.progress import Progress
 

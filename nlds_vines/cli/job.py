@@ -86,9 +86,7 @@ class Job:
 
     def draw(self, plot: Path, found: Any) -> None:
         """Draw the picture of what was found."""
-        from nlds_vines.plotting.chosen_panels import save
-
-        save(TASKS[self.request.content].part("picture").PICTURE, self.archive, plot)
+        TASKS[self.request.content].part("picture").PICTURE.save(self.archive, plot)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""

@@ -39,7 +39,7 @@ from nlds_vines.continuation.special_points import (
     step_between,
     unexplained,
 )
-from nlds_vines.orbits.labels import name_of
+from nlds_vines.model.labels import name_of
 
 MOST_POINTS = 3_000
 """Points of one branch in one direction."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.errors import RequestError, choice, number, shown, string, typed
+from nlds_vines.model.labels import PERIODIC, TRANSIENT
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.setting import (
     Checked,
@@ -25,7 +26,6 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System
-from nlds_vines.orbits.labels import PERIODIC, TRANSIENT
 from nlds_vines.orbits.solver_settings import TOLERANCES, tolerance_setting
 from nlds_vines.runs.manifest import CONTINUATION
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from nlds_vines.continuation.arclength import Point, along, close, length, point_of
 from nlds_vines.continuation.section_map import Cycle, SectionMap
-from nlds_vines.orbits.labels import name_of
+from nlds_vines.model.labels import name_of
 
 KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM")
 

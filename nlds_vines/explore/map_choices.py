@@ -9,15 +9,15 @@ import numpy as np
 
 from nlds_vines.bifurcation.picture.choices import COEXISTING, NUMBERS, REGIMES, SHARE
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.model.quantities import BY_NAME, COORDINATES
-from nlds_vines.model.quantity import ERROR
-from nlds_vines.orbits.coexistence import (
+from nlds_vines.model.coexistence import (
     by_frequency,
     coexisting,
     finals,
     most_frequent,
     share_of,
 )
+from nlds_vines.model.quantities import BY_NAME, COORDINATES
+from nlds_vines.model.quantity import ERROR
 from nlds_vines.plotting.palette import (
     COUNTS,
     HATCHED,

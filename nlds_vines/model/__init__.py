@@ -13,6 +13,8 @@ In reading order:
     ratios           damping ratios, mass ratio and Hz in place of parameters
     system           a kind with its parameters, checked
     catalogue        the named systems
+    labels           what an orbit is, in the paper's words
+    coexistence      which regimes the starts of a cell reach
     words            systems and parameters in a few words
     linear_response  the motion without contact, in closed form
     slow_manifold    the 1:1 response of a free mass between two walls, in closed form

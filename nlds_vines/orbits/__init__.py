@@ -7,7 +7,6 @@ In reading order:
     responses         what a response holds, with units
     modulation        amplitudes, and 1:1 capture by impacts a period
     status_words      how a computation ended
-    labels            what an orbit is, in the paper's words
     kernel_inputs     scene and cell as kernels take them
     starts            where orbits begin
     compilation       which kernels are compiled, and who is told
@@ -21,7 +20,6 @@ In reading order:
     load_flight       an orbit under a load in time
     load_batch        many orbits under loads, each with its numbers
     classification    `nv.classify`
-    coexistence       which regimes the starts of a cell reach
     signals           forces, energies, relative displacement
     tapers            window functions of spectra
     spectral_records  what a scan records of spectra

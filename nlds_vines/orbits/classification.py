@@ -12,10 +12,10 @@ import numpy as np
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import choice, typed, whole
 from nlds_vines.model.catalogue import as_system
+from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import notice
-from nlds_vines.orbits.labels import FLAGS, least_lifetime
 from nlds_vines.orbits.simulation import IntegrationError, start_state
 from nlds_vines.orbits.solver_settings import EFFORTS, METHODS, chosen_settings
 from nlds_vines.orbits.status_words import OK

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.model.labels import KEPT
 from nlds_vines.model.quantities import RETRACED
 from nlds_vines.orbits.evidence import labels_from
-from nlds_vines.orbits.labels import KEPT
 from nlds_vines.orbits.status_words import OK
 
 if TYPE_CHECKING:

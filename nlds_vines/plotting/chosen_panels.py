@@ -37,6 +37,12 @@ class Picture:
         """Return the panels that are drawn of an archive where none is named."""
         return list(self.panels(view) if self.usual is None else self.usual(view))
 
+    def save(self, archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
+        """Draw an archive, save its usual panels, and return the path, as `save_drawn`."""
+        return save_drawn(
+            archive_path, plot_path, lambda view: drawn_by(self, view, None, page_of(2), None)
+        )
+
 
 def drawn_by(
     picture: Picture, view: ArchiveView, show: str | None, page: Page, ax: Axes | None
@@ -67,16 +73,6 @@ def picture_of(
     let_figures_be_shown()
     with read(path) as view:
         return drawn(view, lambda opened: drawn_by(picture, opened, show, page_of(2), ax))
-
-
-def save(
-    picture: Picture, archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
-) -> Path:
-    """Draw an archive, save all panels of its picture, and return its path, as `save_drawn`."""
-    page = page_of(2)
-    return save_drawn(
-        archive_path, plot_path, lambda view: drawn_by(picture, view, None, page, None)
-    )
 
 
 def several_panels(show: str, known: Mapping[str, object]) -> RequestError:

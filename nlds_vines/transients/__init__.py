@@ -8,7 +8,6 @@ In reading order:
     command         `python -m nlds_vines.transients` and `nv.ensemble`
     basin_measures  how a plane of basins is divided: shares, entropies, uncertainty exponent
     basin_shares    basins of attraction measured: `nv.basin_measures`
-    edge_states     orbits between two basins, from a continuation
 """
 
 from nlds_vines.callable_package import make_callable

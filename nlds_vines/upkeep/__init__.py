@@ -3,6 +3,7 @@
 In reading order:
 
     basin_report  basins of attraction in an archive measured
+    edge_states   orbits between two basins, from a continuation
     status        how a scan under way stands
     plot          a finished archive drawn
     opening       what an archive holds, as the function returns it that has computed it

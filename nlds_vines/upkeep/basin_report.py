@@ -59,7 +59,7 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 def _of_edges(view: ArchiveView, path: str, values: dict[str, float]) -> list[str]:
     """Return the lines on the edge states of a continuation."""
-    from nlds_vines.transients.edge_states import edge_states, lines_of
+    from nlds_vines.upkeep.edge_states import edge_states, lines_of
 
     return [*lines_of(edge_states(view, path, values), view["component"].tolist())]
 

@@ -132,7 +132,7 @@ def _points(
     section: str | os.PathLike[str] | None,
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Return the section points of edge states and of an orbit that are to be marked."""
-    from nlds_vines.transients.edge_states import points_in, section_in
+    from nlds_vines.upkeep.edge_states import points_in, section_in
 
     return (
         None if edges is None else points_in(view, edges),

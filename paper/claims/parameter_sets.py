@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from nlds_vines.orbits.labels import TRANSIENT
+from nlds_vines.model.labels import TRANSIENT
 from paper.claims.claim import (
     Claim,
     Finding,

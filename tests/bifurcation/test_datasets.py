@@ -7,7 +7,7 @@ import pytest
 from support import unfilled
 
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.orbits.labels import FLAGS
+from nlds_vines.model.labels import FLAGS
 from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
 from nlds_vines.orbits.wants import WANTS
 

@@ -6,7 +6,7 @@ import pytest
 from nlds_vines.bifurcation.observation_time import in_legend, of_chaos
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.run import Report
-from nlds_vines.orbits.labels import least_lifetime
+from nlds_vines.model.labels import least_lifetime
 from nlds_vines.orbits.solver_settings import EFFORTS, most_watched
 
 

@@ -19,7 +19,7 @@ from nlds_vines.bifurcation.picture import dot_panel
 from nlds_vines.bifurcation.picture import drawing as figures
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.labels import FLAGS
+from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette
 
 WINDOWS = (

@@ -18,7 +18,7 @@ from test_picture import (
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.picture import drawing as figures
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.labels import KEPT
+from nlds_vines.model.labels import KEPT
 from nlds_vines.plotting.style import FLAGGED, ROUND_OFF
 
 WANT = ("section", "energy", "regime", "error")

@@ -7,8 +7,8 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
+from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.linear_response import response
-from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.spectral_records import LINES
 from nlds_vines.orbits.spectral_values import agreement, spectral_label
 from nlds_vines.orbits.spectrum import spectrum_of

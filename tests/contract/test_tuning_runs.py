@@ -12,7 +12,6 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
-from nlds_vines.plotting import chosen_panels
 from nlds_vines.tuning import picture as drawn
 from nlds_vines.tuning.command import main
 from nlds_vines.tuning.evaluations import STAGES
@@ -322,7 +321,7 @@ def test_the_surface_is_drawn_alike_every_time(form, tmp_path):
     tune(tmp_path / "a.h5", *TMD)
     pictures = [tmp_path / f"{name}.{form}" for name in "ab"]
     for picture in pictures:
-        chosen_panels.save(drawn.PICTURE, tmp_path / "a.h5", picture)
+        drawn.PICTURE.save(tmp_path / "a.h5", picture)
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
@@ -385,7 +384,7 @@ def test_contours_have_values_that_hide_neither_each_other_nor_the_optimum(tmp_p
 def test_a_tuning_without_a_surface_is_not_drawn(tmp_path):
     tune(tmp_path / "a.h5", "--system", "tmd", *SMALL)
     with pytest.raises(nv.RequestError, match="holds no surface"):
-        chosen_panels.save(drawn.PICTURE, tmp_path / "a.h5", tmp_path / "a.png")
+        drawn.PICTURE.save(tmp_path / "a.h5", tmp_path / "a.png")
 
 
 @pytest.mark.kernels

@@ -18,8 +18,8 @@ from nlds_vines.kernels.orbit import shooting, variations
 from nlds_vines.kernels.orbit.growth import mean_and_width
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.labels import FLAGS
 from nlds_vines.orbits.kernel_inputs import flow_on
-from nlds_vines.orbits.labels import FLAGS
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.solver_settings import Settings
 

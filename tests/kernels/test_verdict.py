@@ -11,7 +11,7 @@ from nlds_vines import RequestError, classify, load_system
 from nlds_vines.kernels.cells import verdict
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene import evidence_rows as ev
-from nlds_vines.orbits.labels import FLAGS, label_of
+from nlds_vines.model.labels import FLAGS, label_of
 from nlds_vines.orbits.solver_settings import EFFORTS
 
 EXACT_SUM = -1.3499966666666667  # of the exponents of Set 6 [1/s]: -(c1 + c2)/m1 - c2/m2

@@ -5,9 +5,9 @@ import pytest
 
 from nlds_vines.kernels.scene import evidence_rows as ev
 from nlds_vines.kernels.scene.codes import DIVERGED, OK
+from nlds_vines.model.labels import FLAGS, flags_of, label_of, labels_of
 from nlds_vines.model.system import CELL
 from nlds_vines.orbits import evidence
-from nlds_vines.orbits.labels import FLAGS, flags_of, label_of, labels_of
 
 OMEGA, REST, N = 6.28, 0.3, 2
 T = 2 * np.pi / OMEGA

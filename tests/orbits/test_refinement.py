@@ -12,8 +12,8 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.orbit_counts import refinement_summary
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
+from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.orbits import refinement
-from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.status_words import DIVERGED, OK
 from nlds_vines.orbits.wants import possible_want

@@ -21,9 +21,9 @@ from nlds_vines.kernels.orbit.orbit import SIZE
 from nlds_vines.kernels.scene import evidence_rows as ev
 from nlds_vines.kernels.scene.arguments import CellBuffers, Span
 from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.model.coexistence import final
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits import batch
-from nlds_vines.orbits.coexistence import final
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.runs.threads import use_threads
 

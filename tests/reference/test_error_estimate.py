@@ -10,8 +10,8 @@ from support import references, system_of
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.model.labels import KEPT
 from nlds_vines.orbits import solver_settings
-from nlds_vines.orbits.labels import KEPT
 from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import MOST_NODES, TOLERANCE, Settings
 

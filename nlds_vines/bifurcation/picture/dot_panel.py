@@ -15,9 +15,9 @@ from nlds_vines.bifurcation.picture.attractor_styles import Look, looks_of
 from nlds_vines.bifurcation.picture.ordinates import Quantity
 from nlds_vines.bifurcation.picture.scan_slice import Slice
 from nlds_vines.bifurcation.picture.waterfall import WATERFALL, draw_waterfall
+from nlds_vines.model.coexistence import final
 from nlds_vines.model.quantities import QUANTITIES, drawn_in, scale_of
 from nlds_vines.model.quantity import ERROR, TOUCHED
-from nlds_vines.orbits.coexistence import final
 from nlds_vines.plotting.bands import bands, logarithmic, one_regime
 from nlds_vines.plotting.palette import PASSED, period_and_impacts
 from nlds_vines.plotting.panels import size_of

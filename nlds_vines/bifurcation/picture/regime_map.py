@@ -31,8 +31,8 @@ from nlds_vines.bifurcation.picture.regime_shares import draw_shares
 from nlds_vines.bifurcation.picture.region_names import name_regions
 from nlds_vines.bifurcation.picture.scan_slice import violated_in
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.coexistence import by_frequency, coexisting, final, most_frequent
-from nlds_vines.orbits.labels import KEPT, TRANSIENT
+from nlds_vines.model.coexistence import by_frequency, coexisting, final, most_frequent
+from nlds_vines.model.labels import KEPT, TRANSIENT
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import (
     COUNTS,

@@ -15,7 +15,7 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import SHARE
 from nlds_vines.bifurcation.picture.map_panel import fill_cells, single_map
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.coexistence import UNKNOWN, by_frequency, finals, share_of
+from nlds_vines.model.coexistence import UNKNOWN, by_frequency, finals, share_of
 from nlds_vines.plotting.notation import literal
 from nlds_vines.plotting.page import TWO_COLUMNS, Page
 from nlds_vines.plotting.panels import add_colour_bar

@@ -9,7 +9,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.ordinates import Quantity
-from nlds_vines.orbits.labels import KEPT
+from nlds_vines.model.labels import KEPT
 from nlds_vines.plotting.notation import setting_label
 from nlds_vines.plotting.palette import INADMISSIBLE
 

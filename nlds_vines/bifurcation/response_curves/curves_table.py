@@ -10,9 +10,9 @@ import numpy as np
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import SHOWN, CurvePage, alone, label_of
+from nlds_vines.model.labels import FLAGS
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits.labels import FLAGS
 from nlds_vines.orbits.status_words import STATUS_FLAGS
 
 Content = tuple[Dataset, np.ndarray]

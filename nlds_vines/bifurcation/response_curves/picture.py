@@ -29,9 +29,9 @@ from nlds_vines.bifurcation.response_curves.curve_picture import (
 from nlds_vines.bifurcation.response_curves.curves_table import DOWN
 from nlds_vines.bifurcation.response_curves.request import ENERGY, Curve, CurvePage, Panel
 from nlds_vines.bifurcation.response_curves.result import CurveValues, curves_of
+from nlds_vines.model.labels import FLAGS
 from nlds_vines.model.linear_response import harmonic_energy
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits.labels import FLAGS
 from nlds_vines.plotting.bands import bands, one_regime
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import setting_label, typeset

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.orbits.labels import TRANSIENT
+from nlds_vines.model.labels import TRANSIENT
 
 UNKNOWN = ("undetermined", "failed", "")
 """Labels that do not name a regime; no count of regimes includes them."""

@@ -7,7 +7,7 @@ from planes import PLANE
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.errors import RequestError
-from nlds_vines.transients.edge_states import edge_states, section_in
+from nlds_vines.upkeep.edge_states import edge_states, section_in
 
 pytestmark = pytest.mark.kernels
 

@@ -13,7 +13,7 @@ from nlds_vines.explore.evidence_words import evidence_of, words_of
 from nlds_vines.explore.live_orbit import LiveOrbit
 from nlds_vines.explore.map_computation import Job
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.explore.map_meta import diagram_points, meta_of
+from nlds_vines.explore.map_meta import diagram_points, meta_of, touch_points
 
 Answer = dict[str, Any]
 
@@ -31,7 +31,8 @@ def payload(found: Stored) -> Payload:
     lanes = {name: values for name, values in every.items() if len(values) == rows}
     cells = {name: values for name, values in every.items() if name not in lanes}
     count = next((len(values) // rows for values in points.values()), 0)
-    return Payload(meta_of(found, count), {"lanes": lanes, "cells": cells, "points": points})
+    sources = {"lanes": lanes, "cells": cells, "points": points, "touched": touch_points(found)}
+    return Payload(meta_of(found, count), sources)
 
 
 def in_words(number: int, start: CellStart, orbit: LiveOrbit | None) -> Answer:

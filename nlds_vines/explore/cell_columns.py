@@ -20,13 +20,16 @@ from nlds_vines.orbits.status_words import NOT_COMPUTED, OK
 def columns(found: Stored) -> dict[str, np.ndarray]:
     """Return the columns by name: codes as they are, numbers as float32.
 
-    `label` holds codes of `map_choices.label_words`, `status` those of the archive; `multiplier` is
-    the modulus of the largest Floquet multiplier; `computed`, codes of `map_choices.COMPUTED`, is
-    there where nothing else is.  Columns of `map_choices` have a row for each cell only.
+    `capture` counts the codes of the archive from 1, 0 where there is none; `label` holds codes of
+    `map_choices.label_words`, `status` those of the archive; `multiplier` is the modulus of the
+    largest Floquet multiplier; `computed`, codes of `map_choices.COMPUTED`, is there where nothing
+    else is.  Columns of `map_choices` have a row for each cell only.
     """
     columns: dict[str, np.ndarray] = {"status": found.lanes("status").ravel().astype(np.int8)}
     if "label" in found:
         _, columns["label"] = label_places(found)
+    if "capture" in found:
+        columns["capture"] = (found.lanes("capture").ravel() + 1).astype(np.uint8)
     for name in NUMBERS:
         if name in found:
             columns[name] = _number(name, found.lanes(name))

@@ -44,6 +44,7 @@ def plain_figure(name: str, height: int, **settings: Any) -> Any:
     } | settings
     made = figure(name=name, height=height, **options)
     made.toolbar.logo = None
+    made.toolbar.stylesheets = [":host { --divider-color: var(--line); }"]
     made.min_border_top = made.min_border_bottom = 4
     for axis in made.axis:
         axis.axis_label_text_font = axis.major_label_text_font = FONT

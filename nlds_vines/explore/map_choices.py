@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.bifurcation.picture.choices import COEXISTING, NUMBERS, REGIMES, SHARE
-from nlds_vines.explore.map_data import Stored
+from nlds_vines.explore.map_data import TOUCHES, Stored
 from nlds_vines.model.coexistence import (
     by_frequency,
     coexisting,
@@ -18,6 +18,7 @@ from nlds_vines.model.coexistence import (
 )
 from nlds_vines.model.quantities import BY_NAME, COORDINATES
 from nlds_vines.model.quantity import ERROR
+from nlds_vines.orbits.modulation import FLAGS as CAPTURE
 from nlds_vines.plotting.palette import (
     COUNTS,
     HATCHED,
@@ -73,7 +74,7 @@ def shows_of(found: Stored) -> list[Show]:
     """Return what the map or the diagram of a scan may show, the usual one first."""
     several = len(found.starts) > 1
     maps = len(found.scan.axes) == 2
-    shows = [*_sections(found)] if not maps else []
+    shows = [*_sections(found), *_touches(found)] if not maps else []
     if "label" in found and maps:
         classes = classes_of(found)
         if several:
@@ -84,7 +85,9 @@ def shows_of(found: Stored) -> list[Show]:
         )  # fmt: skip
         if several:
             shows += [*_of_several(found)]
-    return [*shows, *_numbers(found)] or [Show("status", "status", "computed", classes=COMPUTED)]
+    return [*shows, *_codes(found, maps), *_numbers(found)] or [
+        Show("status", "status", "computed", classes=COMPUTED)
+    ]
 
 
 def _sections(found: Stored) -> list[Show]:
@@ -94,6 +97,24 @@ def _sections(found: Stored) -> list[Show]:
     names = [n for n in ("x2", "x1", "x") if n in found.scan.system.scene.components]
     titles = {name: f"displacement {COORDINATES[name][1]} of the section" for name in names}
     return [Show(n, titles[n], f"section {n}", unit="m", points=True) for n in names]
+
+
+def _touches(found: Stored) -> list[Show]:
+    """Return the numbers of each touch, the section at impact."""
+    every = ((name, BY_NAME[name]) for name in TOUCHES if name in found)
+    return [
+        Show(name, one.title(), f"section {name}", unit=one.unit, points=True)
+        for name, one in every
+    ]
+
+
+def _codes(found: Stored, maps: bool) -> list[Show]:
+    """Return the kind of modulation, on a map, where it is recorded."""
+    if not maps or "capture" not in found:
+        return []
+    words = [word.replace("_to_", ":").replace("_", " ") for word in CAPTURE]
+    classes = ((UNKNOWN, UNKNOWN_COLOUR), *zip(words, COUNTS, strict=False))
+    return [Show("capture", "response by impacts a period", "capture", classes=classes)]
 
 
 def _of_several(found: Stored) -> list[Show]:

@@ -24,7 +24,8 @@ from nlds_vines.bifurcation.cell_start import (
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at
-from nlds_vines.model.quantities import QUANTITIES
+from nlds_vines.model.quantities import QUANTITIES, drawn_in
+from nlds_vines.model.quantity import TOUCHED
 from nlds_vines.model.system import System
 from nlds_vines.orbits.status_words import NOT_COMPUTED
 
@@ -37,9 +38,12 @@ MOST_LANES = 4_000_000
 NUMBERS = tuple(dict.fromkeys(entry.name for entry in QUANTITIES if entry.single))
 """The datasets of one number for each start, the most telling first."""
 
+TOUCHES = drawn_in(TOUCHED)
+"""The datasets of each touch, which a diagram shows over its parameter."""
+
 _PLAIN = (
     *NUMBERS,
-    *("status", "label", "refined_label", "multipliers", "orbit_point"),
+    *("capture", "status", "label", "refined_label", "multipliers", "orbit_point"),
 )
 
 
@@ -140,7 +144,7 @@ def stored(path: str | os.PathLike[str]) -> Stored:
             scan = load_scan(parse_toml(view.text("scan"), "the attribute scan"))
         _refuse_too_many(scan)
         _refuse_other_shape(path, view, scan)
-        arrays = {name: view[name] for name in _held(view) if name != "section"}
+        arrays = {name: view[name] for name in _held(view, scan) if name != "section"}
         if "section" in view:
             arrays["section"] = _sections(view, scan)
         return Stored(scan, arrays, view.attrs, path)
@@ -154,7 +158,7 @@ def empty(scan: Scan) -> Stored:
         shape = scan.table.shape(name)
         if name == "section":
             shape = (*shape[:-2], _kept(scan), shape[-1])
-        elif name not in _PLAIN:
+        elif name not in _names(scan):
             continue
         dtype = object if dataset.dtype == "str" else dataset.dtype
         arrays[name] = np.full(shape, dataset.fill, dtype)
@@ -171,14 +175,19 @@ def _refuse_too_many(scan: Scan) -> None:
         )
 
 
-def _held(view: ArchiveView) -> list[str]:
+def _names(scan: Scan) -> tuple[str, ...]:
+    """Return the datasets that a map, or a diagram, may be made of."""
+    return (*_PLAIN, "section", *(TOUCHES if len(scan.axes) == 1 else ()))
+
+
+def _held(view: ArchiveView, scan: Scan) -> list[str]:
     """Return the names of the datasets that a map is made of; an axis may have the name of one."""
-    return [name for name in (*_PLAIN, "section") if name in view and name not in view.axes]
+    return [name for name in _names(scan) if name in view and name not in view.axes]
 
 
 def _refuse_other_shape(path: Path, view: ArchiveView, scan: Scan) -> None:
     """Raise `RequestError` where the datasets are not of the shape that the scan says."""
-    for name in _held(view):
+    for name in _held(view, scan):
         if name not in scan.table.datasets:
             raise RequestError(f"{path}: dataset {name} does not belong to its scan: damaged")
         expected = tuple(scan.table.shape(name))

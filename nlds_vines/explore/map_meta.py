@@ -9,7 +9,7 @@ from bokeh.palettes import Viridis256
 
 from nlds_vines.explore.cell_columns import axes_of, section_points, told
 from nlds_vines.explore.map_choices import classes_of, label_words, shows_of
-from nlds_vines.explore.map_data import Stored
+from nlds_vines.explore.map_data import TOUCHES, Stored
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.plotting.palette import HATCHED
 from nlds_vines.plotting.style import NAVY, NO_VALUE, start_colours
@@ -53,4 +53,14 @@ def diagram_points(found: Stored) -> dict[str, np.ndarray]:
         name: np.ascontiguousarray(states[..., names.index(name)], np.float32).ravel()
         for name in ("x2", "x1", "x")
         if name in names
+    }
+
+
+def touch_points(found: Stored) -> dict[str, np.ndarray]:
+    """Return phases and speeds of all touches of a diagram; none for a map."""
+    most = max(1, MOST_POINTS // found.scan.lanes)
+    return {
+        name: np.ascontiguousarray(found.lanes(name)[..., :most], np.float32).ravel()
+        for name in TOUCHES
+        if name in found
     }

@@ -14,7 +14,7 @@ from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.orbit_figures import WIDE, orbit_figures, orbit_sources, walls_of
 from nlds_vines.explore.parameter_sliders import sliders_of
 
-_DATA = ("asked", "told", "values", "lanes", "cells", "points")
+_DATA = ("asked", "told", "values", "lanes", "cells", "points", "touched")
 
 
 class Filled(NamedTuple):

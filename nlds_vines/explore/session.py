@@ -27,7 +27,7 @@ from nlds_vines.explore.orbit_figures import joined
 from nlds_vines.explore.orbit_queue import OrbitQueue, Wanted, aside
 from nlds_vines.explore.page_document import fill
 from nlds_vines.explore.page_state import Chosen
-from nlds_vines.explore.shared_map import READY, Opened
+from nlds_vines.explore.shared_map import COMPILING, READY, Opened
 from nlds_vines.model.system import System
 
 PROGRESS_SECONDS = 0.4
@@ -208,6 +208,8 @@ class Session:
     def _say_state(self) -> None:
         """Tell what the kernels do, and how far the map is that was to be computed first."""
         text, job = self._opened.kernels, self._opened.job
+        if text == COMPILING and self._opened.waited >= 1.0:
+            text = f"{text}: {self._opened.waited:.0f} s so far"
         if text == READY:
             text = ""
             if job is not None and job.share < 1:

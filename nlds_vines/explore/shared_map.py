@@ -11,8 +11,10 @@ from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.map_computation import Job
 from nlds_vines.explore.map_data import Stored
+from nlds_vines.runs.progress import Clock
 
-LOADING, COMPILING, READY = "loading the kernels", "compiling the kernels, once", "ready"
+LOADING, READY = "loading the kernels", "ready"
+COMPILING = "compiling the kernels, once, for half a minute or so"
 """What the kernels are doing, for the page."""
 
 LAST_SECONDS = 3.0
@@ -30,6 +32,8 @@ class Opened:
         """Take what an archive holds, or a `scan` to be computed."""
         self.listeners: list[Callable[[], object]] = []
         self.kernels = LOADING
+        self.waited = 0.0  # seconds since they began to be compiled
+        self._clock: Clock | None = None
         self.job: Job | None = None
         if found is None:
             assert scan is not None
@@ -63,6 +67,8 @@ class Opened:
         try:
             self._follow_one()
         finally:
+            if self._clock is not None:
+                self._clock.stop()
             gc.freeze()  # modules and kernels stay: no click waits until they are searched
             gc.enable()
         self.kernels = READY
@@ -86,9 +92,14 @@ class Opened:
                 pass  # the page says it where this cell is chosen
 
     def _compiles(self, kernel: object) -> None:
-        if self.kernels != COMPILING:
+        if self._clock is None:
             self.kernels = COMPILING
-            self._changed()
+            self._clock = Clock(self._wait, lambda seconds: COMPILING)
+
+    def _wait(self, text: str, seconds: float) -> None:
+        """Take for how long kernels are compiled by now."""
+        self.waited = seconds
+        self._changed()
 
     def _changed(self) -> None:
         for listener in list(self.listeners):

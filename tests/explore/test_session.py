@@ -3,6 +3,7 @@
 import json
 import threading
 import time
+from collections import deque
 
 import pytest
 
@@ -23,6 +24,8 @@ class Page:
 
     def __init__(self, opened):
         self.document = Document()
+        self.calls = deque()  # in their order, as a server's loop has them
+        self.document.add_next_tick_callback = self.calls.append
         self.session = Session(self.document, opened)
         self.told = {}
         self.session._data["told"].on_change("data", self._note)
@@ -40,9 +43,8 @@ class Page:
         """Run what threads have left for the document until a condition holds."""
         end = time.monotonic() + seconds
         while True:
-            for callback in list(self.document.session_callbacks):
-                self.document.remove_next_tick_callback(callback)
-                callback.callback()
+            while self.calls:
+                self.calls.popleft()()
             if until(self):
                 return
             assert time.monotonic() < end, self.told
@@ -217,6 +219,9 @@ def test_the_page_says_what_the_kernels_do(small_map):
     opened._compiles(None)
     page.settle()
     assert page.told["state"] == COMPILING
+    opened._wait(COMPILING, 7.3)
+    page.settle()
+    assert page.told["state"] == f"{COMPILING}: 7 s so far"
     opened._warm()
     page.settle()
     assert page.told["state"] == ""

@@ -14,8 +14,7 @@ const EXPLORE = (() => {
     return found
   }
   function points(meta) {
-    const source = columns("points")
-    return {...source, count: meta.points}
+    return {...columns("points"), ...columns("touched"), count: meta.points}
   }
 
   // ---- what the server tells

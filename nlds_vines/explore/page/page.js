@@ -147,7 +147,7 @@ const NV = (() => {
     const W = Math.max(200, Math.round(fig.inner_width || 700)), H = Math.max(120, Math.round(fig.inner_height || 300))
     const pixels = new Uint32Array(W * H), size = !show.points ? 3 : a.n < W / 1.5 ? 2 : 1, S = at.meta.starts.length
     const column = show.points ? at.points[show.column.slice(8)] : at.lanes[show.column]
-    const per = show.points ? at.points.count : 1
+    const per = show.points ? column.length / (a.n * S) : 1
     for (let k = 0; k < S; k++) {
       const ink = pixel(startColour(k))
       for (let i = 0; i < a.n; i++) {

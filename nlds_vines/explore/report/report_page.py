@@ -119,9 +119,11 @@ def _page(
     kept = [one.name for one in content.columns]
     meta = meta_of(found, content.points)
     points = content.points > 0
-    shows = [s for s in meta["shows"] if (points if s["points"] else s["column"] in kept)]
+    components = found.scan.system.scene.components  # of touches the page holds nothing
+    held = [s for s in meta["shows"] if not s["points"] or s["name"] in components]
+    shows = [s for s in held if (points if s["points"] else s["column"] in kept)]
     meta |= {"shows": shows, "cell": list(middle(found)), "ranges": content.ranges}
-    meta["components"] = list(found.scan.system.scene.components)
+    meta["components"] = list(components)
     meta |= {"entries": [one.entry for one in content.columns], "rows": found.scan.lanes}
     left_out = _left_out(found, content.points, kept)
     variables = {

@@ -52,7 +52,7 @@ def scratch_for(near, far):
 def held_at(wall, ps, damper, n, begun):
     """Return the motion on a wall, if its law has one that is prepared, as a tuple of its own.
 
-    n: cells of a period; begun: as of its grid.
+    n: cells of a period, or of a stretch under a load; begun: as of its grid.
     """
     return None
 
@@ -105,8 +105,10 @@ def grid_for(parts, ps, damper, n, stops, begun):
 def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     """Return a cell `Prepared` for orbits with `stops` section points a period.
 
-    ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs;
-    begun: the `flight.Begun` that periods count from, or the `load_cells.Stretch` of a load.
+    ps, damper: its `Structure` and its `Damper`, `Ground` or None; begun: the `flight.Begun` that
+    periods count from, or the `load_cells.Stretch` of a load; n: the exact cells that a period
+    needs, or those of the stretch. A section point is the end of a cell, so the grid has a multiple
+    of `stops` cells (a load has none inside); a motion on a wall, on a grid of its own, has n.
     """
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     far = wall_like(parts.far, cell.far, damper, cell)

@@ -63,14 +63,17 @@ class Extremes(NamedTuple):
 
 @jit
 def cell_flow(parts, cell, begun):
-    """Return the `Flow` of a cell, and a status; its periods begin as `begun`."""
+    """Return the `variations.Flow` of a cell, and a status; unless that is OK, it is of no use.
+
+    begun: `flight.Begun` of share 1, the phase of the sections.
+    """
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n, status = cells_of(ps, damper), OK
     if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
         status = BAD_PARAMETERS
     elif n < 0:
         status = TOO_STIFF
-    n = max(n, 1)
+    n = max(n, 1)  # the result is of one type, so there is a flow in any case
     prepared = prepared_cell(parts, cell, ps, damper, n, 1, begun)
     return flow_of(prepared, grid_from(ps, damper, n, begun)), status
 

@@ -95,7 +95,11 @@ def contact_at(impacts, first, time):
 
 @jit
 def contact_between(impacts, begin, end):
-    """Tell whether a contact lies in an interval, in part or as a whole."""
+    """Tell whether a contact meets the times from `begin` to `end` [s], both included.
+
+    impacts: `observe.Impacts`, with room for all of them, or None without walls. The release of a
+    contact that still lasts is NaN, hence `not ... < begin`.
+    """
     if impacts is None:
         return False
     data = impacts.data

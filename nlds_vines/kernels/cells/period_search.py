@@ -43,10 +43,11 @@ def recent_period(record, length):
 
 @jit
 def near_returns(space, course, chaotic):
-    """Return by n how far the last section lies from that n periods before, if that is near.
+    """Return by n the energy norm [J^0.5] of section m, the last, less section m - n, if near.
 
-    inf where some return of fewer periods is as near, and for n = 0. In chaos, many a return is
-    near; there, it must be nearer than the one before it, and not by chance much nearer.
+    inf for n = 0, and where a return of fewer periods is as near. n ends at LONGEST, or where
+    section m - 2n is not kept. In chaos many returns are near by chance: there, m - n must lie as
+    far or farther from m - 2n, but at most STEADY times, a guess of how fast an orbit settles.
     """
     m = last_of(course)
     last, other, earlier, nearest_yet = np.zeros(4), np.zeros(4), np.zeros(4), math.inf

@@ -26,7 +26,7 @@ from .period_search import FEW, FOUND, MANY, NOTHING, SHORT, find_period
 from .settling import MARGIN, growth_of, note_chaotic_transient
 
 SMOOTH = 7.0  # digits to which averages agree only on a torus
-RESOLVED = -18.0  # logarithm of the least product of multipliers that a matrix holds to 8 digits
+RESOLVED = -18.0  # ln det M, 1.5e-8: with round-off of 1e-16 in M, eight digits of it are left
 ALIGNING = 2  # cycles after which variations have the directions of a long orbit
 
 
@@ -43,15 +43,16 @@ def note_exponents(evidence, growth, logs, period, size):
 def note_cycle(flow, evidence, period):
     """Write the largest exponent of a periodic orbit, ln |mu| / nT, which needs no average.
 
-    The matrix of a long orbit does not resolve its small multipliers: there, all exponents are
-    those of a cycle's growth, once the variations are aligned by the cycles before.
+    PERIOD n, RADIUS and POINT are filled; period: T [s]. EXPONENTS stay NaN where the matrix
+    resolves all multipliers: a reader takes ln |mu| / nT from MATRIX. That of a long orbit does
+    not: there they are the growth over a cycle, once ALIGNING cycles have aligned the variations.
     """
     radius, n = evidence[ev.RADIUS], int(evidence[ev.PERIOD])
     largest = log(radius) if radius > 0.0 else -np.inf
     evidence[ev.LARGEST], evidence[ev.WIDTH] = largest / (n * period), 0.0
     evidence[ev.DIGITS] = np.nan
     evidence[ev.EXPONENTS : ev.EXPONENTS + 4] = np.nan
-    volume = flow.trace * n * period
+    volume = flow.trace * n * period  # ln |det M|, the sum of ln |mu|; contacts add theirs
     near, far = flow.prepared.near, flow.prepared.far
     volume += shrunk_in_contacts(near, far, flow, evidence[ev.POINT : ev.POINT + 4], n)
     if volume > RESOLVED:
@@ -66,7 +67,9 @@ def note_cycle(flow, evidence, period):
             return
     for i in range(flow.space.size):
         evidence[ev.EXPONENTS + i] = growth[i] / (n * period)
-    # the first is known better; what it was off, the second was, as areas align faster than lengths
+    # LARGEST is better than the growth of one variation, which aligns slowly where the first two
+    # multipliers are nearly as large, or not at all: a complex pair. The area of two does not
+    # suffer from that, so the sum of the first two is kept
     if evidence[ev.LARGEST] > -np.inf:
         off = evidence[ev.EXPONENTS] - evidence[ev.LARGEST]
         evidence[ev.EXPONENTS] -= off

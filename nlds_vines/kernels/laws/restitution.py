@@ -234,19 +234,24 @@ def keep_common_motion(ps, damper, tangent):
 
 
 @jit
-def drive_rebound(tangent, damper, wall, sign, s, stays):
-    """Add what the constants of an impact of rigid bodies, at the approach speed s, change.
+def drive_rebound(tangent, damper, wall, sign, s, at_rest):
+    """Add to driven variations what parameters change of a rebound, by e and by the share.
 
-    stays: whether the damper is at rest afterwards.
+    It turns s into -e s and v1 into v1 - share (1 + e) s, hence
+
+        ds = -de s,    dv1 = -(dshare (1 + e) + share de) s,    at rest afterwards e = de = 0.
+
+    s: approach speed as the wall sees it; rows are not mirrored, hence `sign`. This may follow the
+    jump of variations: the time by which that carries back depends on r alone.
     """
     if is_a(tangent, Driven):
         for i in range(len(tangent.rates)):
             by = tangent.rates[i]
-            more, back = by[constants_of(sign) + OF_E], 1.0 + wall.e
-            if stays:
-                more, back = 0.0, 1.0
-            tangent.rows[4 * i + 1] -= sign * s * (by[SHARE] * back + damper.share * more)
-            tangent.rows[4 * i + 3] -= sign * s * more
+            de, both = by[constants_of(sign) + OF_E], 1.0 + wall.e
+            if at_rest:
+                de, both = 0.0, 1.0
+            tangent.rows[4 * i + 1] -= sign * s * (by[SHARE] * both + damper.share * de)
+            tangent.rows[4 * i + 3] -= sign * s * de
 
 
 @jit

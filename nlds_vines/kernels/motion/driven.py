@@ -10,7 +10,8 @@ so does all motion, df/domega = -f / omega. What a parameter does to the place o
 difference of r does, with the other sign: so a touch is later by (gap' - r) / s, and where f jumps
 there, as with a dashpot, or the state does, as of rigid bodies, the jumps know of both.
 
-Walls see states mirrored by a `sign`; variations are not mirrored, but what drives them is.
+Walls see states mirrored by a `sign`; variations are not mirrored, so what drives them is computed
+from a mirrored state and multiplied by `sign`.
 """
 
 from __future__ import annotations
@@ -119,11 +120,12 @@ def constants_of(sign):
 
 @jit
 def source_of(ps, damper, by, sign, constant, state, drive, pushes):
-    """Return what a parameter adds to dv1/dt and to ds/dt of a variation, at one pace of time.
+    """Return what a parameter p adds to dv1/dt and to ds/dt of a variation: d/dp of eq. (5).
 
-    by: its rates (RATES,); state (x1, v1, r, s) and drive as the wall sees them that pushes with
-    the force `push` [N]; pushed: what changes of that by the parameter itself; constant: 1, or 0
-    for Taylor coefficients of a motion but the first.
+    In m/s^2 per unit of p, not mirrored; callers add what SLOWER does. by: the rates (RATES,) of p;
+    state (x1, v1, r, s) and drive as the wall sees them; pushes: (push, pushed), its force [N] as
+    it sees it, and what p itself changes of that, times `sign`: not mirrored. constant: 1, or 0 for
+    Taylor coefficients of a motion but the first.
     """
     (x1, v1, r, s), (push, pushed) = state, pushes
     own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]

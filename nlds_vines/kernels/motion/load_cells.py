@@ -87,7 +87,12 @@ def grid_over(ps, damper, n, begun):
 
 @jit
 def grid_under(ps, damper, h, n, stretch):
-    """Prepare flight by cells of h [s] under a load, n of them in a stretch."""
+    """Return the `Grid` of n cells of h [s] under a load, with `powers`, `ends` and `weights`.
+
+    h may be less than that of the stretch: `polynomial_from` rescales the force, `end_under` holds
+    for equal h alone. c_(k+1) takes f_k, so f_ORDER moves nothing, and has to be round-off.
+    `push` is for a force of 1 N: `pushed_over` returns that of the load.
+    """
     free, degree = grid_with(ps, damper, h, 1, 0, PERIOD), stretch.degree
     powers = len(free.table)
     ends = powers + ORDER * TERMS

@@ -3,7 +3,7 @@
 The functions of C libraries and of vector libraries differ between versions and processors. These
 consist of +, -, *, / and sqrt, each of which IEEE 754 rounds in one way only. Ranges are reduced
 without rounding, the series are Taylor's, and what the leading term has lost is added to the rest,
-so that errors stay below one unit in the last place.
+so that errors stay below one unit in the last place, where a function does not say otherwise.
 """
 
 from __future__ import annotations
@@ -204,7 +204,10 @@ def fifth_root(x):
 
 @jit
 def whole_power(q, m):
-    """Return q^m for a whole m >= 0."""
+    """Return q^m, m >= 0 an integer, by squaring: the product of q^(2^i) over the bits i of m.
+
+    About 2 log2(m) products; the relative error is at most some (m - 1) 2^-53.
+    """
     result = 1.0
     while m > 0:
         if m % 2 == 1:
@@ -216,7 +219,7 @@ def whole_power(q, m):
 
 @jit
 def power(q, m, fraction):
-    """Return q^(m + fraction) for q >= 0."""
+    """Return q^(m + fraction) for q >= 0; its error is that of `whole_power`, and |ln q| 2^-53."""
     result = whole_power(q, m)
     if fraction > 0.0:
         result = result * exp(fraction * log(q)) if q > 0.0 else 0.0

@@ -205,10 +205,12 @@ def _write_whole(path: Path, data: bytes) -> None:
 
 
 def load(name: str) -> bytes | None:
-    """Return what is kept in a file; None where there is none, or a damaged one, which is said.
+    """Return what `save` has kept by this name; None where no place has it whole.
 
-    Beside the folder of this process, those are read that it cannot write, or need not: what an
-    image of a container holds.  A folder that the user has chosen is the only one.
+    A file is the SHA-256 of the data (32 bytes), then the data; a damaged one is said, and the next
+    place is tried.  For which sources it holds, its name tells.  Places: the folder this process
+    writes to, then the other lasting ones, which may be read-only, as in an image of a container.
+    A folder that the user has chosen (NUMBA_CACHE_DIR) is the only one.
     """
     own = folder()
     others = () if os.environ.get("NUMBA_CACHE_DIR") else _places()

@@ -45,8 +45,9 @@ def count(by_period, wall, first, last):
 def impacts_of(by_period, wall, n):
     """Return the impacts k per nT at one wall; for n = 0 those of the whole window.
 
-    Counted over as many whole cycles as the last half of the window holds, so that an impact that
-    falls on the very instant of a section, now before it and now after, is not counted amiss.
+    by_period: counts (periods, 2); wall: 0 near, 1 far. The mean over as many cycles as the last
+    half of the window holds, rounded. An impact on the very instant of a section, now before it
+    and now after, changes the sum by 1 at most: from three cycles on, k is right all the same.
     """
     periods = len(by_period)
     if n == 0:

@@ -9,7 +9,7 @@
   6 CLEARANCE       nearest miss [m]              14 PASSING_WIDTH  half its 99 % interval [1/s]
   7 SLOWEST         impact [m/s]
 
-  15 EXPONENTS      4 Lyapunov exponents [1/s]
+  15 EXPONENTS      4 Lyapunov exponents [1/s]; NaN of an nT orbit: ln |mu| / nT from MATRIX
   19 MATRIX         16 of the monodromy matrix, column by column
   35 POINT          4 of the periodic orbit's section point (x1, v1, r, s)
 

@@ -157,8 +157,8 @@ def crossing(grid, end, sign, level, ends, bend):
     """Return the place in [0, end] of the expanded cell where sign r passes `level`.
 
     It rises all along, and does pass it. ends: (f, f', f') at the end, the start and the end, the
-    slopes per `end`. Newton's steps from a good guess; from a place where the next one is too short
-    to err by more than round-off, as `bend` >= |r''| tells, it is the last.
+    slopes times `end`. Newton's steps from a good guess; one errs by bend change^2 / (2 slope),
+    bend >= |r''|, and is the last where that is below round-off. LOST after MOST_STEPS.
     """
     low, high = 0.0, end
     f1, g0, g1 = ends

@@ -22,6 +22,7 @@ def compile_all():
     """Compile the four configurations."""
     from nlds_vines.continuation.section_map import compile_for
     from nlds_vines.kernels.numerics.elementary import exp, fill_cos_sin, fill_exp, log
+    from nlds_vines.kernels.numerics.tones import fill_tones
     from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
     from nlds_vines.orbits.batch import Kernels, Wanted
     from nlds_vines.orbits.solver_settings import Settings
@@ -33,6 +34,7 @@ def compile_all():
     compile_for(scene_of("ssul"))
     fill_cos_sin(np.zeros(1), np.zeros(1), np.zeros(1))  # by which loads have their coefficients
     fill_exp(np.zeros(1), np.zeros(1))
+    fill_tones(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros((1, 15)))
     log(1.0)
     exp(0.0)  # by which branches compare their multipliers with the damping
     period_of(np.zeros((4, 4)), TOLERANCE)  # by which portraits find theirs

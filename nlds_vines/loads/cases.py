@@ -58,10 +58,14 @@ def numbers_of(request: Decay, pairs: Sequence[tuple[System, Loading]]) -> Array
     starts = np.array([_start(request, system) for system, _ in pairs])
 
     def loads(lanes: range, reach: np.ndarray) -> list[Cells]:
-        return [
-            _in_cells(request, pairs[i][1], _struck(request, cells[i]), float(most))
-            for i, most in zip(lanes, reach, strict=True)
-        ]
+        made, found = dict[tuple[Any, ...], Cells](), []
+        for i, most in zip(lanes, reach.tolist(), strict=True):
+            load, struck = pairs[i][1], _struck(request, cells[i])
+            key = id(load), struck, most
+            if key not in made:
+                made[key] = _in_cells(request, load, struck, most)
+            found.append(made[key])
+        return found
 
     return _flown(request, pairs[0][0].scene, cells, starts, loads, None)
 
@@ -88,14 +92,14 @@ class _Scan:
     def loads(self, lanes: range, reach: np.ndarray) -> list[Cells]:
         """Return the loads of some lanes; what several have in common is made once."""
         base, made, found = self._request.load, dict[tuple[Any, ...], Cells](), []
-        for lane, most in zip(lanes, reach, strict=True):
+        for lane, most in zip(lanes, reach.tolist(), strict=True):
             numbers = {name: float(given[lane]) for name, given in self._of_load.items()}
             impulse = numbers.pop("impulse", base.impulse) * numbers.get("scale", base.scale)
             struck = _struck(self._request, self.cells[lane])
             key = *numbers.values(), struck, most
             if key not in made:
                 load = base.with_({"impulse": 0.0, **numbers})
-                made[key] = _in_cells(self._request, load, struck, float(most))
+                made[key] = _in_cells(self._request, load, struck, most)
             found.append(_with_blow(made[key], impulse / struck.mass))
         return found
 
@@ -131,7 +135,7 @@ def _flown(
 ) -> Arrays:  # fmt: skip
     """Follow an orbit for each of the cells (lanes,) of a scene, and return what they tell."""
     batch = LoadBatch(scene, request.load.shaken, request.tolerance)
-    reach, found = batch.longest(cells), dict[int, Arrays]()
+    reach, found = _rounded(batch.longest(cells)), dict[int, Arrays]()
     asked = of_orbit.Asked(np.array(SHARES), request.level, request.settle)
 
     def some(begin: int, end: int) -> None:
@@ -148,6 +152,12 @@ def _flown(
     in_pieces(some, len(cells), most=most)
     pieces = [found[begin] for begin in sorted(found)]
     return {name: np.concatenate([one[name] for one in pieces]) for name in pieces[0]}
+
+
+def _rounded(reach: np.ndarray) -> np.ndarray:
+    """Return lengths rounded down by an eighth or less, so that many systems share their loads."""
+    mantissa, exponent = np.frexp(reach)
+    return np.asarray(np.ldexp(np.floor(16.0 * mantissa) / 16.0, exponent))
 
 
 # ---- what they tell ------------------------------------------------------------------------------
@@ -168,7 +178,9 @@ def _numbers(request: Decay, scene: Scene, cells: np.ndarray, told: Told) -> dic
         often = [1.0 / column[of_orbit.PASSAGE + of_x1.CROSSINGS + i] for i in (0, 2, 1)]
     has = {"c1": True, "c2": scene.damper, "contact": bool(scene.walls)}
     every = {entry.name: response.get(entry.name, missing) for entry in OF_LOADS}
-    every |= {f"last_{100 * share:g}": column[of_orbit.LAST + i] for i, share in enumerate(SHARES)}
+    every |= {
+        f"last_{100 * share:g}": column[of_orbit.LAST_TIMES + i] for i, share in enumerate(SHARES)
+    }
     every |= {
         f"share_{way}": share if has[way] else missing
         for way, share in zip(WAYS, shares, strict=True)
@@ -197,7 +209,7 @@ def _statistics(
     """Return the statistics of x1; intervals of confidence of noise alone, which is stationary."""
     found = {
         "x1_rms": column[of_x1.RMS],
-        "first_passage": column[of_x1.FIRST],
+        "first_passage": column[of_x1.FIRST_PASSAGE],
         "above": column[of_x1.ABOVE],
         "crossings": column[of_x1.CROSSINGS],
     }

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from nlds_vines.kernels.cells.load_lanes import Loads, Told, fill_rates, fly_lanes
-from nlds_vines.kernels.cells.load_numbers import NUMBERS, Asked
-from nlds_vines.kernels.cells.load_orbit import SUMS
+from nlds_vines.kernels.cells.load_numbers import ORBIT_NUMBERS, Asked
+from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
 from nlds_vines.kernels.motion.flight import ORDER, REACH
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.model.scenes import Scene
@@ -82,13 +82,13 @@ class LoadBatch:
         edges = max((len(load.edges) for load in loads), default=0) if histories else 0
         kept = (lanes, edges) if histories else (0, 0)
         told = Told(
-            numbers=np.full((lanes, NUMBERS), np.nan),
+            numbers=np.full((lanes, ORBIT_NUMBERS), np.nan),
             response=np.full((lanes, RESPONSE_COLUMNS), np.nan),
             peak=np.full((lanes, 2), np.nan),
             violation=None if self._scene.limit is None else np.zeros((lanes, 3)),
             impacts=room_for_impacts(0) if walls else None,
             states=np.full((*kept, 4), np.nan),
-            sums=np.full((*kept, SUMS), np.nan),
+            sums=np.full((*kept, EDGE_SUMS), np.nan),
             status=np.zeros(lanes, np.int64),
         )
         fly_lanes(

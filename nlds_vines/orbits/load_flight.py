@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.kernels.cells.load_orbit import SUMS, TOLD, Load, fly_under, rate_under
+from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, TOLD, Load, fly_under, rate_under
 from nlds_vines.kernels.motion.flight import ORDER, REACH
 from nlds_vines.kernels.scene.arguments import CellBuffers
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
@@ -175,7 +175,7 @@ def _buffers(system: System, record: Collection[str], edges: int, room: int) -> 
         clearance=np.full(1, np.inf) if "clearance" in record and scene.walls else None,
         violation=None if scene.limit is None else np.zeros(3),
         response=np.full(RESPONSE_COLUMNS, np.nan) if summed else None,
-        sums=np.empty((edges, SUMS)) if "work" in record else None,
+        sums=np.empty((edges, EDGE_SUMS)) if "work" in record else None,
     )
 
 

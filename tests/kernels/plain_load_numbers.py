@@ -11,11 +11,11 @@ from nlds_vines.kernels.cells.load_passages import (
     ABOVE,
     BATCHES,
     CROSSINGS,
-    FIRST,
+    FIRST_PASSAGE,
     NEVER,
-    QUANTILE,
     RMS,
     STATISTICS,
+    SURE,
     above_in_cell,
     fill_passages,
 )
@@ -108,28 +108,28 @@ def test_statistics_of_a_sine():
     assert found[ABOVE] == pytest.approx(2 / 3, abs=1e-6)
     assert found[CROSSINGS] == pytest.approx(2 / (2 * math.pi), rel=1e-12)
     error = h**4 / 384 * 0.5  # of the cubic where sin t is 1/2; there its slope is cos(pi / 6)
-    assert found[FIRST] == pytest.approx(math.pi / 6, abs=error / math.cos(math.pi / 6))
+    assert found[FIRST_PASSAGE] == pytest.approx(math.pi / 6, abs=error / math.cos(math.pi / 6))
     np.testing.assert_allclose(found[RMS + 1 : RMS + 3], found[RMS], rtol=1e-10)  # no spread
 
 
 def test_intervals_are_those_of_batch_means():
     rng, h = np.random.default_rng(8), 0.1
-    x1 = rng.normal(size=4001)
+    x1 = rng.normal(size=3401)
     squares = np.concatenate([[0.0], np.cumsum(h * x1[1:] ** 2)])
-    found = statistics_of(x1, np.zeros(4001), squares, 1.0, 20.0, h)
+    found = statistics_of(x1, np.zeros(3401), squares, 1.0, 20.0, h)
     means = (x1[201:].reshape(BATCHES, -1) ** 2).mean(axis=1)
-    half = QUANTILE * means.std(ddof=1) / math.sqrt(BATCHES)
+    half = SURE * means.std(ddof=1) / math.sqrt(BATCHES)
     wanted = np.sqrt([means.mean(), means.mean() - half, means.mean() + half])
     np.testing.assert_allclose(found[RMS : RMS + 3], wanted, rtol=1e-12)
     assert found[ABOVE + 1] < found[ABOVE] < found[ABOVE + 2]
     first = np.flatnonzero(np.abs(x1) > 1.0)[0]
-    assert h * (first - 1) < found[FIRST] <= h * first
+    assert h * (first - 1) < found[FIRST_PASSAGE] <= h * first
 
 
 def test_no_passage_is_no_time():
     h, t = 0.1, 0.1 * np.arange(400)
     found = statistics_of(np.sin(t), np.cos(t), t, 1.5, 0.0, h)
-    assert math.isnan(found[FIRST])
+    assert math.isnan(found[FIRST_PASSAGE])
     assert found[ABOVE] == found[CROSSINGS] == 0.0
 
 

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from nlds_vines.errors import RequestError
 from nlds_vines.model.loads.loading import Cells, Struck, loading_of
-from nlds_vines.model.loads.series import TERMS
+from nlds_vines.model.loads.series import TERMS, tones
 
 STRUCK = Struck(mass=1000.0)
 
@@ -180,6 +180,24 @@ def test_noise_has_its_rms_and_its_density():
     assert one.density == 9.0 / 20.0
     kurtosis = np.mean(values**4) / np.mean(values**2) ** 2
     assert kurtosis == pytest.approx(3.0, abs=0.3)
+
+
+def test_tones_are_as_sharp_after_a_long_time():
+    """In cells of one length, and of others in between, beside cosines of 30 digits."""
+    frequencies, phases = np.array([0.37, 4.1, 6.3]), np.array([0.1, 0.5, 0.93])
+    edges = 1e5 + np.concatenate([0.01 * np.arange(70), 0.7 + 0.007 * np.arange(1, 50)])
+    rows = tones(frequencies, phases, edges[:-1], np.diff(edges))
+    with mpmath.workdps(30):
+        wanted = [
+            float(sum(
+                mpmath.cos(2 * mpmath.pi * (mpmath.mpf(f) * mpmath.mpf(t) + mpmath.mpf(p)))
+                for f, p in zip(frequencies.tolist(), phases.tolist(), strict=True)
+            ))
+            for t in edges.tolist()
+        ]  # fmt: skip
+    drift = 8 * np.spacing(1e5) * 2 * np.pi * frequencies.sum()  # ends of cells are rounded
+    np.testing.assert_allclose(rows[:, 0], wanted[:-1], rtol=0, atol=3e-14 + drift)
+    np.testing.assert_allclose(rows.sum(axis=1), wanted[1:], rtol=0, atol=3e-14 + drift)
 
 
 def test_noise_is_its_seed_s():

@@ -18,7 +18,7 @@ from ..scene.codes import OK
 from .load_numbers import buffers_for, fill_numbers, impacts_for, start_energy_of
 from .load_orbit import Load, fly_under, rate_under
 
-ROOM = 64  # for impacts, and one more for each cell; an orbit with more is followed again
+SPARE_ROOM = 64  # for impacts, and one more for each cell; an orbit with more is followed again
 
 
 class Loads(NamedTuple):
@@ -36,13 +36,13 @@ class Loads(NamedTuple):
 class Told(NamedTuple):
     """What lanes tell."""
 
-    numbers: Any  # (lanes, `load_numbers.NUMBERS`)
+    numbers: Any  # (lanes, `load_numbers.ORBIT_NUMBERS`)
     response: Any  # (lanes, `codes.RESPONSE_COLUMNS`)
     peak: Any  # (lanes, 2) largest E1 and E2 [J]
     violation: Any  # (lanes, 3), None in a scene without a limit to keep
     impacts: Any  # `Impacts` of which no number matters, None in a scene without walls
     states: Any  # (lanes or 0, edges, 4) at the edges, in the user's coordinates
-    sums: Any  # (lanes or 0, edges, `load_orbit.SUMS`)
+    sums: Any  # (lanes or 0, edges, `load_orbit.EDGE_SUMS`)
     status: Any  # (lanes,)
 
 
@@ -116,7 +116,9 @@ def fly_lanes(begin, end, parts, cells, loads, starts, asked, told):
     """
     for lane in range(begin, end):
         cell, load = cells[lane], load_of(loads, lane)
-        own = buffers_for(told.impacts, told.violation, len(load.edges), ROOM + len(load.edges))
+        own = buffers_for(
+            told.impacts, told.violation, len(load.edges), SPARE_ROOM + len(load.edges)
+        )
         status, own = flown(parts, cell, load, starts[lane], own)
         if status == OK:
             energy = start_energy_of(parts, cell, starts[lane])

@@ -22,18 +22,18 @@ from ..scene.arguments import CellBuffers
 from ..scene.codes import OK, RESPONSE_COLUMNS
 from ..scene.drive import Moment
 from ..scene.scene import accelerations, damper_of, joined, unloaded
+from ..watch.limit import ROOT_STEPS
 from ..watch.observe import COLUMNS, RELEASE, TOUCH, Impacts
-from .load_orbit import SUMS, Load, fly_under, structure_moved
+from .load_orbit import EDGE_SUMS, Load, fly_under, structure_moved
 from .load_passages import STATISTICS, fill_passages
 
 CAPTURED = 1.99  # impacts in a natural period, of two walls, from which on the motion is captured
 PARTS = 64  # of a cell in which a last time lies, each time that it is looked at more closely
-LEVELS = 2  # how often that is, where there is a contact
+LOOKS = 2  # how often that is, where there is a contact
 MOST_AGAIN = 64  # impacts of such a cell that are noted
-ROOT_STEPS = 60  # of the search for a last time: it needs some six
 
 # Places of the numbers of an orbit:
-#   LAST     3   last times [s] at which E1 exceeds shares of its largest; NaN: at the end, it does
+#   LAST_TIMES 3 last times [s] at which E1 exceeds shares of its largest; NaN: at the end, it does
 #   FELL         time [s] from the edge with the largest E1 to the second of them
 #   IMPACTS      how many
 #   CAME         energy [J] brought in by the start and by the load
@@ -42,8 +42,9 @@ ROOT_STEPS = 60  # of the search for a last time: it needs some six
 #   CAPTURE  3   how long the longest capture lasts, when it begins and when it ends [s]
 #   START        energy of the start [J]
 #   PASSAGE      first of those of `load_passages`
-LAST, FELL, IMPACTS, CAME, GONE, BALANCE, CAPTURE, START, PASSAGE = 0, 3, 4, 5, 6, 9, 10, 13, 14
-NUMBERS = PASSAGE + STATISTICS
+LAST_TIMES, FELL, IMPACTS, CAME, GONE, BALANCE = 0, 3, 4, 5, 6, 9
+CAPTURE, START, PASSAGE = 10, 13, 14
+ORBIT_NUMBERS = PASSAGE + STATISTICS
 
 
 class Asked(NamedTuple):
@@ -243,7 +244,7 @@ def last_in_contact(parts, cell, load, i, level, buffers):
     length = load.edges[i + 1] - load.edges[i]
     section, edge, begin, width = buffers.section, i, 0.0, 1.0
     state, table = np.zeros(SIZE), np.zeros(DRIVE + ROW)
-    for _ in range(LEVELS):
+    for _ in range(LOOKS):
         state_at(joined(damper), section, edge, state)
         finer = parts_of_cell(load, ROW * i, (begin, length), width * length, table)
         status, section = flown_in(parts, cell, finer, state, buffers)
@@ -344,7 +345,7 @@ def buffers_for(impacts, violation, edges, room):
     """
     return CellBuffers(
         None, np.empty((edges, 4)), None, impacts_for(impacts, room), None, np.zeros(2), None,
-        violation_for(violation), np.empty(RESPONSE_COLUMNS), None, np.empty((edges, SUMS)),
+        violation_for(violation), np.empty(RESPONSE_COLUMNS), None, np.empty((edges, EDGE_SUMS)),
     )  # fmt: skip
 
 
@@ -367,7 +368,7 @@ def joint_energy(damper, state):
 
 @jit
 def fill_numbers(parts, cell, load, asked, begin, buffers, numbers):
-    """Fill in the numbers (NUMBERS,) of an orbit that `load_orbit.fly_under` has flown.
+    """Fill in the numbers (ORBIT_NUMBERS,) of an orbit that `load_orbit.fly_under` has flown.
 
     asked: `Asked`; begin: the energy [J] of its start; buffers: of `buffers_for`. Returns a status.
     """
@@ -376,12 +377,12 @@ def fill_numbers(parts, cell, load, asked, begin, buffers, numbers):
     most, edges = buffers.peak[0], load.edges
     top = fill_balance(ps, joined(damper), load, begin, buffers, numbers)
     for i in range(len(asked.shares)):
-        numbers[LAST + i], status = last_above(
+        numbers[LAST_TIMES + i], status = last_above(
             parts, cell, load, asked.shares[i] * most, buffers
         )  # fmt: skip
         if status != OK:
             return status
-    numbers[FELL] = numbers[LAST + 1] - edges[top]
+    numbers[FELL] = numbers[LAST_TIMES + 1] - edges[top]
     fill_captures(parts, buffers.impacts, ps, edges[len(edges) - 1], numbers)
     fill_passages(load, buffers, asked, numbers[PASSAGE:])
     return OK

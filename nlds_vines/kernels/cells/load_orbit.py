@@ -31,7 +31,7 @@ from .cells import (
 )
 
 ALIKE = 1.0e-14  # difference of lengths of cells in units of the largest time, which is round-off
-SUMS = 5  # columns of the sums (`response.note_sums`)
+EDGE_SUMS = 5  # columns of the sums (`response.note_sums`)
 TOLD = 1.0 + 1.0e-9  # by how much a cell may be longer than it should, for round-off
 
 

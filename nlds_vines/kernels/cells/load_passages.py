@@ -19,16 +19,16 @@ import numpy as np
 
 from ..numerics.compiling import jit
 from ..numerics.roots import narrowed, secant
+from ..orbit.growth import BATCHES
+from ..watch.limit import ROOT_STEPS
 
-BATCHES = 20
-QUANTILE = 2.093024054408263  # 97.5 % of Student's t with 19 degrees of freedom
-ROOT_STEPS = 60  # of the search for a passage: it needs some six
+SURE = 2.131449545559323  # 97.5 % of Student's t with BATCHES - 1 degrees of freedom
 NEVER = 2.0  # a place beyond each cell
 
 # Places of the statistics: when |x1| first exceeds the level [s], NaN: never; then each with the
 # ends of its interval the rms of x1 [m], the share of the time with |x1| above the level, and how
 # often in a second it rises above it
-FIRST, RMS, ABOVE, CROSSINGS = 0, 1, 4, 7
+FIRST_PASSAGE, RMS, ABOVE, CROSSINGS = 0, 1, 4, 7
 STATISTICS = 10
 
 # Columns of a batch: how long it lasts [s], the integral of x1^2 [m^2 s], the time above [s], how
@@ -149,7 +149,7 @@ def interval(batches, column):
     for b in range(BATCHES):
         off = batches[b, column] / batches[b, LASTS] - mean
         spread += off * off
-    half = QUANTILE * math.sqrt(spread / (BATCHES * (BATCHES - 1.0)))
+    half = SURE * math.sqrt(spread / (BATCHES * (BATCHES - 1.0)))
     return mean, mean - half, mean + half
 
 
@@ -169,7 +169,7 @@ def fill_passages(load, buffers, asked, found):
     found[RMS + 1] = math.sqrt(not_below_zero(low))
     found[RMS + 2] = math.sqrt(high)
     if asked.level > 0.0:
-        found[FIRST] = first
+        found[FIRST_PASSAGE] = first
         for column, place in ((OVER, ABOVE), (RISES, CROSSINGS)):
             mean, low, high = interval(batches, column)
             found[place] = mean

@@ -8,6 +8,7 @@ In reading order:
     compiling     how kernels are compiled
     fours         rows of numbers: bare, and four numbers at a time
     elementary    sine, exponential, logarithm, roots and powers: the same bits everywhere
+    tones         sums of many tones as polynomials over cells of time
     roots         the root finder; what two ends of a piece prove of the motion between
     matrices      linear systems, determinants and eigenvalues of small matrices
     quadrature    Gauss-Legendre points, and integrals of values there

@@ -84,6 +84,22 @@ def cosine_of(phase: np.ndarray) -> np.ndarray:
     return c
 
 
+def tones(
+    frequencies: np.ndarray, phases: np.ndarray, begins: np.ndarray, lengths: np.ndarray
+) -> np.ndarray:
+    """Return the rows of the sum of cos(2 pi (f t + p)), frequencies f (N,) [1/s], phases p (N,).
+
+    Arguments: where the cells begin (n,), from 0 on, and how long they are (n,) [s].
+    """
+    from nlds_vines.kernels.numerics.tones import fill_tones
+
+    rows = np.empty((len(begins), TERMS))
+    fill_tones(
+        frequencies, phases, np.ascontiguousarray(begins), np.ascontiguousarray(lengths), rows
+    )
+    return rows
+
+
 def growth(exponents: np.ndarray, rises: np.ndarray) -> np.ndarray:
     """Return the rows (n, TERMS) of exp(exponents + rises x); both arguments (n,)."""
     rows = np.empty((len(exponents), TERMS))

@@ -18,6 +18,7 @@ from nlds_vines.model.loads.series import (
     growth,
     logarithm,
     polynomial,
+    tones,
     turns_at,
 )
 from nlds_vines.model.setting import OneOf, Real, Whole, setting
@@ -170,8 +171,10 @@ class Noise(Course):
         return np.full(len(times), self.high)
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return the sum over the tones, from the first on."""
-        rows = np.zeros((len(begins), TERMS))
-        for omega, phase in zip(self.omegas.tolist(), self.phases.tolist(), strict=True):
-            rows += cosine(turns_at(omega / TURN, begins) + phase, omega * lengths)
-        return rows * (self.rms * np.sqrt(2.0 / self.tones))
+        """Return the sum over the tones, from the first on.
+
+        Cost: 3 ns a cell and tone.
+        """
+        return tones(self.omegas / TURN, self.phases, begins, lengths) * (
+            self.rms * np.sqrt(2.0 / self.tones)
+        )

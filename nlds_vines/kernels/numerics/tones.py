@@ -1,0 +1,102 @@
+"""Sums of many tones as Taylor polynomials over cells of time: the same bits everywhere.
+
+Over a cell h long, cos(2 pi (f t + p)) = sum_k a^k / k! (c, -s, -c, s)[k % 4] x^k, with the angle
+a = 2 pi f h and c, s at its beginning. In cells of one length the powers are tabulated once, and
+c, s are turned on by a from each cell to the next, anew from t after every `ANEW` of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .compiling import jit
+from .elementary import SPLITTER, TURN, cos_sin_of_turn
+from .fours import bare, four, four_at, put_four
+
+ANEW = 8  # cells: a turn rounds by 2e-16, so that c and s are off by less than 3e-15
+SAME_CELL = 2.0e-15  # difference of lengths and ends of cells by the last time, which is round-off
+
+# Columns of the table of a tone:
+#   SIGNED   16   even powers a^k / k! with their signs, k = 0, 2, ... 14; odd ones, 1, 3, ... 15
+#   TURNED       4   c, s; cos a, sin a
+SIGNED, TURNED, TONE = 0, 16, 20
+COEFFICIENTS = 15
+
+
+@jit
+def turns_after(frequency, time):
+    """Return frequency [1/s] time [s] >= 0 in turns, less whole ones, its rounding added (Dekker).
+
+    Of a large product little of its fraction is left.
+    """
+    product = frequency * time
+    f, t = SPLITTER * frequency, SPLITTER * time
+    f, t = f - (f - frequency), t - (t - time)
+    g, u = frequency - f, time - t
+    lost = ((f * t - product) + f * u + g * t) + g * u
+    return (product - int(product)) + lost
+
+
+@jit
+def tabulate(w, i, angle, turn):
+    """Fill the table of a tone that begins at i, of cells over which it turns by `turn`."""
+    value = 1.0
+    for k in range(COEFFICIENTS + 1):
+        at = i + SIGNED + (k // 2 if k % 2 == 0 else 8 + k // 2)
+        w[at] = -value if (k + 1) // 2 % 2 == 1 else value
+        value *= angle / (k + 1.0)
+    w[i + TURNED + 2], w[i + TURNED + 3] = cos_sin_of_turn(turn)
+
+
+@jit
+def begin(w, i, turn):
+    """Set c and s of a tone by its phase in turns."""
+    w[i + TURNED], w[i + TURNED + 1] = cos_sin_of_turn(turn + 1.0)  # which may be just below zero
+
+
+@jit
+def turn_on(w, i):
+    """Turn c and s of a tone on by a cell."""
+    c, s, cosine, sine = w[i + TURNED], w[i + TURNED + 1], w[i + TURNED + 2], w[i + TURNED + 3]
+    w[i + TURNED], w[i + TURNED + 1] = c * cosine - s * sine, s * cosine + c * sine
+
+
+@jit(entry=True)
+def fill_tones(frequencies, phases, begins, lengths, rows):
+    """Fill the rows (n, COEFFICIENTS) of the sum of cos(2 pi (f t + p)) over cells.
+
+    frequencies (N,) [1/s] and phases (N,) [turns] of the tones; begins (n,), from 0 on, and lengths
+    (n,) of the cells [s].
+    """
+    count, n = len(frequencies), len(begins)
+    w, found = bare(np.empty(TONE * count)), bare(np.empty(COEFFICIENTS + 1))
+    slack = SAME_CELL * (begins[n - 1] + lengths[n - 1]) if n > 0 else 0.0
+    h, since = -1.0, 0
+    for j in range(n):
+        fits = abs(lengths[j] - h) <= slack
+        on = fits and since < ANEW and abs(begins[j] - (begins[j - 1] + lengths[j - 1])) <= slack
+        if not fits:
+            h = lengths[j]
+            for i in range(count):
+                turn = frequencies[i] * h
+                tabulate(w, TONE * i, TURN * turn, turn)
+        for i in range(count):
+            if on:
+                turn_on(w, TONE * i)
+            else:
+                begin(w, TONE * i, turns_after(frequencies[i], begins[j]) + phases[i])
+        since = since + 1 if on else 1
+        low, more, odd, rest = four(0.0), four(0.0), four(0.0), four(0.0)
+        for i in range(count):
+            at = TONE * i
+            c, s = w[at + TURNED], w[at + TURNED + 1]
+            low = low + four_at(w, at + SIGNED) * c
+            more = more + four_at(w, at + SIGNED + 4) * c
+            odd = odd + four_at(w, at + SIGNED + 8) * s
+            rest = rest + four_at(w, at + SIGNED + 12) * s
+        put_four(found, 0, low)
+        put_four(found, 4, more)
+        put_four(found, 8, odd)
+        put_four(found, 12, rest)
+        for k in range(COEFFICIENTS):
+            rows[j, k] = found[k // 2 if k % 2 == 0 else 8 + k // 2]

@@ -45,14 +45,14 @@ MUTANTS = (
         "nlds_vines/kernels/laws/restitution.py",
         (
             "driven: rebounds know nothing of the masses",
-            "sign * s * (by[SHARE] * back + damper.share * more)",
-            "sign * s * (damper.share * more)",
+            "sign * s * (by[SHARE] * both + damper.share * de)",
+            "sign * s * (damper.share * de)",
             _EACH + "[restitution-m2]",
         ),
         (
             "driven: the structure takes no notice of e",
-            "sign * s * (by[SHARE] * back + damper.share * more)",
-            "sign * s * (by[SHARE] * back)",
+            "sign * s * (by[SHARE] * both + damper.share * de)",
+            "sign * s * (by[SHARE] * both)",
             _EACH + "[restitution-e]",
         ),
     ),

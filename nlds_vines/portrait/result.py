@@ -64,8 +64,10 @@ class Portrait(Drawable):
 
 
 def histories_in(view: ArchiveView) -> tuple[str, ...]:
-    """Return the names of what an open archive tells over time."""
-    return tuple(name for name in view.names if view.dims(name) == ("state",))
+    """Return the names of what an open archive tells over time: time, the state, what follows."""
+    found = [name for name in view.names if view.dims(name) == ("state",)]
+    first = [name for name in ("time", *view["component"]) if name in found]
+    return (*first, *(name for name in found if name not in first))
 
 
 @typed

@@ -147,6 +147,7 @@ def test_histories_as_rows(archive, tmp_path, capsys):
     assert main([*told, "--quiet"]) == 0
     with open(tmp_path / "two.csv", newline="") as file:
         rows = list(csv.DictReader(file))
+    assert [*rows[0]][:6] == ["state", "time", "x1", "v1", "x2", "v2"]
     assert [float(row["x2"]) for row in rows] == frame["x2"].tolist()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["two.csv", "two.png", "two.toml"]
     assert main([*told, "--quiet"]) == 2

@@ -140,7 +140,7 @@ def _make_row(
     found = []
     for i, (panel, view) in enumerate(row):
         box = (LEFT + i * (width + GAP), bottom, width, height)
-        axes = add_panel(figure, [length * CM for length in box])
+        axes = add_panel(figure, [length * CM for length in box], label=panel)
         found.append(Place(panel, view, axes, i == 0, i == last, alone))
     return found
 

@@ -2,16 +2,17 @@
 
 In reading order:
 
-    basin_report  basins of attraction in an archive measured
-    edge_states   orbits between two basins, from a continuation
-    status        how a scan under way stands
-    plot          a finished archive drawn
-    opening       what an archive holds, as the function returns it that has computed it
-    verify        archives and parts checked from end to end
-    consolidate   the parts of shards joined into an archive
-    rerun         what an archive holds repeated, and compared
-    diff          what differs between two archives
-    export        an archive as comma-separated values
-    compile       kernels compiled before runs need them
-    completion    completion of commands in a shell
+    basin_report    basins of attraction in an archive measured
+    edge_states     orbits between two basins, from a continuation
+    branch_picture  orbits of branches in the sections of a portrait
+    status          how a scan under way stands
+    plot            a finished archive drawn
+    opening         what an archive holds, as the function returns it that has computed it
+    verify          archives and parts checked from end to end
+    consolidate     the parts of shards joined into an archive
+    rerun           what an archive holds repeated, and compared
+    diff            what differs between two archives
+    export          an archive as comma-separated values
+    compile         kernels compiled before runs need them
+    completion      completion of commands in a shell
 """

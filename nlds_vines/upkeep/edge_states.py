@@ -62,7 +62,7 @@ def edge_states(
     if name not in system.parameters:
         raise RequestError(f"{branches}: {view.path} has no {name}, along which the branches are")
     value = float(system.parameters[name])
-    _refuse_other(system, found.request.system.with_(**{name: value}), str(branches))
+    refuse_other(system, found.request.system.with_(**{name: value}), str(branches))
     edges: list[EdgeState] = []
     for orbit in found.edges_at(value):
         unstable = float(orbit.multipliers[0].real)  # one alone is real
@@ -111,7 +111,7 @@ def section_in(view: ArchiveView, orbit: str | os.PathLike[str]) -> np.ndarray:
     _refuse_no_plane(view, "a section is drawn")
     found = portrait_in(orbit)
     for one in found.views:
-        _refuse_other(scan_of(view).system, one.column.system, str(orbit))
+        refuse_other(scan_of(view).system, one.column.system, str(orbit))
     return np.concatenate([one.section for one in found.views])
 
 
@@ -122,7 +122,7 @@ def _refuse_no_plane(view: ArchiveView, what: str) -> None:
         raise RequestError(f"{view.path}: {what} in basins over two initial conditions, at phase 0")
 
 
-def _refuse_other(system: System, other: System, where: str) -> None:
+def refuse_other(system: System, other: System, where: str) -> None:
     """Raise `RequestError` unless two systems are the same."""
     if system.scene.key != other.scene.key:
         raise RequestError(

@@ -55,6 +55,7 @@ def plot(
     style: str | None = None,
     edges: str | os.PathLike[str] | None = None,
     section: str | os.PathLike[str] | None = None,
+    branches: str | os.PathLike[str] | None = None,
     manifold: bool = False,
     frequency: str = "rad/s",
 ) -> Figure:
@@ -74,6 +75,8 @@ def plot(
             of its edge states are marked (`nlds-vines basins`).
         section: the archive of a portrait of the same system: the Poincaré section of its orbit
             is drawn over a plane of basins.
+        branches: the archive of a continuation of the same system: its orbits are marked in the
+            sections and phase planes of a portrait, open where they are unstable.
         manifold: whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a
             map of omega and another parameter.
         frequency: what axes of the frequency count in: rad/s (omega), Hz (f), or ratio, omega over
@@ -94,7 +97,21 @@ def plot(
             view, lambda opened: _draw(opened, show, page, ax, (edges, section, manifold))
         )
         count_in(figure, frequency, view)
+        if branches is not None:
+            _mark_branches(figure, view, branches, ax)
         return figure
+
+
+def _mark_branches(
+    figure: Figure, view: ArchiveView, branches: str | os.PathLike[str], ax: Axes | None
+) -> None:
+    """Mark the orbits of branches on the page of a portrait; refuse anything else."""
+    from nlds_vines.runs.manifest import PORTRAIT
+    from nlds_vines.upkeep.branch_picture import mark_branches
+
+    if view.content != PORTRAIT or ax is not None:
+        raise RequestError(f"{view.path}: branches are marked on the page of a portrait")
+    mark_branches(figure, view, branches)
 
 
 def _draw(
@@ -212,7 +229,8 @@ def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
 
     figure = plot(
         archive, options.show, columns=options.columns, style=options.style, edges=options.edges,
-        section=options.section, manifold=options.manifold, frequency=options.frequency,
+        section=options.section, branches=options.branches, manifold=options.manifold,
+        frequency=options.frequency,
     )  # fmt: skip
     with read(archive) as view, sheet(options.style):
         save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
@@ -227,6 +245,7 @@ def _declare(parser: Parser) -> None:
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
     add("--edges", metavar="BRANCHES.h5", help="of basins: mark the edge states of a continuation")
     add("--section", metavar="ORBIT.h5", help="of basins: draw the section of a portrait's orbit")
+    add("--branches", metavar="BRANCHES.h5", help="of a portrait: mark their orbits in sections")
     add(
         "--manifold",
         action="store_true",

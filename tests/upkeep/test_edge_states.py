@@ -117,3 +117,32 @@ def test_the_section_of_an_orbit_lies_over_the_basins(folder):
         nv.plot(plane, section=orbit)
     with pytest.raises(RequestError, match="a section is for basins alone"):
         nv.plot(orbit, section=orbit)
+
+
+def test_orbits_of_branches_are_marked_in_a_section(folder, monkeypatch):
+    """Each mark is a fixed point of the section: an orbit from there comes back after a period."""
+    monkeypatch.chdir(folder)
+    orbit = ["portrait", *OF_OSCILLATOR, "--set", "P=0.6", "--panels", "phase1,section"]
+    short = ["--transient", "200", "--periods", "20", "-o", "marked.h5", "--plot", "page.png"]
+    assert main([*orbit, *short, "--quiet"]) == 0
+    figure = nv.plot("marked.h5", branches="branches.h5")
+    marks = [line for line in figure.axes[1].lines if line.get_marker() == "D"]
+    system = nv.load_system("impact-oscillator", omega=1.5, P=0.6)
+    for mark in marks:
+        (start,) = mark.get_xydata().tolist()
+        state = nv.simulate(system, 1, start=start, quiet=True).section[0]
+        np.testing.assert_allclose(state, start, atol=1e-8)
+        again = nv.simulate(system, 60, start=start, quiet=True).section[-1]
+        stays = np.abs(again - start).max() < 1e-6
+        assert stays == (mark.get_markerfacecolor() != "white")
+    names = sorted(text.get_text() for text in figure.axes[1].texts if "T" in text.get_text())
+    assert names == ["T,1", "T,1 unstable"]
+    assert len(marks) == 2
+    assert main(["plot", "marked.h5", "--branches", "branches.h5", "-o", "marked.png"]) == 0
+    with pytest.raises(RequestError, match="is drawn in one of: section"):
+        nv.plot("marked.h5", show="displacement", branches="branches.h5")
+    with pytest.raises(RequestError, match="on the page of a portrait"):
+        nv.plot("plane.h5", branches="branches.h5")
+    nv.portray("ssul-set6", to="other.h5", transient=10, periods=5, quiet=True)
+    with pytest.raises(RequestError, match="is of another system"):
+        nv.plot("other.h5", branches="branches.h5")

@@ -49,10 +49,10 @@ def scratch_for(near, far):
 
 
 @by_wall
-def held_at(wall, ps, damper, n, begun):
+def held_at(wall, ps, damper, begun):
     """Return the motion on a wall, if its law has one that is prepared, as a tuple of its own.
 
-    n: cells of a period, or of a stretch under a load; begun: as of its grid.
+    begun: as of its grid.
     """
     return None
 
@@ -122,8 +122,8 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
         grid_for(parts, ps, damper, n, stops, begun),
         Steps(parts.contact_steps, parts.contact_tolerance),
         scratch_for(parts.near, parts.far),
-        held_at(near, ps, damper, n, begun),
-        held_at(far, ps, damper, n, begun),
+        held_at(near, ps, damper, begun),
+        held_at(far, ps, damper, begun),
     )
 
 

@@ -29,29 +29,20 @@ from ..motion.driven import (
     wall_at,
 )
 from ..motion.driven_flight import Linear, carry
-from ..motion.flight import (
-    COEF,
-    FACTOR,
-    ORDER,
-    SHORT,
-    TERMS,
-    Grid,
-    at,
-    bare_grid,
-    grid_with,
-    rate_of,
-)
-from ..motion.load_cells import Stretch, grid_under, phase_during, polynomial_from
-from ..motion.once_rounded import after_piece, after_whole, rounded_once
+from ..motion.flight import COEF, FACTOR, ORDER, TERMS, Grid, at, bare_grid
+from ..motion.load_cells import Stretch
+from ..motion.once_rounded import rounded_once
 from ..motion.response_sums import LOSS, OF_FORCE, S2, place_of
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..scene.codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
-from ..scene.scene import Damper, Ground, Structure, joined, mirrored_load
+from ..numerics.fours import bare
+from ..scene.codes import CLEARED, RELEASED, RETURNED
+from ..scene.scene import Damper, Ground, Structure, mirrored_load
 from ..watch.observe import note_depth, note_force
 from ..watch.peaks import factor_at, root
 from ..watch.response import bend_in_rows, note_cell, raise_within
-from ..watch.touch import AT_R, LOST, first_touch, tightened
+from ..watch.touch import AT_R
+from ..watch.walk import first_rise, local_grid, walk
 
 MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
 
@@ -75,15 +66,22 @@ SORTS = {
 }
 
 
-class Pressed(NamedTuple):
-    """The motion on a wall that is pressed, and beside it."""
+class Leaving(NamedTuple):
+    """The flight out of the place of a contact whose force has vanished (`walk`)."""
 
-    ps: Structure
-    damper: Any  # `scene.Damper`, or `scene.Ground`, where the structure is pressed itself
-    shift: float  # r of the balance of both springs [m], of a near wall
+    wall: LinearWall
     grid: Grid
-    loose: Grid  # of the motion without the wall
     watched: np.ndarray  # rows of what is watched, where a grid's table has those of r
+
+
+class Pressed(NamedTuple):
+    """The motion on a wall that is pressed (`walk`), and beside it."""
+
+    wall: LinearWall
+    shift: float  # r of the balance of both springs [m], of a near wall
+    grid: Grid  # of r that counts from there
+    watched: np.ndarray  # as of `leaving`
+    leaving: Leaving
 
 
 # ---- a wall --------------------------------------------------------------------------------------
@@ -147,49 +145,37 @@ def joint_of(damper, wall):
 def pressed_bodies(ps, damper, wall):
     """Return (structure, damper, share of the gap at which the springs are in balance)."""
     if is_a(damper, Ground):
-        return (
-            Structure(
-                ps.m1,
-                ps.k1 + wall.kc,
-                ps.stiffness + wall.kc / ps.m1,
-                ps.damping + wall.cc / ps.m1,
-                ps.force,
-                ps.omega,
-                ps.load,
-                ps.shaken,
-            ),
-            damper,
-            wall.kc / (ps.k1 + wall.kc),
-        )
+        stiffer = Structure(
+            ps.m1, ps.k1 + wall.kc, ps.stiffness + wall.kc / ps.m1, ps.damping + wall.cc / ps.m1,
+            ps.force, ps.omega, ps.load, ps.shaken,
+        )  # fmt: skip
+        return (stiffer, damper, wall.kc / (ps.k1 + wall.kc))
     return (ps, joint_of(damper, wall), wall.kc / (damper.k2 + wall.kc))
 
 
 @jit
-def local_grid(ps, damper, begun):
-    """Return a grid of which only the motion over a cell is known, not the phases of a period."""
-    rate = rate_of(ps, joined(damper))
-    if is_a(begun, Stretch):
-        h = SHORT / max(rate, SHORT / begun.h)
-        return grid_under(ps, damper, h, 1, begun)
-    return grid_with(ps, damper, SHORT / rate, 1, 0, begun)
-
-
-@jit
 def short_grid(ps, damper, begun):
-    """Return such a grid whose cells are rounded once; a load does not last so long."""
+    """Return a `local_grid` whose cells are rounded once; a load does not last so long."""
     if is_a(begun, Stretch):
         return local_grid(ps, damper, begun)
     return rounded_once(ps, damper, local_grid(ps, damper, begun))
 
 
 @jit
-def held_at(wall, ps, damper, n, begun):
+def held_at(wall, ps, damper, begun):
     """Return the `Pressed` of a cell at a wall; `begun` as `flight.grid_with` takes it."""
     one, joint, share = pressed_bodies(ps, damper, wall)
-    return Pressed(
-        one, joint, share * wall.gap, short_grid(one, joint, begun),
-        local_grid(ps, damper, begun), np.zeros(COEF + TERMS),
-    )  # fmt: skip
+    watched = np.zeros(COEF + TERMS)
+    leaving = Leaving(wall, local_grid(ps, damper, begun), watched)
+    return Pressed(wall, share * wall.gap, short_grid(one, joint, begun), watched, leaving)
+
+
+@jit
+def bare_held(held):
+    """Return the `Pressed` with bare rows."""
+    wall, watched = held.wall, bare(held.watched)
+    leaving = Leaving(wall, bare_grid(held.leaving.grid), watched)
+    return Pressed(wall, held.shift, bare_grid(held.grid), watched, leaving)
 
 
 @jit
@@ -202,61 +188,92 @@ def too_stiff(held, period):
 
 
 @jit
-def watch_release(pulls, wall, sign, balance, w, watched):
-    """Fill the watched rows with what rises to zero at the release: minus the force, or -z."""
-    if pulls is not None:
-        return watch_depth(pulls, wall, sign, balance, w, watched)
-    return watch_force(pulls, wall, sign, balance, w, watched)
-
-
-@jit
-def watch_force(pulls, wall, sign, balance, w, watched):
-    """Fill the watched rows with -F."""
+def watch_push(stiffness, drag, gap, sign, w, watched):
+    """Fill the watched rows with minus the push of a spring and a dashpot from r = `gap` on."""
     for k in range(ORDER + 1):
         i = COEF + 4 * k + 2
-        watched[i] = -sign * (wall.kc * w[i] + wall.cc * w[i + 1])
-    watched[AT_R] += wall.kc * balance
+        watched[i] = -sign * (stiffness * w[i] + drag * w[i + 1])
+    watched[AT_R] += stiffness * gap
 
 
 @jit
-def watch_depth(pulls, wall, sign, balance, w, watched):
-    """Fill the watched rows with -z."""
-    for k in range(ORDER + 1):
-        watched[COEF + 4 * k + 2] = -sign * w[COEF + 4 * k + 2]
-    watched[AT_R] += balance
+def ending(motion, side, w, phase, end):
+    """Return where a contact is released; or where, in leaving, z = 0 or the wall pushes again."""
+    if is_a(motion, Leaving):
+        return end_of_leaving(motion, side.sign, w, end)
+    return RELEASED, end_of_push(motion, side.sign, w, end)
 
 
 @jit
-def first_zero(watched, end):
-    """Return the first place up to `end` where what is watched rises to zero, NOWHERE or LOST."""
-    bend, jerk = tightened(watched, math.inf, math.inf)
-    return first_touch(watched, 0.0, end, 1.0, 0.0, bend, jerk)
+def end_of_push(pressed, sign, w, end):
+    """Return where minus the force rises to zero; where the wall may pull, minus the depth."""
+    wall, balance = pressed.wall, pressed.wall.gap - pressed.shift
+    if wall.pulls is None:
+        watch_push(wall.kc, wall.cc, balance, sign, w, pressed.watched)
+    else:
+        watch_push(1.0, 0.0, balance, sign, w, pressed.watched)
+    return first_rise(pressed.watched, end, 0.0)
+
+
+@jit
+def end_of_leaving(leaving, sign, w, end):
+    """Return (event, place) of what ends it, CLEARED or RETURNED."""
+    wall, watched = leaving.wall, leaving.watched
+    watch_push(1.0, 0.0, wall.gap, sign, w, watched)
+    out = first_rise(watched, end, 0.0)
+    watch_push(wall.kc, wall.cc, -wall.gap, -sign, w, watched)
+    again = first_rise(watched, end, 0.0)
+    if again < out:  # LOST is less than any place
+        return RETURNED, again
+    return CLEARED, out
 
 
 # ---- what is noted -------------------------------------------------------------------------------
 
 
 @jit
-def note_greatest(wall, sign, balance, impacts, w, end):
-    """Raise depth and force of the impact under way to their maxima in [0, end] of a cell."""
-    for of_force in (False, True):
-        for k in range(ORDER + 1):
-            i, j = COEF + 4 * k + 2, COEF + 4 * min(k + 1, ORDER) + 2
-            w[FACTOR + k] = sign * w[i + 1]
-            if of_force:
-                rise = 0.0 if k == ORDER else k + 1.0
-                w[FACTOR + k] = sign * rise * (wall.kc * w[j] + wall.cc * w[j + 1])
-        f0, f1 = w[FACTOR], factor_at(w, end)
-        top = end
-        if f0 > 0.0 and f1 < 0.0:
-            top = root(w, 0.0, end, f0, f1)
-        for x in (0.0, top, end):
-            y = at(w, x)
-            z = sign * y[2] - balance
-            if of_force:
-                note_force(impacts, wall.kc * z + wall.cc * (sign * y[3]))
-            else:
-                note_depth(impacts, z)
+def note_piece(motion, side, watch, grid, phase, begin, end):
+    """Note what is watched of a piece, of a contact depth and force, too."""
+    if is_a(motion, Leaving):
+        return note_cell(side.ps, side.damper, watch, grid, phase, begin, end)
+    return note_pressed(motion, side, watch, grid, phase, begin, end)
+
+
+@jit
+def note_pressed(pressed, side, watch, grid, phase, begin, end):
+    """Note it, r by itself: the rows count from the balance."""
+    wall, w, shift = pressed.wall, grid.table, side.sign * pressed.shift
+    if watch.impacts is not None:
+        balance, sign = wall.gap - pressed.shift, side.sign
+        note_depth(watch.impacts, greatest(1.0, 0.0, balance, sign, w, end))
+        note_force(watch.impacts, greatest(wall.kc, wall.cc, balance, sign, w, end))
+    w[AT_R] += shift
+    w[COEF] += carried(side.damper, shift)
+    note_cell(side.ps, side.damper, watch, grid, phase, begin, end)
+    if watch.tally is not None:
+        tally_force(wall, side.sign, watch.tally, grid, end)
+
+
+@jit
+def greatest(stiffness, drag, gap, sign, w, end):
+    """Return the largest push of a spring and a dashpot from r = `gap` on in [0, end] of a cell.
+
+    It is at an end, or where the rate falls through zero.
+    """
+    for k in range(ORDER):
+        i = COEF + 4 * k + 6  # of the next power
+        w[FACTOR + k] = (k + 1.0) * sign * (stiffness * w[i] + drag * w[i + 1])
+    w[FACTOR + ORDER] = 0.0
+    last = at(w, end)
+    most = max(
+        sign * (stiffness * w[AT_R] + drag * w[AT_R + 1]),
+        sign * (stiffness * last[2] + drag * last[3]),
+    )
+    f0, f1 = w[FACTOR], factor_at(w, end)
+    if f0 > 0.0 and f1 < 0.0:
+        y = at(w, root(w, 0.0, end, f0, f1))
+        most = max(most, sign * (stiffness * y[2] + drag * y[3]))
+    return most - stiffness * gap
 
 
 @jit
@@ -285,56 +302,23 @@ def follow(side, watch, phase, place, left, now):
     Arguments and result as those of `elastic_contact.follow`, with z in place of q.
     """
     ps, damper, wall, sign, held = side.ps, side.damper, side.wall, side.sign, side.held
-    impacts, tangent, tally = watch.impacts, watch.tangent, watch.tally
-    # r is counted from the balance of the springs, where the depth is -`balance`
+    tangent, tally = watch.tangent, watch.tally
     balance, shift = wall.gap - held.shift, sign * held.shift
-    z, s, x1, v1 = now
-    depth, took, event = z, 0.0, STOPPED
-    r = sign * (z + balance)
-    began = x1, v1, z, s
-    if tangent is not None and z == 0.0:
+    depth, s, x1, v1 = now
+    start = sign * x1, sign * v1, wall.gap + depth, sign * s
+    if tangent is not None and depth == 0.0:
         jump_at(wall, damper, tangent, sign, 1.0)
-    x1 -= carried(damper, shift)
-    grid = bare_grid(held.grid)
-    w, watched = grid.table, held.watched
     if tally is not None:
         slow = tally.row[S2]  # the integral of s^2 so far, of which the dashpot takes its share
-    while event == STOPPED:
-        end = min(1.0, (left - took) / grid.h)
-        then = phase_during(ps, grid, phase, place, took)
-        polynomial_from(grid, (x1, v1, r, s), then)
-        watch_release(wall.pulls, wall, sign, balance, w, watched)
-        where = first_zero(watched, end)
-        if where == LOST:
-            event = EXHAUSTED
-            break
-        piece = end
-        if where <= end:
-            piece, event = where, RELEASED
-        if piece == 1.0:
-            y = after_whole(grid.low, damper, w, (x1, v1, r, s), then)
-        else:
-            y = after_piece(grid.low, damper, grid.load, w, piece, (x1, v1, r, s), then)
-        if impacts is not None:
-            note_greatest(wall, sign, balance, impacts, w, piece)
-        w[AT_R] += shift  # the rows hold r itself
-        w[COEF] += carried(damper, shift)
-        note_cell(ps, damper, watch, grid, then, took / grid.h, piece)
-        if tally is not None:
-            tally_force(wall, sign, tally, grid, piece)
-        x1, v1, r, s = y
-        took = min(took + piece * grid.h, left)
-        if event == STOPPED and (end < 1.0 or took >= left):
-            took = left
-            break
+    # r counts from the balance of the springs, where the depth is -`balance`
+    y = x1 - carried(damper, shift), v1, sign * (depth + balance), s
+    event, y, took = walk(held, side, watch, phase, place, left, y)
     if tally is not None:
         tally.row[LOSS] += wall.cc * (tally.row[S2] - slow)
-    if event == RELEASED and took >= left:
-        event, took = STOPPED, left
+    x1, v1, r, s = y
     z = max(sign * r - balance, 0.0)
     if tangent is not None:
         seen = mirrored_load(ps.load, ps, sign)
-        start = sign * began[0], sign * began[1], wall.gap + began[2], sign * began[3]
         carry(tangent, Linear(wall, seen, damper, sign, held.grid), place, start, took)
         side.k[rk.SHRUNK] -= wall.cc * damper.inv_mu * took
     if event == RELEASED and (wall.pulls is not None or wall.cc == 0.0):
@@ -362,36 +346,11 @@ def leave(side, watch, phase, place, left, now):
     now: (z, s, x1, v1). Returns (event, z, s, x1, v1, time [s]): CLEARED at z = 0, RETURNED where
     the wall pushes again before, STOPPED or EXHAUSTED.
     """
-    ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
-    tally = watch.tally
-    watched = side.held.watched
-    took = 0.0
+    wall, sign, tally = side.wall, side.sign, watch.tally
     z, s, x1, v1 = now
-    r = sign * (z + wall.gap)
-    grid = bare_grid(side.held.loose)
-    w = grid.table
-    while True:
-        end = min(1.0, (left - took) / grid.h)
-        then = phase_during(ps, grid, phase, place, took)
-        polynomial_from(grid, (x1, v1, r, s), then)
-        watch_depth(None, wall, sign, wall.gap, w, watched)
-        event, where = CLEARED, first_zero(watched, end)
-        watch_force(None, wall, -sign, 0.0, w, watched)
-        watched[AT_R] -= wall.kc * wall.gap
-        again = first_zero(watched, end)
-        if where == LOST or again == LOST:
-            return EXHAUSTED, z, s, x1, v1, took
-        if again < where:
-            event, where = RETURNED, again
-        piece = min(where, end)
-        note_cell(ps, damper, watch, grid, then, took / grid.h, piece)
-        x1, v1, r, s = at(w, piece)
-        took = min(took + piece * grid.h, left)
-        if where <= end and took < left:
-            break
-        if end < 1.0 or took >= left:
-            event, took = STOPPED, left
-            break
+    y = x1, v1, sign * (z + wall.gap), s
+    event, y, took = walk(side.held.leaving, side, watch, phase, place, left, y)
+    x1, v1, r, s = y
     z = 0.0 if event == CLEARED else max(sign * r - wall.gap, 0.0)
     if tally is not None:  # the wall springs back without a force: kc z^2 / 2 is lost
         tally.row[LOSS] += 0.5 * wall.kc * (now[0] - z) * (now[0] + z)

@@ -38,13 +38,13 @@ from ..motion.driven import (
     seen_from_wall,
 )
 from ..motion.driven_flight import Linear, carry, under_once
-from ..motion.flight import COEF, ORDER, Grid, at, bare_grid
-from ..motion.load_cells import drive_term, grid_over, phase_of, polynomial_from
+from ..motion.flight import COEF, ORDER, Grid, bare_grid
+from ..motion.load_cells import drive_term
 from ..motion.response_sums import IMPULSE, LOSS, raise_to
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import log
-from ..scene.codes import EXHAUSTED, RELEASED, STOPPED
+from ..scene.codes import RELEASED
 from ..scene.drive import drive_now, falling_apart, mirrored, most_push
 from ..scene.scene import (
     Structure,
@@ -55,7 +55,8 @@ from ..scene.scene import (
     without_shaking,
 )
 from ..watch.response import note_cell
-from ..watch.touch import AT_R, LOST, first_touch, tightened
+from ..watch.touch import AT_R
+from ..watch.walk import first_rise, local_grid, walk
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
 STEADY = 0.1  # change of a, and phase of the fastest motion, in what a completed series would last
@@ -78,10 +79,10 @@ SORTS = {("restitution", False): RigidWall(0.0, 0.0)}
 
 
 class Stuck(NamedTuple):
-    """Structure and damper as one mass, and its flight."""
+    """Structure and damper as one mass (`walk`)."""
 
-    ps: Structure
-    grid: Grid
+    wall: RigidWall
+    grid: Grid  # of its flight
 
 
 # ---- a wall --------------------------------------------------------------------------------------
@@ -149,20 +150,20 @@ def on_both(ps, share):
 
 
 @jit
-def held_at(wall, ps, damper, n, begun):
-    """Return the `Stuck` motion of a cell, on n cells a period; `begun` as of its grid."""
+def held_at(wall, ps, damper, begun):
+    """Return the `Stuck` motion of a cell; `begun` as of its grid."""
     other = 1.0 - damper.share
     one = Structure(
         ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, on_both(ps, other),
         ps.omega, share_of_load(ps.load, other), None,
     )  # fmt: skip
-    return Stuck(one, grid_over(one, None, n, begun))
+    return Stuck(wall, local_grid(one, None, begun))
 
 
 @jit
 def bare_held(held):
-    """Return the motion on a wall with its table as a bare row."""
-    return Stuck(held.ps, bare_grid(held.grid))
+    """Return the `Stuck` with bare rows."""
+    return Stuck(held.wall, bare_grid(held.grid))
 
 
 # ---- the impact ----------------------------------------------------------------------------------
@@ -283,13 +284,14 @@ def follow(side, watch, phase, place, left, now):
     if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) > 0.0:
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
     start = x1, v1, wall.gap, 0.0
-    event, x1, v1, took = stick(side, watch, place, left, x1, v1)
+    y = sign * x1, sign * v1, sign * wall.gap, 0.0
+    event, y, took = walk(side.held, side, watch, phase, place, left, y)
     if tangent is not None:
         seen_from_wall(tangent, sign, 1.0)
         keep_common_motion(ps, damper, rows_of(tangent))
         seen_from_wall(tangent, sign, -1.0)
         carry(tangent, Linear(wall, seen, damper, sign, side.held.grid), place, start, took)
-    return event, 0.0, 0.0, sign * x1, sign * v1, took, 0.0
+    return event, 0.0, 0.0, y[0], y[1], took, 0.0
 
 
 # ---- sticking ------------------------------------------------------------------------------------
@@ -321,40 +323,18 @@ def keep_still(w, r):
 
 
 @jit
-def stick(side, watch, place, left, x1, v1):
-    """Follow a damper that rests on a wall until it would have to be pulled, or for `left` [s].
+def ending(stuck, side, w, phase, end):
+    """Return where a damper that rests on a wall would have to be pulled."""
+    ps, damper = side.ps, side.damper
+    size, spring = expand_pull(ps, w, side.sign, phase), damper.k2 * side.wall.gap * damper.inv_mu
+    return RELEASED, first_rise(w, end, PULL * (size + abs(spring)) - spring)
 
-    x1, v1: mirrored by `sign`, as for the result (event, x1, v1, time [s]). place: share of the
-    period that is over.
-    """
-    ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
-    grid = bare_grid(side.held.grid)
-    w, x1, v1, took = grid.table, sign * x1, sign * v1, 0.0
-    until = place + left / (grid.h * grid.n)
-    j = min(int(place * grid.n), grid.n - 1)
-    x = place * grid.n - j
-    spring = damper.k2 * wall.gap * damper.inv_mu
-    while True:
-        # the cell, to its end or to that of the time
-        phase = phase_of(grid, j, x)
-        end = min(1.0, until * grid.n - j) - x
-        polynomial_from(grid, (x1, v1, 0.0, 0.0), phase)
-        size = expand_pull(ps, w, sign, phase)
-        bend, jerk = tightened(w, math.inf, math.inf)
-        where = first_touch(w, 0.0, end, 1.0, PULL * (size + abs(spring)) - spring, bend, jerk)
-        if where == LOST:
-            return EXHAUSTED, sign * x1, sign * v1, took
-        piece = min(where, end)
-        keep_still(w, sign * wall.gap)
-        note_cell(ps, damper, watch, grid, phase, j + x, piece)
-        y = at(w, piece)
-        x1, v1 = y[0], y[1]
-        took += piece * grid.h
-        if where <= end:
-            return RELEASED, sign * x1, sign * v1, took
-        j, x = j + 1, 0.0
-        if j >= until * grid.n:
-            return STOPPED, sign * x1, sign * v1, left
+
+@jit
+def note_piece(stuck, side, watch, grid, phase, begin, end):
+    """Note what is watched of a piece, in which the damper keeps still."""
+    keep_still(grid.table, side.sign * side.wall.gap)
+    note_cell(side.ps, side.damper, watch, grid, phase, begin, end)
 
 
 # ---- what parameters drive, and responses --------------------------------------------------------

@@ -175,7 +175,7 @@ def bare_if_any(row):
 
 @by_wall
 def bare_held(held):
-    """Return the motion on a wall, or None, with bare rows where that saves time."""
+    """Return the motion on a wall, if its law has one, with bare rows."""
     return held
 
 

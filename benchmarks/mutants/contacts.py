@@ -71,8 +71,8 @@ MUTANTS = (
         ),
         (
             "restitution: energies of a damper that stays are not looked at",
-            "note_cell(ps, damper, watch, grid, phase, j + x, piece)",
-            "pass",
+            "    note_cell(side.ps, side.damper, watch, grid, phase, begin, end)\n",
+            "    pass\n",
             _T_RESTITUTION + "test_a_damper_pressed_to_the_wall_comes_to_rest_there[0.5]",
         ),
     ),
@@ -137,14 +137,14 @@ MUTANTS = (
         ),
         (
             "linear contact: the dashpot is forgotten where the force is to vanish",
-            "watched[i] = -sign * (wall.kc * w[i] + wall.cc * w[i + 1])",
-            "watched[i] = -sign * (wall.kc * w[i])",
+            "watched[i] = -sign * (stiffness * w[i] + drag * w[i + 1])",
+            "watched[i] = -sign * (stiffness * w[i])",
             _T_LAWS + "test_a_linear_stop[1.5]",
         ),
         (
             "linear contact: the damper leaves as if it were out at once",
-            "event, where = RETURNED, again",
-            "event, where = CLEARED, again",
+            "return RETURNED, again",
+            "return CLEARED, again",
             _T_LAWS + "test_a_wall_pushes_again_before_the_mass_is_out",
         ),
         (
@@ -161,8 +161,8 @@ MUTANTS = (
         ),
         (
             "linear contact: the greatest force is that at the greatest depth",
-            "note_force(impacts, wall.kc * z + wall.cc * (sign * y[3]))",
-            "note_force(impacts, wall.kc * z)",
+            "note_force(watch.impacts, greatest(wall.kc, wall.cc, balance, sign, w, end))",
+            "note_force(watch.impacts, greatest(wall.kc, 0.0, balance, sign, w, end))",
             _T_LAWS + "test_as_the_twin_finds_it[damped]",
         ),
     ),

@@ -248,7 +248,7 @@ def note_pressed(pressed, side, watch, grid, phase, begin, end):
         note_depth(watch.impacts, greatest(1.0, 0.0, balance, sign, w, end))
         note_force(watch.impacts, greatest(wall.kc, wall.cc, balance, sign, w, end))
     w[AT_R] += shift
-    w[COEF] += carried(side.damper, shift)
+    w[COEF] += of_balance(side.damper, shift)
     note_cell(side.ps, side.damper, watch, grid, phase, begin, end)
     if watch.tally is not None:
         tally_force(wall, side.sign, watch.tally, grid, end)
@@ -311,7 +311,7 @@ def follow(side, watch, phase, place, left, now):
     if tally is not None:
         slow = tally.row[S2]  # the integral of s^2 so far, of which the dashpot takes its share
     # r counts from the balance of the springs, where the depth is -`balance`
-    y = x1 - carried(damper, shift), v1, sign * (depth + balance), s
+    y = x1 - of_balance(damper, shift), v1, sign * (depth + balance), s
     event, y, took = walk(held, side, watch, phase, place, left, y)
     if tally is not None:
         tally.row[LOSS] += wall.cc * (tally.row[S2] - slow)
@@ -325,11 +325,11 @@ def follow(side, watch, phase, place, left, now):
         z = 0.0
         if tangent is not None and wall.pulls is not None:
             jump_at(wall, damper, tangent, sign, -1.0)
-    return event, z, s, x1 + carried(damper, shift), v1, took, max(depth, z)
+    return event, z, s, x1 + of_balance(damper, shift), v1, took, max(depth, z)
 
 
 @jit
-def carried(damper, shift):
+def of_balance(damper, shift):
     """Return by how much x1 is counted from elsewhere: as r, where walls limit the structure."""
     if is_a(damper, Ground):
         return shift

@@ -31,6 +31,7 @@ from nlds_vines.kernels.motion.flight import (
     rate_of,
 )
 from nlds_vines.kernels.scene import codes
+from nlds_vines.kernels.scene.arguments import Parts
 from nlds_vines.kernels.scene.scene import allowed, damper_in, scale_of, structure_of
 from nlds_vines.kernels.watch import touch as walks
 from nlds_vines.kernels.watch.observe import energies
@@ -347,4 +348,5 @@ def test_more_cells_than_memory_are_refused():
 )
 def test_numbers_that_are_allowed(changes, rk4, fine):
     cell = kernel_cell(**{**FORCED, "near": 0.1, "far": 0.1, **changes})
-    assert bool(allowed(rk4, True, NEAR, FAR, None, cell)) is fine
+    parts = Parts(rk4, True, NEAR, FAR, None, None, None, 0.0, 0.0, 0.0)
+    assert bool(allowed(parts, cell)) is fine

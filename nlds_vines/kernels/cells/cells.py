@@ -21,7 +21,7 @@ from ..scene.arguments import OrbitBuffers, Prepared, Span
 from ..scene.by_law import by_wall
 from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from ..scene.law import wall_like
-from ..scene.scene import allowed, damper_of, finite, joined, near_constants, structure_under
+from ..scene.scene import allowed, damper_of, finite, near_constants, structure_under
 from ..watch.observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from ..watch.response import begin_tally, report, tally_for
 from .verdict import judge
@@ -127,6 +127,24 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     )
 
 
+@jit
+def checked_cell(parts, cell, stops, begun):
+    """Return (status, the `Prepared` cell), which is of no use unless the status is OK.
+
+    begun: the `flight.Begun` that periods count from.
+    """
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    n, period = cells_of(ps, damper), 2.0 * math.pi / ps.omega
+    prepared = prepared_cell(parts, cell, ps, damper, max(n, 1), stops, begun)
+    if not allowed(parts, cell):
+        return BAD_PARAMETERS, prepared
+    if n < 0 or too_stiff(prepared.held_near, period) or too_stiff(prepared.held_far, period):
+        return TOO_STIFF, prepared
+    if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
+        return TOO_STIFF, prepared
+    return OK, prepared
+
+
 # ---- its orbit -----------------------------------------------------------------------------------
 
 
@@ -137,22 +155,13 @@ def run_cell(parts, cell, state, span, buffers):
     parts: `Parts`; cell: the numbers of `model.system.CELL`; span: `Span`, the periods before it
     being the transient; buffers: `CellBuffers`.
     """
-    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
-        return BAD_PARAMETERS
-    if no_limit_to_keep(buffers.violation, cell.limit):
+    status, prepared = checked_cell(parts, cell, span.stops, PERIOD)
+    if status == BAD_PARAMETERS or no_limit_to_keep(buffers.violation, cell.limit):
         return BAD_PARAMETERS
     if not bounded(state[0], state[1], state[2], state[3]):
         return DIVERGED
-    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
-    n = cells_of(ps, damper)
-    if n < 0:
-        return TOO_STIFF
-    prepared = prepared_cell(parts, cell, ps, damper, n, span.stops, PERIOD)
-    period = 2.0 * math.pi / ps.omega
-    if too_stiff(prepared.held_near, period) or too_stiff(prepared.held_far, period):
-        return TOO_STIFF
-    if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
-        return TOO_STIFF
+    if status != OK:
+        return status
     status = cell_orbit(prepared, cell.limit, state, span, buffers)
     if status == OK and (overflowed(buffers.energy) or overflowed(buffers.peak)):
         return DIVERGED

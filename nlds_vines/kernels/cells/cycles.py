@@ -27,10 +27,10 @@ from ..orbit.variations import (
     place_state,
 )
 from ..scene.arguments import CellBuffers, Span
-from ..scene.codes import BAD_PARAMETERS, OK, TOO_STIFF
-from ..scene.scene import allowed, damper_of, joined, scale_of, structure_under
+from ..scene.codes import OK
+from ..scene.scene import damper_of, joined, scale_of, structure_under
 from ..watch.observe import COLUMNS, FORCE, SPEED, Impacts
-from .cells import prepared_cell, run_cell
+from .cells import checked_cell, run_cell
 
 # Columns of what is found of a cycle beside its arrays:
 #   0 DEFECT     energy norm of image - y over SPAN   3 SLOWEST  slowest impact [m/s], inf: none
@@ -67,15 +67,9 @@ def cell_flow(parts, cell, begun):
 
     begun: `flight.Begun` of share 1, the phase of the sections.
     """
-    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
-    n, status = cells_of(ps, damper), OK
-    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
-        status = BAD_PARAMETERS
-    elif n < 0:
-        status = TOO_STIFF
-    n = max(n, 1)  # the result is of one type, so there is a flow in any case
-    prepared = prepared_cell(parts, cell, ps, damper, n, 1, begun)
-    return flow_of(prepared, grid_from(ps, damper, n, begun)), status
+    status, prepared = checked_cell(parts, cell, 1, begun)
+    n = max(cells_of(prepared.ps, prepared.damper), 1)
+    return flow_of(prepared, grid_from(prepared.ps, prepared.damper, n, begun)), status
 
 
 @jit

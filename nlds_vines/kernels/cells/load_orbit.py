@@ -157,7 +157,7 @@ def fly_under(parts, cell, load, state, buffers):
     parts, cell: as `cells.run_cell`, with a load in place of the harmonic force. Sections of the
     buffers (`CellBuffers`) are the states at the edges, the first one included. Returns a status.
     """
-    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
+    if not allowed(parts, cell):
         return BAD_PARAMETERS
     if no_limit_to_keep(buffers.violation, cell.limit):
         return BAD_PARAMETERS

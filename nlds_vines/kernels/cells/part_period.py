@@ -7,35 +7,23 @@ so is this code compiled.
 
 from __future__ import annotations
 
-import math
-
-from ..motion.flight import Begun, cells_of
+from ..motion.flight import Begun
 from ..numerics.compiling import jit
 from ..orbit.orbit import bounded, on_ground, run, set_mode
 from ..orbit.variations import new_state
 from ..scene.arguments import OrbitBuffers, Span
-from ..scene.codes import BAD_PARAMETERS, OK, TOO_STIFF
-from ..scene.scene import allowed, damper_of, joined, structure_under
-from .cells import STABLE, prepared_cell, too_stiff
+from ..scene.codes import OK
+from .cells import checked_cell
 
 
 @jit
 def come_along(parts, cell, begun, state):
     """Advance `state` (SIZE,) over the share of a period that is a `Begun`; return a status."""
-    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
-    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
-        return BAD_PARAMETERS
-    n = cells_of(ps, damper)
-    if n < 0:
-        return TOO_STIFF
-    prepared = prepared_cell(parts, cell, ps, damper, n, 1, begun)
-    period = 2.0 * math.pi / ps.omega
-    if too_stiff(prepared.held_near, period) or too_stiff(prepared.held_far, period):
-        return TOO_STIFF
-    if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
-        return TOO_STIFF
+    status, prepared = checked_cell(parts, cell, 1, begun)
+    if status != OK:
+        return status
     noted = OrbitBuffers(None, None, None, None, None, None, None, None, None)
-    on_ground(damper, state)
+    on_ground(prepared.damper, state)
     set_mode(prepared.near, prepared.far, state)
     return run(prepared, noted, Span(0, 1, 1), state, None, None)
 

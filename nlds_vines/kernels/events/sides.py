@@ -21,6 +21,7 @@ from ..scene.codes import (
 )
 from ..scene.law import depth_of, force_at
 from ..scene.scene import Ground
+from ..watch.limit import begin_contact
 from .elastic_contact import follow
 
 
@@ -28,36 +29,6 @@ from .elastic_contact import follow
 def sign_of(mode):
     """Return 1 at the near wall, -1 at the far one."""
     return 1.0 if mode in (TOUCH_NEAR, LEAVING_NEAR) else -1.0
-
-
-@jit
-def gap_of(near, far, mode):
-    """Return the gap [m] of the wall that is touched."""
-    if far is None:
-        return near.gap
-    if near is None:
-        return far.gap
-    return near.gap if sign_of(mode) > 0.0 else far.gap
-
-
-@jit
-def depth_at(near, far, mode, q):
-    """Return the depth [m] at the wall that is touched."""
-    if far is None:
-        return depth_of(near, q)
-    if near is None:
-        return depth_of(far, q)
-    return depth_of(near, q) if mode == TOUCH_NEAR else depth_of(far, q)
-
-
-@jit
-def force_in(near, far, mode, depth):
-    """Return `force_at` at the wall that is touched."""
-    if far is None:
-        return force_at(near, depth)
-    if near is None:
-        return force_at(far, depth)
-    return force_at(near, depth) if mode == TOUCH_NEAR else force_at(far, depth)
 
 
 @jit
@@ -73,18 +44,36 @@ def structure_at(damper, x1, v1, r, s):
 
 
 @jit
-def follow_at(near, far, mode, watch, phase, place, left, now):
-    """Follow a contact at the side of the `mode`, near or far; a side that is not there is None."""
+def follow_at(near, far, mode, watch, begun, left, now):
+    """Follow a contact at the side of the `mode`, near or far; a side that is not there is None.
+
+    Arguments and result as of `follow_side`.
+    """
     if near is None:
-        return follow(far, watch, phase, place, left, now)
+        return follow_side(far, watch, begun, left, now)
     if far is None:
-        return follow(near, watch, phase, place, left, now)
+        return follow_side(near, watch, begun, left, now)
     if same_sort(near, far):  # one text for both
         side = near if mode == TOUCH_NEAR else far
-        return follow(side, watch, phase, place, left, now)
+        return follow_side(side, watch, begun, left, now)
     if mode == TOUCH_NEAR:
-        return follow(near, watch, phase, place, left, now)
-    return follow(far, watch, phase, place, left, now)
+        return follow_side(near, watch, begun, left, now)
+    return follow_side(far, watch, begun, left, now)
+
+
+@jit
+def follow_side(side, watch, begun, left, now):
+    """Follow a contact to its release or for the time `left` [s].
+
+    begun: its time [s], the instant (`drive`), and the share of the period that is over; now: (q,
+    s, x1, v1). Returns (event, q, (x1, v1, r, s), time [s], (depth [m], greatest force [N])).
+    """
+    wall, (time, phase, place) = side.wall, begun
+    begin_contact(watch.limit_log, side.sign, wall.gap, time)
+    event, q, s, x1, v1, took, depth = follow(side, watch, phase, place, left, now)
+    r = side.sign * (wall.gap + depth_of(wall, q))
+    x1, v1 = structure_at(side.damper, x1, v1, r, s)
+    return event, q, (x1, v1, r, s), took, (depth, force_at(wall, depth))
 
 
 # ---- leaving a wall whose force has vanished -----------------------------------------------------

@@ -10,14 +10,10 @@ from ..events.exact import fly
 from ..events.fixed_step import FixedGrid, fly_fixed, phase_in_step
 from ..events.sides import (
     after_release,
-    depth_at,
     depth_of_touch,
     follow_at,
-    force_in,
-    gap_of,
     leave_wall,
     leaves,
-    sign_of,
     structure_at,
 )
 from ..impact.impact import Arc
@@ -48,7 +44,6 @@ from ..scene.codes import (
 )
 from ..scene.law import into, pushes, rests
 from ..scene.scene import Ground, joined
-from ..watch.limit import begin_contact
 from ..watch.observe import (
     ORIGIN,
     Touches,
@@ -269,20 +264,15 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     if touches > MOST_TOUCHES:
                         return STEP_BUDGET
                 # Follow the contact, to its release or to the section.
-                sign, gap = sign_of(mode), gap_of(near, far, mode)
-                end = end_of_cells(grid, j, stop)
+                end, time = end_of_cells(grid, j, stop), began + (j + x) * grid.h
                 left = (end - j - x) * grid.h
-                begin_contact(limit_log, sign, gap, began + (j + x) * grid.h)
-                touched, phase, place = (q, s, x1, v1), phase_on(rk4, grid, j, x), (j + x) / grid.n
-                event, q, s, x1, v1, took, depth = follow_at(
-                    near_side, far_side, mode, watch, phase, place, left, touched
+                begun = time, phase_on(rk4, grid, j, x), (j + x) / grid.n
+                event, q, now, took, felt = follow_at(
+                    near_side, far_side, mode, watch, begun, left, (q, s, x1, v1)
                 )
-                r = sign * (gap + depth_at(near, far, mode, q))
-                x1, v1 = structure_at(damper, x1, v1, r, s)
+                x1, v1, r, s = now
                 place = j + x + took / grid.h
-                time = began + place * grid.h
-                felt = depth, force_in(near, far, mode, depth)
-                after_contact(ps, damper, rows, event, felt, time, (x1, v1, r, s))
+                after_contact(ps, damper, rows, event, felt, began + place * grid.h, now)
                 if not bounded(x1, v1, r, s):
                     return DIVERGED
                 if event == EXHAUSTED:

@@ -75,25 +75,33 @@ def near_constants(apart, cell):
 
 
 @jit
-def allowed(rk4, has_damper, near, far, apart, cell):
+def allowed(parts, cell):
     """Tell whether the parameters of one cell are finite and in range, those of its parts alone.
 
     `model` has checked them; numbers that came another way must not pass for a result. By rk4 the
     force may be negative; the exact method's bounds of the motion presume P >= 0.
     """
+    near, far = parts.near, parts.far
     fine = 0.0 < cell.m1 < math.inf and 0.0 < cell.omega < math.inf
     fine = fine and 0.0 <= cell.k1 < math.inf and 0.0 <= cell.c1 < math.inf
-    fine = fine and finite(cell.P) and (rk4 is not None or cell.P >= 0.0)
-    if has_damper is not None:
-        fine = fine and 0.0 < cell.m2 < math.inf and finite(cell.rest)
-        fine = fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
+    fine = fine and finite(cell.P) and (parts.rk4 is not None or cell.P >= 0.0)
+    fine = fine and damper_allowed(joined(parts.damper), cell)
     if near is not None:
-        fine = fine and in_range(near, near_constants(apart, cell)) and finite(cell.near)
+        fine = fine and in_range(near, near_constants(parts.apart, cell)) and finite(cell.near)
     if far is not None:
         fine = fine and in_range(far, cell) and finite(cell.far)
         if near is not None:
             fine = fine and cell.near + cell.far >= 0.0
     return fine
+
+
+@jit
+def damper_allowed(damper, cell):
+    """Tell whether the parameters of a damper are, if there is one."""
+    if damper is None:
+        return True
+    fine = 0.0 < cell.m2 < math.inf and finite(cell.rest)
+    return fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
 
 
 @jit

@@ -63,7 +63,7 @@ MUTANTS = (
         ),
         (
             "scene: a negative force is allowed to the exact method",
-            "fine = fine and finite(cell.P) and (rk4 is not None or cell.P >= 0.0)",
+            "fine = fine and finite(cell.P) and (parts.rk4 is not None or cell.P >= 0.0)",
             "fine = fine and finite(cell.P)",
             _PLAIN_BOUNDS + "test_numbers_that_are_allowed",
         ),

@@ -266,9 +266,9 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 # Follow the contact, to its release or to the section.
                 end, time = end_of_cells(grid, j, stop), began + (j + x) * grid.h
                 left = (end - j - x) * grid.h
-                begun = time, phase_on(rk4, grid, j, x), (j + x) / grid.n
+                touched = time, phase_on(rk4, grid, j, x), (j + x) / grid.n
                 event, q, now, took, felt = follow_at(
-                    near_side, far_side, mode, watch, begun, left, (q, s, x1, v1)
+                    near_side, far_side, mode, watch, touched, left, (q, s, x1, v1)
                 )
                 x1, v1, r, s = now
                 place = j + x + took / grid.h

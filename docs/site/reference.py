@@ -227,10 +227,12 @@ def _row(entry: Dataset, *more: str) -> Row:
 def of_tunings() -> str:
     """Return the table of the datasets of tunings."""
     tuning = load_tuning({"system": "ssul-set6", "surface": {"parameters": ["k2", "C"]}})
+    drawn = load_tuning(tuning, {"uncertain": {"k1": "5%"}})
     one = np.zeros(1)
     columns = defaultdict(lambda: one, dict.fromkeys(tuning.names, one))
     found = Findings(columns, np.zeros(1, int), np.ones((1, 1)), (one, one, np.ones((1, 1))), one)
-    rows = (_row(entry) for entry, _ in contents(tuning, found))
+    entries = {e.name: e for request in (drawn, tuning) for e, _ in contents(request, found)}
+    rows = (_row(entry) for entry in entries.values())
     return table(("dataset", "dimensions", "unit", "meaning"), rows)
 
 
@@ -253,7 +255,7 @@ def statuses() -> str:
 REQUESTS: Mapping[str, tuple[type, ...]] = {
     "scan": (Start, Scan),
     "page of curves": (Start, Scan, CurvePage, PanelEntry, CurveEntry),
-    "tuning": (Tuning, Search, Surface),
+    "tuning": (Tuning, Search, Surface, Decay, Loading, *ALL.values()),
     "portrait": (Times, PortraitRequest, ColumnEntry),
     "continuation": (Begin, Continuation),
     "decay": (Decay, Loading, *ALL.values()),

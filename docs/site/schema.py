@@ -17,6 +17,8 @@ from reference import REQUESTS
 
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.contact_laws import LAWS
+from nlds_vines.model.loads.loading import ALL
+from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
 from nlds_vines.model.loads.record import Record
 from nlds_vines.model.parameters import INITIAL, PARAMETERS
 from nlds_vines.model.scenes import SCENES
@@ -30,11 +32,13 @@ from nlds_vines.model.setting import (
     Whole,
     settings_of,
 )
+from nlds_vines.tuning.draws import NORMAL, UNIFORM
 
 PATH = Path(__file__).resolve().parents[1] / "static" / "request.schema.json"
 
 Schema = dict[str, Any]
 
+SPREADS: list[Schema] = [{"type": "string", "pattern": "%$"}, {"type": "number"}]
 NUMBERS: Schema = {"type": "array", "items": {"type": "number"}}
 AXIS = {
     "start": {"type": "number"},
@@ -45,10 +49,15 @@ AXIS = {
 }
 
 
-def named(names: Iterable[str], of_each: Schema) -> Schema:
-    """Return the schema of a table whose keys are of these names, each with a table `of_each`."""
-    keys = {"enum": list(names)}
-    return {"type": "object", "propertyNames": keys, "additionalProperties": of_each}
+def named(names: Iterable[str], of_each: Schema, loads: bool = False) -> Schema:
+    """Return the schema of a table whose keys are of these names, each with a table `of_each`.
+
+    With `loads` there may be numbers of a load, too: those of a kind in a table of its own.
+    """
+    keys = {"enum": [*names, *(NUMBERS_OF_LOADS if loads else ()), *(ALL if loads else ())]}
+    found = {"type": "object", "propertyNames": keys, "additionalProperties": of_each}
+    of_kind = {"type": "object", "additionalProperties": of_each}
+    return found | ({"properties": dict.fromkeys(ALL, of_kind)} if loads else {})
 
 
 def table(properties: Schema) -> Schema:
@@ -117,6 +126,7 @@ def schema() -> Schema:
         | {law: {"enum": list(LAWS)} for law in ("law", "law_2")}
     )
     interval = table({"low": {"type": "number"}, "high": {"type": "number"}})
+    spread = table({"spread": {"anyOf": SPREADS}, "law": {"enum": [NORMAL, UNIFORM]}})
     ends = table({"start": {"type": "number"}, "stop": {"type": "number"}})
     names = {"anyOf": [{"enum": list(catalogue())}, {"type": "string"}]}
     own = {"type": "object", "properties": {"kind": {"enum": list(SCENES)}}}
@@ -129,8 +139,9 @@ def schema() -> Schema:
             "system": {"anyOf": [names, own]},
             "systems": {"type": "array", "items": {"anyOf": [names, own]}},
             "set": settings,
-            "vary": named((*PARAMETERS, *INITIAL), table(AXIS)),
-            "over": named(PARAMETERS, table(AXIS)),
+            "vary": named((*PARAMETERS, *INITIAL), table(AXIS), loads=True),
+            "over": named(PARAMETERS, table(AXIS), loads=True),
+            "uncertain": named(PARAMETERS, {"anyOf": [*SPREADS, spread]}, loads=True),
             "free": named(PARAMETERS, interval),
             "along": named(PARAMETERS, ends),
             "plane": named(PARAMETERS, ends),

@@ -10,5 +10,6 @@ In reading order:
     result        an archive read: `Decays`, or `LoadScan`
     scan_picture  pictures of a scan: curves over one axis, maps over two
     picture       energies and motions over time, shares, sweeps
+    load_options  options of the command line that mean a load
     command       `python -m nlds_vines.loads` and `nv.decay`
 """

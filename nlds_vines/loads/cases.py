@@ -41,11 +41,13 @@ def arrays_of(request: Decay, cases: range, stop: Stop) -> Arrays:
     The numbers of `OF_LOADS` and `status`; without a scan histories, too (`fall.HISTORIES`, what is
     dissipated).  What failed is NaN.  No number depends on the range that it is computed with.
     """
-    each = math.prod(request.shape)
+    each, history = math.prod(request.shape), not request.vary
     found = []
     for which, numbers in groupby(cases, lambda case: case // each):
         scan = _Scan(request, request.systems[which], [number % each for number in numbers])
-        found.append(_flown(request, scan.scene, scan.cells, scan.starts, scan.loads, stop))
+        found.append(
+            _flown(request, scan.scene, scan.cells, scan.starts, scan.loads, stop, history)
+        )
     return {name: np.concatenate([one[name] for one in found]) for name in found[0]}
 
 
@@ -67,7 +69,7 @@ def numbers_of(request: Decay, pairs: Sequence[tuple[System, Loading]]) -> Array
             found.append(made[key])
         return found
 
-    return _flown(request, pairs[0][0].scene, cells, starts, loads, None)
+    return _flown(request, pairs[0][0].scene, cells, starts, loads, None, False)
 
 
 class _Scan:
@@ -131,9 +133,12 @@ def _start(request: Decay, system: System) -> np.ndarray:
 
 def _flown(
     request: Decay, scene: Scene, cells: np.ndarray, starts: np.ndarray, loads: Made,
-    stop: Stop | None,
+    stop: Stop | None, history: bool,
 ) -> Arrays:  # fmt: skip
-    """Follow an orbit for each of the cells (lanes,) of a scene, and return what they tell."""
+    """Follow an orbit for each of the cells (lanes,) of a scene, and return what they tell.
+
+    Its histories are told as well where `history`.
+    """
     batch = LoadBatch(scene, request.load.shaken, request.tolerance)
     reach, found = _rounded(batch.longest(cells)), dict[int, Arrays]()
     asked = of_orbit.Asked(np.array(SHARES), request.level, request.settle)
@@ -143,9 +148,9 @@ def _flown(
             stop.check()
         own = slice(begin, end)
         made = loads(range(begin, end), reach[own])
-        told = batch.run(cells[own], made, starts[own], asked, histories=not request.vary)
+        told = batch.run(cells[own], made, starts[own], asked, histories=history)
         numbers = _numbers(request, scene, cells[own], told)
-        more = {} if request.vary else _histories(request, scene, cells[own], made, told)
+        more = _histories(request, scene, cells[own], made, told) if history else {}
         found[begin] = {**numbers, **more}
 
     most = max(1, PIECE_BYTES // (EDGE_BYTES * request.windows * request.samples))

@@ -17,12 +17,11 @@ from nlds_vines.cli.option_values import assignments, settings_of, spaced
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import request_path
 from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import at, from_text, typed, unknown
+from nlds_vines.errors import at, typed
+from nlds_vines.loads.load_options import add_load_options, load_changes
 from nlds_vines.loads.request import Decay
 from nlds_vines.loads.request_file import Source, load_decay
 from nlds_vines.model.catalogue import load_system
-from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.words import system_in_words
 
 if TYPE_CHECKING:
@@ -117,10 +116,7 @@ class Job(jobs.Job):
 
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
-    above: dict[str, Any] = changed(options, Decay, Loading)
-    for text in options.load:
-        kind, entry = _load(text)
-        above.setdefault("load", {}).setdefault(kind, []).append(entry)
+    above = load_changes(options)
     vary = assignments("--vary", options.vary, "NAME=START:STOP:NUM")
     if vary:
         above["vary"] = {k: spaced(f"--vary {k}", text, log=True) for k, text in vary.items()}
@@ -131,28 +127,6 @@ def _job(options: argparse.Namespace) -> Job:
             above["systems"] = [load_system(name) for name in options.systems]
     files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
     return Job(load_decay(options.source, above, "command line"), **files)
-
-
-def _load(text: str) -> tuple[str, dict[str, Any]]:
-    """Return the kind and the table that KIND:KEY=VALUE,... or the path of a record means."""
-    kind, colon, rest = text.partition(":")
-    if not colon or kind not in ALL:
-        if colon and kind.isidentifier() and not os.path.exists(text):
-            raise unknown("load", kind, ALL)
-        return "record", {"file": text}
-    pairs = assignments(f"--load {kind}:", rest.split(","), "KEY=VALUE")
-    words = {"true": True, "false": False}
-    return kind, {
-        key: words.get(value, _number_in(f"--load {kind}: {key}", value))
-        for key, value in pairs.items()
-    }
-
-
-def _number_in(what: str, text: str) -> int | float | str:
-    """Return the number that a text means, a whole one as such; another text as it is."""
-    if text.isdigit():
-        return int(text)
-    return text if text[:1].isalpha() else from_text(float, what, text)
 
 
 def _declare(parser: Parser) -> None:
@@ -168,15 +142,11 @@ def _declare(parser: Parser) -> None:
         help="of all that have it, SI units",
     )  # fmt: skip
     group.add_argument(
-        "--load", action="append", default=[], metavar="LOAD",
-        help="a record (CSV, HDF5), or KIND:KEY=VALUE,...; once for each of a sum",
-    )  # fmt: skip
-    group.add_argument(
         "--vary", action="append", default=[], metavar="NAME=START:STOP:NUM",
         help="a scan over a parameter or a number of the load (impulse, scale, KIND.KEY); twice: a "
         "map; `:log` for equal ratios",
     )  # fmt: skip
-    add_settings(group, Loading, Decay)
+    add_load_options(group)
     add_local_options(parser, threads=False)
 
 

@@ -11,7 +11,9 @@ import numpy as np
 from nlds_vines.archives.provenance import Value
 from nlds_vines.errors import RequestError, number, shown, string, typed
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.load_quantities import OF_LOADS
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
+from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settings, entries, setting
 from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import tolerance_setting
@@ -96,7 +98,8 @@ class Decay(Request):
                 f"settle = {self.settle:g} s must be below the duration, {self.duration:g} s"
             )
         self._check_axes()
-        if self.case(0)[1] == Loading() and not self.state:
+        ends = (self.case(number)[1] for number in (0, self.cases - 1))
+        if not all(load.acts for load in ends) and not self.state:
             kinds = ", ".join((*NUMBERS, "harmonic", *ALL))
             raise RequestError(f"[load] is empty and no start is given; allowed: {kinds}")
         self.load.check(self.duration, min(map(natural_period, self.systems)))
@@ -180,6 +183,22 @@ class Decay(Request):
 def is_of_load(name: str) -> bool:
     """Tell whether the name of an axis is that of a number of the load."""
     return name in NUMBERS or "." in name
+
+
+_LARGE = ("damping_ratio", "capture", "escape", "first_passage", "balance")
+"""Numbers that nobody wants to be small."""
+
+_OF_CONTACTS = ("share_contact", "force_max", "impulse_max", "impacts", "captured")
+_OF_LEVELS = ("crossings", "above")
+
+
+def objectives_of_loads(scene: Scene, level: bool) -> dict[str, str]:
+    """Return the numbers that a tuning under a load may make small, by name, with their unit.
+
+    Arguments: the `scene` of the damper; whether there is a `level` of x1.
+    """
+    never = (*_LARGE, *(() if scene.walls else _OF_CONTACTS), *(() if level else _OF_LEVELS))
+    return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in never}
 
 
 def mass_of(system: System) -> str:

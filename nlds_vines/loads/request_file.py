@@ -72,18 +72,23 @@ def _title(load: Loading, systems: Sequence[System], axes: Sequence[Axis]) -> st
 
 
 def _axes(layer: Layer) -> tuple[Axis, ...]:
-    """Return the axes that `[vary]` means; `friedlander.peak` may stand there as a table, too."""
+    """Return the axes that `[vary]` means."""
+    axes = []
+    for name, entry in flattened(layer.table("vary")).items():
+        with at(f"{layer.place('vary')} {name}"):
+            axes.append(Axis.of(name, entry))
+    return tuple(axes)
+
+
+def flattened(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """Return entries by name; `friedlander.peak` may stand there as a table of a table, too."""
     found: dict[str, Any] = {}
-    for name, entry in layer.table("vary").items():
+    for name, entry in entries.items():
         if name in ALL and isinstance(entry, Mapping):
             found |= {f"{name}.{key}": value for key, value in entry.items()}
         else:
             found[name] = entry
-    axes = []
-    for name, entry in found.items():
-        with at(f"{layer.place('vary')} {name}"):
-            axes.append(Axis.of(name, entry))
-    return tuple(axes)
+    return found
 
 
 def _systems(layers: Layers) -> list[System]:

@@ -45,8 +45,8 @@ LENT = ("title", "system", "set", "sampling")
 
 MARKS = {
     "vary": "scan", "record": "scan", "spectrum": "scan", "free": "tuning", "over": "tuning",
-    "surface": "tuning", "along": "continuation", "plane": "continuation", "portrait": "portrait",
-    "column": "portrait",
+    "surface": "tuning", "uncertain": "tuning", "along": "continuation", "plane": "continuation",
+    "portrait": "portrait", "column": "portrait",
     "figure": "page of curves", "panels": "page of curves", "curves": "page of curves",
     "systems": "decay", "load": "decay",
 }  # fmt: skip
@@ -57,7 +57,7 @@ SHARED = ("start", "search")
 
 SAMPLING = frozenset(
     ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
-     "period_steps", "samples", "windows", "duration", "level")
+     "period_steps", "samples", "windows", "duration", "level", "settle")
 )  # fmt: skip
 """What some kind of request or other has in its [sampling]."""
 

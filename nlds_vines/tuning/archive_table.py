@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.orbits.status_words import STATUS_FLAGS
 from nlds_vines.tuning.evaluations import STAGES
@@ -70,14 +71,30 @@ def contents(tuning: Tuning, found: Findings) -> list[Content]:
 
 def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
     """Return the log, one dataset for each column."""
-    least = f"largest {tuning.search.objective} of all cases"
-    dims, columns = ("evaluation",), found.columns
+    dims, columns, unit = ("evaluation",), found.columns, tuning.unit
     table = [PARAMETERS[name].dataset(dims) for name in tuning.names]
+    if tuning.decay is None:
+        table += [
+            Dataset("detuning", dims, "float64", "1", "factor on every omega", np.nan),
+            Dataset("random_start", dims, "int32", "1", "random start; 0: from rest", 0),
+            Dataset("stretch", dims, "float64", "1", "factor on all numbers of periods", np.nan),
+        ]
+    else:
+        off = "factor on the structure's natural frequency, by its stiffness"
+        table += [
+            Dataset("detuning", dims, "float64", "1", off, np.nan),
+            Dataset("stretch", dims, "float64", "1", "factor on the load", np.nan),
+        ]
+    if tuning.draws:
+        each = f"largest {tuning.search.objective} of all cases"
+        share = f"{100 * tuning.quantile:g} % quantile"
+        table += [
+            Dataset("nominal", dims, "float64", unit, f"{each}, as given", np.inf),
+            Dataset("mean", dims, "float64", unit, "mean of it over the draws", np.inf),
+            Dataset("quantile", dims, "float64", unit, f"{share} of it over the draws", np.inf),
+        ]
     table += [
-        Dataset("detuning", dims, "float64", "1", "factor on every omega", np.nan),
-        Dataset("random_start", dims, "int32", "1", "random start; 0: from rest", 0),
-        Dataset("stretch", dims, "float64", "1", "factor on all numbers of periods", np.nan),
-        Dataset("objective", dims, "float64", tuning.unit, least, np.inf),
+        Dataset("objective", dims, "float64", unit, tuning.judged, np.inf),
         Dataset("E2max", dims, "float64", "J", "the damper's energy in that case", np.nan),
         Dataset("worst_case", dims, "int32", "1", "number of that case", 0),
         Dataset("stage", dims, "int8", "1", "part of the search", 0, STAGES),
@@ -90,16 +107,25 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
 def _cases(tuning: Tuning) -> list[Content]:
     """Return the cases: omega, and the other parameters that take several values."""
     return [
-        (PARAMETERS[name].dataset(("case",), "case_"), values)
+        (_case(tuning, name), np.ascontiguousarray(values))
         for name, values in tuning.cases().items()
     ]
+
+
+def _case(tuning: Tuning, name: str) -> Dataset:
+    """Return the dataset of a parameter, or of a number of the load, that takes several values."""
+    if name in PARAMETERS:
+        return PARAMETERS[name].dataset(("case",), "case_")
+    assert tuning.decay is not None
+    unit, words = words_of_number(tuning.decay.load, name)
+    return Dataset(f"case_{name}", ("case",), "float64", unit, words, np.nan)
 
 
 def _optima(tuning: Tuning, found: Findings) -> list[Content]:
     """Return the optima, their objectives under each perturbation, and the best of each seed."""
     columns, rows, dims = found.columns, found.optima, ("optimum",)
     row = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
-    least, unit = f"largest {tuning.search.objective} of all cases", tuning.unit
+    least, unit = tuning.judged, tuning.unit
     value = Dataset("optimum_objective", dims, "float64", unit, least, np.inf)
     both = (*dims, "perturbation")
     firm = Dataset("robustness", both, "float64", unit, f"{least} under a perturbation", np.inf)

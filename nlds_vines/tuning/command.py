@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,7 @@ from nlds_vines.cli.paths import (
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, from_text, renamed, typed
+from nlds_vines.loads.load_options import add_load_options, load_changes
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.tuning.request import Search, Surface, Tuning
@@ -53,6 +55,10 @@ examples:
       the worst of three forces, k2 held in a narrower range
   nlds-vines tuning --objective a1_rms --set base_acceleration=1.0 -o shaken.h5
       the least acceleration of a structure that is shaken at its foot
+  nlds-vines tuning --impulse 1000 --duration 20 --free k2=100:1500 -o struck.h5
+      the least time until E1 stays below 1 % after a blow; --objective names another number
+  nlds-vines tuning --system tmd --band 5:8:61 --uncertain k1=5% --quantile 0.9 -o firm.h5
+      a peak that 90 % of structures do not exceed, whose stiffness is known to 5 %
 V (SSul) does not enter the dynamics, only C does: V shifts pictures, and tuning it is pointless.
 exit status: 0 done; 1 no design was admissible; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
@@ -82,13 +88,16 @@ def tune(
         resume, overwrite: continue or replace an archive that exists; not both.
         quiet: whether to show no progress.
         tables: tables of a tuning file laid over the source, as `free={"k2": {"low": 100.0,
-            "high": 3000.0}}`, `over={"P": {"values": [600.0, 800.0]}}`, `search={"seed": 1}`.
+            "high": 3000.0}}`, `over={"P": {"values": [600.0, 800.0]}}`, `search={"seed": 1}`,
+            `load={"impulse": 1000.0}`, `uncertain={"k1": "5%"}`; `load` may be a record's path.
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
     if "output" in tables:  # until version 0.2
         renamed("output of nv.tune", "to", 4)
         to = tables.pop("output")
+    if isinstance(tables.get("load"), str | os.PathLike):
+        tables["load"] = {"record": os.fspath(tables["load"])}
     job = Job(
         request=_drawable(load_tuning(source, tables, "tune"), plot),
         source=request_path(source),
@@ -130,9 +139,11 @@ class Job(jobs.Job):
     def plan(self) -> list[str]:
         """Return what a tuning would do, one fact a line."""
         tuning = self.request
-        search, each = tuning.search, tuning.transient + tuning.periods
+        search, each, decay = tuning.search, tuning.transient + tuning.periods, tuning.decay
         cases = [f"{axis.values.size} values of {axis.name}" for axis in tuning.over]
         cases_in_words = " x ".join(cases) or "one orbit"
+        from_rest = "" if decay is not None and decay.state else ", from rest"
+        lanes = tuning.case_count * (tuning.draws + 1)
         bounds = [
             f"free:     {item.name} from {item.low:g} to {item.high:g}"
             f"{', logarithmic' if item.logarithmic else ''}"
@@ -142,12 +153,16 @@ class Job(jobs.Job):
         return [
             tuning.title,
             *bounds,
-            f"judged:   by the largest {search.objective} of {cases_in_words}, from rest",
+            *([] if decay is None else [f"load:     {decay.load.words() or 'none'}"]),
+            *(f"draws:    {one.words()}" for one in tuning.uncertain),
+            f"judged:   by the {tuning.judged}: {cases_in_words}{from_rest}",
             f"search:   {search.method}, {search.population} designs in each of at most "
             f"{search.generations + 1} generations, seeds {search.seed} to {search.all_seeds[-1]}",
-            f"designs:  at most {tuning.most_evaluations}, {tuning.case_count} orbits each",
+            f"designs:  at most {tuning.most_evaluations}, {lanes} orbits each",
             f"periods:  {tuning.transient} + {tuning.periods} each, "
-            f"at most {tuning.most_lanes * each} in all",
+            f"at most {tuning.most_lanes * each} in all"
+            if decay is None
+            else f"followed: {decay.duration:g} s each",
             f"archive:  {self.archive}",
         ]
 
@@ -176,7 +191,13 @@ def _add_tuning_options(parser: Parser) -> None:
     _repeated(group, "--free", "NAME[=LOW:HIGH]", "tune this too, or within other bounds")
     group.add_argument("--band", metavar="LOW:HIGH:NUM", help="the peak over these omega [rad/s]")
     _repeated(group, "--over", "NAME=A,B,...", "the worst over these values; several combine")
+    _repeated(
+        group, "--uncertain", "NAME=SPREAD[:LAW]",
+        "known to so much, as k1=5%%; `normal`, the spread its standard deviation, or `uniform`, "
+        "half its width; several combine",
+    )  # fmt: skip
     add_settings(group, Tuning)
+    add_load_options(parser.add_argument_group("what acts, and how long"), but=("tolerance",))
     add_settings(parser.add_argument_group("how to search"), Search)
     add_settings(parser.add_argument_group("the objective over two free parameters"), Surface)
 
@@ -190,8 +211,11 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
         **system_changes(options),
         "free": _free(options.free),
         "over": _over(options.over, options.band),
+        "uncertain": _uncertain(options.uncertain),
         **changed(options, Tuning, Search, Surface),
     }
+    for key, entries in load_changes(options).items():
+        found[key] = {**found.get(key, {}), **entries}
     return {key: value for key, value in found.items() if value}
 
 
@@ -207,6 +231,17 @@ def _free(texts: Sequence[str]) -> dict[str, dict[str, float]]:
         name: {} if text == ":" else interval(f"--free {name}", text)
         for name, text in pairs.items()
     }
+
+
+def _uncertain(texts: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Return the entries of `[uncertain]` in a list of NAME=SPREAD or NAME=SPREAD:LAW."""
+    found = {}
+    for name, text in assignments("--uncertain", texts, "NAME=SPREAD[:LAW]").items():
+        spread, _, law = text.partition(":")
+        number = partial(from_text, float, f"--uncertain {name}")
+        size = spread if spread.endswith("%") else number(spread)
+        found[name] = {"spread": size, **({"law": law} if law else {})}
+    return found
 
 
 def _over(texts: Sequence[str], band: str | None) -> dict[str, dict[str, Any]]:

@@ -16,7 +16,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress
-from nlds_vines.tuning.objective import HOW, RESULTS, Objective, Trials
+from nlds_vines.tuning.objective import HOW, Objective, Trials, results_of
 from nlds_vines.tuning.request import Tuning
 
 FLUSH_EVERY = 1.0
@@ -138,7 +138,7 @@ class Log:
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return everything evaluated so far, by column."""
-        names = (*self.tuning.names, *HOW, *RESULTS, "stage", "seed")
+        names = (*self.tuning.names, *HOW, *results_of(self.tuning), "stage", "seed")
         table = np.concatenate(self._blocks) if self._blocks else np.empty((0, len(names)))
         return dict(zip(names, table.T, strict=True))
 

@@ -1,24 +1,32 @@
-"""The objective of a design: in the worst of all cases, by default E1max; infinite if it fails."""
+"""The objective of a design: in the worst of all cases, by default E1max; infinite if it fails.
+
+Where something is uncertain, or noise is drawn, it is the mean or a quantile of that over draws.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
+from nlds_vines.loads.request import spring_of
 from nlds_vines.orbits.batch import Batch, Outcome
 from nlds_vines.orbits.starts import random_states
 from nlds_vines.runs.progress import Tell
+from nlds_vines.tuning.draws import places_of
 from nlds_vines.tuning.request import STARTS, Tuning
+from nlds_vines.tuning.under_load import outcome_under
 
 
 @dataclass(frozen=True)
 class Trials:
     """Designs to evaluate; the arrays have shape (n,), but for the points.
 
-    Arguments: `points` (n, free parameters) in SI units; `detuning`, the factor on omega;
+    Arguments: `points` (n, free parameters) in SI units; `detuning`, the factor on omega, or under
+    a load on the structure's natural frequency;
     `start`, 0 for rest and i for the i-th random start; `stretch`, the factor on the periods
-    discarded and sampled.
+    discarded and sampled, or on the load.
     """
 
     points: np.ndarray
@@ -42,8 +50,16 @@ HOW = ("detuning", "random_start", "stretch")
 """The columns of a trial's table beside its parameters."""
 
 RESULTS = ("objective", "E2max", "status", "worst_case")
-"""The columns of the results of a trial: the objective in its worst case, infinite where the design
-is inadmissible; E2max [J], status and number of that case."""
+"""The columns of the results of a trial: the objective, infinite where the design is inadmissible;
+E2max [J], status and number of its worst case."""
+
+OF_DRAWS = ("nominal", "mean", "quantile")
+"""The columns that follow where there are draws: the objective as given, and over the draws."""
+
+
+def results_of(tuning: Tuning) -> tuple[str, ...]:
+    """Return the columns of the results of a tuning's trials."""
+    return (*RESULTS, *(OF_DRAWS if tuning.draws else ()))
 
 
 class Objective:
@@ -53,49 +69,98 @@ class Objective:
         """Prepare for designs of `tuning`; `tell` takes what is waited for meanwhile."""
         self._tuning = tuning
         self._cases = tuning.cases()
-        self._batch = Batch(
-            tuning.system.scene, tell, float(tuning.tolerance), tuning.search.objective
+        self._places = places_of(tuning.uncertain, tuning.draws, tuning.search.seed)
+        self._batch = (
+            Batch(tuning.system.scene, tell, float(tuning.tolerance), tuning.search.objective)
+            if tuning.decay is None
+            else None
         )
         generator = np.random.default_rng(tuning.search.seed)
-        self._draws = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
+        self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
 
     def results(self, trials: Trials) -> np.ndarray:
-        """Return `RESULTS` of each trial (n, 4): designs and cases of one length in one call.
+        """Return `results_of` each trial (n, columns).
 
-        objective = max over the cases of E1max, or of what the search is told to make small.
+        objective = max over the cases of E1max, or of what the search is told to make small; of
+        that the mean, or a quantile, over the draws.
         """
-        cells, found = self._cells(trials), np.empty((len(trials.points), len(RESULTS)))
+        grid, batch = self._grid(trials), self._batch
+        if batch is None:
+            outcome = outcome_under(self._tuning, grid)
+            return over_draws(worst(outcome), self._tuning.search.quantile, self._tuning.quantile)
+        cells = self._tuning.system.cells(grid)
+        found = np.empty((len(trials.points), len(results_of(self._tuning))))
         starts = self._starts(cells, trials)
         for stretch in np.unique(trials.stretch):
             rows = trials.stretch == stretch
             periods = (round(n * stretch) for n in (self._tuning.transient, self._tuning.periods))
-            found[rows] = worst(self._batch.run(cells[rows], starts[rows], *periods))
+            values = worst(batch.run(cells[rows], starts[rows], *periods))
+            found[rows] = over_draws(values, self._tuning.search.quantile, self._tuning.quantile)
         return found
 
-    def _cells(self, trials: Trials) -> np.ndarray:
-        """Return the numbers for kernels, (trials, cases)."""
-        grid = {name: values[np.newaxis, :] for name, values in self._cases.items()}
-        for i, name in enumerate(self._tuning.names):
-            grid[name] = trials.points[:, i, np.newaxis]
-        grid["omega"] = grid["omega"] * trials.detuning[:, np.newaxis]
-        return self._tuning.system.cells(grid)
+    def _grid(self, trials: Trials) -> dict[str, np.ndarray]:
+        """Return what every orbit has, by name: (trials, draws, cases), the first draw as given."""
+        tuning, grid = self._tuning, dict(self._cases)
+        shape = len(trials.points), len(self._places), tuning.case_count
+        for i, name in enumerate(tuning.names):
+            grid[name] = trials.points[:, i, np.newaxis, np.newaxis]
+        for i, one in enumerate(tuning.uncertain):
+            given = grid.get(one.name, np.asarray(tuning.value(one.name)))
+            grid[one.name] = one.at(given, self._places[:, i, np.newaxis])
+        factor = trials.detuning[:, np.newaxis, np.newaxis]
+        if tuning.decay is None:
+            grid["omega"] = grid["omega"] * factor
+        else:
+            spring = spring_of(tuning.system.parameters)
+            stiffness = grid.get(spring, np.asarray(tuning.value(spring)))
+            scale = grid.get("scale", np.asarray(tuning.value("scale")))
+            grid[spring] = stiffness * (factor * factor)
+            grid["scale"] = scale * trials.stretch[:, np.newaxis, np.newaxis]
+            grid["draw"] = np.arange(shape[1])[:, np.newaxis]
+        return {name: np.broadcast_to(values, shape) for name, values in grid.items()}
 
     def _starts(self, cells: np.ndarray, trials: Trials) -> np.ndarray:
-        """Return the start of each lane, (trials, cases, 4): zeros for rest."""
+        """Return the start of each lane, (trials, draws, cases, 4): zeros for rest."""
         starts = np.zeros((*cells.shape, 4))
         moved = np.flatnonzero(trials.start)
         if moved.size:
-            drawn = random_states(cells[moved], self._draws, self._tuning.system.scene)
+            drawn = random_states(cells[moved], self._starts_drawn, self._tuning.system.scene)
             which = trials.start[moved].astype(int) - 1
-            starts[moved] = drawn[np.arange(moved.size), :, which]
+            starts[moved] = drawn[np.arange(moved.size), :, :, which]
         return starts
 
 
 def worst(outcome: Outcome) -> np.ndarray:
-    """Return `RESULTS` of designs from the lanes (designs, cases) of their cases."""
+    """Return `RESULTS` (..., 4) of the worst of the cases, along the last axis of an outcome."""
     value = np.where(outcome.inadmissible, np.inf, outcome.objective)
-    case = value.argmax(axis=1)
-    row = np.arange(len(case))
-    objective = value[row, case]
-    second = np.where(np.isfinite(objective), outcome.E2max[row, case], np.nan)
-    return np.column_stack([objective, second, outcome.status[row, case], case])
+    case = value.argmax(axis=-1)[..., np.newaxis]
+
+    def of_case(values: np.ndarray) -> np.ndarray:
+        return np.asarray(np.take_along_axis(values, case, axis=-1)[..., 0])
+
+    objective = of_case(value)
+    second = np.where(np.isfinite(objective), of_case(outcome.E2max), np.nan)
+    return np.stack([objective, second, of_case(outcome.status), case[..., 0]], axis=-1)
+
+
+def over_draws(found: np.ndarray, judge: float | None, told: float) -> np.ndarray:
+    """Return the results (designs, columns) of `RESULTS` (designs, draws, 4), the first as given.
+
+    Arguments: the quantile that is to `judge`, None for the mean; the one that is `told`.
+
+    A quantile q is the least value that a share q of the draws does not exceed, so that it may be
+    finite where some draws fail; a mean is not.  Energy, status and case are those as given; the
+    status that of a draw where this alone makes a design inadmissible.
+    """
+    given, values = found[:, 0], found[:, 1:, 0]
+    if not values.shape[1]:
+        return given
+    share = judge or told
+    mean = np.add.reduce(values, axis=1) / values.shape[1]
+    quantile = np.sort(values, axis=1)[:, ceil(share * values.shape[1]) - 1]
+    objective = mean if judge is None else quantile
+    status = given[:, 2].copy()
+    for i in np.flatnonzero(np.isinf(objective)):
+        status[i] = found[i, np.isinf(found[i, :, 0]).argmax(), 2]
+    rest = [given[:, 1], status, given[:, 3], given[:, 0], mean, quantile]
+    return np.column_stack([objective, *rest])

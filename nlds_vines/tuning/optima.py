@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.tuning.objective import Trials
-from nlds_vines.tuning.request import DETUNING, SHIFT, STARTS, STRETCH, Tuning
+from nlds_vines.tuning.request import DETUNING, SHIFT, SIZE, STARTS, STRETCH, Tuning
 
 BAND = 5
 """Values of a parameter that stand for a range, and not for themselves."""
@@ -44,11 +45,17 @@ def over_finer_bands(tuning: Tuning) -> Tuning | None:
     The values of the tuning are among the finer ones.  It searches next to nothing: it is there
     for the objective.
     """
-    if not any(axis.values.size >= BAND for axis in tuning.over):
+    bands = [axis for axis in tuning.over if is_band(axis)]
+    if not bands:
         return None
-    over = tuple(_finer(axis) if axis.values.size >= BAND else axis for axis in tuning.over)
+    over = tuple(_finer(axis) if axis in bands else axis for axis in tuning.over)
     least = replace(tuning.search, population=5, generations=1, polish=0, seeds=1, optima=1)
     return replace(tuning, over=over, surface=None, search=least)
+
+
+def is_band(axis: Axis) -> bool:
+    """Tell whether the values of a parameter stand for a range."""
+    return axis.name in PARAMETERS and axis.values.size >= BAND
 
 
 def _finer(axis: Axis) -> Axis:
@@ -58,25 +65,50 @@ def _finer(axis: Axis) -> Axis:
     return Axis(axis.name, np.interp(finer, places, axis.values))
 
 
+class Disturbance(NamedTuple):
+    """One of what may be off: in words; the column of a trial, or a parameter; and its value.
+
+    The value is a factor, but of `start`, whose value is its number.
+    """
+
+    words: str
+    column: str = ""
+    value: float = 1.0
+
+
+def _disturbances(tuning: Tuning) -> list[Disturbance]:
+    """Return all that an optimum is tested under; the first is nothing."""
+
+    def both(words: str, column: str, share: float) -> list[Disturbance]:
+        return [Disturbance(f"{words} {sign:+.0%}", column, 1.0 + sign) for sign in (-share, share)]
+
+    shifted = [one for name in tuning.names for one in both(name, name, SHIFT)]
+    if tuning.decay is not None:
+        off = both("natural frequency", "detuning", DETUNING)
+        return [Disturbance("none"), *off, *both("load", "stretch", SIZE), *shifted]
+    starts = [Disturbance(f"random start {i}", "start", i) for i in range(1, STARTS + 1)]
+    longer = Disturbance(f"{STRETCH} x the periods", "stretch", STRETCH)
+    off = both("omega", "detuning", DETUNING)
+    return [Disturbance("none"), *off, longer, *shifted, *starts]
+
+
 def perturbations(tuning: Tuning) -> tuple[str, ...]:
     """Return the perturbations of an optimum, in words; the first is none."""
-    shifted = [f"{name} {sign}{SHIFT:.0%}" for name in tuning.names for sign in "-+"]
-    starts = [f"random start {i}" for i in range(1, STARTS + 1)]
-    detuned = [f"omega {sign}{DETUNING:.0%}" for sign in "-+"]
-    return ("none", *detuned, f"{STRETCH} x the periods", *shifted, *starts)
+    return tuple(one.words for one in _disturbances(tuning))
 
 
 def perturbed(tuning: Tuning, point: np.ndarray) -> Trials:
     """Return a design [SI] under each of the `perturbations`; a band is shifted as a whole."""
-    count, first = len(perturbations(tuning)), 4
-    points = np.tile(point, (count, 1))
+    every = _disturbances(tuning)
+    points = np.tile(point, (len(every), 1))
+    how = {"detuning": np.ones(len(every)), "start": np.zeros(len(every)),
+           "stretch": np.ones(len(every))}  # fmt: skip
+    for row, one in enumerate(every):
+        if one.column in how:
+            how[one.column][row] = one.value
+        elif one.column:
+            points[row, tuning.names.index(one.column)] *= one.value
     for i, name in enumerate(tuning.names):
-        rows = slice(first + 2 * i, first + 2 * i + 2)
-        points[rows, i] *= 1 - SHIFT, 1 + SHIFT
         # within the range of the parameter, as Poisson's ratio up to 0.5
         points[:, i] = np.clip(points[:, i], PARAMETERS[name].low, PARAMETERS[name].high)
-    detuning, start, stretch = np.ones(count), np.zeros(count), np.ones(count)
-    detuning[1:3] = 1 - DETUNING, 1 + DETUNING
-    stretch[3] = STRETCH
-    start[count - STARTS :] = np.arange(1, STARTS + 1)
-    return Trials(points, detuning, start, stretch)
+    return Trials(points, **how)

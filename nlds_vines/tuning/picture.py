@@ -88,7 +88,8 @@ def _free(view: ArchiveView) -> list[str]:
 
 def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
     """Draw the objective of all designs from rest, undisturbed, against the only parameter."""
-    plain = (view["detuning"] == 1.0) & (view["stretch"] == 1.0) & (view["random_start"] == 0)
+    codes = {word: code for code, word in view.flags("stage").items()}
+    plain = view["stage"] != codes["robustness"]
     values, found = view[name][plain], drawable(view["objective"])[plain]
     order = np.argsort(values)
     look: dict[str, Any] = {"marker": "o", "markersize": 2.5, "linewidth": 0.6, "color": NAVY}
@@ -111,7 +112,8 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
 
 def _best(view: ArchiveView) -> str:
     """Return the least objective in words."""
-    return f"best: {view['optimum_objective'][0]:.4g} J"
+    unit = view.units("optimum_objective")
+    return f"best: {view['optimum_objective'][0]:.4g}{'' if unit == '1' else f' {raised(unit)}'}"
 
 
 @styled()
@@ -217,7 +219,7 @@ def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None
 def _objective(view: ArchiveView) -> str:
     """Return what stands along an axis or a bar: the objective with its unit."""
     text, unit = view.long_name("optimum_objective"), view.units("objective")
-    if "E1max" in text:
+    if text == "largest E1max of all cases":
         return quantity_label("E1max", unit, body=body_of(view.attrs.get("kind")))
     return f"{text} [{raised(unit)}]" if unit != "1" else text
 

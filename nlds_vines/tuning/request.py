@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field
+from dataclasses import MISSING, dataclass, field, replace
 from itertools import product
 from math import prod
 from types import MappingProxyType
@@ -16,6 +16,7 @@ import numpy as np
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.errors import RequestError, choice, shown, string, typed
+from nlds_vines.loads.request import Decay, is_of_load, objectives_of_loads
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.setting import (
     Check,
@@ -34,14 +35,18 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.runs.manifest import TUNING
+from nlds_vines.tuning.draws import DRAWS, MOST_DRAWS, Uncertain
 from nlds_vines.tuning.free_parameter import Free, tunable
 
 SAMPLED, SAMPLED_FREE = 60, 2
 """Forcing periods sampled by default: with walls, where motions of many periods are common; without
 any, where the steady state repeats itself in every period."""
 
-OBJECTIVE = "E1max"
-"""What is to be small by default."""
+OBJECTIVE, UNDER_LOAD = "E1max", "last_1"
+"""What is to be small by default: in the steady state, and under a load."""
+
+QUANTILE = 0.9
+"""The quantile of draws that is told where another one is not judged by."""
 
 SEARCHES = ("de", "cma")
 """The global searches: differential evolution; CMA-ES, which needs the extra `cma`."""
@@ -53,6 +58,10 @@ DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
 """The perturbations of an optimum: frequencies 1 % off, parameters 2 % off, this number of random
 starts, and this multiple of the periods (which shows an orbit that had not settled, or is
 irregular)."""
+
+SIZE = 0.1
+"""That of an optimum under a load: the load 10 % smaller and larger, beside frequencies and
+parameters that are off."""
 
 
 def _of_search(default: Any, check: Check, words: str, form: str = "", **more: Any) -> Any:
@@ -70,8 +79,9 @@ class Search:
     )  # fmt: skip
     objective: str = _of_search(
         OBJECTIVE, Text(),
-        "what is to be small: `E1max`, `E2max`, a number of a [response](datasets.md) as `a1_rms`",
-        "NAME", later=True,
+        "what is to be small: `E1max`, `E2max`, a number of a [response](datasets.md) as `a1_rms`; "
+        "under a load a number of [it](decay.md)", "NAME", usual=f"{OBJECTIVE}; under a load "
+        f"{UNDER_LOAD}", later=True,
     )  # fmt: skip
     population: int = _of_search(
         60, Whole(5, 10**5), "designs in a generation, all computed at once", "N"
@@ -96,10 +106,20 @@ class Search:
         0, Whole(0, 2**31), "of the first search: the same seed, the same bits", "N"
     )
     seeds: int = _of_search(1, Whole(1, 1000), "how many searches, each with the next seed", "N")
+    draws: int = _of_search(
+        0, Whole(0, MOST_DRAWS), "of all that is uncertain and of noise, by which a design is "
+        "judged: a power of two", "N", usual=f"{DRAWS} where something is uncertain", later=True,
+    )  # fmt: skip
+    quantile: float | None = _of_search(
+        None, Real(0.0, 1.0, inside=True), "of the draws, by which a design is judged", "SHARE",
+        usual="their mean", later=True,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         """Check everything."""
         check_settings(self)
+        if self.draws == 1 or self.draws & (self.draws - 1):
+            raise RequestError(f"draws = {self.draws} must be a power of two, 2 to {MOST_DRAWS}")
 
     @property
     def all_seeds(self) -> range:
@@ -138,13 +158,17 @@ class Tuning(Request):
 
     The objective of a design is E1max [J] after the transient, or another number that
     `search.objective` names, from rest; where `over` names parameters, the largest of all
-    combinations of their values.
+    combinations of their values; where something is uncertain, the mean or a quantile of that.
 
     Arguments:
         title: one line for people.
         system: the parameters that are not free.
         free: one or more parameters of the damper.
-        over: other parameters and their values, such as omega for the peak over a band.
+        over: other parameters and their values, such as omega for the peak over a band; under a
+            load its numbers, too (`impulse`, `friedlander.peak`).
+        decay: the load and how long it is watched, where designs are judged by what becomes of
+            them under it; None for the steady state under the harmonic force.
+        uncertain: parameters, and numbers of the load, that are not known exactly.
         surface: a grid to compute through the optimum, or None.
         transient, periods, tolerance: as the fields say; of method exact, which all tunings use.
         search: how to search.
@@ -158,6 +182,8 @@ class Tuning(Request):
     system: System
     free: tuple[Free, ...]
     over: tuple[Axis, ...] = ()
+    decay: Decay | None = None
+    uncertain: tuple[Uncertain, ...] = ()
     surface: Surface | None = None
     transient: int = setting(
         300, Whole(0), "sampling", "forcing periods that are discarded", "PERIODS"
@@ -172,8 +198,10 @@ class Tuning(Request):
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
-        system = self.system.with_axes(axis.name for axis in self.over)
+        system = self.system.with_axes(a.name for a in self.over if not self._of_load(a.name))
         object.__setattr__(self, "system", system)
+        if self.decay is not None:
+            object.__setattr__(self, "decay", replace(self.decay, systems=(system,)))
         check_settings(self)
         self._check_names()
         self._check_corners()
@@ -183,9 +211,36 @@ class Tuning(Request):
             )
 
     @property
+    def objectives(self) -> Mapping[str, str]:
+        """What may be small, by name, with its unit."""
+        if self.decay is None:
+            return objectives_of(self.system.scene)
+        return objectives_of_loads(self.system.scene, bool(self.decay.level))
+
+    @property
     def unit(self) -> str:
         """The unit of the objective."""
-        return objectives_of(self.system.scene)[self.search.objective]
+        return self.objectives[self.search.objective]
+
+    @property
+    def draws(self) -> int:
+        """How many draws a design is judged by; 0: it is judged as it is."""
+        return self.search.draws or (DRAWS if self.uncertain else 0)
+
+    @property
+    def quantile(self) -> float:
+        """The quantile of the draws that is told."""
+        return self.search.quantile or QUANTILE
+
+    @property
+    def judged(self) -> str:
+        """By what a design is judged, in words."""
+        name = self.search.objective
+        worst = f"largest {name} of all cases"
+        if not self.draws:
+            return worst
+        by = "mean" if self.search.quantile is None else f"{100 * self.quantile:g} % quantile"
+        return f"{by} of {name if self.case_count == 1 else f'the {worst}'} over {self.draws} draws"
 
     @property
     def first_design(self) -> np.ndarray | None:
@@ -203,7 +258,7 @@ class Tuning(Request):
         return np.array([found, found])
 
     def _check_names(self) -> None:
-        choice("objective", self.search.objective, objectives_of(self.system.scene))
+        choice("objective", self.search.objective, self.objectives)
         allowed = tunable(self.system.scene)
         if not self.free:
             raise RequestError(
@@ -214,6 +269,7 @@ class Tuning(Request):
             choice("free parameter", name, allowed)
             if name in (axis.name for axis in self.over):
                 raise RequestError(f"{name} is free and has values of its own: not both")
+        self._check_uncertain()
         if all(parameter.inert for parameter in self.free):
             raise RequestError("V alone is free, and does not enter the dynamics: C does")
         if self.surface is not None:
@@ -222,13 +278,44 @@ class Tuning(Request):
             if len(set(self.surface.parameters)) != 2:
                 raise RequestError("a surface takes two different parameters")
 
+    def _check_uncertain(self) -> None:
+        """Refuse what is uncertain and has no one value, and draws of nothing."""
+        noisy = self.decay is not None and bool(self.decay.load.noise)
+        if self.search.draws and not (self.uncertain or noisy):
+            raise RequestError(
+                f"draws = {self.search.draws}: neither [uncertain] nor noise is given"
+            )
+        if self.search.quantile is not None and not self.draws:
+            raise RequestError(f"quantile = {self.search.quantile}: of no draws; see [uncertain]")
+        for one in self.uncertain:
+            if one.name in (axis.name for axis in self.over):
+                raise RequestError(f"{one.name} is uncertain and has values of its own: not both")
+            if not self._of_load(one.name):
+                choice("uncertain parameter", one.name, self.system.parameters)
+
+    def _of_load(self, name: str) -> bool:
+        """Tell whether a name is that of a number of the load, where there is one."""
+        return self.decay is not None and is_of_load(name)
+
+    def value(self, name: str) -> float:
+        """Return the value [SI] of a parameter, or of a number of the load."""
+        if self.decay is not None and self._of_load(name):
+            return self.decay.load.number(name)
+        return self.system.parameters[name]
+
     def _check_corners(self) -> None:
-        """Let the system check the corners of all intervals: what holds there holds inside."""
-        ends = [(item.low, item.high) for item in self.free]
-        ends += [tuple(axis.values[[0, -1]]) for axis in self.over]
-        corners = np.array(list(product(*ends))).T
-        names = (*self.names, *(axis.name for axis in self.over))
-        self.system.cells(dict(zip(names, corners, strict=True)))
+        """Let system and load check the corners of all intervals: what holds there holds inside."""
+        ends = {item.name: np.array([item.low, item.high]) for item in self.free}
+        ends |= {axis.name: axis.values[[0, -1]] for axis in self.over}
+        for one in self.uncertain:
+            low, high = ends.get(one.name, [self.value(one.name)] * 2)
+            ends[one.name] = np.array([one.at(low, -one.reach), one.at(high, one.reach)])
+        of_load = {name: ends.pop(name) for name in [*ends] if self._of_load(name)}
+        corners = np.array(list(product(*ends.values()))).T
+        self.system.cells(dict(zip(ends, corners, strict=True)))
+        if self.decay is not None:
+            for name, value in ((name, v) for name, both in of_load.items() for v in both.tolist()):
+                self.decay.load.with_({name: value})
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -241,9 +328,11 @@ class Tuning(Request):
         return {**self.system.attributes, "seed": self.search.seed}
 
     def cases(self) -> Mapping[str, np.ndarray]:
-        """Return the values of `over` in every combination, omega always among them."""
+        """Return the values of `over` in every combination; of the steady state with omega."""
         grids = np.meshgrid(*(axis.values for axis in self.over), indexing="ij")
         found = {axis.name: grid.ravel() for axis, grid in zip(self.over, grids, strict=True)}
+        if self.decay is not None:
+            return MappingProxyType(found)
         omega = np.array([self.system.parameters["omega"]])
         return MappingProxyType({"omega": np.repeat(omega, self.case_count)} | found)
 
@@ -265,7 +354,7 @@ class Tuning(Request):
     @property
     def most_lanes(self) -> int:
         """The most orbits that will be computed."""
-        return self.most_evaluations * self.case_count
+        return self.most_evaluations * self.case_count * (self.draws + 1)
 
     def document(self) -> dict[str, Any]:
         """Return the tuning file that means exactly this tuning, complete, as nested tables."""
@@ -274,9 +363,13 @@ class Tuning(Request):
             "system": self.system.to_table(),
             "free": {item.name: {"low": item.low, "high": item.high} for item in self.free},
             "over": {axis.name: {"values": axis.values.tolist()} for axis in self.over},
-            "sampling": entries(self, "sampling"),
+            "sampling": entries(self.decay or self, "sampling"),
             "search": entries(self.search, "search"),
         }
+        if self.decay is not None:
+            found |= {"load": self.decay.load.to_table(), "start": entries(self.decay, "start")}
+        if self.uncertain:
+            found["uncertain"] = {one.name: one.entry() for one in self.uncertain}
         if self.surface is not None:
             found["surface"] = entries(self.surface, "surface")
         return found

@@ -6,18 +6,24 @@ import os
 from math import prod
 from typing import Any
 
-from nlds_vines.errors import RequestError, at, choice, typed
+from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice, typed
+from nlds_vines.loads.request import Decay, is_of_load
+from nlds_vines.loads.request_file import flattened
 from nlds_vines.model.axis import Axis, announced
+from nlds_vines.model.loads.loading import Loading
+from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.ratios import axes_of_parameters
 from nlds_vines.model.request_layers import Document, Form, Layer, Layers
-from nlds_vines.model.setting import checks
+from nlds_vines.model.setting import checks, settings_of
 from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, symbol_of
+from nlds_vines.tuning.draws import Uncertain
 from nlds_vines.tuning.free_parameter import Free, tunable, usual
 from nlds_vines.tuning.request import (
     MOST_LANES,
     SAMPLED,
     SAMPLED_FREE,
+    UNDER_LOAD,
     Search,
     Surface,
     Tuning,
@@ -25,9 +31,16 @@ from nlds_vines.tuning.request import (
 
 FORM = Form(
     kind="tuning",
-    tables={"set": None, "free": None, "over": None, **checks(Tuning, Search, Surface)},
-)
+    tables={
+        "set": None, "free": None, "over": None, "uncertain": None,
+        **checks(Tuning, Search, Surface, Decay, Loading),
+    },
+)  # fmt: skip
 """What may stand in a tuning file."""
+
+STEADY = tuple(said.key for said in settings_of(Tuning, "sampling").values())
+UNDER = tuple(said.key for said in settings_of(Decay, "sampling").values())
+"""What stands in [sampling] of a tuning for the steady state, and under a load."""
 
 DEFAULT_SYSTEM = "ssul-set6"
 """The system whose structure, force and contact are taken unless another one is named."""
@@ -56,22 +69,53 @@ def load_tuning(
     for layer in layers:
         _refuse_contradiction(layer)
     system = layers.system_as_set(DEFAULT_SYSTEM)
-    free, over = _free(layers, system), _over(layers, system)
-    title = layers.title(outdated_by=("system", "set", "free", "over"))
-    periods = SAMPLED if system.scene.walls else SAMPLED_FREE
-    search, surface = Search(**layers.values("search")), _surface(layers)
-    sampling = {"periods": periods, **layers.values("sampling")}
+    decay, sampling = _decay(layers, system)
+    free, over = _free(layers, system), _over(layers, system, decay)
+    title = layers.title(outdated_by=("system", "set", "free", "over", "load", "start"))
+    usual_objective = {} if decay is None else {"objective": UNDER_LOAD}
+    search, surface = Search(**usual_objective | layers.values("search")), _surface(layers)
+    uncertain = _uncertain(layers)
     with at(layers.holder("over").where):
         tuning = Tuning(
-            title=_made_up_title(system, free, over) if title is None else title,
+            title=_made_up_title(system, free, over, decay) if title is None else title,
             system=system,
             free=free,
             over=over,
+            decay=decay,
+            uncertain=uncertain,
             surface=surface,
             search=search,
             **sampling,
         )
     return layers.told(tuning)
+
+
+def _decay(layers: Layers, system: System) -> tuple[Decay | None, dict[str, Any]]:
+    """Return what becomes of designs under a load, None without one; and [sampling] without it.
+
+    What stands in [sampling] of a file for the other sort of tuning is left aside, as a file may be
+    for several commands.
+    """
+    acts, start = layers.values("load"), layers.values("start")
+    known = UNDER if acts or start else STEADY
+    for name in layers.above.table("sampling"):
+        if name not in known:
+            why = "without [load] or [start]" if known is STEADY else "under a load"
+            with at(layers.above.place("sampling")):
+                raise RequestError(f"{name} is not used {why}; allowed: {', '.join(known)}")
+    sampling = {k: v for k, v in layers.values("sampling").items() if k in known}
+    if known is STEADY:
+        periods = SAMPLED if system.scene.walls else SAMPLED_FREE
+        return None, {"periods": periods, **sampling}
+    with at(layers.place("load" if acts else "start")):
+        return Decay("under a load", (system,), Loading(**acts), (), **start, **sampling), {}
+
+
+def _uncertain(layers: Layers) -> tuple[Uncertain, ...]:
+    """Return what is uncertain; `noise.rms` may stand there as a table of a table, too."""
+    with at(layers.place("uncertain")):
+        entries = flattened(layers.table("uncertain"))
+        return tuple(Uncertain.of(name, entry) for name, entry in entries.items())
 
 
 def _refuse_contradiction(layer: Layer) -> None:
@@ -102,13 +146,16 @@ def _free(layers: Layers, system: System) -> tuple[Free, ...]:
         return tuple(Free.of(name, wanted[name]) for name in in_order)
 
 
-def _over(layers: Layers, system: System) -> tuple[Axis, ...]:
+def _over(layers: Layers, system: System, decay: Decay | None) -> tuple[Axis, ...]:
     with at(layers.place("over")):
-        cases = prod(announced(layers.table("over")))
+        entries = flattened(layers.table("over"))
+        cases = prod(announced(entries))
         if cases > MOST_LANES:
             raise RequestError(f"every design has {cases} cases; allowed: up to {MOST_LANES}")
-        axes = tuple(Axis.of(*item) for item in layers.table("over").items())
-        return axes_of_parameters(axes, system.scene, system.parameters)
+        axes = tuple(Axis.of(*item) for item in entries.items())
+        of_load = tuple(axis for axis in axes if decay is not None and is_of_load(axis.name))
+        others = tuple(axis for axis in axes if axis not in of_load)
+        return (*axes_of_parameters(others, system.scene, system.parameters), *of_load)
 
 
 def _surface(layers: Layers) -> Surface | None:
@@ -120,11 +167,15 @@ def _surface(layers: Layers) -> Surface | None:
         return Surface(**{"parameters": None, **entry})
 
 
-def _made_up_title(system: System, free: tuple[Free, ...], over: tuple[Axis, ...]) -> str:
+def _made_up_title(
+    system: System, free: tuple[Free, ...], over: tuple[Axis, ...], decay: Decay | None
+) -> str:
     """Return a title made of the scene, the free parameters and what they are tuned for."""
     names = ", ".join(symbol_of(item.name) for item in free)
-    ranges = [range_in_words(axis.name, axis.values) for axis in over]
-    if "omega" not in (axis.name for axis in over):
+    ranges = [range_in_words(axis.name, axis.values) for axis in over if axis.name in PARAMETERS]
+    if decay is not None:
+        ranges.insert(0, decay.load.words() or "a free decay")
+    elif "omega" not in (axis.name for axis in over):
         ranges.insert(0, setting_in_words("omega", system.parameters["omega"]))
     what = system.scene.meaning.split(":")[0]
-    return f"{what[:1].upper()}{what[1:]}: {names} tuned for {', '.join(ranges)}"
+    return f"{what[:1].upper()}{what[1:]}: {names} tuned for {', '.join(ranges)}"[:MOST_CHARACTERS]

@@ -17,7 +17,8 @@ from nlds_vines.orbits.status_words import OK
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.evaluations import STAGES
-from nlds_vines.tuning.optima import BAND, over_finer_bands
+from nlds_vines.tuning.objective import OF_DRAWS
+from nlds_vines.tuning.optima import is_band, over_finer_bands
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
 
@@ -29,13 +30,17 @@ class Optimum(Outlined):
     """One optimum: its parameters [SI], its objective, and that under perturbations.
 
     `robustness` holds the objective under each perturbation, `none` among them; `finer` is the
-    objective with more values in each band, NaN where there is no band.
+    objective with more values in each band, NaN where there is no band.  Where there are draws,
+    `nominal` is that of the design as given, `mean` and `quantile` those over the draws.
     """
 
     parameters: Mapping[str, float]
     objective: float
     robustness: Mapping[str, float]
     finer: float = nan
+    nominal: float | None = None
+    mean: float | None = None
+    quantile: float | None = None
 
     @property
     def worst(self) -> float:
@@ -78,8 +83,9 @@ class Tuned(Outlined, Drawable):
     def outline(self) -> Rows:
         """Return the best design, and how many were evaluated."""
         if self.optima:
-            best = f"{numbers(self.parameters)}; {self.objective:.6g} J"
-            yield "best", f"{best}, disturbed {self.best.worst:.6g} J ({self.best.cause})"
+            unit = self.tuning.unit
+            best = f"{numbers(self.parameters)}; {self.objective:.6g} {unit}"
+            yield "best", f"{best}, disturbed {self.best.worst:.6g} {unit} ({self.best.cause})"
         counts = f"{self.evaluations}, {self.refused} of them inadmissible"
         yield "designs", f"{counts}; {len(self.optima)} optima"
         yield "archive", str(self.path)
@@ -121,7 +127,14 @@ class Tuned(Outlined, Drawable):
         yield from self._remarks()
 
     def _remarks(self) -> Iterator[str]:
-        """Yield remarks: the spread over the seeds, inert parameters, optima at a bound."""
+        """Yield remarks: draws, the spread over the seeds, inert parameters, optima at a bound."""
+        if self.tuning.draws:
+            best, what = self.best, ", ".join(one.words() for one in self.tuning.uncertain)
+            yield (
+                f"judged by the {self.tuning.judged}{f' of {what}' if what else ' of noise'}: "
+                f"as given {best.nominal:.5g}, mean {best.mean:.5g}, "
+                f"{100 * self.tuning.quantile:g} % quantile {best.quantile:.5g} {self.tuning.unit}"
+            )
         if len(self.spread) > 1:
             low, middle, high = np.percentile(list(self.spread.values()), [0, 50, 100])
             yield (
@@ -142,7 +155,7 @@ class Tuned(Outlined, Drawable):
         if finer is None:
             return
         for axis, more in zip(self.tuning.over, finer.over, strict=True):
-            if axis.values.size < BAND:
+            if not is_band(axis):
                 continue
             found = f"the largest of {axis.values.size} values of {axis.name}"
             if isfinite(self.best.finer):
@@ -176,10 +189,13 @@ def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
         return
     objective, causes = view["optimum_objective"], view["perturbation"].tolist()
     finer = view["optimum_finer"] if "optimum_finer" in view else np.full(objective.size, nan)
+    rows = view["optimum_evaluation"]
+    drawn = {name: view[name][rows].tolist() for name in OF_DRAWS if tuning.draws}
     for i in range(objective.size):
         yield Optimum(
             parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
             objective=float(objective[i]),
             robustness=dict(zip(causes, view["robustness"][i].tolist(), strict=True)),
             finer=float(finer[i]),
+            **{name: values[i] for name, values in drawn.items()},
         )

@@ -172,6 +172,11 @@ class Loading:
         return tuple(one for kind in KINDS for one in getattr(self, kind))
 
     @property
+    def acts(self) -> bool:
+        """Whether it is the sum of anything."""
+        return bool(self.impulse or self.blow or self.parts or self.harmonic)
+
+    @property
     def shaken(self) -> bool:
         """Whether the ground is accelerated."""
         return any(one.shakes for one in self.parts)
@@ -197,6 +202,16 @@ class Loading:
             found[kind] = [one.entry() for one in found[kind]]
         return found
 
+    def number(self, name: str) -> float:
+        """Return a number by its name, as `with_` takes it; `RequestError` where there is none."""
+        owner, key = self._owner(name)
+        return float(getattr(owner, key))
+
+    def redrawn(self, times: int) -> Loading:
+        """Return the sum with its noise drawn again: each seed raised by so many."""
+        drawn = (one for one in self.noise if isinstance(one, Noise))
+        return replace(self, noise=tuple(replace(one, seed=one.seed + times) for one in drawn))
+
     def with_(self, changes: Mapping[str, float]) -> Loading:
         """Return this sum with other numbers, by names as `impulse` and `friedlander.peak`.
 
@@ -204,22 +219,33 @@ class Loading:
         """
         loading = self
         for name, value in changes.items():
-            kind, _, key = name.partition(".")
-            if not key:
-                loading = replace(loading, **_number(name, value))
-                continue
-            held = getattr(self, kind, None) if kind in ALL else None
-            if not held or len(held) > 1:
-                count = len(held or ())
-                raise RequestError(f"{name}: the load has {count} of {kind!r}; allowed: one")
-            known = [said.key for said in settings_of(held[0]).values()]
-            if key not in known:
-                raise RequestError(f"{name}: {kind} has no {key!r}; allowed: {', '.join(known)}")
-            given: Any = getattr(held[0], key)
-            exact = int(value) if isinstance(given, int) and value == int(value) else value
-            one: dict[str, Any] = {kind: (replace(getattr(loading, kind)[0], **{key: exact}),)}
+            owner, key = loading._owner(name)
+            if isinstance(owner, Loading):
+                one: dict[str, Any] = {name: value}
+            else:
+                given: Any = getattr(owner, key)
+                exact = int(value) if isinstance(given, int) and value == int(value) else value
+                one = {owner.kind: (replace(owner, **{key: exact}),)}
             loading = replace(loading, **one)
         return loading
+
+    def _owner(self, name: str) -> tuple[Loading | Load, str]:
+        """Return what a number belongs to, and its key; `RequestError` where there is none."""
+        kind, _, key = name.partition(".")
+        if not key:
+            if name not in NUMBERS:
+                raise RequestError(
+                    f"{name} is no number of a load; allowed: {', '.join(NUMBERS)}, or KIND.KEY as "
+                    "friedlander.peak"
+                )
+            return self, name
+        held = getattr(self, kind, None) if kind in ALL else None
+        if not held or len(held) > 1:
+            raise RequestError(f"{name}: the load has {len(held or ())} of {kind!r}; allowed: one")
+        known = [said.key for said in settings_of(held[0]).values()]
+        if key not in known:
+            raise RequestError(f"{name}: {kind} has no {key!r}; allowed: {', '.join(known)}")
+        return held[0], key
 
     def check(self, duration: float, period: float) -> None:
         """Refuse what repeats itself within a duration [s], and records that are too coarse.
@@ -299,15 +325,6 @@ NUMBERS = ("impulse", "scale")
 
 KEYS = tuple(said.key for said in settings_of(Loading).values())
 """What may stand in `[load]`."""
-
-
-def _number(name: str, value: float) -> dict[str, Any]:
-    if name not in NUMBERS:
-        raise RequestError(
-            f"{name} is no number of a load; allowed: {', '.join(NUMBERS)}, or KIND.KEY as "
-            "friedlander.peak"
-        )
-    return {name: value}
 
 
 def words_of_number(load: Loading, name: str) -> tuple[str, str]:

@@ -1,0 +1,311 @@
+"""Tuning under loads, and for what is uncertain: what is asked, drawn, computed and told."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+from scipy.stats import qmc, truncnorm
+
+import nlds_vines as nv
+from nlds_vines.archives.toml import parse_toml
+from nlds_vines.errors import LeftAside, RequestError
+from nlds_vines.loads.request_file import load_decay
+from nlds_vines.orbits.batch import Outcome
+from nlds_vines.orbits.status_words import OK, TOO_STIFF
+from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.tuning import objective
+from nlds_vines.tuning.command import main
+from nlds_vines.tuning.draws import CUT, DRAWS, Uncertain, places_of
+from nlds_vines.tuning.objective import Objective, Trials, over_draws, worst
+from nlds_vines.tuning.optima import perturbations, perturbed
+from nlds_vines.tuning.request_file import load_tuning
+
+FILE = """
+title = "Struck"
+system = "tmd"
+load = { impulse = 900.0 }
+free = { k2 = { low = 500.0, high = 5000.0 } }
+over = { scale = { values = [0.5, 1.0] } }
+sampling = { transient = 40, duration = 9.0 }
+search = { seed = 3 }
+uncertain = { k1 = "5%", m1 = { spread = 20.0, law = "uniform" } }
+"""
+BLOW = {"load": {"impulse": 1000.0}, "sampling": {"duration": 12.0}}
+SMALL = {"population": 5, "generations": 2, "polish": 4, "optima": 1}
+DESIGN = np.array([[1500.0, 100.0]])
+
+
+# ---- what is asked for ---------------------------------------------------------------------------
+
+
+@pytest.fixture
+def file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.toml").write_text(FILE)
+    return "a.toml"
+
+
+def test_one_file_is_a_decay_and_a_tuning(file):
+    with pytest.warns(LeftAside, match=r"\[free\], \[over\], \[search\], \[uncertain\], transient"):
+        decay = load_decay(file)
+    tuning = load_tuning(file)
+    assert (tuning.decay.load, tuning.decay.duration) == (decay.load, 9.0)
+    assert (tuning.title, tuning.names, tuning.search.objective) == ("Struck", ("k2",), "last_1")
+    assert (tuning.unit, tuning.case_count, tuning.draws) == ("s", 2, DRAWS)
+    assert tuning.most_lanes == tuning.most_evaluations * 2 * (DRAWS + 1)
+
+
+def test_the_canonical_file_means_the_same(file):
+    tuning = load_tuning(file, {"search": {"draws": 8, "quantile": 0.75}})
+    again = load_tuning(parse_toml(tuning.to_toml(), "here"))
+    assert again == tuning
+    assert again.hash == tuning.hash
+    assert load_tuning(file).hash != tuning.hash
+    assert [one.words() for one in again.uncertain] == ["k1 ±5 % (normal)", "m1 ±20 (uniform)"]
+
+
+def test_requests_of_the_steady_state_keep_their_hash():
+    known = load_tuning("tmd").document()
+    assert known.keys() == {"title", "system", "free", "over", "sampling", "search"}
+    assert not {"draws", "quantile", "duration"} & {*known["search"], *known["sampling"]}
+
+
+def test_options_mean_the_same_as_a_file(file, capsys):
+    words = ["--system", "tmd", "--impulse", "900", "--free", "k2=500:5000", "--duration", "9",
+             "--over", "scale=0.5,1", "--uncertain", "k1=5%", "--uncertain", "m1=20:uniform",
+             "--load", "tone:amplitude=3,omega=6", "--quantile", "0.9", "--draws", "4"]  # fmt: skip
+    assert main([*words, "--dry-run"]) == 0
+    said = capsys.readouterr().out
+    for line in ("load:     a blow of 900 N s + tone", "draws:    m1 ±20 (uniform)",
+                 "90 % quantile of the largest last_1 of all cases over 4 draws", "10 orbits each",
+                 "followed: 9 s each"):  # fmt: skip
+        assert line in said
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({**BLOW, "sampling": {"periods": 3}}, "periods is not used under a load"),
+        ({"sampling": {"duration": 3.0}}, "duration is not used without [load]"),
+        ({**BLOW, "search": {"objective": "last_2"}}, "did you mean 'last_1'"),
+        ({**BLOW, "search": {"objective": "first_passage"}}, "unknown objective 'first_passage'"),
+        ({**BLOW, "search": {"objective": "impacts"}}, "unknown objective 'impacts'"),
+        ({**BLOW, "search": {"objective": "above"}}, "unknown objective 'above'"),
+        ({**BLOW, "over": {"noise.seed": {"values": [1]}}}, "the load has 0 of 'noise'"),
+        ({"over": {"impulse": {"values": [1.0]}}}, "unknown parameter 'impulse'"),
+        ({"load": {"scale": 2.0}}, "[load] is empty"),
+        ({**BLOW, "uncertain": {"k1": "5"}}, "spread of k1 = '5' must be as '5%', or a number"),
+        ({**BLOW, "uncertain": {"k1": "-5%"}}, "spread of k1 = -5.0 must be > 0"),
+        ({"uncertain": {"k1": {"spread": 5.0, "law": "gauss"}}}, "distribution of k1 'gauss'"),
+        ({**BLOW, "uncertain": {"k1": {"size": 5.0}}}, "unknown key 'size'"),
+        ({"uncertain": {"k1": ""}}, "spread of k1 = ''"),
+        ({**BLOW, "uncertain": {"k1": "nan%"}}, "nan"),
+        ({**BLOW, "uncertain": {"k1": "40%"}}, "k1 = -7900.0 is not allowed"),
+        ({**BLOW, "uncertain": {"k4": "4%"}}, "unknown uncertain parameter 'k4'"),
+        ({**BLOW, "uncertain": {"friedlander.peak": "4%"}}, "the load has 0 of 'friedlander'"),
+        ({"uncertain": {"omega": "4%"}, "over": {"omega": {"values": [6.0]}}}, "not both"),
+        ({"uncertain": {"k1": "4%"}, "search": {"draws": 48}}, "draws = 48 must be a power of two"),
+        ({"uncertain": {"k1": "4%"}, "search": {"draws": 1}}, "draws = 1 must be a power of two"),
+        ({"search": {"draws": 4}}, "draws = 4: neither [uncertain] nor noise"),
+        ({"search": {"quantile": 0.5}}, "quantile = 0.5: of no draws"),
+        ({"uncertain": {"k1": "4%"}, "search": {"quantile": 1.0}}, "must be between 0 and 1"),
+        ({"uncertain": {"k1": "4%"}, "search": {"draws": 65536}}, "allowed: up to"),
+    ],
+)  # fmt: skip
+def test_a_wrong_request_is_one_line(changes, said):
+    with pytest.raises(RequestError, match=r"^[^\n]+$") as error:
+        load_tuning("tmd", changes)
+    assert said in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("k1", "must be NAME=SPREAD"), ("k1=x", "--uncertain k1 = 'x' must be a number")],
+)
+def test_a_wrong_option_is_one_line(text, said, capsys):
+    assert main(["--uncertain", text]) == 2
+    assert said in capsys.readouterr().err
+
+
+# ---- what is drawn -------------------------------------------------------------------------------
+
+
+def test_draws_are_quantiles_of_their_distributions_at_sobol_points():
+    what = (Uncertain("k1", 5.0, True), Uncertain("m1", 20.0, False, "uniform"))
+    found = places_of(what, 64, 7)
+    points = qmc.Sobol(2, scramble=True, seed=7).random_base2(6)
+    assert found[0].tolist() == [0.0, 0.0]
+    np.testing.assert_allclose(found[1:, 0], truncnorm(-CUT, CUT).ppf(points[:, 0]), atol=2e-9)
+    np.testing.assert_allclose(found[1:, 1], 2 * points[:, 1] - 1, atol=1e-15)
+    assert found[1:].mean(axis=0) == pytest.approx([0, 0], abs=0.05)  # evenly spread
+    assert found[1:].std(axis=0) == pytest.approx([0.9866, 1 / math.sqrt(3)], rel=0.03)
+    assert not np.array_equal(places_of(what, 64, 8), found)
+    np.testing.assert_allclose(what[0].at(200.0, found[:, 0]), 200 * (1 + 0.05 * found[:, 0]))
+    np.testing.assert_allclose(what[1].at(200.0, found[:, 1]), 200 + 20 * found[:, 1])
+
+
+def test_a_design_is_judged_by_mean_or_quantile_and_nothing_is_made_of_what_failed():
+    draws = np.array([9.0, 1, 2, 3, 4, 5, 6, 7, 8])  # the first as given
+    fine = np.column_stack([draws, 10 * draws, np.full(9, OK), draws % 3])
+    failed = fine.copy()
+    failed[4, [0, 2]] = np.inf, TOO_STIFF
+    found = over_draws(np.array([fine, failed]), None, 0.75)
+    assert found[0].tolist() == [4.5, 90, OK, 0, 9, 4.5, 6]
+    assert found[1].tolist() == [np.inf, 90, TOO_STIFF, 0, 9, np.inf, 7]
+    by_quantile = over_draws(np.array([fine, failed]), 0.75, 0.75)
+    assert by_quantile[:, 0].tolist() == [6, 7]
+    assert by_quantile[:, 2].tolist() == [OK, OK]
+    assert np.array_equal(over_draws(fine[np.newaxis, :1], None, 0.9), fine[:1])
+
+
+def test_the_worst_case_is_found_in_each_draw():
+    values = np.array([[[1.0, 5.0], [7.0, np.nan], [2.0, 1.0]]])
+    plain = np.zeros(values.shape)
+    found = worst(Outcome(values, 10 * values, np.full(values.shape, OK), plain))
+    assert found[0, :, 0].tolist() == [5, np.inf, 2]
+    assert found[0, :, 3].tolist() == [1, 1, 0]
+    assert found[0, [0, 2], 1].tolist() == [50, 20]
+
+
+def test_a_winner_under_a_load_is_disturbed_in_one_way_at_a_time():
+    tuning = load_tuning("tmd", {**BLOW, "uncertain": {"k1": "1%"}})
+    names, trials = perturbations(tuning), perturbed(tuning, DESIGN[0])
+    rows = dict(zip(names, trials.table.tolist(), strict=True))
+    assert rows == {
+        "none": [1500, 100, 1, 0, 1],
+        "natural frequency -1%": [1500, 100, 0.99, 0, 1],
+        "natural frequency +1%": [1500, 100, 1.01, 0, 1],
+        "load -10%": [1500, 100, 1, 0, 0.9],
+        "load +10%": [1500, 100, 1, 0, 1.1],
+        "k2 -2%": [1470, 100, 1, 0, 1],
+        "k2 +2%": [1530, 100, 1, 0, 1],
+        "c2 -2%": [1500, 98, 1, 0, 1],
+        "c2 +2%": [1500, 102, 1, 0, 1],
+    }
+
+
+def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
+    """What reaches an orbit: free, uncertain, disturbed and drawn, each in its place."""
+    seen = []
+
+    def numbers_of(decay, pairs):
+        seen.extend((system.parameters, load) for system, load in pairs)
+        failed, nothing = np.full(len(pairs), TOO_STIFF), np.zeros(len(pairs))
+        told = {"last_1": nothing, "E2max": nothing}
+        return {**told, "status": failed, "violations": nothing}
+
+    monkeypatch.setattr("nlds_vines.tuning.under_load.numbers_of", numbers_of)
+    noise = {"noise": {"rms": 2.0, "high": 20.0, "seed": 5}}
+    tuning = load_tuning("tmd", {
+        "load": noise, "sampling": {"duration": 3.0},
+        "over": {"noise.rms": {"values": [1.0, 2.0]}},
+        "uncertain": {"k2": "10%", "scale": 0.01}, "search": {"draws": 2},
+    })  # fmt: skip
+    trials = Trials(DESIGN, np.array([1.01]), np.zeros(1), np.array([1.1]))
+    found = Objective(tuning).results(trials)
+    assert found[0].tolist()[2:4] == [TOO_STIFF, 0]
+    assert found[0, 0] == np.inf
+    places = places_of(tuning.uncertain, 2, 0)
+    assert len(seen) == 6
+    in_order = ((draw, rms) for draw in range(3) for rms in (1.0, 2.0))
+    for (parameters, load), (draw, rms) in zip(seen, in_order, strict=True):
+        assert parameters["k2"] == pytest.approx(1500 * (1 + 0.1 * places[draw, 0]))
+        assert parameters["k1"] == pytest.approx(tuning.system.parameters["k1"] * 1.01**2)
+        assert load.scale == pytest.approx(1.1 * (1 + 0.01 * places[draw, 1]))
+        assert (load.noise[0].rms, load.noise[0].seed) == (rms, 5 + draw)
+
+
+# ---- what is computed ----------------------------------------------------------------------------
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("name", ["last_1", "x1_max", "share_c1"])
+def test_the_objective_is_the_worst_decay(name):
+    over = {"impulse": {"values": [300.0, 1000.0]}}
+    tuning = load_tuning("ssul-set6", {**BLOW, "over": over, "search": {"objective": name}})
+    points = np.array([[500.0, 80.0, 0.1], [900.0, 60.0, 0.05]])
+    found = Objective(tuning).results(Trials.at_rest(points))
+    for row, (k2, c2, C) in zip(found, points, strict=True):
+        system = nv.load_system("ssul-set6", k2=k2, c2=c2, C=C)
+        told = [nv.decay(system, impulse=i, duration=12.0, quiet=True) for i in (300.0, 1000.0)]
+        values = [next(iter(one.falls.values())).numbers[name] for one in told]
+        assert row[0] == max(values)
+        assert row[3] == int(np.argmax(values))
+
+
+@pytest.mark.kernels
+def test_a_linear_damper_of_an_uncertain_structure_against_its_transfer_function():
+    uncertain = {"k1": "5%", "P": {"spread": 50.0, "law": "uniform"}}
+    tuning = load_tuning("tmd", {"uncertain": uncertain, "search": {"draws": 16}})
+    found = Objective(tuning).results(Trials.at_rest(DESIGN))[0]
+    p, (k2, c2) = tuning.system.parameters, DESIGN[0]
+    s = 1j * p["omega"]
+    energies = []
+    for of_k1, of_P in places_of(tuning.uncertain, 16, 0):
+        k1, P = p["k1"] * (1 + 0.05 * of_k1), p["P"] + 50.0 * of_P
+        coupling = k2 + c2 * s
+        own = p["m1"] * s * s + (p["c1"] + c2) * s + k1 + k2
+        x1 = abs(P / (own - coupling**2 / (p["m2"] * s * s + coupling)))
+        energies.append(0.5 * x1**2 * max(k1, p["m1"] * p["omega"] ** 2))
+    mean, quantile = np.mean(energies[1:]), np.sort(energies[1:])[math.ceil(0.9 * 16) - 1]
+    assert found[[0, 4, 5, 6]] == pytest.approx([mean, energies[0], mean, quantile], rel=1e-6)
+
+
+@pytest.mark.kernels
+def test_noise_is_drawn_anew_in_each_draw():
+    noise = {"rms": 100.0, "high": 12.0, "tones": 40, "seed": 4}
+    given = {"load": {"noise": noise}, "sampling": {"duration": 6.0}}
+    tuning = load_tuning("tmd", {**given, "search": {"draws": 2, "objective": "x1_rms"}})
+    found = Objective(tuning).results(Trials.at_rest(DESIGN))[0]
+    system, values = nv.load_system("tmd", k2=1500.0, c2=100.0), []
+    for seed in (4, 5, 6):
+        load = {"noise": {**noise, "seed": seed}}
+        told = nv.decay(system, load=load, duration=6.0, quiet=True)
+        values.append(next(iter(told.falls.values())).numbers["x1_rms"])
+    assert found[[0, 4]].tolist() == [(values[1] + values[2]) / 2, values[0]]
+
+
+@pytest.mark.kernels
+def test_a_tuning_under_a_load_gives_the_same_bits_resumes_and_says_what_it_found(
+    tmp_path, monkeypatch, capsys
+):
+    tables = {**BLOW, "uncertain": {"k1": "3%"}, "search": {**SMALL, "draws": 2}}
+    first = nv.tune("tmd", tmp_path / "a.h5", threads=1, quiet=True, **tables)
+    real, calls = objective.outcome_under, []
+
+    def interrupted(*arguments):
+        calls.append(1)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return real(*arguments)
+
+    monkeypatch.setattr(objective, "outcome_under", interrupted)
+    with pytest.raises(Interrupted, match="15 evaluations are kept"):
+        nv.tune("tmd", tmp_path / "b.h5", quiet=True, **tables)
+    again = nv.tune("tmd", tmp_path / "b.h5", threads=2, resume=True, quiet=True, **tables)
+    with nv.read(first.path) as one, nv.read(again.path) as other:
+        assert other.attrs["replayed"] > 0
+        for name in one.names:
+            assert np.array_equal(one[name], other[name], equal_nan=True) or one[name].dtype == "O"
+        assert "random_start" not in one
+        assert one.long_name("stretch") == "factor on the load"
+        best = one["optimum_evaluation"][0]
+        told = [one[name][best] for name in ("nominal", "mean", "quantile")]
+    assert [first.best.nominal, first.best.mean, first.best.quantile] == told
+    assert first.objective == first.best.mean
+    assert first.best.worst >= first.objective
+    said = "\n".join(first.lines())
+    assert "judged by the mean of last_1 over 2 draws of k1 ±3 % (normal): as given" in said
+    assert "last_1 [s]" in said
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert nv.open(again.path).objective == first.objective
+
+
+@pytest.mark.kernels
+def test_a_time_that_does_not_come_makes_a_design_inadmissible(tmp_path):
+    tables = {"load": {"impulse": 1000.0}, "sampling": {"duration": 1.0}, "search": SMALL}
+    found = nv.tune("tmd", tmp_path / "a.h5", quiet=True, **tables)
+    assert found.optima == ()
+    assert "were inadmissible" in "\n".join(found.lines())

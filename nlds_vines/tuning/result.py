@@ -17,11 +17,13 @@ from nlds_vines.orbits.status_words import OK
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.evaluations import STAGES
+from nlds_vines.tuning.free_parameter import Free
 from nlds_vines.tuning.objective import OF_DRAWS
 from nlds_vines.tuning.optima import is_band, over_finer_bands
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
 
+_ON_BOUND = 1e-6  # of the range: so near to a bound a search is at it
 _AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
 
 
@@ -121,7 +123,7 @@ class Tuned(Outlined, Drawable):
         yield "  ".join([*(f"{name:>10}" for name in names), *heads, f"disturbed [{unit}]"])
         for item in self.optima:
             values = [item.objective, item.finer][: len(heads)]
-            columns = [f"{item.parameters[name]:10.5g}" for name in names]
+            columns = [f"{_told(one, item.parameters[one.name]):10.5g}" for one in self.tuning.free]
             columns += [f"{value:11.5g}" for value in values]
             yield "  ".join([*columns, f"{item.worst:.5g} ({item.cause})"])
         yield from self._remarks()
@@ -147,7 +149,8 @@ class Tuned(Outlined, Drawable):
             if item.inert:
                 yield f"{item.name} does not enter the dynamics: any value is as good"
             elif not _AT_BOUND < item.unit(np.asarray(value)) < 1 - _AT_BOUND:
-                yield f"{item.name} stands at its bound {value:.4g}: the optimum may lie beyond"
+                told = _told(item, value)
+                yield f"{item.name} stands at its bound {told:.4g}: the optimum may lie beyond"
 
     def _of_bands(self) -> Iterator[str]:
         """Yield what the objective says of the ranges that it is the largest of."""
@@ -162,6 +165,14 @@ class Tuned(Outlined, Drawable):
                 yield f"{self.tuning.search.objective} is {found}; finer: of {more.values.size}"
             else:
                 yield f"{found}; between them it may be larger"
+
+
+def _told(free: Free, value: float) -> float:
+    """Return the value of a design to print: that of a bound where a search has stopped at it."""
+    place = float(free.unit(np.asarray(value)))
+    if place < _ON_BOUND:
+        return free.low
+    return free.high if place > 1 - _ON_BOUND else value
 
 
 def tuned(path: str | os.PathLike[str]) -> Tuned:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outcome
@@ -14,6 +15,7 @@ from nlds_vines.tuning.objective import Objective, Trials, worst
 from nlds_vines.tuning.optima import distinct, perturbations, perturbed
 from nlds_vines.tuning.request import STARTS, Search
 from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.result import Optimum, Tuned
 from nlds_vines.tuning.searches import latin_hypercube, polish, search_globally
 
 TABLE_1_BEST = 81.8492  # J, the least E1max of the paper's sets at 6.28 rad/s: set 5
@@ -313,3 +315,16 @@ def test_every_seed_finds_the_best_linear_damper_of_a_band(tmp_path):
     assert max(found.spread.values()) <= 161.0
     assert found.parameters["k2"] == pytest.approx(2083, rel=0.01)
     assert found.parameters["c2"] == pytest.approx(112, rel=0.03)
+
+
+def test_a_value_that_a_search_left_at_its_bound_is_printed_as_the_bound():
+    tuning = load_tuning({"system": "ssul-set6"})
+    names = {"k2": 500.0, "c2": 1000.0 * (1 - 1e-9), "C": 8.6904e-09}
+    best = Optimum({name: names[name] for name in tuning.names}, 80.0, {"none": 80.0})
+    found = Tuned(tuning, (best,), {0: 80.0}, 10, 0, ArchivePath.of("none.h5"))
+    row = next(line for line in found.lines() if "(none)" in line).split()
+    assert dict(zip(tuning.names, row, strict=False)) == {"k2": "500", "c2": "1000", "C": "0"}
+    remarks = [line for line in found.lines() if "bound" in line]
+    assert [line.partition(":")[0] for line in remarks] == [
+        "c2 stands at its bound 1000", "C stands at its bound 0"
+    ]  # fmt: skip

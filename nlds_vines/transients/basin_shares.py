@@ -28,6 +28,8 @@ from nlds_vines.transients.basin_measures import (
 )
 from nlds_vines.transients.survival import LEVEL, share_interval
 
+_ERRORS = 3.0  # standard errors by which an exponent differs from that of a smooth boundary
+
 if TYPE_CHECKING:
     from nlds_vines.archives.view import ArchiveView
 
@@ -273,18 +275,19 @@ def _in_words(basin: Basin, axes: tuple[str, ...]) -> str:
 def _of_entropy(found: BasinEntropy) -> Iterator[str]:
     yield f"basin entropy: {found.basin:.4f} ({found.boxes} boxes of {found.side} x {found.side})"
     if found.boundary_boxes:
-        finer = "smooth, or fractal in finer cells than these"
-        verdict = "fractal for certain" if found.fractal else finer
+        verdict = "the boundary is fractal" if found.fractal else "this alone decides nothing"
         yield (
             f"boundary entropy: {found.boundary:.4f} ({found.boundary_boxes} boxes; ln 2 = "
-            f"{FRACTAL:.4f}): the boundary is {verdict}"
+            f"{FRACTAL:.4f}): {verdict}"
         )
 
 
 def _of_exponent(found: Uncertainty) -> str:
     if not np.isfinite(found.exponent):
         return "uncertainty exponent: there is no boundary"
+    below = found.exponent + _ERRORS * found.error < 1.0
+    verdict = "fractal, as far as these cells tell" if below else "no sign that it is not smooth"
     return (
         f"uncertainty exponent: {found.exponent:.3f} +- {found.error:.3f} (1: smooth; "
-        f"{int(found.distances[0])} to {int(found.distances[-1])} cells apart)"
+        f"{int(found.distances[0])} to {int(found.distances[-1])} cells apart): {verdict}"
     )

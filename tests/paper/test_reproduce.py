@@ -279,16 +279,22 @@ def page_of(short, archives):
     return request, drawing.draw_page(request.page, found)
 
 
+def known(line):
+    """Return the values of a line without the gaps between regimes."""
+    values = np.asarray(line.get_ydata())
+    return values[np.isfinite(values)].tolist()
+
+
 def test_curves_are_the_archives_energies_solid_and_dotted(archives):
     request, figure = page_of("3", archives)
     (frame,) = figure.axes
     lines = {(line.get_color(), line.get_linestyle()): line for line in frame.get_lines()}
     damped = request.curves[3]
     evidence = paper_results.made_up()("3", "ssul-set6")
-    np.testing.assert_array_equal(lines[damped.colour, "-"].get_ydata(), evidence["E1max"])
+    assert known(lines[damped.colour, "-"]) == evidence["E1max"].tolist()
     of_damper = [line for line in frame.get_lines() if line._unscaled_dash_pattern[1] == (1, 1.6)]
     assert [line.get_color() for line in of_damper] == [c.colour for c in request.curves[1:]]
-    np.testing.assert_array_equal(of_damper[-1].get_ydata(), evidence["E2max"])
+    assert known(of_damper[-1]) == evidence["E2max"].tolist()
     assert frame.get_xlabel() == r"angular frequency of the force $\omega$ [rad/s]"
     assert "E_1" in frame.get_ylabel()
     assert "E_2" in frame.get_ylabel()
@@ -349,7 +355,8 @@ def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
     _, figure = page_of("4", archives)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels[3] == r"$k_1=3.95\times10^{4}$ N/m"
-    widths = [line.get_linewidth() for line in figure.axes[0].get_lines()][-7:]
+    lines = [line for line in figure.axes[0].get_lines() if line.get_marker() != "o"]
+    widths = [line.get_linewidth() for line in lines][-7:]
     assert widths.index(max(widths)) == 3
 
 

@@ -294,8 +294,9 @@ def _draw_curve(
         return
     curve, alone = one_regime(found.values, up, periods)
     frame.plot(*curve, **look)
-    dots = {"color": look["color"], "zorder": look["zorder"], "markersize": 2 * look["linewidth"]}
-    frame.plot(*alone, **DOT | dots)
+    if alone.size:
+        dots = {key: look[key] for key in ("color", "zorder")}
+        frame.plot(*alone, markersize=2 * look["linewidth"], **DOT | dots)
 
 
 def _limit_energies(frame: Axes, alike: Sequence[Axes], request: CurvePage) -> None:

@@ -7,6 +7,7 @@ a damper: read from archives, drawn with matplotlib.
 """
 
 import matplotlib.pyplot as plt
+import numpy as np
 
 import nlds_vines as nv
 
@@ -20,19 +21,29 @@ scans = {
     },
 }
 for name, scan in scans.items():
-    nv.scan(scan, sampling=sampling, record=["energy"], to=f"{name}.h5")
+    nv.scan(scan, sampling=sampling, record=["energy", "regime"], to=f"{name}.h5")
 
 # %%
-# The dimensions of ``E1max`` are the varied parameters and the start, of which there is one.
+# The dimensions of ``E1max`` are the varied parameters and the start, of which there is one.  A
+# curve joins no two regimes: a NaN stands between different labels.
+
+
+def curve(archive, *place):
+    """Return frequencies and largest energies, broken where the regime changes."""
+    at = (slice(None), *place, 0)
+    label, E1max = archive["label"][at], archive["E1max"][at]
+    other = np.flatnonzero(label[1:] != label[:-1]) + 1
+    return [np.insert(values, other, np.nan) for values in (archive["omega"], E1max)]
+
 
 figure, axes = plt.subplots(figsize=(6.3, 3.6), layout="constrained")
 with nv.read("alone.h5") as archive:
-    axes.plot(archive["omega"], archive["E1max"][:, 0], color="#767676", label="no damper")
+    axes.plot(*curve(archive), color="#767676", label="no damper")
 colours = ("#56b4e9", "#0072b2", "#d55e00")
 with nv.read("damper.h5") as archive:
     for j, clearance in enumerate(archive["C"]):
         label = f"$C$ = {clearance:g} m"
-        axes.plot(archive["omega"], archive["E1max"][:, j, 0], color=colours[j], label=label)
+        axes.plot(*curve(archive, j), color=colours[j], label=label)
 axes.set_xlabel(r"angular frequency of the force $\omega$ [rad/s]")
 axes.set_ylabel(r"energy of the structure $E_1^\mathrm{max}$ [J]")
 axes.set(xlim=(5, 8), ylim=(0, None))

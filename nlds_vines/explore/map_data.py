@@ -139,7 +139,10 @@ def stored(path: str | os.PathLike[str]) -> Stored:
     path = Path(path)
     with archive.read(path) as view:
         if view.content != "scan":
-            raise RequestError(f"{path} holds a {view.content}, not a scan: there is no map in it")
+            raise RequestError(
+                f"{path} holds a {view.content}, not a scan: there is no map in it; "
+                f"`nlds-vines plot {path}` draws it"
+            )
         with at(f"{path}: its scan"):
             scan = load_scan(parse_toml(view.text("scan"), "the attribute scan"))
         _refuse_too_many(scan)

@@ -7,6 +7,7 @@ In reading order:
     fall          what becomes of one structure: histories, last times, where the energy goes
     cases         its orbits: systems and loads in cells, flown by the kernels, and what they tell
     run           from request to archive: damper by damper, or a scan block by block
+    closed_form   what a structure without walls does, in closed form
     result        an archive read: `Decays`, or `LoadScan`
     scan_picture  pictures of a scan: curves over one axis, maps over two
     picture       energies and motions over time, shares, sweeps

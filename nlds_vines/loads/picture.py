@@ -16,7 +16,7 @@ from nlds_vines.loads.fall import Fall
 from nlds_vines.loads.request import Decay, natural_period
 from nlds_vines.loads.request_file import load_decay
 from nlds_vines.loads.result import Decays, decays_in, shares_of
-from nlds_vines.model.linear_response import response
+from nlds_vines.model.linear_response import harmonic_energy, response
 from nlds_vines.model.load_quantities import SHARES, WAYS
 from nlds_vines.model.loads.waves import Sweep
 from nlds_vines.model.system import System
@@ -31,6 +31,9 @@ from nlds_vines.runs.manifest import DECAY
 _HEIGHT = {"shares": 4.2 * CM}  # inches
 _USUAL = 6.2 * CM
 _WAYS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
+SWEEP_ENERGY = "sweep_energy"
+"""The panel beside whose sweeps branches are drawn: archives of branches have E1max."""
+
 _LEAST = 1e-4  # of the largest E1: the lower end of the axis
 
 
@@ -47,6 +50,7 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
     }
     if request.load.sweep:
         found["sweep"] = "displacement over the frequency of a sweep"
+        found[SWEEP_ENERGY] = "energy of the structure over the frequency of a sweep"
     return found
 
 
@@ -68,6 +72,7 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
     figure = Figure(figsize=(page.width, sum(heights) + 1.0 * CM), layout="constrained")
     grid = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)
     for name, axes in zip(shown, grid[:, 0], strict=True):
+        axes.set_label(name)
         _FILL[name](axes, found)
     write_letters([*grid[:, 0]])
     scan_picture.entitle(figure, found.request.title)
@@ -127,37 +132,50 @@ def _over_time(axes: Axes, request: Decay) -> None:
 
 
 def _sweep(axes: Axes, found: Decays) -> None:
-    """Draw the largest displacement in each natural period over the frequency of each sweep.
+    """Draw the largest displacement in each natural period over the frequency of each sweep."""
+    _over_frequency(axes, found, energy=False)
+    axes.set_ylabel("largest $|x_1|$ [m]")
+
+
+def _sweep_energy(axes: Axes, found: Decays) -> None:
+    """Draw the largest energy in each natural period over the frequency of each sweep."""
+    _over_frequency(axes, found, energy=True)
+    axes.set_ylabel("largest $E_1$ [J]")
+
+
+def _over_frequency(axes: Axes, found: Decays, energy: bool) -> None:
+    """Draw what is largest in each natural period over the frequency of each sweep at that time.
 
     A sweep that goes down is dotted.  Of systems without walls the steady response stands beside
     it, in closed form.
     """
     request = found.request
+    steady_words: str | None = "steady, in closed form"
     for system, fall, look in _each(found):
+        values = fall.E1 if energy else np.abs(fall.x1)
         for sweep in request.load.sweeps:
-            omega, largest = envelope(sweep, fall, natural_period(system))
+            omega, largest = envelope(sweep, fall.time, values, natural_period(system))
             down = sweep.last < sweep.first
             axes.plot(omega, largest, **{**look, **({"linestyle": ":"} if down else {})})
             look["label"] = None
         if not system.scene.walls and not request.load.shaken:
             sweep = request.load.sweeps[0]
             omega = np.linspace(min(sweep.first, sweep.last), max(sweep.first, sweep.last), 400)
-            force = abs(sweep.amplitude * sweep.factor * request.load.scale)
-            steady = response(system.with_(P=force), omega)
-            axes.plot(omega, np.abs(steady.X1), color=GREY, linewidth=0.6, zorder=0)
-    axes.set(
-        xlabel="frequency $\\omega$ of the sweep [rad/s]",
-        ylabel="largest $|x_1|$ [m]",
-        ylim=(0, None),
-    )
+            steady = np.abs(response(system.with_(P=request.load.force_of(sweep)), omega).X1)
+            m1, k1, _ = system.structure
+            values = harmonic_energy(m1, k1, omega, steady) if energy else steady
+            axes.plot(omega, values, label=steady_words, **scan_picture.EXACT)
+            steady_words = None
+    axes.set(xlabel="frequency $\\omega$ of the sweep [rad/s]", ylim=(0, None))
     axes.legend(loc="upper right")
 
 
-def envelope(sweep: Sweep, fall: Fall, period: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequency [rad/s] and largest abs(x1) [m] of each natural period of a sweep."""
-    edges = np.arange(sweep.at, min(sweep.at + sweep.length, fall.time[-1]), period)
-    places = np.searchsorted(fall.time, edges)
-    largest = np.maximum.reduceat(np.abs(fall.x1), places)[:-1]
+def envelope(
+    sweep: Sweep, time: np.ndarray, values: np.ndarray, period: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequency [rad/s] and largest value of each natural period of a sweep."""
+    edges = np.arange(sweep.at, min(sweep.at + sweep.length, time[-1]), period)
+    largest = np.maximum.reduceat(values, np.searchsorted(time, edges))[:-1]
     return sweep.omegas(0.5 * (edges[:-1] + edges[1:])), largest
 
 
@@ -187,6 +205,7 @@ _FILL: Mapping[str, Callable[[Axes, Decays], None]] = {
     "damper": _damper,
     "shares": _shares,
     "sweep": _sweep,
+    SWEEP_ENERGY: _sweep_energy,
 }
 
 PICTURE = Picture(panels=panels, draw=draw, fill=fill, usual=usual)

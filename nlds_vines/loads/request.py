@@ -13,6 +13,7 @@ from nlds_vines.errors import RequestError, number, shown, string, typed
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.load_quantities import OF_LOADS
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
+from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settings, entries, setting
 from nlds_vines.model.system import System
@@ -121,6 +122,8 @@ class Decay(Request):
         for name in of_systems:
             if not any(name in system.scene.allowed for system in self.systems):
                 self.systems[0].with_(**{name: 1.0})  # which says what is allowed
+                gives = ratios_in(self.systems[0].scene)[name].gives
+                raise RequestError(f"{name} stands for {gives}: vary that")
         for case in (0, self.cases - 1):
             self.case(case)
 

@@ -11,6 +11,7 @@ from nlds_vines.loads.request import Decay, is_of_load
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system, load_system, system_from
 from nlds_vines.model.loads.loading import ALL, Loading
+from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.request_layers import Document, Form, Layer, Layers
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
@@ -109,7 +110,7 @@ def _systems(layers: Layers) -> list[System]:
     settings = layers.table("set")
     with at(layers.place("set")):
         for name in settings:
-            if not any(name in (*system.scene.allowed, "law", "law_2") for system in found):
+            if not any(_has(system, name) for system in found):
                 found[0].with_(**{name: settings[name]})  # which says what is allowed
         return [
             system.with_(**{k: v for k, v in settings.items() if _has(system, k)})
@@ -118,7 +119,8 @@ def _systems(layers: Layers) -> list[System]:
 
 
 def _has(system: System, name: str) -> bool:
-    return name in system.scene.allowed or (name in ("law", "law_2") and bool(system.scene.walls))
+    allowed = (*system.scene.allowed, *ratios_in(system.scene))
+    return name in allowed or (name in ("law", "law_2") and bool(system.scene.walls))
 
 
 def _system(source: Any) -> System:

@@ -11,6 +11,7 @@ import numpy as np
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.errors import RequestError, choice, typed
+from nlds_vines.loads.closed_form import closed_form
 from nlds_vines.loads.fall import HISTORIES, Fall
 from nlds_vines.loads.request import Decay
 from nlds_vines.loads.request_file import load_decay
@@ -79,6 +80,8 @@ class Decays(Drawable):
             went = ", ".join(f"{way} {share:.1%}" for way, share in shares_of(fall).items())
             most = f"x1 up to {fall.numbers['x1_max']:.4g} m"
             yield f"{system_in_words(system)}: {most}; E1 above {last}; dissipated by {went}"
+            if exact := _beside(fall, closed_form(system, self.request.load), self.request):
+                yield f"  in closed form: {exact}"
 
 
 @dataclass(frozen=True)
@@ -117,6 +120,18 @@ class LoadScan(Drawable):
             told = of_it[np.isfinite(of_it)]
             span = f"{told.min():.4g} to {told.max():.4g}" if told.size else "none"
             yield f"{system_in_words(system)}: {name} from {span} in {of_it.size} orbits"
+
+
+def _beside(fall: Fall, exact: Mapping[str, float], request: Decay) -> str:
+    """Return what has a closed form, in words, with what was computed beside it."""
+    if request.state:
+        return ""
+    told = ("E1max", "x1_max", "x1_rms", "share_c1", "share_c2")
+    return ", ".join(
+        f"{name} {exact[name]:.6g} (here {fall.numbers[name]:.6g})"
+        for name in told
+        if name in exact
+    )
 
 
 def shares_of(fall: Fall) -> dict[str, float]:

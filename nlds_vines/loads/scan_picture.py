@@ -13,6 +13,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.loads.closed_form import closed_form
 from nlds_vines.loads.result import LoadScan
 from nlds_vines.loads.run import axis_words
 from nlds_vines.model.load_quantities import BY_NAME, OF_LOADS
@@ -23,10 +24,13 @@ from nlds_vines.plotting.bands import edges, logarithmic
 from nlds_vines.plotting.notation import in_latex, raised, typeset
 from nlds_vines.plotting.page import Page
 from nlds_vines.plotting.panels import write_letters
-from nlds_vines.plotting.style import CM, HUES, NO_VALUE, SHADES, axis_label
+from nlds_vines.plotting.style import CM, GREY, HUES, NO_VALUE, SHADES, axis_label
 
 _LINES = ("solid", "dashed", "dashdot", "dotted")
 _COLOURS = [HUES[name] for name in ("black", "vermillion", "blue", "green", "orange", "pink")]
+EXACT: dict[str, Any] = {"color": GREY, "linewidth": 0.6, "zorder": 0}
+"""How a closed form is drawn."""
+
 _HEIGHT = 6.0 * CM  # inches, of a panel
 _ACROSS = 2  # maps side by side
 _LINE = 95  # characters of a line of a title
@@ -94,9 +98,15 @@ def fill(axes: Axes, found: LoadScan, name: str) -> None:
 def _lines(axes: Axes, found: LoadScan, name: str) -> None:
     request = found.request
     (axis,) = request.vary
+    words: str | None = "in closed form"
     for i, (system, values) in enumerate(zip(request.systems, found.numbers[name], strict=True)):
         label = typeset(system_in_words(system))
         axes.plot(axis.values, values, label=label, linewidth=1.0, **look(i))
+        cases = (request.case(i * axis.values.size + j) for j in range(axis.values.size))
+        exact = [closed_form(*case).get(name, np.nan) for case in cases if not request.state]
+        if np.isfinite(exact).any():
+            axes.plot(axis.values, exact, label=words, **EXACT)
+            words = None
     axes.set(xlabel=_axis(found, 0), ylabel=_label(name))
     if logarithmic(axis.values):
         axes.set_xscale("log")

@@ -1,4 +1,4 @@
-"""Orbits of branches in the sections of a portrait, stable or not."""
+"""Orbits of branches in the sections of a portrait, and beside a sweep, stable or not."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.page import styled
-from nlds_vines.plotting.style import HUES
+from nlds_vines.plotting.style import GREY, HUES
 from nlds_vines.upkeep.edge_states import refuse_other
 
 if TYPE_CHECKING:
@@ -22,6 +24,8 @@ _BODIES: Mapping[str, int] = {"section": -1, "section1": 0, "phase1": 0, "phase2
 """The panels that show states at phase zero, and of which body: 0, 1, or the last that there is."""
 
 _ROOM = 0.14  # of the axes, beside the outermost marks: their names stand there
+_STABLE: dict[str, Any] = {"linewidth": 1.6, "alpha": 0.7}
+_UNSTABLE: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (2, 1.5))}
 _MARK: dict[str, Any] = {
     "linestyle": "none",
     "marker": "D",
@@ -67,6 +71,46 @@ def mark_branches(
             _mark(axes, orbit, last if body < 0 else body)
         axes.margins(_ROOM)
     return orbits
+
+
+@styled()
+def draw_beside_sweep(
+    figure: Figure, view: ArchiveView, branches: str | os.PathLike[str]
+) -> list[Axes]:
+    """Draw E1max of branches over omega beside the sweeps of a decay; return the axes.
+
+    Arguments: the `figure` of its picture; its open archive; the path of the archive of a
+    continuation along omega of one of its dampers, under the force of its sweeps.
+
+    Raises `RequestError` for branches of another system or along another parameter, and where no
+    panel shows energies of a sweep.
+    """
+    from nlds_vines.continuation.result import continued
+    from nlds_vines.loads.picture import SWEEP_ENERGY
+    from nlds_vines.loads.request_file import load_decay
+    from nlds_vines.runs.manifest import DECAY
+
+    request, found = view.request(DECAY, load_decay), continued(branches)
+    panels = [axes for axes in figure.axes if axes.get_label() == SWEEP_ENERGY]
+    if not panels:
+        raise RequestError(f"{branches} is drawn beside a sweep: --show {SWEEP_ENERGY}")
+    if found.request.along.name != "omega" or request.load.shaken:
+        raise RequestError(f"{branches} must be along omega, and the sweep a force on m1")
+    theirs, first = found.request.system, request.load.sweeps[0]
+    own = [one for one in request.systems if one.scene.key == theirs.scene.key]
+    like = {"P": request.load.force_of(first), "omega": theirs.parameters["omega"]}
+    refuse_other((own or request.systems)[0].with_(**like), theirs, str(branches))
+    for axes in panels:
+        for branch in found.branches:
+            stable = np.where(branch.stable, branch.E1max, np.nan)
+            axes.plot(branch.parameter, branch.E1max, color=GREY, zorder=0, **_UNSTABLE)
+            axes.plot(branch.parameter, stable, color=GREY, zorder=0, **_STABLE)
+        ends = [first.first, first.last]
+        axes.set_xlim(min(ends), max(ends))
+        for look, words in ((_STABLE, "stable branches"), (_UNSTABLE, "unstable branches")):
+            axes.plot([], [], color=GREY, label=words, **look)
+        axes.legend(loc="upper right")
+    return panels
 
 
 def _mark(axes: Axes, orbit: Crossing, body: int) -> None:

@@ -76,7 +76,8 @@ def plot(
         section: the archive of a portrait of the same system: the Poincaré section of its orbit
             is drawn over a plane of basins.
         branches: the archive of a continuation of the same system: its orbits are marked in the
-            sections and phase planes of a portrait, open where they are unstable.
+            sections and phase planes of a portrait, open where they are unstable; or is drawn
+            beside the sweep of a decay (`--show sweep_energy`).
         manifold: whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a
             map of omega and another parameter.
         frequency: what axes of the frequency count in: rad/s (omega), Hz (f), or ratio, omega over
@@ -105,13 +106,15 @@ def plot(
 def _mark_branches(
     figure: Figure, view: ArchiveView, branches: str | os.PathLike[str], ax: Axes | None
 ) -> None:
-    """Mark the orbits of branches on the page of a portrait; refuse anything else."""
-    from nlds_vines.runs.manifest import PORTRAIT
-    from nlds_vines.upkeep.branch_picture import mark_branches
+    """Mark the orbits of branches on the page of a portrait, or draw them beside a sweep."""
+    from nlds_vines.runs.manifest import DECAY, PORTRAIT
+    from nlds_vines.upkeep.branch_picture import draw_beside_sweep, mark_branches
 
-    if view.content != PORTRAIT or ax is not None:
-        raise RequestError(f"{view.path}: branches are marked on the page of a portrait")
-    mark_branches(figure, view, branches)
+    if view.content not in (PORTRAIT, DECAY) or ax is not None:
+        raise RequestError(
+            f"{view.path}: branches are marked on the page of a portrait, and beside a sweep"
+        )
+    (mark_branches if view.content == PORTRAIT else draw_beside_sweep)(figure, view, branches)
 
 
 def _draw(
@@ -245,7 +248,11 @@ def _declare(parser: Parser) -> None:
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
     add("--edges", metavar="BRANCHES.h5", help="of basins: mark the edge states of a continuation")
     add("--section", metavar="ORBIT.h5", help="of basins: draw the section of a portrait's orbit")
-    add("--branches", metavar="BRANCHES.h5", help="of a portrait: mark their orbits in sections")
+    add(
+        "--branches",
+        metavar="BRANCHES.h5",
+        help="of a portrait: mark their orbits in sections; of a sweep: drawn beside it",
+    )
     add(
         "--manifold",
         action="store_true",

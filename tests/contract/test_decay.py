@@ -218,6 +218,13 @@ duration = 7.0
     assert request.load.impulse == 500.0
 
 
+def test_ratios_are_set_of_those_that_have_them():
+    document = {"systems": ["none", "tmd"], "set": {"zeta1": 0.02, "mass_ratio": 0.1}}
+    alone, damped = load_decay({**document, "load": {"impulse": 1.0}}).systems
+    assert alone.ratios["zeta1"] == damped.ratios["zeta1"] == pytest.approx(0.02)
+    assert damped.parameters["m2"] == pytest.approx(0.1 * damped.parameters["m1"])
+
+
 @pytest.mark.parametrize(
     ("document", "words"),
     [
@@ -245,6 +252,15 @@ duration = 7.0
             ["friedlander.peak", "allowed: one"],
         ),
         ({"systems": ["tmd"], "start": {"state": [0.1, 0.0]}}, ["state", "x2, v2"]),
+        (
+            {
+                "systems": ["tmd"],
+                "load": {"impulse": 1.0},
+                "vary": {"zeta1": {"values": [0.01, 0.02]}},
+            },
+            ["zeta1", "c1", "vary that"],
+        ),
+        ({"systems": ["none"], "set": {"K": 1e7}, "load": {"impulse": 1.0}}, ["K"]),
         (
             {
                 "systems": ["tmd"],
@@ -458,6 +474,28 @@ def test_the_ground_s_acceleration_and_impacts_balance():
     for fall in found.falls.values():
         assert fall.numbers["impacts"] >= 1
         assert fall.numbers["balance"] < 1e-11
+
+
+def test_a_sweep_stands_beside_its_closed_form(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(run, "arrays_of", made_up)
+    path = tmp_path / "sweep.h5"
+    words = "sweep:amplitude=800,first=5,last=8,length=30"
+    asked = ["--system", "none", "--load", words, "--duration", "30", "--quiet"]
+    assert main([*asked, "-o", str(path)]) == 0
+    p = nv.load_system("none").parameters
+    for name in ("sweep", "sweep_energy"):
+        (axes,) = nv.plot(path, name).axes
+        (steady,) = (line for line in axes.get_lines() if "closed form" in str(line.get_label()))
+        omega = steady.get_xdata()
+        size = 800.0 / np.abs(p["k1"] - p["m1"] * omega**2 + 1j * omega * p["c1"])
+        largest = 0.5 * np.maximum(p["k1"], p["m1"] * omega**2) * size**2
+        np.testing.assert_allclose(steady.get_ydata(), size if name == "sweep" else largest)
+    capsys.readouterr()
+    for words in (["explore", str(path)], ["plot", str(path), "--branches", str(path)]):
+        assert console(words) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1
+        assert ("`nlds-vines plot" if words[0] == "explore" else "sweep.h5") in said
 
 
 def test_an_archive_of_former_names_is_refused(tmp_path, monkeypatch):

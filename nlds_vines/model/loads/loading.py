@@ -195,6 +195,10 @@ class Loading:
         """The sweeps among them."""
         return tuple(one for one in self.sweep if isinstance(one, Sweep))
 
+    def force_of(self, sweep: Sweep) -> float:
+        """Return the amplitude [N] of a sweep that is a force on m1."""
+        return abs(sweep.amplitude * sweep.factor * self.scale)
+
     def to_table(self) -> dict[str, Any]:
         """Return the table `[load]` that means exactly this sum."""
         found = entries(self, "load")

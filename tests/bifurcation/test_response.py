@@ -136,7 +136,7 @@ def test_an_objective_that_there_is_not_is_refused(capsys):
     assert "'force_max'" in error
     assert "a1_rms" in error
     assert main(["--system", "tmd", "--objective", "a1_rms", "--dry-run"]) == 0
-    assert "largest a1_rms of one orbit" in capsys.readouterr().out
+    assert "largest a1_rms of all cases: one orbit, from rest" in capsys.readouterr().out
 
 
 # ---- a ground that moves -------------------------------------------------------------------------

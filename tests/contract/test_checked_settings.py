@@ -61,12 +61,24 @@ TASKS = {
     "tuning": Task(
         "tuning", "load_tuning", (Tuning, Search, Surface), TUNING, "tuning --surface=k2,c2"
     ),
+    "tuning under a load": Task(
+        "tuning",
+        "load_tuning",
+        (Search, Surface, Decay, Loading),
+        {**TUNING, "load": {"impulse": 1.0}},
+        "tuning --surface=k2,c2 --impulse=1",
+    ),
     "continuation": Task(
         "continuation", "load_continuation", (Begin, Continuation), SET6, "continuation"
     ),
     "decay": Task("loads", "load_decay", (Decay, Loading), BLOW, "decay --impulse=1"),
 }
 """All kinds of requests whose files have tables of settings, by the word for them."""
+
+
+def word_of(kind):
+    return kind.removesuffix(" under a load")
+
 
 every_task = pytest.mark.parametrize("kind", TASKS)
 no_list = [(3, "= 3 must be a list"), ("a", "= 'a' must be a list")]
@@ -175,8 +187,10 @@ def refusal(call, *arguments, **keywords):
 
 @every_task
 def test_all_settings_are_known_here(kind):
-    form, known = TASKS[kind].form_module.FORM, {(s.table, s.key) for s in TASKS[kind].settings}
-    assert form.kind == kind
+    form = TASKS[kind].form_module.FORM
+    alike = [task for task in TASKS.values() if task.load == TASKS[kind].load]
+    known = {(said.table, said.key) for task in alike for said in task.settings}
+    assert form.kind == word_of(kind)
     assert known == {(table, key) for table, keys in form.tables.items() for key in keys or ()}
     TASKS[kind].read(TASKS[kind].least)  # or else all could be refused for a reason that is none
 
@@ -189,7 +203,7 @@ def test_in_a_file_and_above_it_the_place_is_named(kind):
         for value, words in tried(said):
             wrong = {said.table: {**table, said.key: value}}
             for place, layers in (
-                (kind, ({**task.least, **wrong},)),
+                (word_of(kind), ({**task.least, **wrong},)),
                 ("changes", (task.least, wrong)),
             ):
                 line = refusal(task.read, *layers)
@@ -208,7 +222,9 @@ def test_a_key_that_is_none_is_told_from_those_there_are(kind):
         line = refusal(task.read, {**task.least, said.table: 3})
         assert f"[{said.table}]: {said.table} = 3 must be a table" in line
         line = refusal(task.read, {**task.least, f"{said.table}x": {}})
-        assert line.startswith(f"{kind}: unknown key '{said.table}x'; did you mean '{said.table}'")
+        assert line.startswith(
+            f"{word_of(kind)}: unknown key '{said.table}x'; did you mean '{said.table}'"
+        )
 
 
 @every_task

@@ -188,11 +188,12 @@ def is_of_load(name: str) -> bool:
     return name in NUMBERS or "." in name
 
 
-_LARGE = ("damping_ratio", "capture", "escape", "first_passage", "balance")
-"""Numbers that nobody wants to be small."""
+_NEVER = ("damping_ratio", "capture", "escape", "first_passage", "balance", "return_period",
+          "return_low", "return_high", "x1_rms_low", "above_low")  # fmt: skip
+"""Numbers that nobody wants to be small, and the lower ends of intervals."""
 
 _OF_CONTACTS = ("share_contact", "force_max", "impulse_max", "impacts", "captured")
-_OF_LEVELS = ("crossings", "above")
+_OF_LEVELS = ("crossings", "above", "above_high")
 
 
 def objectives_of_loads(scene: Scene, level: bool) -> dict[str, str]:
@@ -200,7 +201,7 @@ def objectives_of_loads(scene: Scene, level: bool) -> dict[str, str]:
 
     Arguments: the `scene` of the damper; whether there is a `level` of x1.
     """
-    never = (*_LARGE, *(() if scene.walls else _OF_CONTACTS), *(() if level else _OF_LEVELS))
+    never = (*_NEVER, *(() if scene.walls else _OF_CONTACTS), *(() if level else _OF_LEVELS))
     return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in never}
 
 

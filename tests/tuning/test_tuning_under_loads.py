@@ -92,6 +92,8 @@ def test_options_mean_the_same_as_a_file(file, capsys):
         ({**BLOW, "search": {"objective": "first_passage"}}, "unknown objective 'first_passage'"),
         ({**BLOW, "search": {"objective": "impacts"}}, "unknown objective 'impacts'"),
         ({**BLOW, "search": {"objective": "above"}}, "unknown objective 'above'"),
+        ({**BLOW, "search": {"objective": "above_high"}}, "unknown objective 'above_high'"),
+        ({**BLOW, "search": {"objective": "return_period"}}, "unknown objective 'return_period'"),
         ({**BLOW, "over": {"noise.seed": {"values": [1]}}}, "the load has 0 of 'noise'"),
         ({"over": {"impulse": {"values": [1.0]}}}, "unknown parameter 'impulse'"),
         ({"load": {"scale": 2.0}}, "[load] is empty"),
@@ -117,6 +119,12 @@ def test_a_wrong_request_is_one_line(changes, said):
     with pytest.raises(RequestError, match=r"^[^\n]+$") as error:
         load_tuning("tmd", changes)
     assert said in str(error.value)
+
+
+def test_a_level_and_walls_bring_objectives_of_their_own():
+    table = {**BLOW, "sampling": {"duration": 12.0, "level": 0.1}}
+    assert {"above", "above_high", "crossings"} <= load_tuning("tmd", table).objectives.keys()
+    assert {"impacts", "force_max", "captured"} <= load_tuning("ssul-set6", BLOW).objectives.keys()
 
 
 @pytest.mark.parametrize(

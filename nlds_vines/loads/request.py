@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any, ClassVar
 
 import numpy as np
@@ -99,11 +100,12 @@ class Decay(Request):
                 f"settle = {self.settle:g} s must be below the duration, {self.duration:g} s"
             )
         self._check_axes()
-        ends = (self.case(number)[1] for number in (0, self.cases - 1))
-        if not all(load.acts for load in ends) and not self.state:
+        corners = self._corners()
+        if not all(load.acts for _, load in corners) and not self.state:
             kinds = ", ".join((*NUMBERS, "harmonic", *ALL))
             raise RequestError(f"[load] is empty and no start is given; allowed: {kinds}")
-        self.load.check(self.duration, min(map(natural_period, self.systems)))
+        for system, load in corners:
+            load.check(self.duration, natural_period(system))
         for system in self.systems:
             if self.state and len(self.state) != len(system.scene.components):
                 components = ", ".join(system.scene.components)
@@ -124,8 +126,12 @@ class Decay(Request):
                 self.systems[0].with_(**{name: 1.0})  # which says what is allowed
                 gives = ratios_in(self.systems[0].scene)[name].gives
                 raise RequestError(f"{name} stands for {gives}: vary that")
-        for case in (0, self.cases - 1):
-            self.case(case)
+
+    def _corners(self) -> list[tuple[System, Loading]]:
+        """Return each system with its load at the ends of all axes."""
+        shape = (len(self.systems), *self.shape)
+        ends = product(range(len(self.systems)), *((0, size - 1) for size in self.shape))
+        return [self.case(int(np.ravel_multi_index(place, shape))) for place in ends]
 
     def case(self, number: int) -> tuple[System, Loading]:
         """Return the system and the load of a case, counted through the systems, then the axes.

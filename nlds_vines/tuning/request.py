@@ -16,7 +16,12 @@ import numpy as np
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.errors import RequestError, choice, shown, string, typed
-from nlds_vines.loads.request import Decay, is_of_load, objectives_of_loads
+from nlds_vines.loads.request import (
+    Decay,
+    is_of_load,
+    natural_period,
+    objectives_of_loads,
+)
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.setting import (
     Check,
@@ -313,9 +318,16 @@ class Tuning(Request):
         of_load = {name: ends.pop(name) for name in [*ends] if self._of_load(name)}
         corners = np.array(list(product(*ends.values()))).T
         self.system.cells(dict(zip(ends, corners, strict=True)))
-        if self.decay is not None:
-            for name, value in ((name, v) for name, both in of_load.items() for v in both.tolist()):
-                self.decay.load.with_({name: value})
+        if self.decay is None:
+            return
+        p = self.system.parameters
+        extreme = {
+            n: end(ends.get(n, p[n])) for n, end in (("k1", np.max), ("m1", np.min)) if n in p
+        }
+        period = natural_period(self.system.with_(**{n: float(v) for n, v in extreme.items()}))
+        self.decay.load.check(self.decay.duration, period)
+        for name, value in ((name, v) for name, both in of_load.items() for v in both.tolist()):
+            self.decay.load.with_({name: value}).check(self.decay.duration, period)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -268,6 +268,22 @@ def test_ratios_are_set_of_those_that_have_them():
             },
             ["too coarse", "natural period"],
         ),
+        (
+            {
+                "systems": ["tmd"],
+                "load": {"record": {"times": [0.0, 0.05], "values": [0.0, 1.0], "unit": "g"}},
+                "vary": {"k1": {"values": [40000.0, 4e6]}},
+            },
+            ["too coarse", "natural period 0.09"],
+        ),
+        (
+            {
+                "systems": ["tmd"],
+                "load": {"noise": {"rms": 1.0, "high": 20.0, "tones": 400}},
+                "vary": {"noise.high": {"values": [20.0, 80.0]}},
+            },
+            ["400 tones", "repeats itself"],
+        ),
         ({"systems": ["tmd"], "load": {"impulse": math.nan}}, ["impulse", "nan"]),
         ({"systems": ["tmd", "tmd"], "load": {"impulse": 1.0}}, ["tmd", "twice"]),
         ({"systems": [], "load": {"impulse": 1.0}}, ["system"]),

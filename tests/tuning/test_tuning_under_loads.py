@@ -91,6 +91,13 @@ def test_options_mean_the_same_as_a_file(file, capsys):
         ({**BLOW, "search": {"objective": "last_2"}}, "did you mean 'last_1'"),
         ({**BLOW, "search": {"objective": "first_passage"}}, "unknown objective 'first_passage'"),
         ({**BLOW, "search": {"objective": "impacts"}}, "unknown objective 'impacts'"),
+        (
+            {
+                "load": {"record": {"times": [0.0, 0.05], "values": [0.0, 1.0], "unit": "g"}},
+                "over": {"k1": {"values": [40000.0, 4e6]}},
+            },
+            "too coarse for a structure with the natural period 0.09",
+        ),
         ({**BLOW, "search": {"objective": "above"}}, "unknown objective 'above'"),
         ({**BLOW, "search": {"objective": "above_high"}}, "unknown objective 'above_high'"),
         ({**BLOW, "search": {"objective": "return_period"}}, "unknown objective 'return_period'"),

@@ -10,6 +10,7 @@ from nlds_vines.kernels.cells.load_lanes import Loads, Told, fill_rates, fly_lan
 from nlds_vines.kernels.cells.load_numbers import ORBIT_NUMBERS, Asked
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
 from nlds_vines.kernels.motion.flight import ORDER, REACH
+from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
@@ -21,6 +22,8 @@ from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.runs.progress import Tell
 
 METHOD = "exact"
+
+_SUMS = getattr(sums_of, "entry", sums_of)
 
 
 class LoadBatch:
@@ -114,7 +117,7 @@ def _flat(loads: Sequence[InCells], shaken: bool | None) -> Loads:
         jumps.append(np.zeros(count) if load.jumps is None else load.jumps)
         first[lane], blow[lane], jumped = places[id(load.rows)], jumped, jumped + count
     after = first + np.array([len(load.edges) for load in loads], np.int64)
+    flat = np.concatenate(rows)
     return Loads(
-        np.concatenate(edges), np.concatenate(rows), np.concatenate(jumps), first, after, blow,
-        shaken,
-    )  # fmt: skip
+        np.concatenate(edges), flat, _SUMS(flat), np.concatenate(jumps), first, after, blow, shaken
+    )

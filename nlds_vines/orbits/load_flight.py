@@ -12,6 +12,7 @@ import numpy as np
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, TOLD, Load, fly_under, rate_under
 from nlds_vines.kernels.motion.flight import ORDER, REACH
+from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.scene.arguments import CellBuffers
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.model.catalogue import as_system
@@ -35,6 +36,7 @@ LOAD, C1, C2, CONTACT = range(4)
 """Columns of `Flown.work`."""
 
 _FLY = getattr(fly_under, "entry", fly_under)
+_SUMS = getattr(sums_of, "entry", sums_of)
 
 
 class InCells(Protocol):
@@ -161,7 +163,7 @@ def _checked(system: System, load: InCells) -> Load:
             f"allowed: up to {longest:.3g} s"
         )
     shaken = True if system.scene.damper and load.share == 0.0 else None
-    return Load(edges, rows.ravel(), jumps, shaken)
+    return Load(edges, rows.ravel(), jumps, _SUMS(rows.ravel()), shaken)
 
 
 def _buffers(system: System, record: Collection[str], edges: int, room: int) -> CellBuffers:

@@ -1,9 +1,12 @@
 """A struck structure: closed forms, the balance of energies, last times, archives, refusals."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.linalg import solve_continuous_lyapunov
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
@@ -428,6 +431,54 @@ def test_threads_and_blocks_leave_all_bits_as_they_are():
         assert values.tobytes() == listed[name].tobytes(), name
     assert np.isfinite(whole["last_1"]).all()
     assert len(set(whole["impacts"].tolist())) > 1
+
+
+def variance_in_a_band(system, density, high):
+    """Return the variance of x1 under a force of two-sided density S0 up to `high` [rad/s].
+
+    2 S0 times the integral of |H|^2, H the first row of (i omega - A)^(-1) b; and for the whole
+    axis, which is white noise, by Lyapunov's equation A P + P A' + 2 pi S0 b b' = 0.
+    """
+    size = len(system.scene.components)
+    A, b = flow_matrix(system)[:size, :size], np.eye(size)[1] / system.parameters["m1"]
+
+    def square(omega):
+        return abs(np.linalg.solve(1j * omega * np.eye(size) - A, b)[0]) ** 2
+
+    pieces = np.linspace(0.0, high, 60)
+    band = sum(quad(square, *two, epsrel=1e-10)[0] for two in pairwise(pieces))
+    white = solve_continuous_lyapunov(A, -2 * np.pi * density * np.outer(b, b))[0, 0]
+    return 2 * density * band, white
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("name", ["none", "tmd"])
+def test_the_variance_under_noise_lies_in_its_interval(name):
+    """Of twenty seeds each has its own interval; of the structure alone it is pi S0 / (k c)."""
+    system, high, seeds = nv.load_system(name), 30.0, 20
+    request = load_decay({
+        "systems": [name],
+        "load": {"noise": {"rms": 200.0, "high": high, "tones": 3000}},
+        "vary": {"noise.seed": {"values": list(range(1, seeds + 1))}},
+        "sampling": {"duration": 600.0, "settle": 40.0, "level": 0.02, "samples": 16},
+    })  # fmt: skip
+    found = arrays_of(request, range(seeds), Stop())
+    density = request.load.noise[0].density
+    band, white = variance_in_a_band(system, density, high)
+    if name == "none":
+        p = system.parameters
+        assert white == pytest.approx(math.pi * density / (p["k1"] * p["c1"]), rel=1e-12)
+    assert band == pytest.approx(white, rel=0.02)
+    sigma = math.sqrt(band)
+    within = (found["x1_rms_low"] < sigma) & (sigma < found["x1_rms_high"])
+    assert within.sum() >= 17  # of 20 with 95 %, fewer are within in 1.6 % of all cases
+    squares = found["x1_rms"] ** 2
+    assert abs(squares.mean() - band) < 3 * squares.std(ddof=1) / math.sqrt(seeds)
+    over = math.erfc(0.02 / (sigma * math.sqrt(2.0)))  # of a normal distribution
+    assert abs(found["above"].mean() - over) < 4 * found["above"].std(ddof=1) / math.sqrt(seeds)
+    assert found["return_period"] == pytest.approx(1.0 / found["crossings"], rel=1e-15)
+    assert (found["return_low"] < found["return_period"]).all()
+    assert (found["return_period"] < found["return_high"]).all()
 
 
 @pytest.mark.kernels

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.load_cells import ROW
+from ..motion.load_cells import OF_CELL, ROW
 from ..numerics.compiling import jit
 from ..orbit.orbit import SIZE
 from ..scene.arguments import CellBuffers
@@ -26,6 +26,7 @@ class Loads(NamedTuple):
 
     edges: Any  # of all loads, one behind the other
     rows: Any  # of all, with a row for each edge, the last of each load without a meaning
+    sums: Any  # of the rows, `load_cells.sums_of`
     jumps: Any  # of all lanes, one behind the other
     first: Any  # (lanes,) place of a lane's first edge in `edges`
     after: Any  # (lanes,) that behind its last one
@@ -54,6 +55,7 @@ def load_of(loads, lane):
         loads.edges[first:after],
         loads.rows[ROW * first : ROW * (after - 1)],
         loads.jumps[blow : blow + (after - first)],
+        loads.sums[OF_CELL * first : OF_CELL * (after - 1)],
         loads.shaken,
     )
 

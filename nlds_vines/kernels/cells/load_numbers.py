@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..motion.flight import DRIVE, ORDER
-from ..motion.load_cells import ROW, fill_drive_from
+from ..motion.load_cells import ROW, fill_drive_from, sums_of
 from ..numerics.compiling import jit
 from ..numerics.roots import narrowed, secant
 from ..orbit.orbit import SIZE
@@ -223,7 +223,7 @@ def parts_of_cell(load, row, begin, h, table):
         edges[i + 1] = (i + 1) * part
         for k in range(ROW):
             rows[ROW * i + k] = table[DRIVE + k]
-    return Load(edges, rows, np.zeros(PARTS + 1), load.shaken)
+    return Load(edges, rows, np.zeros(PARTS + 1), sums_of(rows), load.shaken)
 
 
 @jit

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..motion.flight import ORDER, REACH, rate_of
-from ..motion.load_cells import ROW, Stretch
+from ..motion.load_cells import OF_CELL, ROW, Stretch
 from ..motion.response_sums import JUMPS, MOST, OF_V, raise_to
 from ..numerics.compiling import jit
 from ..numerics.fours import bare
@@ -41,6 +41,7 @@ class Load(NamedTuple):
     edges: np.ndarray  # (n + 1,) times [s] of the ends of the cells
     rows: np.ndarray  # (ROW n,) coefficients by the place in a cell [N], cell by cell
     jumps: np.ndarray  # (n + 1,) [m/s]
+    sums: np.ndarray  # (OF_CELL n,) of the rows, `load_cells.sums_of`
     shaken: Any  # True where both bodies are moved: m1 times the ground's acceleration, backward
 
 
@@ -80,7 +81,8 @@ def stretch_from(load, first):
                 degree = k
                 break
     h = (edges[last] - edges[first]) / (last - first)
-    return Stretch(bare(load.rows[ROW * first :]), degree, h, edges[first]), last - first
+    rows, sums = bare(load.rows[ROW * first :]), bare(load.sums[OF_CELL * first :])
+    return Stretch(rows, sums, degree, h, edges[first]), last - first
 
 
 @jit

@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..motion.flight import bare_grid
-from ..motion.load_cells import Loaded, end_of_cell, phase_of, polynomial_from, pushed_over
+from ..motion.load_cells import (
+    Loaded,
+    drive_then,
+    end_of_cell,
+    phase_of,
+    polynomial_from,
+    pushed_over,
+)
 from ..motion.once_rounded import after_piece
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
@@ -208,8 +215,8 @@ def fly(flight, watch, begun, stop, y):
             # Note what is wanted up to the touch or the end of the cell.
             if energy is not None:
                 before = work_anew(ps, damper, grid, j, x, now, before)
-                then = phase_of(grid, j, 1.0 if event == SECTION else x + place)
-                after = work_at(ps, damper, y, drive_now(then))
+                drive = drive_then(grid, j, 1.0 if event == SECTION else x + place)
+                after = work_at(ps, damper, y, drive)
                 energy[0], energy[1] = max(energy[0], after[0]), max(energy[1], after[1])
                 if may_set_a_record(damper, energy, bound, bounds, place, before, after):
                     bodies = record_breakers(damper, energy, bound, bounds, place, before, after)

@@ -13,7 +13,11 @@ forcing (`flight`) there stand, from the places in `grid.begun` on,
 
     powers    ORDER TERMS       the polynomial of a state that a force x^m moves, m = 0, 1, ...
     ends      4 (ORDER + 2)     its value at the end of a cell, and what a constant load adds there
-    weights   4 (ORDER + 1)     of |f_k| in bounds of the force and three of its derivatives
+    weights   4                 of a cell's bounds of the force and three of its derivatives
+
+What a load's certificate and its energies need of a cell is the same for every system, and found
+once for all of its orbits (`sums_of`): OF_CELL numbers, of which the first four are the sums of
+|f_k| k! / (k - i)!, i = 0 ... 3, and number END is the force at its end.
 """
 
 from __future__ import annotations
@@ -27,7 +31,7 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import cos_sin_of_turn
 from ..numerics.fours import four, four_at, larger_of, largest_of, number_of, put_four
-from ..scene.drive import Moment, moved
+from ..scene.drive import Moment, drive_now, moved
 from ..scene.scene import Structure, accelerations, greatest_push, moved_mass, unloaded
 from .flight import (
     CELLS,
@@ -49,6 +53,7 @@ from .flight import (
 from .once_rounded import after_cell, put_sum, put_sum_of_load
 
 ROW = ORDER + 1  # numbers of a cell: the coefficients of the force [N]
+OF_CELL, END = 8, 4
 SLOWEST = 0.1  # least bound of a rate in units of 1/h: a slower one would tell less of the force
 
 
@@ -56,6 +61,7 @@ class Stretch(NamedTuple):
     """Cells of one length in a row."""
 
     rows: Any  # (ROW n,) coefficients of the force [N] cell by cell, a bare row
+    sums: Any  # (OF_CELL n,) of `sums_of`, a bare row
     degree: int  # of the polynomials, the highest
     h: float  # length of a cell [s]
     begin: float  # [s]
@@ -65,13 +71,34 @@ class Loaded(NamedTuple):
     """Of a grid under a load, in place of a `flight.Begun`."""
 
     begin: float  # [s], from which times count
-    rows: Any  # as of the stretch
+    rows: Any  # this and the next two as of the stretch
+    sums: Any
     degree: int
     powers: int  # this and the next two are places in the table
     ends: int
     weights: int
     root: float  # of the mass [kg^0.5] that the force accelerates
     shaking: float  # acceleration [m/s^2] of the ground by 1 N, 0 where it stands still
+
+
+# ---- a load --------------------------------------------------------------------------------------
+
+
+@jit
+def sums_of(rows):
+    """Return OF_CELL numbers for each cell of the rows (ROW n,) of a load, see above."""
+    n = len(rows) // ROW
+    sums = np.zeros(OF_CELL * n)
+    for j in range(n):
+        at, end = OF_CELL * j, 0.0
+        for k in range(ROW):
+            f, weight = rows[ROW * j + k], 1.0
+            end += f
+            for i in range(4):
+                sums[at + i] += weight * abs(f)
+                weight *= k - i
+        sums[at + END] = end
+    return sums
 
 
 # ---- a grid --------------------------------------------------------------------------------------
@@ -97,8 +124,10 @@ def grid_under(ps, damper, h, n, stretch):
     powers = len(free.table)
     ends = powers + ORDER * TERMS
     weights = ends + 4 * (ORDER + 2)
-    w = np.zeros(weights + 4 * (ORDER + 1))
+    w = np.zeros(weights + 4)
     w[:powers] = free.table
+    for k in range(ORDER + 1):
+        w[DRIVE + k] = 0.0  # above the degree they stay so
     for m in range(min(degree + 1, ORDER)):
         expand_push(unloaded(ps), damper, h, m, w, powers + m * TERMS)
         put_sum(w, powers + m * TERMS, w, ends + 4 * m)
@@ -106,7 +135,7 @@ def grid_under(ps, damper, h, n, stretch):
     rate = max(free.rate, SLOWEST / h)
     fill_weights(w, weights, rate * h)
     begun = Loaded(
-        stretch.begin, stretch.rows, degree, powers, ends, weights,
+        stretch.begin, stretch.rows, stretch.sums, degree, powers, ends, weights,
         math.sqrt(moved_mass(ps, damper)), shaking_of(ps),
     )  # fmt: skip
     return Grid(n, h, 0.0, rate, free.push, free.bend, w, free.load, None, begun)
@@ -114,16 +143,15 @@ def grid_under(ps, damper, h, n, stretch):
 
 @jit
 def fill_weights(w, first, turn):
-    """Fill weights of |f_k|, whose sums bound the force and its derivatives over a cell.
+    """Fill weights of a cell's sums, as which they bound the force and its derivatives over a cell.
 
     By the place the i-th one is at most the sum of |f_k| k! / (k - i)!, as x is at most 1. It is
     that of a harmonic force as large by turn^i, whose phase turns so far over the cell.
     """
-    for k in range(ORDER + 1):
-        weight = 1.0
-        for i in range(4):
-            w[first + 4 * k + i] = weight
-            weight *= (k - i) / turn
+    weight = 1.0
+    for i in range(4):
+        w[first + i] = weight
+        weight /= turn
 
 
 @jit
@@ -164,11 +192,8 @@ def under_majorant(ps, grid, j, last):
     """Return a structure and a grid with the forcing of the majorant over some cells."""
     begun, w, most = grid.begun, grid.table, four(0.0)
     for i in range(j, last):
-        row, sums = ROW * i, four(0.0)
-        for k in range(begun.degree + 1):
-            sums = sums + four_at(w, begun.weights + 4 * k) * abs(begun.rows[row + k])
-        most = larger_of(most, sums)
-    force = ps.force * largest_of(most)
+        most = larger_of(most, four_at(begun.sums, OF_CELL * i))
+    force = ps.force * largest_of(most * four_at(w, begun.weights))
     push = begun.root * greatest_push(ps.load, force)
     return (
         Structure(
@@ -191,6 +216,22 @@ def phase_of(grid, j, x):
         begun, last = grid.begun, min(j, grid.n - 1)  # its end is that of the last cell
         return Moment(begun.rows, ROW * last, begun.degree, x + (j - last), grid.h, 1.0)
     return phase_between(grid, j, x)
+
+
+@jit
+def drive_then(grid, j, x):
+    """Return the force at place x of cell j, in units of P; at its end, before it may jump."""
+    if is_a(grid.begun, Loaded):
+        return force_of_cell(grid, j, x)
+    return drive_now(phase_of(grid, j, x))
+
+
+@jit
+def force_of_cell(grid, j, x):
+    """Return that of a load."""
+    if x == 1.0:
+        return grid.begun.sums[OF_CELL * j + END]
+    return drive_now(phase_of(grid, j, x))
 
 
 @jit
@@ -312,6 +353,8 @@ def polynomial_under(grid, y, moment):
 def fill_drive_from(w, moment, h):
     """Fill the rows DRIVE of a table, whose cells are h [s] long, with the force from a moment on.
 
+    Those above its degree are left as they are.
+
     By Horner's rule again and again, and powers of the ratio of both lengths.
     """
     degree, x, row = moment.degree, moment.x, moment.row
@@ -327,8 +370,6 @@ def fill_drive_from(w, moment, h):
         for k in range(1, degree + 1):
             w[DRIVE + k] *= power
             power *= ratio
-    for k in range(degree + 1, ORDER + 1):
-        w[DRIVE + k] = 0.0
 
 
 @jit

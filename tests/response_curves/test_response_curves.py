@@ -252,7 +252,7 @@ def test_no_line_joins_two_regimes():
 
 @pytest.mark.kernels
 def test_archives_tell_regimes_along_curves_without_a_verdict(here):
-    """The periods are those of a scan's verdicts, where the window tells them."""
+    """The periods are those of a scan's verdicts; what has not settled in the window has none."""
     vary = ["--vary", "omega=7.2:7.5:7", "--transient", "400", "--periods", "60", "--quiet"]
     assert main(["--system", "ssul-set6", *vary, "-o", "a.h5"]) == 0
     scan = ["bifurcation", "--system", "ssul-set6", "--record", "regime", *vary, "-o", "b.h5"]
@@ -264,8 +264,11 @@ def test_archives_tell_regimes_along_curves_without_a_verdict(here):
     words = [label.rpartition(" ")[2].replace("T", "") for label in labels]
     words = [word if word[0].isdigit() else f"1{word}" for word in words]
     assert (periods > 0).all()
-    assert curve.periods().tolist() == words
-    assert len(set(words)) > 1
+    told = curve.periods()
+    seen = told != ""
+    assert np.count_nonzero(seen) >= 5
+    assert told[seen].tolist() == np.array(words)[seen].tolist()
+    assert len(set(told[seen])) > 1
     assert found[ALONE].periods().size == 0
 
 

@@ -19,6 +19,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from benchmarks.load_costs import Clock
 from benchmarks.rivals import RIVALS
 from benchmarks.rivals.rival import Asked, Flow
 from nlds_vines.accuracy.results import SolverFailure
@@ -72,6 +73,10 @@ def main(name: str = "ssul-set6") -> None:
     print(f"{system.name}: {PERIODS} natural periods after v1 = {SPEED:g} m/s")
     for tolerance in SETTINGS:
         tell("this package", tolerance, partial(own, system, tolerance))
+    clock = Clock()
+    for tolerance in SETTINGS:
+        seconds = clock.of(partial(own, system, tolerance))
+        print(f"{'its kernel alone':24s} {tolerance:7.0e}  {1e3 * seconds:10.3f} ms")
     for rival in (one for one in RIVALS if one.name in RIVALS_SHOWN):
         if not rival.available():
             print(f"{rival.name:24s} is not installed")

@@ -17,11 +17,11 @@ from nlds_vines.kernels.impact.hertz_arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.motion.flight import rate_of
-from nlds_vines.kernels.motion.runge_kutta import SCRATCH as STEP_SCRATCH
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.orbit.orbit import SIZE
 from nlds_vines.kernels.scene.arguments import CellBuffers, Side, Span, Watch
 from nlds_vines.kernels.scene.codes import OK, RELEASED
+from nlds_vines.kernels.scene.contact_series import SCRATCH as STEP_SCRATCH
 from nlds_vines.kernels.scene.scene import damper_in, structure_of
 from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
 from nlds_vines.model.catalogue import load_system
@@ -151,7 +151,7 @@ class Approach:
         return 0.0, self.speed, self.x1, self.v1
 
     def step(self, parts: Any, steps: float, rk4: bool | None = None) -> Impact:
-        """Follow the contact by Runge-Kutta steps of order eight, or four if `rk4`."""
+        """Follow the contact by Taylor steps of order 14, or four if `rk4`."""
         noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
         side = side_of(parts, steps=Steps(float(steps), np.inf), rate=1.0, rk4=rk4)
         event, _, s, x1, v1, took, depth = contact(

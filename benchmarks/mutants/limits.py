@@ -95,7 +95,7 @@ MUTANTS = (
         ),
         (
             "limit: the search within a step changes the step",
-            "    rk.restore(k)\n",
+            "    restore(k)\n",
             "    pass\n",
             _T_CONTACT_LIMIT,
         ),

@@ -219,10 +219,10 @@ MUTANTS = (
     *of(
         "nlds_vines/kernels/events/contact.py",
         (
-            "contact: a landing ignores outside forces",
-            "return soon and s * s > 4.0 * external * depth_of(wall, q)",
-            "return soon",
-            _T_CONTACT + "test_a_step_lands_only_on_a_release_that_is_certain",
+            "contact: what is back at the end of a step was not out",
+            "    if k[NEW] > 0.0 and k[Y + 1] < 0.0 and k[NEW + 1] > 0.0:",
+            "    if k[NEW] > 0.0 and k[Y + 1] < 0.0 and k[NEW + 1] > 1e9:",
+            _T_CONTACT + "test_a_damper_that_is_out_and_back_by_the_end_of_a_step_is_released",
         ),
         (
             "contact: the deepest point without its parabola",
@@ -232,39 +232,15 @@ MUTANTS = (
         ),
         (
             "contact: a section does not end a step",
-            "return Step(phase, False, step_to_stop(side, tangent, step, left)), True",
-            "step_to_stop(side, tangent, step, left)\n        return step, False",
+            "return Step(phase, False, step_to_stop(side, step, left)), True",
+            "step_to_stop(side, step, left)\n        return step, False",
             _T_CONTACT + "test_depth_where_a_section_cuts_the_contact_behind_it",
         ),
         (
             "contact: the deepest point by one guess",
-            "MOST_TURNS = 20",
+            "MOST_TURNS = 60",
             "MOST_TURNS = 1",
             _T_CONTACT + "test_depth_where_a_contact_comes_to_rest",
-        ),
-        (
-            "contact: no step is doubted",
-            "if side.rk4 is not None:\n        return 0.0",
-            "return 0.0",
-            _T_CONTACT_ERROR + "test_a_wrong_number_of_steps_is_found_out_and_repaired",
-        ),
-        (
-            "contact: the balance of the virial is not asked for",
-            " + abs(virial) / (wall.lasting * max(deep, y))) / fast",
-            ") / fast",
-            _T_CONTACT_ERROR + "test_the_doubt_is_never_below_a_third_of_the_error",
-        ),
-        (
-            "contact: the balance of energy is not asked for",
-            "(abs(energy) / fast + ",
-            "(",
-            _T_CONTACT_ERROR + "test_the_doubt_is_never_below_a_third_of_the_error",
-        ),
-        (
-            "contact: what a step leaves of its share is lost",
-            "share = max(saved + steps.tolerance",
-            "share = max(steps.tolerance",
-            _T_CONTACT_ERROR + "test_how_many_steps_there_are_is_known_beforehand",
         ),
     ),
     *of(

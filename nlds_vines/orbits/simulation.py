@@ -174,7 +174,7 @@ def simulate(
             section and, if there are walls, impacts.
         tolerance: of `exact`: relative error of each contact, 1e-13 to 1e-3, or draft (1e-6),
             standard (1e-9, the default) or fine (1e-12); flights are exact to round-off.
-        contact_steps: of `exact`, for experts: Runge-Kutta steps of a contact that is stepped,
+        contact_steps: of `exact`, for experts: Taylor steps of a contact that is stepped,
             whatever the tolerance.
         period_steps: of `rk4`: steps of a forcing period (512), four times those of a free impact.
         nodes: of `exact`, for experts: collocation nodes of every short impact, whatever the

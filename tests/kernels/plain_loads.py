@@ -8,12 +8,12 @@ import math
 
 import numpy as np
 import pytest
-from plain_inside import PHASE, TOUCH, ahead_of, stepped
+from plain_inside import PHASE, TOUCH, ahead_of, stepped, stepping
 from support import Approach, contact_parts, references, side_of
 from test_impact_variations import APPROACH, Impact
 
 from nlds_vines import load_system, simulate
-from nlds_vines.kernels.impact import impact, inside, state_inside
+from nlds_vines.kernels.impact import impact, inside
 from nlds_vines.kernels.impact.hertz_arc import make_arc
 from nlds_vines.kernels.scene.codes import RELEASED
 from nlds_vines.kernels.scene.scene import with_load
@@ -59,7 +59,7 @@ def test_a_short_impact_is_that_of_small_steps(load, tolerance):
     for share in (0.01, 0.4, 0.6, 0.99):
         time = share * ahead.took
         _, q, s, x1, v1 = stepped(time, parts=parts)
-        p, *others = state_inside.state_inside(side_of(parts, arc), PHASE, ahead, time)
+        p, *others = inside.state_inside(stepping(arc, parts), PHASE, ahead, time)
         off = np.abs(np.array([p * p, *others]) - (q * q, s, x1, v1))
         scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
         assert (off / scales).max() <= tolerance + 1e-13
@@ -73,7 +73,7 @@ def test_its_largest_energies_are_those_of_small_steps(load):
     found = np.array(energies(ps, damper, x1, v1, wall.gap, s))
     true = found.copy()
     assert stepped(1.0, true, parts=parts)[0] == RELEASED
-    inside.note_inside(side_of(parts, arc), found, PHASE, ahead, ahead.took)
+    inside.note_inside(stepping(arc, parts), found, PHASE, ahead, (0.0, *TOUCH), ahead.took)
     np.testing.assert_allclose(found, true, rtol=1e-9)
 
 

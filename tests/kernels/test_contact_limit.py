@@ -13,10 +13,11 @@ from twin import follow, model_of
 
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.impact.hertz_arc import make_arc
-from nlds_vines.kernels.motion.runge_kutta import NEW, Y
+from nlds_vines.kernels.motion.taylor import advance, expand
 from nlds_vines.kernels.orbit.orbit import SIZE
 from nlds_vines.kernels.scene.arguments import CellBuffers, Parts, Span, Step
 from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.kernels.scene.contact_series import NEW, Y
 from nlds_vines.kernels.watch import limit, observe
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.orbits.kernel_inputs import WALLS
@@ -147,7 +148,8 @@ def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
     log[[observe.LEVEL, observe.ORIGIN, observe.FIRST]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
     k[Y], k[Y + 1] = q, s
-    limit.rk.advance(side, None, step)
+    expand(side, None, step.phase)
+    advance(side, None, step)
     limit.note_limit_step(side, log, step, begun)
     return log, k[NEW] ** 2, k[NEW + 4]
 
@@ -204,13 +206,14 @@ def turning_step(level, beyond=0.0, share=0.02, K=1e6):
     log[[observe.LEVEL, observe.ORIGIN, observe.FIRST]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
     k[Y], k[Y + 1] = np.sqrt(z), s
+    expand(side, None, (1.0, 0.0))
     low, high = 0.0, 2.0 / np.sqrt(wall.kappa * deepest**1.5)
     for _ in range(60):  # the step after which s = -s
         h = 0.5 * (low + high)
-        limit.rk.advance(side, None, Step((1.0, 0.0), False, h))
+        advance(side, None, Step((1.0, 0.0), False, h))
         low, high = (h, high) if k[NEW + 1] > -s and k[NEW] > 0.0 else (low, h)
     step = Step((1.0, 0.0), False, h)
-    limit.rk.advance(side, None, step)
+    advance(side, None, step)
     end = k[NEW : NEW + 5].copy()
     limit.note_limit_step(side, log, step, 0.0)
     np.testing.assert_array_equal(k[NEW : NEW + 5], end)

@@ -12,7 +12,6 @@ from ..impact.impact import Arc
 from ..motion.flight import PERIOD, REACH, SHORT, cells_of, grid_from, grid_of
 from ..motion.load_cells import Stretch, grid_over
 from ..motion.once_rounded import grid_once_rounded
-from ..motion.runge_kutta import SCRATCH
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..orbit.orbit import bounded, on_ground, run, set_mode
@@ -20,6 +19,7 @@ from ..orbit.variations import flow_of
 from ..scene.arguments import OrbitBuffers, Prepared, Span
 from ..scene.by_law import by_wall
 from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
+from ..scene.contact_series import SCRATCH
 from ..scene.law import wall_like
 from ..scene.scene import allowed, damper_of, finite, near_constants, structure_under
 from ..watch.observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
@@ -37,7 +37,7 @@ def own_arc(arc):
     """Return the arc with scratch rows of this lane's own, or None without a wall."""
     if arc is None:
         return None
-    return Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, arc.table.copy())
+    return Arc(arc.tolerance, arc.settled, arc.levels, arc.table.copy())
 
 
 @jit

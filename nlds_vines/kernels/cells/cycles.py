@@ -12,7 +12,6 @@ import numpy as np
 
 from ..motion.driven import RATES, Driven, fill_rates
 from ..motion.flight import Begun, cells_of, grid_from
-from ..motion.runge_kutta import SHRUNK
 from ..numerics.compiling import jit
 from ..numerics.matrices import eigenvalues, solve
 from ..orbit.orbit import SIZE
@@ -28,6 +27,7 @@ from ..orbit.variations import (
 )
 from ..scene.arguments import CellBuffers, Span
 from ..scene.codes import OK
+from ..scene.contact_series import SHRUNK
 from ..scene.scene import damper_of, joined, scale_of, structure_under
 from ..watch.observe import COLUMNS, FORCE, SPEED, Impacts
 from .cells import checked_cell, run_cell

@@ -47,17 +47,15 @@ from .impact_series import TERMS, factors_of
 #
 #   from        numbers          what
 #   B ... FH    8 ROW            scratch at the nodes: unknowns and their derivatives by phi
-#   INSIDE      7 ROW            scratch of `inside`
+#   INSIDE      7 ROW            what is known of the last few impacts (`inside`)
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   USED        8                level of the nodes whose unknowns are there
 #   PRODUCTS    ROW              terms of the series, products of the five small numbers
-#   VARIED      35 ROW           scratch of variations (`impact_variations`)
-#   SHAPE       4 DEGREES        polynomials of the free arc in time (`state_inside.shape_at`)
+#   VARIED      34 ROW           scratch of variations (`impact_variations`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
 #                 U ... GT + 16  39 m       rows of constants
 #                 MATRIX         n m        from touch to each node, integrand by integrand
 #                 then           3 x 36     coefficients of what the nodes miss: of b, t, energy
-#                 of a half      3 k        constants of `inside`
 #
 #   unknowns    B        amplitude b, in which z = b^4 u^2 and s = v(b) S
 #               T        time since touch [s]
@@ -70,14 +68,13 @@ from .impact_series import TERMS, factors_of
 ROW = 64
 B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
 INSIDE = 8 * ROW
-LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 6, 8
-# n, places of the constants, C_n of each, error of a state between touch and deepest point by e
-NODES, WHOLE, HALF, ERROR, HALF_ERROR, WITHIN_ERROR = range(LEVEL)
+LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 5, 8
+# n, places of the constants, C_n of each
+NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)
 USED = LEVELS + LEVEL * MOST_LEVELS
 PRODUCTS = USED + 8
 VARIED = PRODUCTS + ROW
-SHAPE, DEGREES = VARIED + 35 * ROW, 7
-CONSTANTS = SHAPE + 4 * DEGREES
+CONSTANTS = VARIED + 34 * ROW
 
 GUESSED, MISSED = 17, len(TERMS)  # terms of the guess; of what the nodes miss: 36, in whole fours
 U, S, WEIGHT, CUBE, DOUBLE, GB = range(6)  # in rows of m numbers, as the next two
@@ -107,7 +104,6 @@ class Arc(NamedTuple):
     tolerance: float  # error of an impact: of speed and time of release, and of its depth, relative
     settled: float  # what the sweeps may leave of it
     levels: int  # choices of nodes
-    inside: int  # the choice with which all inside an impact is within the tolerance
     table: np.ndarray  # see above; what belongs to an impact is scratch
 
 

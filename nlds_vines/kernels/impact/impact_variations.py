@@ -73,11 +73,9 @@ from .impact import (
 #   E_T ... V_B  7 ROW      factors at the nodes: of time in e; of e and of b in the derivatives
 #   CHANGES      3 ROW      what the four variations change of each term of the series
 #   NODE         24 ROW     node by node, four variations each: b, e and derivatives of b, t, w, v
-#   TO_PLACE     ROW        weights of integrals from touch to a place (`inside_variations`)
 E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIED + ROW * i for i in range(7))
 CHANGES = VARIED + 7 * ROW
 NODE, EACH = VARIED + 10 * ROW, 24
-TO_PLACE = VARIED + 34 * ROW
 AMPLITUDE, PUSH, OF_B, OF_T, OF_W, OF_V = (NODE + 4 * i for i in range(6))
 TINIEST = 1.0e-300  # size of a variation, so that nothing is divided by zero
 
@@ -346,13 +344,12 @@ def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
 
 
 @jit
-def at_release(nodes, start, took, weight):
+def at_release(nodes, start, took):
     """Return the differences (b, t, x, v) at the end of the arc, t without t0.
 
-    Or at a place inside: where an integral from touch has the weights that begin at `weight`. x
-    already holds what goes with the time `took` [s] that the nodes miss, v that it lasts.
+    x already holds what goes with the time `took` [s] that the nodes miss, v that it lasts.
     """
-    w = nodes.w
+    w, weight = nodes.w, nodes.at + WEIGHT * nodes.m
     _, b, x, v = start
     t = four(0.0)
     slopes_of_b(nodes)
@@ -408,7 +405,7 @@ def vary(side, phase, before, after, tangent):
     nodes, took = Nodes(n, m, at, bare(w)), after[3]
     start, push, faster = solve_variations(side, nodes, approach, took, tangent)
     # At the release, with what the nodes miss.
-    b, t, x, v = at_release(nodes, start, took, at + WEIGHT * m)
+    b, t, x, v = at_release(nodes, start, took)
     more, longer, late = missed_varied(nodes, approach, faster)
     b, t = b + more, t + longer
     x = x + approach.v * longer

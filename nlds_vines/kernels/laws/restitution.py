@@ -21,7 +21,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..motion import runge_kutta as rk
 from ..motion.driven import (
     DAMPING,
     FORCE,
@@ -44,6 +43,7 @@ from ..motion.response_sums import IMPULSE, LOSS, raise_to
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import log
+from ..scene import contact_series
 from ..scene.codes import RELEASED
 from ..scene.drive import drive_now, falling_apart, mirrored, most_push
 from ..scene.scene import (
@@ -276,7 +276,7 @@ def follow(side, watch, phase, place, left, now):
             s, v1 = 0.0, u
         tally_impulse(damper, sign, watch.tally, before[0], s)
         if tangent is not None:
-            k[rk.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
+            k[contact_series.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
             seen_from_wall(tangent, sign, 1.0)
             vary_at_impact(seen, damper, wall, before, (s, x1, v1), stuck, c, rows_of(tangent))
             drive_rebound(tangent, damper, wall, sign, before[0], stuck)

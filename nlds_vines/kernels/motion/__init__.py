@@ -8,6 +8,6 @@ In reading order:
     driven          variations that parameters drive
     driven_flight   the same along a flight
     response_sums   what a response is summed up from
-    contact_field   the equation of a contact, made smooth at touch and release
-    runge_kutta     one step of it, of order eight or four
+    runge_kutta     a step of a contact by rk4
+    taylor          a step of a contact, made smooth at touch and release, as Taylor polynomials
 """

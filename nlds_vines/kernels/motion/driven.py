@@ -21,7 +21,10 @@ from typing import Any, NamedTuple
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.fours import four_of, number_of
-from ..scene.law import fill_constants, force_of, pushed_by_constants, stiffness_of
+from ..scene.contact_series import COLUMNS, DEPTH, DRIVE, DS, DV, SERIES, STIFF, S, V, X
+from ..scene.contact_series import FORCE as CONTACT
+from ..scene.contact_series import RATES as VARIED_RATES
+from ..scene.law import fill_constants, pushed_term
 from ..scene.scene import Ground, accelerations, near_constants
 
 # Columns of the rates of a parameter, the derivatives of what kernels know of a cell:
@@ -140,26 +143,26 @@ def source_of(ps, damper, by, sign, constant, state, drive, pushes):
 
 
 @jit
-def drive_contact(side, tangent, motion, drive, slopes, weight, out):
-    """Add what parameters drive to the slopes of variations, k[out + 5:], of a stepped contact.
+def drive_terms(side, tangent, n):
+    """Add what parameters drive to coefficient n of the rates of variations in a stepped contact.
 
-    motion: (q, z, x1, v1, s) as the wall sees them; slopes: (dv1/dt, ds/dt); weight: dt/dtheta.
+    The series stand in the scratch (`contact_series`), those of motion and force as the wall sees
+    them.
     """
-    ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
-    q, z, x1, v1, s = motion
-    dv, ds = slopes
-    sign, at = side.sign, wall_at(side.sign)
-    push, stiffness = force_of(wall, q, z, s), stiffness_of(wall, q, s)
-    state = x1, v1, wall.gap + z, s
+    ps, damper, wall, k, row = side.ps, side.damper, side.wall, side.k, SERIES + COLUMNS * n
+    sign, at, constant = side.sign, wall_at(side.sign), 1.0 if n == 0 else 0.0
+    v1, s, dv, ds = k[row + V], k[row + S], k[row + DV], k[row + DS]
+    state = k[row + X], v1, constant * wall.gap + k[row + DEPTH], s
     for i in range(len(tangent.rates)):
-        by, place = tangent.rates[i], out + 5 + 4 * i
-        pushed = sign * (pushed_by_constants(wall, by, at + 1, q, z, s) - stiffness * by[at + GAP])
-        b, d = source_of(ps, damper, by, sign, 1.0, state, drive, (push, pushed))
+        by, place = tangent.rates[i], row + VARIED_RATES + i
+        pushed = pushed_term(wall, k, by, at + 1, n) - k[row + STIFF] * by[at + GAP]
+        pushes = k[row + CONTACT], sign * pushed
+        b, d = source_of(ps, damper, by, sign, constant, state, k[row + DRIVE], pushes)
         pace = sign * by[SLOWER]
-        k[place] += weight * (pace * v1)
-        k[place + 1] += weight * (b + pace * dv)
-        k[place + 2] += weight * (pace * s)
-        k[place + 3] += weight * (d + pace * ds)
+        k[place] += pace * v1
+        k[place + 4] += b + pace * dv
+        k[place + 8] += pace * s
+        k[place + 12] += d + pace * ds
 
 
 # ---- at a wall -----------------------------------------------------------------------------------

@@ -17,13 +17,13 @@ from ..events.sides import (
     structure_at,
 )
 from ..impact.impact import Arc
-from ..motion import runge_kutta as rk
 from ..motion.driven_flight import Linear, carry
 from ..motion.flight import bare_grid, coarse_map, step
 from ..motion.load_cells import Loaded, began_at, end_of_cells, instant_in
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..numerics.fours import bare
+from ..scene import contact_series
 from ..scene.arguments import Flight, Side, Watch
 from ..scene.by_law import by_wall
 from ..scene.codes import (
@@ -157,7 +157,7 @@ def bare_arc(arc):
     """Return the arc, if there is one, with its table as a bare row."""
     if arc is None:
         return None
-    return Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, bare(arc.table))
+    return Arc(arc.tolerance, arc.settled, arc.levels, bare(arc.table))
 
 
 @jit
@@ -220,7 +220,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     watch = Watch(limit_log, energy, clearance, rows, tangent, tally)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(SIZE - AHEAD):
-        k[rk.AHEAD + i] = state[AHEAD + i]
+        k[contact_series.AHEAD + i] = state[AHEAD + i]
     for p in range(span.periods):
         j, x, touches = 0, 0.0, 0
         began = began_at(grid, span.first + p)
@@ -295,7 +295,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
             return DIVERGED
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
     for i in range(SIZE - AHEAD):
-        state[AHEAD + i] = k[rk.AHEAD + i]
+        state[AHEAD + i] = k[contact_series.AHEAD + i]
     return OK
 
 

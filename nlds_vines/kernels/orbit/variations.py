@@ -2,7 +2,7 @@
 
 The vector field is continuously differentiable at touch and release, so that the variational
 equation needs no jumps there: exact matrices in flight, the linearised contact in between
-(`impact_variations`, or `contact_field.slope` where it is stepped). The derivative of n periods is
+(`impact_variations`, or `taylor` where it is stepped). The derivative of n periods is
 the monodromy matrix of an nT orbit; its determinant is known beforehand, exp(n T tr A), whatever
 the orbit does.
 """
@@ -16,13 +16,13 @@ import numpy as np
 
 from ..motion.driven import rows_of
 from ..motion.flight import Grid
-from ..motion.runge_kutta import SHRUNK
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..numerics.elementary import log
 from ..numerics.fours import four, four_at, put_four, sum_of
 from ..scene.arguments import OrbitBuffers, Prepared, Span
 from ..scene.codes import OK
+from ..scene.contact_series import SHRUNK
 from ..scene.scene import Ground, Structure, joined, scale_of
 from .orbit import SIZE, on_ground, run, set_mode
 

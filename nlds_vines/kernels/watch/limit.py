@@ -14,10 +14,11 @@ from __future__ import annotations
 
 import math
 
-from ..motion import runge_kutta as rk
 from ..motion.flight import bend_of
+from ..motion.taylor import advance, part_of, restore, save
 from ..numerics.compiling import jit
 from ..numerics.roots import narrowed, secant
+from ..scene.contact_series import NEW, SAVE, Y
 from ..scene.drive import most_push
 from ..scene.law import at_depth, damped, depth_of, root_of, stored
 from ..scene.scene import moved_mass, scale_of
@@ -60,9 +61,9 @@ def may_pass(side, limit_log, phase, duration, touch):
 def bend_in_contact(side, phase, duration):
     """Return a bound of |d2r/dt2| [m/s^2] over the `duration` [s] of a step from row Y."""
     ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
-    q = k[rk.Y]
+    q = k[Y]
     z = depth_of(wall, q)
-    scale = scale_of(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
+    scale = scale_of(ps, damper, k[Y + 2], k[Y + 3], wall.gap + z, k[Y + 1])
     scale = math.sqrt(scale * scale + 2.0 * stored(wall, wall.K, z, q))
     scale += most_push(ps, phase) * math.sqrt(moved_mass(ps, damper)) * duration
     fast = scale * math.sqrt(damper.inv_mu)
@@ -75,10 +76,10 @@ def bend_in_contact(side, phase, duration):
 def row_at(side, step, x):
     """Return (r, s, time) at place x of the step from row Y, of which row SAVE is the end."""
     k, sign, wall = side.k, side.sign, side.wall
-    row = int(rk.SAVE)
+    row = int(SAVE)
     if x < 1.0:
-        rk.advance(side, None, rk.part_of(step, x))
-        row = int(rk.NEW)
+        advance(side, None, part_of(step, x))
+        row = int(NEW)
     return sign * (wall.gap + depth_of(wall, k[row])), sign * k[row + 1], k[row + 4]
 
 
@@ -132,11 +133,11 @@ def note_limit_step(side, limit_log, step, begun):
     level, k, wall, sign = limit_log[LEVEL], side.k, side.wall, side.sign
     if sign < 0.0 and -wall.gap <= level:
         return
-    rk.save(k)
-    bend = bend_in_contact(side, step.phase, k[rk.SAVE + 4])
-    q = k[rk.Y]
+    save(k)
+    bend = bend_in_contact(side, step.phase, k[SAVE + 4])
+    q = k[Y]
     x, width = 0.0, 1.0
-    before = sign * (wall.gap + depth_of(wall, q)), sign * k[rk.Y + 1], 0.0
+    before = sign * (wall.gap + depth_of(wall, q)), sign * k[Y + 1], 0.0
     after = row_at(side, step, 1.0)
     for _ in range(MOST_PIECES):
         r, s, t = before
@@ -161,4 +162,4 @@ def note_limit_step(side, limit_log, step, begun):
     if x < 1.0:  # r stays at the limit to round-off
         end = row_at(side, step, 1.0)
         note_piece(side, limit_log, step, begun, x, before[0], 1.0, end[0])
-    rk.restore(k)
+    restore(k)

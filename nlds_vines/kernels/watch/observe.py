@@ -13,12 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..motion import runge_kutta as rk
+from ..motion.taylor import advance, part_of, restore, save
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.roots import narrowed, secant
 from ..scene.codes import AT_PHASE, AT_SPEED, AT_WALL
-from ..scene.drive import drive_after
+from ..scene.contact_series import NEW, Y
+from ..scene.drive import after, drive_now
 from ..scene.law import depth_of, force_of
 from ..scene.scene import under
 
@@ -187,7 +188,7 @@ def powers(side, phase, row):
     """Return `powers_at` of a row (q, s, x1, v1, tau) of a contact; phase: that at tau = 0."""
     ps, wall, k = side.ps, side.wall, side.k
     q, s = k[row], k[row + 1]
-    z, drive = depth_of(wall, q), drive_after(ps, phase, k[row + 4])
+    z, drive = depth_of(wall, q), drive_now(after(ps, phase, k[row + 4]))
     force = force_of(wall, q, z, s)
     return powers_at(ps, side.damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force)
 
@@ -216,8 +217,8 @@ def step_to_root(side, step, which, f0, f1):
     low, high = 0.0, 1.0
     for _ in range(40):
         x = secant(low, high, f0, f1)
-        rk.advance(side, None, rk.part_of(step, x))
-        f = powers(side, step.phase, int(rk.NEW))[which]
+        advance(side, None, part_of(step, x))
+        f = powers(side, step.phase, int(NEW))[which]
         before, behind = low, high
         low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
         if f == 0.0 or (low - before) + (behind - high) < PRECISE:  # one end moved so little
@@ -232,15 +233,15 @@ def note_step(side, energy, step):
     located only where it could exceed the largest so far.
     """
     k = side.k
-    raise_energies(energy, energies_in(side, int(rk.NEW)))
-    before, after = powers(side, step.phase, int(rk.Y)), powers(side, step.phase, int(rk.NEW))
-    start, time = energies_in(side, int(rk.Y)), k[rk.NEW + 4]
-    rk.save(k)
+    raise_energies(energy, energies_in(side, int(NEW)))
+    before, after = powers(side, step.phase, int(Y)), powers(side, step.phase, int(NEW))
+    start, time = energies_in(side, int(Y)), k[NEW + 4]
+    save(k)
     for which in range(4):
         body = which // 2
         gain = abs(before[2 * body] * before[2 * body + 1])
         gain += abs(after[2 * body] * after[2 * body + 1])
         if opposite(before[which], after[which]) and start[body] + gain * time > energy[body]:
             step_to_root(side, step, which, before[which], after[which])
-            raise_energies(energy, energies_in(side, int(rk.NEW)))
-            rk.restore(k)
+            raise_energies(energy, energies_in(side, int(NEW)))
+            restore(k)

@@ -253,6 +253,9 @@ MUTANTS = (
             "        positive = positive and not switches\n",
             _PLAIN_LAWS + "test_variations_where_a_wall_lets_go_or_pushes_again[-0.1-start1]",
         ),
+    ),
+    *of(
+        "nlds_vines/kernels/events/contact_step.py",
         (
             "contact: a wall lets go at the end of a step",
             "    step = part_of(step, x)\n",

@@ -217,7 +217,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/events/contact.py",
+        "nlds_vines/kernels/events/contact_step.py",
         (
             "contact: what is back at the end of a step was not out",
             "    if k[NEW] > 0.0 and k[Y + 1] < 0.0 and k[NEW + 1] > 0.0:",

@@ -16,8 +16,8 @@ from nlds_vines.kernels.events.contact import (
     Steps,
     contact,
     external_acceleration,
-    to_end,
 )
+from nlds_vines.kernels.events.contact_step import to_end
 from nlds_vines.kernels.laws.hertz import LASTING, WHOLE
 from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.motion.taylor import defect_of, expand

@@ -171,8 +171,8 @@ MUTANTS = (
         "nlds_vines/kernels/scene/drive.py",
         (
             "drive: the phase stands still in a step",
-            "k[row + DRIVE], k[row + SINE] = -ps.omega / n * sine, ps.omega / n * cosine",
-            "k[row + DRIVE], k[row + SINE] = 0.0 * sine, 0.0 * cosine",
+            "k[row + COSINE], k[row + SINE] = -ps.omega / n * sine, ps.omega / n * cosine",
+            "k[row + COSINE], k[row + SINE] = 0.0 * sine, 0.0 * cosine",
             _T_ORDER + "test_stepped_contact_has_order_fourteen",
         ),
     ),
@@ -180,8 +180,8 @@ MUTANTS = (
         "nlds_vines/kernels/motion/taylor.py",
         (
             "taylor: the force on the structure is that of its first instant",
-            "    k[behind + V], k[behind + X] = per * number_of(sums, 1), per * number_of(sums, 2)\n",
-            "    k[behind + V], k[behind + X] = per * number_of(sums, 1) * (n < 9), per * number_of(sums, 2)\n",
+            "    k[behind + AT_V], k[behind + AT_X] = per * number_of(sums, 1), per * number_of(sums, 2)\n",
+            "    k[behind + AT_V], k[behind + AT_X] = per * number_of(sums, 1) * (n < 9), per * number_of(sums, 2)\n",
             _T_ORDER + "test_stepped_contact_has_order_fourteen",
         ),
         (
@@ -198,7 +198,7 @@ MUTANTS = (
         ),
         (
             "taylor: nothing is missed of the speed",
-            "missing = abs(number_of(motion, S) - weight * ds) + abs(v - weight * dv)",
+            "missing = abs(number_of(motion, AT_S) - weight * ds) + abs(v - weight * dv)",
             "missing = abs(v - weight * dv)",
             _PLAIN_CONTACT + "test_a_wrong_series_is_doubted",
         ),
@@ -213,7 +213,7 @@ MUTANTS = (
         ),
         (
             "impact variations: the common motion does not move its spring",
-            "ps.stiffness * (x + w[T + i] * v)",
+            "ps.stiffness * (x + w[TIMES + i] * v)",
             "ps.stiffness * x",
             _T_THROUGH + "test_variations_err_by_the_tolerance[1e-09]",
         ),

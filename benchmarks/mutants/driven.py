@@ -24,8 +24,8 @@ MUTANTS = (
         ),
         (
             "driven: gravity does not change",
-            "own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]",
-            "own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)",
+            "own = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]",
+            "own = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)",
             _EACH + "[sticking-g]",
         ),
         (

@@ -303,8 +303,8 @@ MUTANTS = (
         ),
         (
             "exact: a passage of the limit within a cell is not looked for",
-            "x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]",
-            "x > 0.0 or event != SECTION or max(r, y[2]) >= limit_log[LEVEL]",
+            "x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LIMIT]",
+            "x > 0.0 or event != SECTION or max(r, y[2]) >= limit_log[LIMIT]",
             _PLAIN_METHODS + "test_an_excursion_beyond_a_limit_may_be_short",
         ),
         (

@@ -26,8 +26,8 @@ MUTANTS = (
         ),
         (
             "observe: the first violation is the last",
-            "    if limit_log[NUMBER] == 0.0:\n        limit_log[FIRST] = time",
-            "    limit_log[FIRST] = time",
+            "    if limit_log[NUMBER] == 0.0:\n        limit_log[FIRST_VIOLATION] = time",
+            "    limit_log[FIRST_VIOLATION] = time",
             _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
         ),
         (

@@ -220,8 +220,8 @@ MUTANTS = (
         "nlds_vines/kernels/events/contact_step.py",
         (
             "contact: what is back at the end of a step was not out",
-            "    if k[NEW] > 0.0 and k[Y + 1] < 0.0 and k[NEW + 1] > 0.0:",
-            "    if k[NEW] > 0.0 and k[Y + 1] < 0.0 and k[NEW + 1] > 1e9:",
+            "    if k[NEW] > 0.0 and k[OLD + 1] < 0.0 and k[NEW + 1] > 0.0:",
+            "    if k[NEW] > 0.0 and k[OLD + 1] < 0.0 and k[NEW + 1] > 1e9:",
             _T_CONTACT + "test_a_damper_that_is_out_and_back_by_the_end_of_a_step_is_released",
         ),
         (

@@ -11,7 +11,7 @@ from nlds_vines.kernels.scene import contact_series as series
 from nlds_vines.kernels.scene.arguments import Step
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.scene.drive import after, drive_now
-from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 
 SET6 = references()["ssul-set6"].numbers
 WAVE = np.cos(1.0), np.sin(1.0)
@@ -24,7 +24,7 @@ def parts_of(**changes):
 
 def follow(parts, q, s, x1, v1, stop=1e3, steps=28.0, rk4=None):
     """Follow a contact from phase 1 and return what `contact` does."""
-    noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+    noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
     side = side_of(parts, steps=Steps(steps, np.inf), rate=10.0, rk4=rk4)
     return contact(side, NOTHING._replace(impacts=noted), WAVE, (q, s, x1, v1), stop)
 
@@ -72,7 +72,7 @@ def test_depth_where_a_contact_comes_to_rest():
     soft = {"m1": 196.8, "k1": 51223.1, "c1": 843.3, "m2": 53.39, "k2": 1274.4, "c2": 649.0}
     parts = parts_of(**soft, P=2858.5, K=7970.98)
     start = 0.0, 8.7324, 0.13344, -0.62335
-    noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+    noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
     watch, wave = NOTHING._replace(impacts=noted), (np.cos(1.7384), np.sin(1.7384))
     depths = [
         contact(side_of(parts, steps=steps, rate=32.6), watch, wave, start, 1.0)[6]
@@ -153,7 +153,7 @@ def test_a_wrong_series_is_doubted(monkeypatch):
             k[series.SERIES + series.COLUMNS * n + series.ELASTIC] *= 1.0 + wrong
 
         monkeypatch.setattr(taylor, "contact_terms", contact_terms)
-        side.k[series.Y : series.Y + 4] = 0.08, 0.5, 0.011, 0.2
+        side.k[series.OLD : series.OLD + 4] = 0.08, 0.5, 0.011, 0.2
         taylor.expand(side, None, WAVE)
         taylor.advance(side, None, Step(WAVE, False, 0.04))
         drive = drive_now(after(parts[0], WAVE, side.k[series.NEW + 4]))

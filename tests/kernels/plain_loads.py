@@ -18,7 +18,7 @@ from nlds_vines.kernels.impact.hertz_arc import make_arc
 from nlds_vines.kernels.scene.codes import RELEASED
 from nlds_vines.kernels.scene.scene import with_load
 from nlds_vines.kernels.watch.limit import may_pass
-from nlds_vines.kernels.watch.observe import LEVEL, energies
+from nlds_vines.kernels.watch.observe import LIMIT, energies
 
 SET6 = references()["ssul-set6"].numbers
 LOADS = (30.0, -30.0)  # [m/s^2]; the contact's own acceleration is some 3000
@@ -103,6 +103,6 @@ def test_a_limit_may_be_passed_because_of_a_load():
     ps = ps._replace(m1=1e9)
     touch = 1.3, 0.0, 0.0
     log = np.zeros(6)
-    log[LEVEL] = wall.gap + 1.001 * (math.sqrt(damper.m2 / 0.8 / wall.K) * touch[0]) ** 0.8
+    log[LIMIT] = wall.gap + 1.001 * (math.sqrt(damper.m2 / 0.8 / wall.K) * touch[0]) ** 0.8
     assert may_pass(side_of((ps, damper, wall)), log, PHASE, 0.01, touch)
     assert not may_pass(side_of((with_load(ps, 0.0), damper, wall)), log, PHASE, 0.01, touch)

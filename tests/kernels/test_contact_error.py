@@ -18,13 +18,13 @@ from nlds_vines.kernels.events.contact import (
     external_acceleration,
 )
 from nlds_vines.kernels.events.contact_step import to_end
-from nlds_vines.kernels.laws.hertz import LASTING, WHOLE
+from nlds_vines.kernels.laws.hertz import FREE_THETA, LASTING
 from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.motion.taylor import defect_of, expand
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
-from nlds_vines.kernels.scene.contact_series import NEW, Y
+from nlds_vines.kernels.scene.contact_series import NEW, OLD
 from nlds_vines.kernels.scene.drive import after, drive_now
-from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
@@ -61,7 +61,7 @@ class Contact:
 
     def follow(self, steps, begun=0.0, start=None, stop=None):
         """Follow it from a time and a state on; return its `End`, elapsed since its touch."""
-        noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+        noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
         phase = self.phase + self.parts[0].omega * begun
         wave = float(np.cos(phase)), float(np.sin(phase))
         start, stop = tuple(start or self.start), self.stop if stop is None else stop
@@ -192,14 +192,14 @@ def doubted(one, steps):
     ps, damper, wall = one.parts
     rate, side, elapsed, doubt = rate_of(ps, damper), side_of(one.parts), 0.0, 0.0
     phase, k = (float(np.cos(one.phase)), float(np.sin(one.phase))), side.k
-    k[Y : Y + 4] = one.start
+    k[OLD : OLD + 4] = one.start
     while True:
         external = external_acceleration(side, phase[0])
-        q, s = k[Y], k[Y + 1]
+        q, s = k[OLD], k[OLD + 1]
         reach = np.hypot(q**2.5, s / wall.speed)
         span = min(reach**0.4, 2.0 * max(q, np.sqrt(abs(s) / rate)))
         square = wall.kappa * reach**1.2 + abs(external) + (rate * span) ** 2
-        h = WHOLE / steps / np.sqrt(square)
+        h = FREE_THETA / steps / np.sqrt(square)
         expand(side, None, phase)
         while True:
             step, stopped = to_end(side, phase, one.stop - elapsed, h)
@@ -215,7 +215,7 @@ def doubted(one, steps):
             q = 0.0 if step.landing else k[NEW]
             return doubt, End(event, q, *k[NEW + 1 : NEW + 4], elapsed, 0.0)
         phase = after(ps, phase, k[NEW + 4])
-        k[Y : Y + 4] = k[NEW : NEW + 4]
+        k[OLD : OLD + 4] = k[NEW : NEW + 4]
 
 
 @pytest.mark.kernels

@@ -22,7 +22,7 @@ from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from ..scene.contact_series import SCRATCH
 from ..scene.law import wall_like
 from ..scene.scene import allowed, damper_of, finite, near_constants, structure_under
-from ..watch.observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
+from ..watch.observe import EXCESS, FIRST_VIOLATION, LIMIT, NUMBER, note_energy, note_violation
 from ..watch.response import begin_tally, report, tally_for
 from .verdict import judge
 
@@ -282,23 +282,23 @@ def limit_log_of(violation, limit):
     if violation is None:
         return None
     log = np.zeros(6)
-    log[LEVEL], log[FIRST] = limit, np.nan
+    log[LIMIT], log[FIRST_VIOLATION] = limit, np.nan
     return log
 
 
 @jit
 def begin_limit_log(limit_log, state):
     """Count a start beyond the limit, where a sweep may carry a state, as of the first instant."""
-    if limit_log is not None and state[2] > limit_log[LEVEL]:
+    if limit_log is not None and state[2] > limit_log[LIMIT]:
         note_violation(limit_log, 0.0)
-        limit_log[EXCESS] = state[2] - limit_log[LEVEL]
+        limit_log[EXCESS] = state[2] - limit_log[LIMIT]
 
 
 @jit
 def report_violation(violation, limit_log):
     """Fill the violations (3,) of one lane: time of the first [s], greatest depth [m], number."""
     if violation is not None:
-        violation[0], violation[1] = limit_log[FIRST], limit_log[EXCESS]
+        violation[0], violation[1] = limit_log[FIRST_VIOLATION], limit_log[EXCESS]
         violation[2] = limit_log[NUMBER]
 
 

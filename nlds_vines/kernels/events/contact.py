@@ -27,7 +27,7 @@ from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log
 from ..scene.arguments import Step, side_with
 from ..scene.codes import EXHAUSTED, RELEASED, STOPPED
-from ..scene.contact_series import NEW, ORDER, ROW, Y
+from ..scene.contact_series import HIGHEST, NEW, OLD, ROW
 from ..scene.drive import after, drive_now
 from ..scene.law import (
     acting,
@@ -49,9 +49,9 @@ from .contact_variations import begin_along, ride, vary_on
 MOST_STEPS = 1_000_000  # steps of one contact between two sections: beyond it, EXHAUSTED
 MOST_ATTEMPTS = 60  # of a step that leaves the contact; numbers beyond all bounds need more
 MOST_REPEATS = 20  # of a step that is doubted: what is doubted of a smaller one is round-off
-LEAST = 1.0e-14  # of a tolerance: below it is round-off
+LEAST_GRANTED = 1.0e-14  # of a tolerance: below it is round-off
 LONG = 1.0  # free impacts after which a contact is granted half as much doubt for each further one
-ROUND_OFF = 1.0e-15  # doubt of a step that means nothing
+LEAST_DOUBT = 1.0e-15  # doubt of a step that means nothing
 FAINT = 1.0e-16  # Hertz acceleration, as a share of the external one, that is round-off
 SOON = 1.0e-7  # time in units of 1/rate for which an external acceleration is constant
 
@@ -71,7 +71,7 @@ def start_at_rest(side, watch, phase):
     of a is felt at round-off, that is exact. phase: the instant (`drive`).
     """
     ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
-    q, s, x1, v1 = k[Y], k[Y + 1], k[Y + 2], k[Y + 3]
+    q, s, x1, v1 = k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3]
     z, c = depth_of(wall, q), drive_now(phase)
     dv, external = accelerations(ps, damper, x1, v1, wall.gap + z, s, c, 0.0)
     if external <= 0.0 or s < 0.0:
@@ -83,12 +83,12 @@ def start_at_rest(side, watch, phase):
         return 0.0
     speed = math.sqrt(2.0 * external * depth)
     t = (speed - s) / external
-    k[Y], k[Y + 1] = root_of(wall, depth), speed
-    k[Y + 2], k[Y + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
+    k[OLD], k[OLD + 1] = root_of(wall, depth), speed
+    k[OLD + 2], k[OLD + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
     if watch.tangent is not None:
         vary_on(side, watch.tangent, (x1, v1, wall.gap + z, s), c, t)
     if watch.tally is not None:
-        add_row(side, watch.tally, phase, int(Y), t)
+        add_row(side, watch.tally, phase, int(OLD), t)
     return t
 
 
@@ -96,8 +96,8 @@ def start_at_rest(side, watch, phase):
 def external_acceleration(side, c):
     """Return d2r/dt2 [m/s^2] of row Y without the Hertz force, at phase cosine c."""
     wall, k = side.wall, side.k
-    r = wall.gap + depth_of(wall, k[Y])
-    x1, v1, s = k[Y + 2], k[Y + 3], k[Y + 1]
+    r = wall.gap + depth_of(wall, k[OLD])
+    x1, v1, s = k[OLD + 2], k[OLD + 3], k[OLD + 1]
     _, ds = accelerations(side.ps, side.damper, x1, v1, r, s, c, 0.0)
     return ds
 
@@ -105,7 +105,7 @@ def external_acceleration(side, c):
 @jit
 def shrunk_by(doubt, share):
     """Return by how much a step is shrunk of which more is doubted than its share."""
-    return max(0.3, 0.9 * exp(log(share / doubt) / ORDER))
+    return max(0.3, 0.9 * exp(log(share / doubt) / HIGHEST))
 
 
 @jit
@@ -125,7 +125,7 @@ def noted(side, watch, step, elapsed, depth):
     if watch.impacts is not None:
         if side.wall.damping is not None:
             note_push(side, watch.impacts, step)
-        if k[Y + 1] > 0.0 and k[NEW + 1] <= 0.0:
+        if k[OLD + 1] > 0.0 and k[NEW + 1] <= 0.0:
             save(k)
             depth = max(depth, deepest(side, step))
             restore(k)
@@ -141,8 +141,8 @@ def contact(side, watch, phase, now, stop):
     (too many steps); the depth is that reached only if impacts are watched (`Watch`).
     """
     ps, wall, k, tangent, steps = side.ps, side.wall, side.k, watch.tangent, side.steps
-    k[Y], k[Y + 1], k[Y + 2], k[Y + 3] = now
-    k[Y + 4] = 0.0
+    k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3] = now
+    k[OLD + 4] = 0.0
     elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
     way, saved = 0.0, 0.0  # so far in free impacts; what is left of its shares of doubt
     positive = is_positive(wall, now[0], now[1])
@@ -154,7 +154,7 @@ def contact(side, watch, phase, now, stop):
         # The longest step: a part of the free impact of this depth and speed, as the external
         # acceleration and the rates of all other motion have it over the way that q can go.
         external = external_acceleration(side, drive_now(phase))
-        q, s = k[Y], k[Y + 1]
+        q, s = k[OLD], k[OLD + 1]
         reach = reach_of(wall, q, depth_of(wall, q), s)  # of Hertz' law, q^2.5 where it turns
         if not 0.95 * seen < reach < 1.05 * seen:  # powers are dear: a new one if it has changed
             cube, root = turn_of(wall, reach)
@@ -169,7 +169,7 @@ def contact(side, watch, phase, now, stop):
         if side.rk4 is None or tangent is not None:
             expand(at, tangent, phase)
         fast, deep = max(wall.speed * seen, abs(s)), depth_of(wall, root)
-        granted = max(steps.tolerance, LEAST) / late
+        granted = max(steps.tolerance, LEAST_GRANTED) / late
         if steps.tolerance < math.inf:
             h = length_of(at, h, granted, fast)
         # Step to the release, to the end of the time or by h, until it ends inside the contact and
@@ -182,7 +182,7 @@ def contact(side, watch, phase, now, stop):
             if not inside:
                 h *= 0.5
             elif steps.tolerance < math.inf:
-                share = max(saved + steps.tolerance * (step.h * per_theta) / late, ROUND_OFF)
+                share = max(saved + steps.tolerance * (step.h * per_theta) / late, LEAST_DOUBT)
                 end = after(ps, phase, k[NEW + 4])
                 doubt = defect_of(at, drive_now(end), step.h, (fast, deep, root))
                 if not doubt > share or attempt > MOST_REPEATS:
@@ -210,6 +210,6 @@ def contact(side, watch, phase, now, stop):
         checked = steps.tolerance < math.inf and not switches
         phase = end if checked else after(ps, phase, k[NEW + 4])
         for i in range(ROW):
-            k[Y + i] = k[NEW + i]
-        k[Y + 4] = 0.0
-    return EXHAUSTED, k[Y], k[Y + 1], k[Y + 2], k[Y + 3], elapsed, depth
+            k[OLD + i] = k[NEW + i]
+        k[OLD + 4] = 0.0
+    return EXHAUSTED, k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3], elapsed, depth

@@ -10,7 +10,7 @@ from ..motion.taylor import advance, part_of, restore, save, to_release
 from ..numerics.compiling import jit
 from ..numerics.roots import guarded, narrowed, secant
 from ..scene.arguments import Step
-from ..scene.contact_series import NEW, Y
+from ..scene.contact_series import NEW, OLD
 from ..scene.drive import after, drive_now
 from ..scene.law import (
     depth_of,
@@ -72,7 +72,7 @@ def deepest(side, step):
     """
     k = side.k
     low, high, found = 0.0, 1.0, 0.0
-    x = k[Y + 1] / (k[Y + 1] - k[NEW + 1])
+    x = k[OLD + 1] / (k[OLD + 1] - k[NEW + 1])
     for _ in range(MOST_TURNS):
         advance(side, None, part_of(step, x))
         z, weight, ds = motion_at(side, step.phase, int(NEW))
@@ -93,10 +93,10 @@ def deepest(side, step):
 def up_to_turn(side, step):
     """Cut a step short where the contact is least deep, unless it is in contact there."""
     k = side.k
-    part = part_of(step, -k[Y + 1] / (k[NEW + 1] - k[Y + 1]))
+    part = part_of(step, -k[OLD + 1] / (k[NEW + 1] - k[OLD + 1]))
     for _ in range(MOST_TURNS):
         advance(side, None, part)
-        if not k[NEW] > 0.0 or abs(k[NEW + 1]) <= NEAR_TURN * abs(k[Y + 1]):
+        if not k[NEW] > 0.0 or abs(k[NEW + 1]) <= NEAR_TURN * abs(k[OLD + 1]):
             break
         _, _, ds = motion_at(side, step.phase, int(NEW))
         change = k[NEW + 1] / (ds * weight_of(side.wall, k[NEW]))
@@ -119,9 +119,9 @@ def to_end(side, phase, left, h):
     k = side.k
     step = Step(phase, False, h)
     advance(side, None, step)
-    if k[NEW] > 0.0 and k[Y + 1] < 0.0 and k[NEW + 1] > 0.0:  # back by now: was it out?
+    if k[NEW] > 0.0 and k[OLD + 1] < 0.0 and k[NEW + 1] > 0.0:  # back by now: was it out?
         step = up_to_turn(side, step)
-    if not k[NEW] > 0.0 and k[Y] > 0.0 and k[NEW + 1] <= 0.0:
+    if not k[NEW] > 0.0 and k[OLD] > 0.0 and k[NEW + 1] <= 0.0:
         step = to_release(side, step)
     if (step.landing or k[NEW] > 0.0) and k[NEW + 4] > left:
         return Step(phase, False, step_to_stop(side, step, left)), True
@@ -153,7 +153,7 @@ def up_to_switch(side, now, positive, step):
     """
     if side.wall.switch is None:
         return False, step
-    low, high, f0 = 0.0, 1.0, max(margin(side, positive, int(Y)), 0.0)
+    low, high, f0 = 0.0, 1.0, max(margin(side, positive, int(OLD)), 0.0)
     f1 = margin(side, positive, int(NEW))
     if not f1 < -SLIGHT:
         high, f1 = least_margin(side, now, positive, step)
@@ -186,11 +186,11 @@ def least_margin(side, now, positive, step):
     Only where the margin may become negative by its rates at the ends, twice as large.
     """
     k = now.k
-    f0, a = swing(side, now, step.phase, int(Y))
+    f0, a = swing(side, now, step.phase, int(OLD))
     f1, _ = swing(side, now, step.phase, int(NEW))
     way = 1.0 if positive else -1.0
     reach = 2.0 * a * max(abs(f0), abs(f1)) * k[NEW + 4]
-    least = min(margin(side, positive, int(Y)), margin(side, positive, int(NEW)))
+    least = min(margin(side, positive, int(OLD)), margin(side, positive, int(NEW)))
     if not (way * f0 < 0.0 and way * f1 > 0.0 and least < reach):
         return 1.0, 0.0
     save(k)
@@ -225,7 +225,7 @@ def note_push(side, impacts, step):
     """
     k = side.k
     low, high = 0.0, 1.0
-    push, f0 = push_at(side, step.phase, int(Y))
+    push, f0 = push_at(side, step.phase, int(OLD))
     note_force(impacts, push)
     push, f1 = push_at(side, step.phase, int(NEW))
     note_force(impacts, push)

@@ -15,7 +15,7 @@ from ..motion.taylor import advance, expand, order_of, restore, save
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log, whole_power
 from ..scene.arguments import Step
-from ..scene.contact_series import COLUMNS, NEW, ROW, SERIES, SHRUNK, VARIED, VOLUME, WIDTH, Y
+from ..scene.contact_series import COLUMNS, NEW, OLD, ROW, SERIES, SHRUNK, VARIED, VOLUME, WIDTH
 from ..scene.drive import after
 from ..scene.law import rate_of_q, smooth_up_to
 
@@ -29,10 +29,10 @@ def vary_on(side, tangent, start, c, t):
 
     start: the state (x1, v1, r, s) at its beginning.
     """
-    for i in range(WIDTH + Y, WIDTH + Y + count_of(tangent), 4):
+    for i in range(WIDTH + OLD, WIDTH + OLD + count_of(tangent), 4):
         side.k[i] += t * side.k[i + 1]
         side.k[i + 2] += t * side.k[i + 3]
-    drive_start(side, tangent, start, c, t, int(WIDTH + Y))
+    drive_start(side, tangent, start, c, t, int(WIDTH + OLD))
 
 
 @jit
@@ -40,7 +40,7 @@ def begin_along(tangent, k):
     """Write variations into row Y, where they go along."""
     if tangent is not None:
         for i in range(count_of(tangent)):
-            k[Y + WIDTH + i] = rows_of(tangent)[i]
+            k[OLD + WIDTH + i] = rows_of(tangent)[i]
 
 
 @jit
@@ -81,9 +81,9 @@ def ride(side, tangent, step, granted, scales):
         h = left
         if granted < math.inf and part < MOST_PARTS - 1:
             h = part_for(side, tangent, h, granted, fast / deep)
-            if k[Y] == 0.0 and k[Y + 1] > 0.0:
+            if k[OLD] == 0.0 and k[OLD + 1] > 0.0:
                 far = smooth_up_to(wall, tangent, constants_of(side.sign), granted)
-                h = min(h, root * far / rate_of_q(wall, k[Y + 1]))
+                h = min(h, root * far / rate_of_q(wall, k[OLD + 1]))
         last = not h < left
         advance(side, tangent, Step(phase, step.landing and last, h))
         k[SHRUNK] += k[NEW + VOLUME]
@@ -93,7 +93,7 @@ def ride(side, tangent, step, granted, scales):
             break
         phase = after(side.ps, phase, k[NEW + 4])
         for i in range(ROW):
-            k[Y + i] = k[NEW + i]
+            k[OLD + i] = k[NEW + i]
         expand(side, tangent, phase)
         left -= h
     restore(k)

@@ -19,7 +19,7 @@ from ..numerics.deciding import is_a
 from ..scene.codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from ..scene.drive import drive_now
 from ..scene.scene import greatest_push, scale_of
-from ..watch.observe import LEVEL
+from ..watch.observe import LIMIT
 from ..watch.peaks import may_set_a_record, note_peaks, record_breakers, work_at
 from ..watch.response import tally_cell
 from ..watch.touch import (
@@ -225,7 +225,7 @@ def fly(flight, watch, begun, stop, y):
                         note_peaks(ps, damper, energy, grid, place, bodies)
                 before = after
             if limit_log is not None and (
-                x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]
+                x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LIMIT]
             ):
                 filled = fill(grid, phase, now, filled)
                 note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)

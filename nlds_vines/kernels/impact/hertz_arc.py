@@ -18,13 +18,13 @@ from ..numerics.elementary import fifth_root
 from ..numerics.fours import FOUR
 from ..numerics.quadrature import gauss_points, integration_matrix, times
 from . import impact
-from .impact_series import ONE, ORDER, TERMS, Series, impact_series
+from .impact_series import ALL_TERMS, HALF_ORDERS, ONE, Series, impact_series
 
-HALF = 1.2537306248172073  # B(1/5, 1/2) / 5: phase from touch to the deepest point
+HALF_ARC = 1.2537306248172073  # B(1/5, 1/2) / 5: phase from touch to the deepest point
 EQUAL = 0.9175012193496621  # phase at which u^5 = S^2 = 1/2
-STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity at 0.727
-STEEP = 1.3280717613951345  # a = arsinh(1 / STRETCH)
-FINEST = 1e-15  # what sweeps may leave where the nodes are given: round-off
+MAP_STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity at 0.727
+MAP_RATE = 1.3280717613951345  # a = arsinh(1 / MAP_STRETCH)
+FINEST_ERROR = 1e-15  # what sweeps may leave where the nodes are given: round-off
 
 CHOICES = {
     8: (6e-6, 6e-8),
@@ -38,7 +38,7 @@ CHOICES = {
 To its release, and to its deepest point on the half arc.  What impacts of all kinds were found to
 err by at most (tests/kernels/test_impact_error.py)."""
 
-FEW, COARSE = 8, 1e-8
+FEW_NODES, COARSE = 8, 1e-8
 """Nodes whose errors add up over many impacts, as they have a sign; for coarse tolerances alone."""
 
 _FINE = 32  # nodes whose integrals are true to round-off
@@ -47,19 +47,21 @@ _NEWTON = 8  # steps that invert them
 
 
 def hertz_arc(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (u, S) of the free Hertz impact at phases `phi`, 0 at touch, 2 HALF at release.
+    """Return (u, S) of the free Hertz impact at phases `phi`, 0 at touch, 2 HALF_ARC at release.
 
     Either of u^5 and S^2 = 1 - u^5 comes from the series that is well conditioned there, so that
     both are good to round-off all along.
     """
-    left = np.minimum(phi, 2 * HALF - phi)  # 0 at touch or release
+    left = np.minimum(phi, 2 * HALF_ARC - phi)  # 0 at touch or release
     low = left < EQUAL
     u, S = np.empty(len(phi)), np.empty(len(phi))
     u[low] = _inverted(left[low], 0.5, 5)  # phi = integral of (1 - u^5)^(-1/2) du
-    S[~low] = _inverted(2.5 * (HALF - left[~low]), 0.8, 2)  # 2/5 integral of (1 - S^2)^(-4/5) dS
+    S[~low] = _inverted(
+        2.5 * (HALF_ARC - left[~low]), 0.8, 2
+    )  # 2/5 integral of (1 - S^2)^(-4/5) dS
     S[low] = np.sqrt(1 - u[low] * u[low] * u[low] * u[low] * u[low])
     u[~low] = [fifth_root(1 - s * s) for s in S[~low].tolist()]
-    return u, np.where(phi > HALF, -S, S)
+    return u, np.where(phi > HALF_ARC, -S, S)
 
 
 def _inverted(values: np.ndarray, power: float, m: int) -> np.ndarray:
@@ -107,10 +109,10 @@ def _grid(n: int, part: int) -> _Grid:
     """
     xi = gauss_points(n)
     if part == impact.WHOLE:
-        sinh, cosh = _sinh_cosh(STEEP * xi)
-        phi, density = HALF * (1 + STRETCH * sinh), HALF * STRETCH * STEEP * cosh
+        sinh, cosh = _sinh_cosh(MAP_RATE * xi)
+        phi, density = HALF_ARC * (1 + MAP_STRETCH * sinh), HALF_ARC * MAP_STRETCH * MAP_RATE * cosh
     else:
-        phi, density = HALF * (1 + xi) / 2, np.full(n, HALF / 2)
+        phi, density = HALF_ARC * (1 + xi) / 2, np.full(n, HALF_ARC / 2)
     (weight,) = integration_matrix(xi, np.array([1.0])) * density
     return _Grid(*hertz_arc(phi), integration_matrix(xi, xi) * density, weight)
 
@@ -126,7 +128,7 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
 
     u, S = (np.concatenate([getattr(grid, name) for grid in grids]) for name in ("u", "S"))
     beta, tau, by_beta, by_tau = impact_series(u, S, integrate)
-    ones = Series({ONE: np.ones_like(u)}, ORDER)
+    ones = Series({ONE: np.ones_like(u)}, HALF_ORDERS)
     by_energy = ((ones + beta).power(9) * by_beta).times(10.0)
     cube = integrate(u * u * u)
     double = integrate(u * cube)
@@ -134,11 +136,11 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
     for grid, end in zip(grids[:-1], ends, strict=False):
         here = slice(end - len(grid.u), end)
         rows = [grid.u, grid.S, grid.weight, cube[here], double[here]]
-        rows += [beta.at(term)[here] for term in TERMS[: impact.GUESSED]]
-        rows += [tau.at(term)[here] for term in TERMS[: impact.GUESSED]]
-        beyond = np.zeros((3, len(TERMS)))
+        rows += [beta.at(term)[here] for term in ALL_TERMS[: impact.GUESSED]]
+        rows += [tau.at(term)[here] for term in ALL_TERMS[: impact.GUESSED]]
+        beyond = np.zeros((3, len(ALL_TERMS)))
         for row, series in enumerate((by_beta, by_tau, by_energy)):
-            for column, term in enumerate(TERMS):
+            for column, term in enumerate(ALL_TERMS):
                 values = np.split(series.at(term), ends[:-1])
                 true = times(grids[-1].weight, values[-1])
                 beyond[row, column] = true - times(grid.weight, series.at(term)[here])
@@ -177,7 +179,7 @@ def _table(choices: tuple[tuple[int, tuple[float, float]], ...]) -> np.ndarray:
 
 def choices_for(tolerance: float) -> dict[int, tuple[float, float]]:
     """Return the `CHOICES` from which impacts of a tolerance take their nodes."""
-    return {n: e for n, e in CHOICES.items() if n > FEW or tolerance >= COARSE}
+    return {n: e for n, e in CHOICES.items() if n > FEW_NODES or tolerance >= COARSE}
 
 
 def make_arc(tolerance: float = 1e-9, nodes: int | None = None) -> impact.Arc:
@@ -189,10 +191,12 @@ def make_arc(tolerance: float = 1e-9, nodes: int | None = None) -> impact.Arc:
     if nodes is None:
         choices = choices_for(tolerance)
         levels, settled = len(choices), impact.SETTLED * tolerance
-    elif 2 <= nodes <= impact.ROW - 4:
+    elif 2 <= nodes <= impact.NODE_ROW - 4:
         choices, levels, tolerance = {nodes: (0.0, 0.0)}, 1, math.inf
-        settled = FINEST
+        settled = FINEST_ERROR
     else:
-        raise ValueError(f"nodes = {nodes}: an arc takes 2 to {impact.ROW - 4} collocation nodes")
+        raise ValueError(
+            f"nodes = {nodes}: an arc takes 2 to {impact.NODE_ROW - 4} collocation nodes"
+        )
     table = _table(tuple(choices.items())).copy()
     return impact.Arc(tolerance, settled, levels, table)

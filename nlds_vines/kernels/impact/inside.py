@@ -31,13 +31,13 @@ from .impact import INSIDE, LASTING, short_impact
 from .impact_variations import vary
 
 # Of each of the last few impacts, in the scratch of the arc's table: (s, x1, v1, cos, sin) at
-# touch; from RISES on, by how much E1 and E2 rise above those at touch and above those at release;
-# from SHARE on, its share of a response, a tally's row up to BEGIN; from CUT on, when it was cut
-# and (q, s, x1, v1) there; and what unit variations (16,) become from touch TO the cut, and from
-# there ON. What is not known is NaN. Behind them: which of them is the next to be forgotten, and
-# variations that wait.
-RISES, SHARE, CUT, TO, ON, EACH, KEPT = 5, 9, 29, 34, 50, 66, 4
-TURN, WAIT = INSIDE + EACH * KEPT, INSIDE + EACH * KEPT + 1
+# touch; from RISES_KEPT on, by how much E1 and E2 rise above those at touch and those at release;
+# from SHARE_KEPT on, its share of a response, a tally's row up to BEGIN; from CUT on, when it was
+# cut and (q, s, x1, v1) there; and what unit variations (16,) become from touch TO the cut, and
+# from there ON. What is not known is NaN. Behind them: which of them is the next to be forgotten,
+# and variations that wait.
+RISES_KEPT, SHARE_KEPT, CUT, TO, ON, EACH, KEPT = 5, 9, 29, 34, 50, 66, 4
+NEXT_KEPT, WAIT = INSIDE + EACH * KEPT, INSIDE + EACH * KEPT + 1
 SAME = 0.3  # change of an impact with which it is the same, in units of what sweeps may leave of it
 GROWS = 2.0  # largest force beside the contact's in an impact, in units of that at its ends
 # How variations are stepped, driven ones of an impact that is solved, too, in units of the orbit's
@@ -123,10 +123,10 @@ def place_of(side, phase, touch):
         apart += scale * (abs(w[at + 3] - c) + abs(w[at + 4] - d))
         if apart <= SAME * side.arc.settled * scale:
             return at
-    at = INSIDE + EACH * int(w[TURN])
-    w[TURN] = w[TURN] + 1.0 if w[TURN] < KEPT - 1.0 else 0.0
+    at = INSIDE + EACH * int(w[NEXT_KEPT])
+    w[NEXT_KEPT] = w[NEXT_KEPT] + 1.0 if w[NEXT_KEPT] < KEPT - 1.0 else 0.0
     w[at], w[at + 1], w[at + 2], w[at + 3], w[at + 4] = s, x1, v1, c, d
-    for i in range(RISES, EACH):
+    for i in range(RISES_KEPT, EACH):
         w[at + i] = math.nan
     return at
 
@@ -195,7 +195,7 @@ def note_inside(side, energy, phase, ahead, now, lasting):
         wave = rotated(phase[0], phase[1], side.ps.omega * ahead.elapsed)
         contact(side, Watch(None, energy, None, None, None, None), wave, now, lasting)
         return
-    at = place_of(side, phase, ahead.touch) + RISES
+    at = place_of(side, phase, ahead.touch) + RISES_KEPT
     if early > 0.0:
         note_end(side, energy, phase, now, early, at)
     if late > 0.0:
@@ -356,7 +356,7 @@ def vary_inside(side, phase, tangent, ahead, begins):
 def tally_inside(side, tally, phase, now):
     """Add an impact that is solved to a tally; now: (q, s, x1, v1) at touch, phase: (cos, sin)."""
     w, row = side.arc.table, tally.row
-    at = place_of(side, phase, (now[1], now[2], now[3])) + SHARE
+    at = place_of(side, phase, (now[1], now[2], now[3])) + SHARE_KEPT
     if not w[at] >= 0.0:
         for i in range(BEGIN):
             row[BEFORE + i], row[i] = row[i], 0.0

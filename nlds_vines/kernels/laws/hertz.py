@@ -32,12 +32,12 @@ from ..scene.arguments import Watch
 from ..scene.codes import RELEASED, STOPPED
 from ..scene.contact_series import (
     AHEAD,
+    AT_Q,
     COLUMNS,
     DEPTH,
     ELASTIC,
     SERIES,
     WEIGHT,
-    Q,
     product,
     square,
 )
@@ -46,8 +46,10 @@ from ..watch.limit import may_pass
 from ..watch.observe import note_energy
 
 SHORT_IMPACTS = True
-WHOLE = 5.607  # theta from touch to release of a free Hertz impact, times sqrt(kappa) q_m^(3/2)
-OF_K = 0  # column of what parameters change
+FREE_THETA = (
+    5.607  # theta from touch to release of a free Hertz impact, times sqrt(kappa) q_m^(3/2)
+)
+HERTZ_K = 0  # column of what parameters change
 
 
 class HertzWall(NamedTuple):
@@ -57,7 +59,7 @@ class HertzWall(NamedTuple):
     K: float  # [N/m^1.5]
     kappa: float  # K / mu [m^-0.5 s^-2]
     speed: float  # sqrt(4 kappa / 5): approach speed = speed * (greatest depth)^(5/4)
-    whole: float = WHOLE
+    whole: float = FREE_THETA
     lasting: float = LASTING
     damping: Any = None  # none: `power` has Hertz's law with damping
     switch: Any = None
@@ -79,7 +81,7 @@ def made(sort, gap, damper, cell):
 def hertz_wall_at(gap, inv_mu, cell):
     """Return the `HertzWall` at a limit `gap` of the spring's shortening; inv_mu: of the bodies."""
     kappa = cell.K * inv_mu
-    return HertzWall(gap, cell.K, kappa, math.sqrt(0.8 * kappa), WHOLE, LASTING, None, None)
+    return HertzWall(gap, cell.K, kappa, math.sqrt(0.8 * kappa), FREE_THETA, LASTING, None, None)
 
 
 @jit
@@ -119,20 +121,20 @@ def rate_of_q(wall, s):
 def contact_terms(wall, k, n):
     """Fill coefficient n of dt/dtheta = q, z = q^2 and z^(3/2) = z q."""
     row = SERIES + COLUMNS * n
-    k[row + WEIGHT], k[row + DEPTH] = k[row + Q], square(k, int(Q), n)
-    k[row + ELASTIC] = product(k, int(DEPTH), int(Q), n)
+    k[row + WEIGHT], k[row + DEPTH] = k[row + AT_Q], square(k, int(AT_Q), n)
+    k[row + ELASTIC] = product(k, int(DEPTH), int(AT_Q), n)
 
 
 @jit
 def elastic_term(wall, k, n):
     """Return coefficient n of z^(3/2)."""
-    return product(k, int(DEPTH), int(Q), n)
+    return product(k, int(DEPTH), int(AT_Q), n)
 
 
 @jit
 def steep_term(wall, k, n):
     """Return coefficient n of 3/2 K q."""
-    return 1.5 * wall.K * k[SERIES + COLUMNS * n + Q]
+    return 1.5 * wall.K * k[SERIES + COLUMNS * n + AT_Q]
 
 
 @jit
@@ -193,13 +195,13 @@ def faint(wall, ratio):
 @jit
 def fill_constants(sort, change, rates, at):
     """Fill what changes of K."""
-    rates[at + OF_K] = change.K
+    rates[at + HERTZ_K] = change.K
 
 
 @jit
 def pushed_term(wall, k, by, at, n):
     """Return coefficient n of what changes of the force [N] by K."""
-    return by[at + OF_K] * k[SERIES + COLUMNS * n + ELASTIC]
+    return by[at + HERTZ_K] * k[SERIES + COLUMNS * n + ELASTIC]
 
 
 # ---- a contact -----------------------------------------------------------------------------------

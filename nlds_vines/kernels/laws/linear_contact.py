@@ -44,7 +44,7 @@ from ..watch.response import bend_in_rows, note_cell, raise_within
 from ..watch.touch import AT_R
 from ..watch.walk import first_rise, local_grid, walk
 
-MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
+MOST_CELLS_PRESSED = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
 
 
 LINEAR = True
@@ -181,7 +181,7 @@ def bare_held(held):
 @jit
 def too_stiff(held, period):
     """Tell whether a period [s] on the wall had more cells than can be followed."""
-    return not period <= MOST_CELLS * held.grid.h
+    return not period <= MOST_CELLS_PRESSED * held.grid.h
 
 
 # ---- what is watched -----------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import exp, log, power
 from ..scene.contact_series import (
+    AT_S,
     COLUMNS,
     DEPTH,
     ELASTIC,
@@ -23,7 +24,6 @@ from ..scene.contact_series import (
     POWERS_OF_Q,
     SERIES,
     STEEP,
-    S,
     logarithm_term,
     power_term,
     product,
@@ -163,7 +163,7 @@ def damped_term(wall, k, column, n):
     found = k[SERIES + COLUMNS * n + column]
     if wall.damping is None:
         return found
-    return wall.damping.acts * found + wall.damping.a * product(k, column, int(S), n)
+    return wall.damping.acts * found + wall.damping.a * product(k, column, int(AT_S), n)
 
 
 @jit
@@ -255,5 +255,5 @@ def pushed_term(wall, k, by, at, n):
     found += by[at + EXPONENT] * product(k, int(FORCE), int(LOGARITHM), n)
     if wall.damping is not None:
         acts = wall.damping.acts * wall.K
-        found += by[at + DAMPED] * (acts * product(k, int(ELASTIC), int(S), n))
+        found += by[at + DAMPED] * (acts * product(k, int(ELASTIC), int(AT_S), n))
     return found

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from ..motion.driven import (
     DAMPING,
-    FORCE,
+    FORCING,
     LOAD,
     SHARE,
     SLOWER,
@@ -59,12 +59,14 @@ from ..watch.touch import AT_R
 from ..watch.walk import first_rise, local_grid, walk
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
-STEADY = 0.1  # change of a, and phase of the fastest motion, in what a completed series would last
+STEADY_PRESSING = (
+    0.1  # change of a, and phase of the fastest motion, in what a completed series would last
+)
 PULL = 1.0e-12  # with which a wall holds the damper before it lets go, in units of the forces
 
 
 AT_ONCE = True
-ROUND_OFF = 4.0e-15  # of a place that was computed from two positions
+PLACE_ERROR = 4.0e-15  # of a place that was computed from two positions
 OF_E = 0  # column of what parameters change
 
 
@@ -109,7 +111,7 @@ def fill_constants(sort, change, rates, at):
 @jit
 def rests(wall, r, s, scale):
     """Tell whether a damper rests on a wall, but for round-off of positions of a `scale`."""
-    return s == 0.0 and wall.gap - r <= ROUND_OFF * scale
+    return s == 0.0 and wall.gap - r <= PLACE_ERROR * scale
 
 
 @jit
@@ -193,7 +195,7 @@ def stays(ps, damper, wall, rate, state, phase):
     own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
     dv = with_shaking(ps, (1.0 - damper.share) * without_shaking(ps, own, c), c)
     change = falling_apart(ps, phase) + ps.stiffness * v1 + ps.damping * dv
-    return abs(change) * lasting <= STEADY * a and rate * lasting <= STEADY
+    return abs(change) * lasting <= STEADY_PRESSING * a and rate * lasting <= STEADY_PRESSING
 
 
 @jit
@@ -349,7 +351,7 @@ def terms_on(linear, by, constant, state, drive, variation):
     other, pace = 1.0 - damper.share, sign * by[SLOWER]
     alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
     alone = under_once(ps.load, constant, alone)
-    more = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
+    more = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
     more += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
     dv, db = other * alone, other * more - sign * by[SHARE] * alone
     return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0

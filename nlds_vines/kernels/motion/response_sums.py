@@ -21,7 +21,7 @@ from .flight import FACTOR
 #   LOSS        what contacts have dissipated [J]
 #   Y2, U2      of (x1 - y)^2 and its rate's, y being the motion of the foot, where it moves
 #   MOST        largest |x1|, |v1|, |a1|, |r|, |x1 - y|
-#   FORCE       largest force [N] at the near and the far wall
+#   MOST_FORCE       largest force [N] at the near and the far wall
 #   IMPULSE     largest impulse [N s] there, of rigid bodies
 #   BEGIN       x1 at the beginning
 #   PLACE       where the maximum belongs that is looked for
@@ -30,7 +30,7 @@ from .flight import FACTOR
 #   BEFORE      scratch: all up to BEGIN as it was before an impact
 X2, V2, A2, R2, S2, CV, CX, LOSS, Y2, U2 = range(10)
 SUMS = 10
-MOST, FORCE, IMPULSE, BEGIN, PLACE, JUMPS = 10, 15, 17, 19, 20, 21
+MOST, MOST_FORCE, IMPULSE, BEGIN, PLACE, JUMPS = 10, 15, 17, 19, 20, 21
 OF_X, OF_V, OF_A, OF_R, OF_FOOT, OF_FORCE = range(6)  # what may be largest
 BEFORE = FACTOR + 16
 SIZE = BEFORE + BEGIN
@@ -109,7 +109,7 @@ def raise_to(row, place, value):
 def place_of(which, sign):
     """Return the place of the largest of a quantity; sign: of the wall that a force belongs to."""
     if which == OF_FORCE:
-        return FORCE + (0 if sign > 0.0 else 1)
+        return MOST_FORCE + (0 if sign > 0.0 else 1)
     return MOST + which
 
 

@@ -7,7 +7,7 @@ there. It knows no series: what is asked within a step is another step, as long 
 from __future__ import annotations
 
 from ..numerics.compiling import jit
-from ..scene.contact_series import NEW, Y
+from ..scene.contact_series import NEW, OLD
 from ..scene.drive import after, drive_now
 from ..scene.law import depth_of, force_of, rate_of_q, weight_of
 from ..scene.scene import accelerations
@@ -36,7 +36,7 @@ def moved_by(y, h, rates):
 def runge_kutta(side, step):
     """Write row NEW where a `Step` from row Y ends."""
     k, h, phase = side.k, step.h, step.phase
-    y = k[Y], k[Y + 1], k[Y + 2], k[Y + 3], 0.0
+    y = k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3], 0.0
     a = rates_at(side, phase, y)
     b = rates_at(side, phase, moved_by(y, 0.5 * h, a))
     c = rates_at(side, phase, moved_by(y, 0.5 * h, b))

@@ -27,16 +27,21 @@ from ..numerics.fours import four, four_at, number_of, put_four
 from ..numerics.roots import guarded
 from ..scene.arguments import Step
 from ..scene.contact_series import (
+    AT_Q,
+    AT_S,
+    AT_V,
+    AT_X,
     COLUMNS,
+    COSINE,
     DEPTH,
     DRAG,
-    DRIVE,
     DS,
     DV,
     ELASTIC,
     FORCE,
+    HIGHEST,
     NEW,
-    ORDER,
+    OLD,
     ORDER_OF_RK4,
     RATES,
     ROW,
@@ -51,11 +56,6 @@ from ..scene.contact_series import (
     VOLUME,
     WEIGHT,
     WIDTH,
-    Q,
-    S,
-    V,
-    X,
-    Y,
     product,
 )
 from ..scene.drive import begin_series, drive_term
@@ -73,7 +73,7 @@ from ..scene.scene import accelerations, unloaded
 from .driven import Driven, drive_terms
 from .runge_kutta import runge_kutta
 
-MOST_TURNS = 80  # of the search for a release: it needs some five
+MOST_NEWTON = 80  # of the search for a release: it needs some five
 NEAREST = 2.0e-16  # error of its place
 
 
@@ -81,7 +81,7 @@ NEAREST = 2.0e-16  # error of its place
 def order_of(rk4):
     """Return the highest power of theta: by rk4 that of variations, which is the order of steps."""
     if rk4 is None:
-        return ORDER
+        return HIGHEST
     return ORDER_OF_RK4
 
 
@@ -94,14 +94,15 @@ def expand(side, tangent, phase):
     polynomial as the rest, and what drives them (`driven`).
     """
     k = side.k
-    k[SERIES + Q], k[SERIES + S], k[SERIES + X], k[SERIES + V] = k[Y], k[Y + 1], k[Y + 2], k[Y + 3]
+    k[SERIES + AT_Q], k[SERIES + AT_S] = k[OLD], k[OLD + 1]
+    k[SERIES + AT_X], k[SERIES + AT_V] = k[OLD + 2], k[OLD + 3]
     k[SERIES + TAU] = 0.0
     begin_series(phase, k)
     if tangent is not None:
         k[SERIES + SHRINKS] = 0.0
         for i in range(4):
             for j in range(4):
-                k[SERIES + VARIED + 4 * i + j] = k[Y + WIDTH + 4 * j + i]
+                k[SERIES + VARIED + 4 * i + j] = k[OLD + WIDTH + 4 * j + i]
     for n in range(order_of(side.rk4)):
         fill_rates(side, n)
         if tangent is not None:
@@ -115,7 +116,8 @@ def fill_rates(side, n):
     ps, damper, wall, k, row = side.ps, side.damper, side.wall, side.k, SERIES + COLUMNS * n
     contact_terms(wall, k, n)
     force = wall.K * damped_term(wall, k, int(ELASTIC), n)
-    x1, v1, z, s, drive = k[row + X], k[row + V], k[row + DEPTH], k[row + S], k[row + DRIVE]
+    x1, v1, drive = k[row + AT_X], k[row + AT_V], k[row + COSINE]
+    z, s = k[row + DEPTH], k[row + AT_S]
     if n == 0:
         dv, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, force)
     else:  # what is constant has no higher powers
@@ -138,10 +140,11 @@ def integrate(side, phase, n):
         sine += k[i] * k[j + (SINE - DS)]
     sums = sums + others
     per, behind = 1.0 / (n + 1.0), row + COLUMNS
-    k[behind + Q], k[behind + S] = per * rate_of_q(side.wall, k[row + S]), per * number_of(sums, 0)
-    k[behind + V], k[behind + X] = per * number_of(sums, 1), per * number_of(sums, 2)
+    k[behind + AT_Q] = per * rate_of_q(side.wall, k[row + AT_S])
+    k[behind + AT_S] = per * number_of(sums, 0)
+    k[behind + AT_V], k[behind + AT_X] = per * number_of(sums, 1), per * number_of(sums, 2)
     k[behind + TAU] = per * k[row + WEIGHT]
-    drive_term(side.ps, phase, k, n + 1, (number_of(sums, DRIVE - DS), sine))
+    drive_term(side.ps, phase, k, n + 1, (number_of(sums, COSINE - DS), sine))
 
 
 @jit
@@ -182,14 +185,14 @@ def fill_variations(side, tangent, n):
 @jit
 def along_series(side, step):
     """Write row NEW where a `Step` ends, by the series."""
-    k, h, row = side.k, step.h, SERIES + COLUMNS * ORDER
-    motion, v = four_at(k, row), k[row + V]
+    k, h, row = side.k, step.h, SERIES + COLUMNS * HIGHEST
+    motion, v = four_at(k, row), k[row + AT_V]
     while row > SERIES:
         row -= COLUMNS
-        motion, v = motion * h + four_at(k, row), v * h + k[row + V]
-    k[NEW] = 0.0 if step.landing else number_of(motion, Q)
+        motion, v = motion * h + four_at(k, row), v * h + k[row + AT_V]
+    k[NEW] = 0.0 if step.landing else number_of(motion, AT_Q)
     k[NEW + 1], k[NEW + 2], k[NEW + 4] = (
-        number_of(motion, S), number_of(motion, X), number_of(motion, TAU)
+        number_of(motion, AT_S), number_of(motion, AT_X), number_of(motion, TAU)
     )  # fmt: skip
     k[NEW + 3] = v
 
@@ -228,10 +231,10 @@ def slopes(side, h):
     """Return the derivatives of q, s, x1, tau (as a four) and of v1 by theta at a place h."""
     k, n = side.k, 1.0 * order_of(side.rk4)
     row = SERIES + COLUMNS * order_of(side.rk4)
-    motion, v = n * four_at(k, row), n * k[row + V]
+    motion, v = n * four_at(k, row), n * k[row + AT_V]
     while n > 1.0:
         n, row = n - 1.0, row - COLUMNS
-        motion, v = motion * h + n * four_at(k, row), v * h + n * k[row + V]
+        motion, v = motion * h + n * four_at(k, row), v * h + n * k[row + AT_V]
     return motion, v
 
 
@@ -249,9 +252,9 @@ def defect_of(side, drive, h, scales):
     force = force_of(wall, q, z, s)
     dv, ds = accelerations(ps, side.damper, k[NEW + 2], k[NEW + 3], wall.gap + z, s, drive, force)
     motion, v = slopes(side, h)
-    missing = abs(number_of(motion, S) - weight * ds) + abs(v - weight * dv)
+    missing = abs(number_of(motion, AT_S) - weight * ds) + abs(v - weight * dv)
     late = abs(number_of(motion, TAU) - weight) * fast / (wall.lasting * deep)
-    off = abs(number_of(motion, Q) - rate_of_q(wall, s)) / root
+    off = abs(number_of(motion, AT_Q) - rate_of_q(wall, s)) / root
     return h * (missing / fast + late + off) / (order_of(side.rk4) + 1.0)
 
 
@@ -267,7 +270,7 @@ def length_of(side, h, tolerance, fast):
     part = 1.0
     for m in range(n - 1, n + 1):
         row = SERIES + COLUMNS * m
-        last = max(abs(k[row + S]), abs(k[row + V])) * whole_power(h, m) / fast
+        last = max(abs(k[row + AT_S]), abs(k[row + AT_V])) * whole_power(h, m) / fast
         if last > tolerance:
             part = min(part, exp(log(tolerance / last) / m))
     return part * h
@@ -280,7 +283,7 @@ def to_release(side, step):
     Row NEW is there.
     """
     k, low, high, x = side.k, 0.0, step.h, step.h
-    for _ in range(MOST_TURNS):
+    for _ in range(MOST_NEWTON):
         advance(side, None, Step(step.phase, False, x))
         q, slope = k[NEW], rate_of_q(side.wall, k[NEW + 1])
         if q > 0.0:

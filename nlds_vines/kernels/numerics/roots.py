@@ -25,6 +25,8 @@ from __future__ import annotations
 
 from .compiling import jit
 
+ROOT_STEPS = 60  # of a search, which needs five to ten
+
 
 @jit
 def secant(low, high, f_low, f_high):

@@ -23,18 +23,18 @@ from ..numerics.elementary import exp, log
 # A name is the place of a row's first number, so that k[NEW + 1] is s after a step.
 WIDTH = 5  # numbers of a state: q, s, x1, v1, tau
 ROW = 24  # distance of the rows
-Y, NEW, SAVE = 0, ROW, 2 * ROW
+OLD, NEW, SAVE = 0, ROW, 2 * ROW
 VOLUME = 23
-ORDER, ORDER_OF_RK4 = 14, 4  # highest powers
-# Columns: what a step changes; what is multiplied by dt/dtheta, DRIVE and SINE being cos and sin of
+HIGHEST, ORDER_OF_RK4 = 14, 4  # highest powers
+# Columns: what a step changes; what is multiplied by dt/dtheta, COSINE and SINE being those of
 # the forcing's phase; the contact's terms, by powers of q from POWERS_OF_Q + 1 on; variations, each
 # column a four of one component of all, and their rates; and of a load (`drive`) what is left of
 # its polynomial in time, divided by the powers of that.
-Q, S, X, TAU, DS, DV, V, DRIVE = range(8)
+AT_Q, AT_S, AT_X, TAU, DS, DV, AT_V, COSINE = range(8)
 SINE, WEIGHT, DEPTH, ELASTIC, FORCE, STEEP, STIFF, DRAG, LOGARITHM, SHRINKS = range(8, 18)
 POWERS_OF_Q, VARIED, RATES, LOADED, COLUMNS = 20, 40, 56, 72, 92
 SERIES = 3 * ROW
-AHEAD = SERIES + COLUMNS * (ORDER + 1)
+AHEAD = SERIES + COLUMNS * (HIGHEST + 1)
 SHRUNK = AHEAD + 9
 SCRATCH = SHRUNK + 1
 

@@ -12,7 +12,7 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import TURN, cos_sin_of_turn
 from ..numerics.fours import four, four_at, put_four
-from .contact_series import COLUMNS, DRIVE, LOADED, ORDER, SERIES, SINE, TAU
+from .contact_series import COLUMNS, COSINE, HIGHEST, LOADED, SERIES, SINE, TAU
 from .scene import greatest_push
 
 SMALL = 0.1  # angle up to which `cos_sin` is good to round-off
@@ -110,7 +110,7 @@ def begin_series(phase, k):
     if is_a(phase, Moment):
         begin_powers(phase, k)
     else:
-        k[SERIES + DRIVE], k[SERIES + SINE] = phase
+        k[SERIES + COSINE], k[SERIES + SINE] = phase
 
 
 @jit
@@ -120,7 +120,7 @@ def begin_powers(moment, k):
     By Horner's scheme.
     """
     top, at = moment.degree, SERIES + LOADED
-    for j in range(ORDER + 1):
+    for j in range(HIGHEST + 1):
         k[at + j] = moment.sign * moment.w[moment.row + j] if j <= top else 0.0
     for j in range(top):
         for i in range(top - 1, j - 1, -1):
@@ -129,7 +129,7 @@ def begin_powers(moment, k):
     for j in range(top + 1):
         k[at + j] *= per
         per /= moment.length
-    k[SERIES + DRIVE] = k[at]
+    k[SERIES + COSINE] = k[at]
 
 
 @jit
@@ -141,15 +141,15 @@ def drive_term(ps, phase, k, n, turned):
     """
     row, (cosine, sine) = SERIES + COLUMNS * n, turned
     if is_a(phase, Moment):
-        for j in range(0, ORDER + 1, 4):
+        for j in range(0, HIGHEST + 1, 4):
             sums = four(0.0)
             for i in range(1, n + 1):
                 time = k[SERIES + COLUMNS * i + TAU]
                 sums = sums + time * four_at(k, row - COLUMNS * i + LOADED + j + 1)
             put_four(k, row + LOADED + j, sums)
-        k[row + DRIVE] = k[row + LOADED]
+        k[row + COSINE] = k[row + LOADED]
     else:
-        k[row + DRIVE], k[row + SINE] = -ps.omega / n * sine, ps.omega / n * cosine
+        k[row + COSINE], k[row + SINE] = -ps.omega / n * sine, ps.omega / n * cosine
 
 
 @jit

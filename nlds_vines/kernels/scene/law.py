@@ -32,7 +32,17 @@ import math
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, hypotenuse, log, whole_power
 from .by_law import by_wall
-from .contact_series import COLUMNS, DEPTH, ELASTIC, POWERS_OF_Q, SERIES, WEIGHT, Q, product, square
+from .contact_series import (
+    AT_Q,
+    COLUMNS,
+    DEPTH,
+    ELASTIC,
+    POWERS_OF_Q,
+    SERIES,
+    WEIGHT,
+    product,
+    square,
+)
 
 # ---- a wall --------------------------------------------------------------------------------------
 
@@ -139,7 +149,7 @@ def fill_power(k, m, n):
     """Fill coefficient n of the power m of q, by those of lower powers."""
     row, half = SERIES + COLUMNS * n, POWERS_OF_Q + m // 2
     if m == 1:
-        k[row + POWERS_OF_Q + 1] = k[row + Q]
+        k[row + POWERS_OF_Q + 1] = k[row + AT_Q]
     elif m % 2 == 0:
         k[row + POWERS_OF_Q + m] = square(k, half, n)
     else:

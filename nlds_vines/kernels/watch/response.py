@@ -26,11 +26,11 @@ from ..motion.response_sums import (
     BEGIN,
     CV,
     CX,
-    FORCE,
     IMPULSE,
     JUMPS,
     LOSS,
     MOST,
+    MOST_FORCE,
     OF_A,
     OF_FOOT,
     OF_R,
@@ -263,7 +263,7 @@ def fill_response(response, tally, ps, damper, state, time):
     for i, place in ((0, X2), (1, V2), (2, A2), (3, R2), (4, Y2)):
         response[2 * i + 1] = math.sqrt(row[place] / time)
     for wall in range(2):
-        response[OF_FORCES + wall] = row[FORCE + wall]
+        response[OF_FORCES + wall] = row[MOST_FORCE + wall]
         response[OF_IMPULSES + wall] = row[IMPULSE + wall]
     c1 = ps.m1 * ps.damping
     response[POWERS] = c1 * row[V2] / time

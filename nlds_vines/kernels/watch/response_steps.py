@@ -28,14 +28,12 @@ from ..motion.response_sums import (
 )
 from ..motion.taylor import advance, part_of, restore, save
 from ..numerics.compiling import jit
-from ..numerics.roots import narrowed, secant
-from ..scene.contact_series import NEW, SAVE, Y
+from ..numerics.roots import ROOT_STEPS, narrowed, secant
+from ..scene.contact_series import NEW, OLD, SAVE
 from ..scene.drive import after, drive_now
 from ..scene.law import depth_of, elastic, force_of, pushed_by, stiffness_of, weight_of
 from ..scene.scene import accelerations
-from .observe import PRECISE, opposite
-
-ROOT_STEPS = 40  # of the search for a maximum: it needs some five
+from .observe import NEAR_PEAK, opposite
 
 
 @jit
@@ -107,7 +105,7 @@ def add_step(side, tally, step):
 def tally_step(side, tally, step):
     """Add the contact step from row Y to row NEW, which is kept, to a tally."""
     sign, k = side.sign, side.k
-    before, rates, _ = motion_in(side, tally, step.phase, int(Y))
+    before, rates, _ = motion_in(side, tally, step.phase, int(OLD))
     after, slopes, _ = motion_in(side, tally, step.phase, int(NEW))
     raise_all(tally, sign, before)
     raise_all(tally, sign, after)
@@ -124,7 +122,7 @@ def tally_step(side, tally, step):
                 advance(side, None, part_of(step, x))
                 values, turns, _ = motion_in(side, tally, step.phase, int(NEW))
                 raise_to(tally.row, place_of(which, sign), values[which])
-                if turns[which] == 0.0 or min(x - low, high - x) < PRECISE:
+                if turns[which] == 0.0 or min(x - low, high - x) < NEAR_PEAK:
                     break
                 low, high, f0, f1 = narrowed(low, high, f0, f1, x, turns[which])
     restore(k)

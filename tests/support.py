@@ -16,7 +16,7 @@ from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact.hertz_arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.motion.bounds import rate_of
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.arguments import CellBuffers, Side, Span, Watch

@@ -80,7 +80,4 @@ MUTANTS = (
             _EACH + "[kelvin-voigt-cc]",
         ),
     ),
-    *of(
-        "nlds_vines/kernels/motion/driven_flight.py",
-    ),
 )

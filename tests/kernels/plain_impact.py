@@ -15,7 +15,7 @@ from nlds_vines.kernels.impact.impact import (
     settle,
     short_impact,
 )
-from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.motion.bounds import rate_of
 from nlds_vines.kernels.scene.scene import accelerations
 
 SET6 = references()["ssul-set6"].numbers

@@ -14,7 +14,8 @@ from nlds_vines.kernels.cells.cells import multiple_of, run_cell
 from nlds_vines.kernels.events import contact
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import cells_of, grid_of
+from nlds_vines.kernels.motion.bounds import cells_of
+from nlds_vines.kernels.motion.flight import grid_of
 from nlds_vines.kernels.numerics import matrices
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, keep_slowest, set_mode

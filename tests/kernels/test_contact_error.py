@@ -19,7 +19,7 @@ from nlds_vines.kernels.events.contact import (
 )
 from nlds_vines.kernels.events.contact_step import to_end
 from nlds_vines.kernels.laws.hertz import FREE_THETA, LASTING
-from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.motion.bounds import rate_of
 from nlds_vines.kernels.motion.taylor import defect_of, expand
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.scene.contact_series import NEW, OLD

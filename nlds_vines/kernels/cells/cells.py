@@ -9,7 +9,8 @@ import numpy as np
 from ..events.contact import Steps
 from ..events.fixed_step import fixed_grid_from
 from ..impact.impact import Arc
-from ..motion.flight import PERIOD, REACH, SHORT, cells_of, grid_from, grid_of
+from ..motion.bounds import REACH, SHORT, cells_of
+from ..motion.flight import PERIOD, grid_from, grid_of
 from ..motion.load_cells import Stretch, grid_over
 from ..motion.once_rounded import grid_once_rounded
 from ..numerics.compiling import jit

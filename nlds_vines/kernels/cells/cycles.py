@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..motion.bounds import cells_of
 from ..motion.driven import RATE_COLUMNS, Driven, fill_rates
-from ..motion.flight import Begun, cells_of, grid_from
+from ..motion.flight import Begun, grid_from
 from ..numerics.compiling import jit
 from ..numerics.matrices import eigenvalues, solve
 from ..orbit.orbit import STATE_SIZE

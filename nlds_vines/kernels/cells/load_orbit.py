@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.flight import ORDER, REACH, rate_of
+from ..motion.bounds import REACH, rate_of
+from ..motion.flight import ORDER
 from ..motion.load_cells import LOAD_ROW, OF_CELL, Stretch
 from ..motion.response_sums import JUMPS, MOST, OF_V, raise_to
 from ..numerics.compiling import jit

@@ -54,7 +54,7 @@ class Side(NamedTuple):
     arc: Any  # `impact.Arc` where its law has short impacts, otherwise None
     held: Any  # the motion on the wall, as in `Prepared`
     steps: Any  # `contact.Steps`
-    rate: float  # the bound of `flight.rate_of` [1/s]
+    rate: float  # the bound of `bounds.rate_of` [1/s]
     k: Any  # scratch, a bare row (`contact_series.SCRATCH`)
 
 

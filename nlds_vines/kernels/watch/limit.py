@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from ..motion.flight import bend_of
+from ..motion.bounds import bend_of
 from ..motion.taylor import advance, part_of, restore, save
 from ..numerics.compiling import jit
 from ..numerics.elementary import TINIEST

@@ -71,7 +71,7 @@ def damper_bound(grid, scale, e2):
     own, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
     push = grid.rate * grid.push
     s1 = grid.rate * scale + grid.push  # bounds of the first to third derivatives by time of the
-    s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `exact.bounds_of`
+    s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `bounds.bounds_of`
     s3 = grid.rate * s2 + grid.rate * push
     shaken = push_on_damper(grid)
     u0 = math.sqrt(2.0 * e2) + (pull * scale + shaken) * grid.h
@@ -87,7 +87,7 @@ def damper_bound(grid, scale, e2):
 def may_set_a_record(damper, energy, grid, bounds, length, before, after):
     """Tell whether an energy may exceed the largest so far inside a piece of a cell.
 
-    length: of the piece in cells; bounds: `exact.Bounds` over the cell; before, after: `work_at`
+    length: of the piece in cells; bounds: `bounds.Bounds` over the cell; before, after: `work_at`
     the ends of the piece.
     """
     h, square = grid.h * length, length * length

@@ -120,7 +120,7 @@ def first_touch(w, x, end, sign, level, bend, jerk):
 def touch_of(grid, end, sign, level, y, bounds):
     """Return as `first_touch` where sign r first rises to `level` in [0, end] of the expanded cell.
 
-    y: the state at `end`; bounds: `exact.Bounds`. Mostly the two ends tell.
+    y: the state at `end`; bounds: `bounds.Bounds`. Mostly the two ends tell.
     """
     w = grid.table
     f0, f1 = sign * w[AT_R], sign * y[2]

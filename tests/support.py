@@ -16,14 +16,14 @@ from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact.hertz_arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import rate_of
-from nlds_vines.kernels.motion.runge_kutta import SCRATCH as STEP_SCRATCH
+from nlds_vines.kernels.motion.bounds import rate_of
 from nlds_vines.kernels.orbit import variations
-from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.arguments import CellBuffers, Side, Span, Watch
 from nlds_vines.kernels.scene.codes import OK, RELEASED
+from nlds_vines.kernels.scene.contact_series import SCRATCH as STEP_SCRATCH
 from nlds_vines.kernels.scene.scene import damper_in, structure_of
-from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System
@@ -151,8 +151,8 @@ class Approach:
         return 0.0, self.speed, self.x1, self.v1
 
     def step(self, parts: Any, steps: float, rk4: bool | None = None) -> Impact:
-        """Follow the contact by Runge-Kutta steps of order eight, or four if `rk4`."""
-        noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+        """Follow the contact by Taylor steps of order 14, or four if `rk4`."""
+        noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
         side = side_of(parts, steps=Steps(float(steps), np.inf), rate=1.0, rk4=rk4)
         event, _, s, x1, v1, took, depth = contact(
             side, NOTHING._replace(impacts=noted), self.wave, self.touch, 1.0e3
@@ -172,10 +172,10 @@ def run_cell_rows(
     cell: Any, start: Any, periods: int, method: str = "exact", settings: Settings | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Follow a damper between two walls from (x1, v1, r, s); return section and impact rows."""
-    state = np.zeros(SIZE)
+    state = np.zeros(STATE_SIZE)
     state[:4] = start
     section = np.empty((periods, 4))
-    impacts = Impacts(np.empty((4000, COLUMNS)), np.zeros(1, np.int64))
+    impacts = Impacts(np.empty((4000, IMPACT_COLUMNS)), np.zeros(1, np.int64))
     code = run_cell(
         parts_of(method, SCENES["ssbl"], settings), cell, state, Span(0, periods, 1),
         CellBuffers(section=section, impacts=impacts),

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.extremes.cases import BOTH, LINEAR, amplitudes, error_of, shortening
 from benchmarks.extremes.entry import Entry, Finding, within
 from nlds_vines import classify, simulate
-from nlds_vines.kernels.cells.verdict import SMOOTH
+from nlds_vines.kernels.cells.verdict import SMOOTH_DIGITS
 from nlds_vines.kernels.orbit.growth import digits_of, mean_and_width
 from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
 from nlds_vines.model.catalogue import load_system
@@ -152,7 +152,7 @@ def natures_of_sequences() -> Finding:
     for r in (3.7, 3.9, 4.0):
         orbit, logs = logistic(r, count)
         mean, width = mean_and_width(logs)
-        wrong += not mean - width > 0.0 or digits_of(orbit) >= SMOOTH
+        wrong += not mean - width > 0.0 or digits_of(orbit) >= SMOOTH_DIGITS
         tried += 1
     wrong += not abs(mean - math.log(2.0)) <= width  # the exponent of the last one is ln 2
     for r in (3.2, 3.5, 3.55, 3.83):
@@ -160,11 +160,11 @@ def natures_of_sequences() -> Finding:
         wrong, tried = wrong + (not mean + width < 0.0), tried + 1
     for rotation in (GOLDEN, math.sqrt(2.0), 1.0 / math.pi):
         smooth = torus(count, rotation)
-        wrong += digits_of(smooth) < SMOOTH
-        wrong += digits_of(smooth + 1e-2 * noise(count, 1)) >= SMOOTH
+        wrong += digits_of(smooth) < SMOOTH_DIGITS
+        wrong += digits_of(smooth + 1e-2 * noise(count, 1)) >= SMOOTH_DIGITS
         tried += 2
     for seed in range(20):
-        wrong, tried = wrong + (digits_of(noise(count, seed)) >= SMOOTH), tried + 1
+        wrong, tried = wrong + (digits_of(noise(count, seed)) >= SMOOTH_DIGITS), tried + 1
     return within(wrong, 0.0, f"{tried} sequences of known nature: {wrong} misjudged")
 
 

@@ -9,6 +9,7 @@ _T_THROUGH = "tests/kernels/test_impact_variations.py::"
 _T_IMPACT = "tests/kernels/plain_impact.py::"
 _T_IMPACT_ERROR = "tests/kernels/test_impact_error.py::"
 _PLAIN_INSIDE = "tests/kernels/plain_inside.py::"
+_PLAIN_CONTACT = "tests/kernels/plain_contact.py::"
 _T_ORDER = "tests/reference/test_order.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_LAWS = "tests/kernels/plain_contact_laws.py::"
@@ -101,14 +102,14 @@ MUTANTS = (
         ),
         (
             "force law: variations feel no damping",
-            "return wall.damping.a * elastic(wall, wall.K, q, z)",
+            "return wall.damping.a * wall.K * k[SERIES + COLUMNS * n + ELASTIC]",
             "return 0.0",
             _PLAIN_LAWS + "test_variations_are_the_derivative_of_the_flow[hunt-crossley]",
         ),
         (
             "force law: the power of the stiffness is that of the force",
-            "power(q, wall.high - wall.root, wall.fraction)",
-            "power(q, wall.high, wall.fraction)",
+            "k[SERIES + COLUMNS * n + POWERS_OF_Q + wall.high - wall.root]",
+            "k[SERIES + COLUMNS * n + POWERS_OF_Q + wall.high]",
             _PLAIN_LAWS + "test_variations_are_the_derivative_of_the_flow[n = 1.2]",
         ),
     ),
@@ -149,8 +150,8 @@ MUTANTS = (
         ),
         (
             "linear contact: volumes shrink as in flight",
-            "k[rk.SHRUNK] -= wall.cc * damper.inv_mu * took",
-            "k[rk.SHRUNK] -= 0.0 * took",
+            "k[contact_series.SHRUNK] -= wall.cc * damper.inv_mu * took",
+            "k[contact_series.SHRUNK] -= 0.0 * took",
             _T_LAWS + "test_what_contacts_take_of_volumes_is_known[damped]",
         ),
         (
@@ -170,24 +171,36 @@ MUTANTS = (
         "nlds_vines/kernels/scene/drive.py",
         (
             "drive: the phase stands still in a step",
-            "return phase[0] * cosine - phase[1] * sine",
-            "return phase[0] * cosine",
-            _T_ORDER + "test_stepped_contact_has_order_eight",
+            "k[row + COSINE], k[row + SINE] = -ps.omega / n * sine, ps.omega / n * cosine",
+            "k[row + COSINE], k[row + SINE] = 0.0 * sine, 0.0 * cosine",
+            _T_ORDER + "test_stepped_contact_has_order_fourteen",
         ),
     ),
     *of(
-        "nlds_vines/kernels/motion/runge_kutta.py",
+        "nlds_vines/kernels/motion/taylor.py",
         (
-            "runge_kutta: a coefficient of order eight is off by 1e-6",
-            "A12_11 = 0.6433927460157636",
-            "A12_11 = 0.6433937460157636",
-            _T_ORDER + "test_stepped_contact_has_order_eight",
+            "taylor: the force on the structure is that of its first instant",
+            "    k[behind + AT_V], k[behind + AT_X] = per * number_of(sums, 1), per * number_of(sums, 2)\n",
+            "    k[behind + AT_V], k[behind + AT_X] = per * number_of(sums, 1) * (n < 9), per * number_of(sums, 2)\n",
+            _T_ORDER + "test_stepped_contact_has_order_fourteen",
         ),
         (
-            "runge_kutta: the classical step weighs its middle once",
-            "h / 6.0 * (k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i])",
-            "h / 6.0 * (k[K1 + i] + 2.0 * (k[K2 + i] + k[K2 + i]) + k[K4 + i])",
+            "taylor: by rk4 the polynomials end with the third power",
+            "    return ORDER_OF_RK4\n",
+            "    return ORDER_OF_RK4 - 1\n",
             _T_ORDER + "test_the_contact_of_rk4_has_order_four",
+        ),
+        (
+            "taylor: no step is doubted",
+            "    return h * (missing / fast + late + off) / (order_of(side.rk4) + 1.0)",
+            "    return 0.0 * h * (missing / fast + late + off) / (order_of(side.rk4) + 1.0)",
+            "tests/kernels/test_contact_error.py::test_the_doubt_is_never_below_a_third_of_the_error",
+        ),
+        (
+            "taylor: nothing is missed of the speed",
+            "missing = abs(number_of(motion, AT_S) - weight * ds) + abs(v - weight * dv)",
+            "missing = abs(v - weight * dv)",
+            _PLAIN_CONTACT + "test_a_wrong_series_is_doubted",
         ),
     ),
     *of(
@@ -200,7 +213,7 @@ MUTANTS = (
         ),
         (
             "impact variations: the common motion does not move its spring",
-            "ps.stiffness * (x + w[T + i] * v)",
+            "ps.stiffness * (x + w[TIMES + i] * v)",
             "ps.stiffness * x",
             _T_THROUGH + "test_variations_err_by_the_tolerance[1e-09]",
         ),
@@ -229,43 +242,25 @@ MUTANTS = (
     *of(
         "nlds_vines/kernels/events/contact.py",
         (
+            "contact: whatever a step misses is believed",
+            "                if not doubt > share or attempt > MOST_REPEATS:",
+            "                if attempt >= 0:",
+            _PLAIN_CONTACT + "test_steps_that_are_foreseen_much_too_long_are_found_out[1e-09]",
+        ),
+        (
             "contact: a wall that has let go does not push again",
             "        positive = positive != switches\n",
             "        positive = positive and not switches\n",
             _PLAIN_LAWS + "test_variations_where_a_wall_lets_go_or_pushes_again[-0.1-start1]",
         ),
-        (
-            "contact: a wall lets go at the end of a step",
-            "    step = rk.part_of(step, x)\n",
-            "    pass\n",
-            _PLAIN_LAWS + "test_a_wall_lets_go_at_an_instant[1e-09]",
-        ),
     ),
     *of(
-        "nlds_vines/kernels/impact/inside_variations.py",
+        "nlds_vines/kernels/events/contact_step.py",
         (
-            "inside variations: the wall does not push at the place",
-            "force = wall.K * (q * q * q)",
-            "force = 0.0 * q",
-            _T_THROUGH + "test_a_section_may_cut_an_impact_anywhere[1e-09]",
-        ),
-        (
-            "inside variations: the second half is not turned in time",
-            "    turn(part)\n    return product",
-            "    return product",
-            _T_THROUGH + "test_a_section_may_cut_an_impact_anywhere[1e-09]",
-        ),
-        (
-            "inside variations: the integral to the end counts for nothing",
-            "found = w[WEIGHED + 1 + n] * w[weight + j]",
-            "found = 0.0",
-            _T_THROUGH + "test_a_section_may_cut_an_impact_anywhere[1e-09]",
-        ),
-        (
-            "inside variations: what was kept of another impact is taken",
-            "if to_section or not known:",
-            "if to_section:",
-            _T_THROUGH + "test_variations_go_on_behind_a_section[0.2]",
+            "contact: a wall lets go at the end of a step",
+            "    step = part_of(step, x)\n",
+            "    pass\n",
+            _PLAIN_LAWS + "test_a_wall_lets_go_at_an_instant[1e-09]",
         ),
     ),
     *of(
@@ -329,54 +324,57 @@ MUTANTS = (
         ),
         (
             "inside: no peak precedes the release",
-            "            found |= 4 << body\n",
-            "            found |= 0\n",
+            "    return longest if early else 0.0, longest if late else 0.0\n",
+            "    return longest if early else 0.0, 0.0\n",
             _PLAIN_INSIDE + "test_the_largest_energies_are_those_of_small_steps",
         ),
         (
             "inside: no peak follows the touch",
-            "            found |= 1 << body\n",
-            "            found |= 0\n",
+            "    return longest if early else 0.0, longest if late else 0.0\n",
+            "    return 0.0, longest if late else 0.0\n",
             _PLAIN_INSIDE + "test_the_largest_energies_are_those_of_small_steps",
         ),
         (
-            "inside: a peak may be at any time of the impact",
-            "    if span[0] <= time <= span[1]:",
-            "    if time >= 0.0:",
-            _PLAIN_INSIDE + "test_only_what_lasts_is_looked_at",
+            "inside: a peak is sought at the very end alone",
+            "        soon = took * min(",
+            "        soon = 0.1 * took * min(",
+            _PLAIN_INSIDE + "test_the_largest_energies_are_those_of_small_steps",
+        ),
+        (
+            "inside: what one impact adds to a response begins with what was before",
+            "row[BEFORE + i], row[i] = row[i], 0.0",
+            "row[BEFORE + i] = row[i]",
+            _PLAIN_INSIDE + "test_a_response_is_that_of_all_steps",
         ),
         (
             "inside: every impact is looked at anew",
-            "    if not apart <= SAME * min(arc.tolerance, 1.0):",
-            "    if apart <= math.inf:",
+            "        if apart <= SAME * side.arc.settled * scale:",
+            "        if apart < 0.0:",
             _PLAIN_INSIDE + "test_a_record_out_of_reach_is_not_looked_for",
         ),
-    ),
-    *of(
-        "nlds_vines/kernels/impact/state_inside.py",
         (
-            "state inside: time goes as in the free arc",
-            "per * time - value_at(half, int(FIRST), 0.0, total)",
-            "per * time",
+            "inside: every impact is taken for one that is known",
+            "        if apart <= SAME * side.arc.settled * scale:",
+            "        if apart <= math.inf:",
+            _PLAIN_INSIDE + "test_of_an_impact_that_is_known_nothing_is_solved",
+        ),
+        (
+            "inside: an impact is cut where it was cut before",
+            "    if not abs(w[at + CUT] - ahead.elapsed) <= ",
+            "    if not abs(w[at + CUT] - w[at + CUT]) <= ",
             _PLAIN_INSIDE + "test_the_state_at_any_time[1e-06]",
         ),
         (
-            "state inside: any impact is read off the fewest nodes",
-            "WITHIN_ERROR] * size <= arc.tolerance:",
-            "WITHIN_ERROR] * size <= math.inf:",
-            _PLAIN_INSIDE + "test_a_state_errs_by_the_tolerance",
+            "inside: a state is as the half from release has it, backward in time",
+            "    return q, sign * s, x1, sign * v1\n",
+            "    return q, s, x1, v1\n",
+            _PLAIN_INSIDE + "test_the_state_at_any_time[1e-06]",
         ),
         (
-            "state inside: one sweep is enough",
-            "LAGGING * arc.settled * approach.size",
-            "math.inf",
-            _PLAIN_INSIDE + "test_a_state_errs_by_the_tolerance",
-        ),
-        (
-            "state inside: every impact is taken for the last that was cut",
-            "    if not apart + s * turned <= AS_GOOD * arc.settled * s:",
-            "    if w[k] == 0.0:",
-            _PLAIN_INSIDE + "test_of_an_impact_that_is_known_nothing_is_solved",
+            "inside: variations behind a section are those before it",
+            " + (TO if begins else ON)",
+            " + TO",
+            _T_THROUGH + "test_variations_go_on_behind_a_section[0.2]",
         ),
     ),
     *of(

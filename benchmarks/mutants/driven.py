@@ -24,8 +24,8 @@ MUTANTS = (
         ),
         (
             "driven: gravity does not change",
-            "own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]",
-            "own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)",
+            "own = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]",
+            "own = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)",
             _EACH + "[sticking-g]",
         ),
         (
@@ -36,8 +36,8 @@ MUTANTS = (
         ),
         (
             "driven: a stepped contact is where it was",
-            "pushed = sign * (pushed_by_constants(wall, by, at + 1, q, z, s) - stiffness * by[at + GAP])",
-            "pushed = sign * pushed_by_constants(wall, by, at + 1, q, z, s)",
+            "pushed = pushed_term(wall, k, by, at + 1, n) - k[row + STIFF] * by[at + GAP]",
+            "pushed = pushed_term(wall, k, by, at + 1, n)",
             _EACH + "[power-C]",
         ),
     ),
@@ -60,8 +60,8 @@ MUTANTS = (
         "nlds_vines/kernels/laws/power.py",
         (
             "driven: a steeper power has no other force",
-            "found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)",
-            "found += 0.0 * log(z)",
+            "found += by[at + EXPONENT] * product(",
+            "found += 0.0 * product(",
             _EACH + "[power-exponent]",
         ),
     ),
@@ -79,8 +79,5 @@ MUTANTS = (
             "found = by[at + KC] * (r - constant * wall.gap)",
             _EACH + "[kelvin-voigt-cc]",
         ),
-    ),
-    *of(
-        "nlds_vines/kernels/motion/driven_flight.py",
     ),
 )

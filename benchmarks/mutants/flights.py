@@ -113,30 +113,6 @@ MUTANTS = (
             _T_VARIATIONS + "test_determinant_is_known_beforehand[two walls-exact]",
         ),
         (
-            "flight: the rate forgets the dashpot's share across",
-            "on_v1 += drag1 + pull1 + across",
-            "on_v1 += drag1 + pull1",
-            _PLAIN_BOUNDS + "test_the_rate_is_the_largest_row_sum",
-        ),
-        (
-            "flight: the damper's displacement is bounded as if its structure stood",
-            "absolute = 1.0 + soft",
-            "absolute = 1.0",
-            _PLAIN_BOUNDS + "test_the_dampers_energy_is_bounded_by_the_scale",
-        ),
-        (
-            "flight: a period has a quarter of the cells it needs",
-            "need = period * rate_of(ps, joined(damper)) / REACH",
-            "need = 0.25 * period * rate_of(ps, joined(damper)) / REACH",
-            _PLAIN_BOUNDS + "test_a_cell_is_short_beside_the_rate",
-        ),
-        (
-            "flight: too many cells are no reason to refuse",
-            "return -1",
-            "return MOST_CELLS",
-            _PLAIN_BOUNDS + "test_more_cells_than_memory_are_refused",
-        ),
-        (
             "flight: the Taylor polynomials have order 8",
             "ORDER = 14",
             "ORDER = 8",
@@ -254,30 +230,6 @@ MUTANTS = (
     *of(
         "nlds_vines/kernels/events/exact.py",
         (
-            "exact: the bound of the third derivative forgets the forcing",
-            "(grid.bend * first + ps.omega * ps.force) * h2 * grid.h",
-            "(grid.bend * first) * h2 * grid.h",
-            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
-        ),
-        (
-            "exact: the bound of the second derivative forgets the forcing",
-            "(grid.bend * scale + greatest_push(ps.load, ps.force)) * h2",
-            "(grid.bend * scale) * h2",
-            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
-        ),
-        (
-            "exact: the bound of an energy's fourth derivative forgets the square",
-            "(scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2",
-            "(scale * fourth + 4.0 * first * third) * h2 * h2",
-            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
-        ),
-        (
-            "exact: the bound of the fourth derivative forgets the forcing",
-            "(grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2",
-            "(grid.bend * second) * h2 * h2",
-            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
-        ),
-        (
             "exact: a cell is clear of the near wall if its ends are",
             "proven = max(r0, r1) + slack < near.gap",
             "proven = max(r0, r1) < near.gap",
@@ -303,8 +255,8 @@ MUTANTS = (
         ),
         (
             "exact: a passage of the limit within a cell is not looked for",
-            "x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]",
-            "x > 0.0 or event != SECTION or max(r, y[2]) >= limit_log[LEVEL]",
+            "x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LIMIT]",
+            "x > 0.0 or event != SECTION or max(r, y[2]) >= limit_log[LIMIT]",
             _PLAIN_METHODS + "test_an_excursion_beyond_a_limit_may_be_short",
         ),
         (
@@ -328,12 +280,6 @@ MUTANTS = (
     ),
     *of(
         "nlds_vines/kernels/motion/flight.py",
-        (
-            "flight: the rate of a damper forgets its dashpot",
-            "    own = math.sqrt(damper.k2 / damper.m2) + damper.c2 / damper.m2\n",
-            "    own = math.sqrt(damper.k2 / damper.m2)\n",
-            _PLAIN_BOUNDS + "test_the_bound_of_the_damper_is_reached_where_it_is_alone",
-        ),
         (
             "flight: a term of the phase inside a cell is forgotten",
             "z2 * (1.0 / 1307674368000.0)",
@@ -393,6 +339,63 @@ MUTANTS = (
             "        x = guarded(x, low, high)\n        y = at(",
             "        y = at(",
             _T_EXACT + "test_steps_towards_a_touch_stay_in_the_piece",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/motion/bounds.py",
+        (
+            "flight: the rate forgets the dashpot's share across",
+            "on_v1 += drag1 + pull1 + across",
+            "on_v1 += drag1 + pull1",
+            _PLAIN_BOUNDS + "test_the_rate_is_the_largest_row_sum",
+        ),
+        (
+            "flight: the damper's displacement is bounded as if its structure stood",
+            "absolute = 1.0 + soft",
+            "absolute = 1.0",
+            _PLAIN_BOUNDS + "test_the_dampers_energy_is_bounded_by_the_scale",
+        ),
+        (
+            "flight: a period has a quarter of the cells it needs",
+            "need = period * rate_of(ps, joined(damper)) / REACH",
+            "need = 0.25 * period * rate_of(ps, joined(damper)) / REACH",
+            _PLAIN_BOUNDS + "test_a_cell_is_short_beside_the_rate",
+        ),
+        (
+            "flight: too many cells are no reason to refuse",
+            "return -1",
+            "return MOST_CELLS",
+            _PLAIN_BOUNDS + "test_more_cells_than_memory_are_refused",
+        ),
+        (
+            "exact: the bound of the third derivative forgets the forcing",
+            "(grid.bend * first + ps.omega * ps.force) * h2 * grid.h",
+            "(grid.bend * first) * h2 * grid.h",
+            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
+        ),
+        (
+            "exact: the bound of the second derivative forgets the forcing",
+            "(grid.bend * scale + greatest_push(ps.load, ps.force)) * h2",
+            "(grid.bend * scale) * h2",
+            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
+        ),
+        (
+            "exact: the bound of an energy's fourth derivative forgets the square",
+            "(scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2",
+            "(scale * fourth + 4.0 * first * third) * h2 * h2",
+            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
+        ),
+        (
+            "exact: the bound of the fourth derivative forgets the forcing",
+            "(grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2",
+            "(grid.bend * second) * h2 * h2",
+            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
+        ),
+        (
+            "flight: the rate of a damper forgets its dashpot",
+            "    own = math.sqrt(damper.k2 / damper.m2) + damper.c2 / damper.m2\n",
+            "    own = math.sqrt(damper.k2 / damper.m2)\n",
+            _PLAIN_BOUNDS + "test_the_bound_of_the_damper_is_reached_where_it_is_alone",
         ),
     ),
 )

@@ -23,7 +23,7 @@ MUTANTS = (
         ),
         (
             "limit: a far wall beyond the limit is not told",
-            "        return -wall.gap > limit_log[LEVEL]\n",
+            "        return -wall.gap > limit_log[LIMIT]\n",
             "        return False\n",
             _T_CONTACT_LIMIT,
         ),
@@ -71,8 +71,8 @@ MUTANTS = (
         ),
         (
             "limit: a step stays between its ends",
-            "    level, least, most = limit_log[LEVEL], min(r, z) - sag, max(r, z) + sag",
-            "    level, least, most = limit_log[LEVEL], min(r, z), max(r, z)",
+            "    level, least, most = limit_log[LIMIT], min(r, z) - sag, max(r, z) + sag",
+            "    level, least, most = limit_log[LIMIT], min(r, z), max(r, z)",
             _T_CONTACT_LIMIT,
         ),
         (
@@ -95,13 +95,13 @@ MUTANTS = (
         ),
         (
             "limit: the search within a step changes the step",
-            "    rk.restore(k)\n",
+            "    restore(k)\n",
             "    pass\n",
             _T_CONTACT_LIMIT,
         ),
         (
             "limit: a passage is where the first secant says",
-            "        if f == 0.0 or min(at - low, high - at) < PRECISE:\n            break\n",
+            "        if f == 0.0 or min(at - low, high - at) < NEAR_PASSAGE:\n            break\n",
             "        break\n",
             _T_CONTACT_LIMIT,
         ),

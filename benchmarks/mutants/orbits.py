@@ -26,8 +26,8 @@ MUTANTS = (
         ),
         (
             "observe: the first violation is the last",
-            "    if limit_log[NUMBER] == 0.0:\n        limit_log[FIRST] = time",
-            "    limit_log[FIRST] = time",
+            "    if limit_log[NUMBER] == 0.0:\n        limit_log[FIRST_VIOLATION] = time",
+            "    limit_log[FIRST_VIOLATION] = time",
             _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
         ),
         (
@@ -56,9 +56,9 @@ MUTANTS = (
         ),
         (
             "observe: a turn of an energy ends the search of a step",
-            "            raise_energies(energy, energies_in(side, int(rk.NEW)))\n"
-            "            rk.restore(k)",
-            "            raise_energies(energy, energies_in(side, int(rk.NEW)))",
+            "            raise_energies(energy, energies_in(side, int(NEW)))\n"
+            "            restore(k)",
+            "            raise_energies(energy, energies_in(side, int(NEW)))",
             _PLAIN_METHODS + "test_the_largest_energies_are_those_of_many_samples",
         ),
     ),
@@ -66,7 +66,7 @@ MUTANTS = (
         "nlds_vines/kernels/laws/hertz.py",
         (
             "elastic contact: a short impact goes on where a section cut it, as if it had not begun",
-            "    k[rk.AHEAD + 1] = before + left\n",
+            "    k[AHEAD + 1] = before + left\n",
             "",
             _PLAIN_INSIDE + "test_samples_inside_impacts_are_states_of_the_orbit[64]",
         ),

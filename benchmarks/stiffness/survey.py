@@ -20,7 +20,7 @@ from nlds_vines.archives.record_columns import Row, row_of
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.impact import impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.motion.bounds import rate_of
 from nlds_vines.kernels.scene.scene import damper_in, structure_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of

@@ -123,7 +123,9 @@ class AttractorTable:
             return table
 
         periods = learnt.known.periods
-        impacts = np.nan_to_num(learnt.evidence[:, ev.NEAR : ev.FAR + 1]).sum(axis=-1)
+        impacts = np.nan_to_num(learnt.evidence[:, ev.NEAR_IMPACTS : ev.FAR_IMPACTS + 1]).sum(
+            axis=-1
+        )
         share = self._counts * (self._counts.size // learnt.count or 1) / scan.lanes
         exists = filled(np.ones(len(periods), bool), False)
         return {

@@ -15,7 +15,7 @@ from nlds_vines.bifurcation.cell_start import Place, own_state, swept_before, sy
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, typed, unknown, whole
-from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.simulation import Beginning, IntegrationError, Orbit, checked_record
 
@@ -107,7 +107,7 @@ def cell_orbit(
     lane = _lane(scan, start)
     cells = scan.cells()
     system, cell = system_at(scan, place), _record(cells, place)
-    begin = Beginning(system, scan.method, scan.settings, cell, np.zeros(SIZE))
+    begin = Beginning(system, scan.method, scan.settings, cell, np.zeros(STATE_SIZE))
     if scan.start.sweeps:
         begin = _swept(scan, cells, place, lane, begin)
     else:
@@ -168,6 +168,6 @@ def _swept(scan: Scan, cells: np.ndarray, place: Place, lane: int, begin: Beginn
             state = before.after(scan.transient + scan.periods).state
             state[2] += cell.rest - before.cell.rest  # the displacement is carried over
         except IntegrationError:
-            state = np.zeros(SIZE)
+            state = np.zeros(STATE_SIZE)
         before = before._replace(cell=cell, state=state)
     return begin._replace(state=before.state)

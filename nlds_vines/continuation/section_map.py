@@ -263,7 +263,7 @@ class SectionMap:
 
         Columns: wall (0 near, 1 far), touch and release [periods], approach speed [m/s].
         """
-        rows = np.full((1, cycles.ROOM, 4), np.nan)
+        rows = np.full((1, cycles.MOST_NOTED, 4), np.nan)
         self._measure(place[np.newaxis], np.array([n]), rows)
         found = rows[0][~np.isnan(rows[0, :, 0])]
         omega = float(self.cells(place[np.newaxis, self.size :])[0].omega)
@@ -312,7 +312,7 @@ def room_for(n: int, size: int, count: int) -> cycles.Traced:
     """Return room for what is found of an orbit of n periods and `count` parameters."""
     return cycles.Traced(
         np.empty((n, 4)), np.zeros(2, np.int64), np.empty((size, size)), np.empty((count, 4)),
-        np.empty((size, 2)), np.empty(cycles.FOUND),
+        np.empty((size, 2)), np.empty(cycles.NUMBERS_OF_CYCLE),
     )  # fmt: skip
 
 

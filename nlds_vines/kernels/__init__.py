@@ -34,9 +34,9 @@ Letters:
     c, d                  cos and sin of the forcing's phase
     j, x                  number of a cell (or fixed step) in the period, place in it from 0 to 1
     w                     the table of a grid (`flight`) or of an arc (`impact`)
-    k                     scratch rows of a contact (`runge_kutta`); elsewhere a power or a count
+    k                     scratch rows of a contact (`contact_series`); elsewhere a power or a count
     h                     length of a cell or a step [s]; of a step in a contact, in theta
-    theta                 fictitious time of a contact, dt = q dtheta (`contact_field`)
+    theta                 fictitious time of a contact, dt = q dtheta (`taylor`)
     phi, u, S, b          phase, shape, speed and amplitude of a short impact (`impact`)
     kappa                 K / mu of a wall, mu the reduced mass
     bend, jerk            bounds of a second and of a third derivative by the place in a cell

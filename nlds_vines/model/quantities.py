@@ -260,14 +260,14 @@ QUANTITIES = (
         column=ev.SETTLING, drawn=(MAPS,), scale=WAIT,
     ),
     _of_verdict(
-        "lyapunov", "1/s", "largest Lyapunov exponent", ev.LARGEST, record=("lyapunov",),
+        "lyapunov", "1/s", "largest Lyapunov exponent", ev.LYAPUNOV, record=("lyapunov",),
         label="Lyapunov exponent", symbol="λ₁", drawn=(MAPS, BELOW), scale=SIGNED,
         width="lyapunov_width",
     ),
     _of_verdict(
         "lyapunov_width", "1/s",
         "half the width of its 99 % interval; 0 where it follows from Floquet multipliers",
-        ev.WIDTH, record=("lyapunov",),
+        ev.INTERVAL, record=("lyapunov",),
     ),
     _of_verdict(
         "residual", "1", "what does not close of a periodic orbit, relative to it", ev.RESIDUAL

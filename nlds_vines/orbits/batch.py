@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels.cells import lanes
-from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.arguments import Finished, LaneBuffers, Parts, Span
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS, TOUCH_COLUMNS
 from nlds_vines.model.scenes import Scene
@@ -90,7 +90,7 @@ class Outputs:
             clearance=rows("clearance" in want and walls, 1, value=np.inf),
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, evidence.COLUMNS),
-            ends=rows(judged or "error" in want, 2, SIZE),
+            ends=rows(judged or "error" in want, 2, STATE_SIZE),
             response=rows("response" in want, RESPONSE_COLUMNS),
             foot=responses.moving_foot(scene) if "response" in want else None,
             touches=rows(touches > 0, touches, TOUCH_COLUMNS, value=np.nan),

@@ -12,7 +12,7 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.labels import flags_of, labels_of
 from nlds_vines.model.quantities import held_in
 
-COLUMNS = ev.COLUMNS
+COLUMNS = ev.LENGTH_OF_ROW
 
 
 def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
@@ -21,7 +21,7 @@ def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]
     Arguments: rows of evidence (..., COLUMNS); `size` of a state.  Shapes (..., size, 2), real and
     imaginary parts, and (..., size); NaN for what is not periodic.
     """
-    matrices = rows[..., ev.MATRIX : ev.MATRIX + 16].reshape(-1, 4, 4)
+    matrices = rows[..., ev.MONODROMY : ev.MONODROMY + 16].reshape(-1, 4, 4)
     matrices = np.ascontiguousarray(matrices[:, :size, :size].transpose(0, 2, 1))
     found = np.full((len(matrices), size, 3), np.nan)
     fill_multipliers(matrices, found)
@@ -46,7 +46,7 @@ def exponents_of(
     """
     found = rows[..., ev.EXPONENTS : ev.EXPONENTS + size].copy()
     with np.errstate(divide="ignore", invalid="ignore"):
-        of_cycle = logarithms / (rows[..., ev.PERIOD] * period)[..., np.newaxis]
+        of_cycle = logarithms / (rows[..., ev.CYCLE_PERIOD] * period)[..., np.newaxis]
     return np.where(np.isnan(found), of_cycle, found)
 
 
@@ -68,8 +68,8 @@ def regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict
 
     Arguments: `status`, rows of evidence and impact `counts` (..., 2) of the sampled window.
     """
-    period = rows[..., ev.PERIOD].astype(np.int64)
-    of_cycle = rows[..., ev.NEAR : ev.FAR + 1]
+    period = rows[..., ev.CYCLE_PERIOD].astype(np.int64)
+    of_cycle = rows[..., ev.NEAR_IMPACTS : ev.FAR_IMPACTS + 1]
     by_wall = np.where((period > 0)[..., np.newaxis], of_cycle, counts).astype(np.int64)
     impacts = by_wall.sum(axis=-1)
     regime = flags_of(status, rows[..., ev.KIND].astype(np.int64))
@@ -91,7 +91,7 @@ def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.
 def _judged(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return rows of evidence without that of lanes that failed."""
     rows = np.where((status == OK)[..., np.newaxis], rows, np.nan)
-    columns = [ev.KIND, ev.PERIOD]
+    columns = [ev.KIND, ev.CYCLE_PERIOD]
     rows[..., columns] = np.nan_to_num(rows[..., columns])
     return rows
 

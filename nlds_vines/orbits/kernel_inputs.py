@@ -11,7 +11,8 @@ import numpy as np
 from nlds_vines.kernels import laws
 from nlds_vines.kernels.cells.cells import prepared_cell
 from nlds_vines.kernels.impact.hertz_arc import make_arc
-from nlds_vines.kernels.motion.flight import PERIOD, cells_of, grid_of
+from nlds_vines.kernels.motion.bounds import cells_of
+from nlds_vines.kernels.motion.flight import PERIOD, grid_of
 from nlds_vines.kernels.numerics.deciding import says
 from nlds_vines.kernels.orbit.variations import Flow, flow_of
 from nlds_vines.kernels.scene.arguments import Parts

@@ -9,7 +9,8 @@ import numpy as np
 from nlds_vines.kernels.cells.load_lanes import Loads, Told, fill_rates, fly_lanes
 from nlds_vines.kernels.cells.load_numbers import ORBIT_NUMBERS, Asked
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
-from nlds_vines.kernels.motion.flight import ORDER, REACH
+from nlds_vines.kernels.motion.bounds import REACH
+from nlds_vines.kernels.motion.flight import ORDER
 from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.model.scenes import Scene

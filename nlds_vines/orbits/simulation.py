@@ -14,10 +14,10 @@ from nlds_vines.archives.frames import library
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, shown, typed, whole
 from nlds_vines.kernels.cells.cells import run_cell
-from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.arguments import CellBuffers, Parts, Span
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
-from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
@@ -174,7 +174,7 @@ def simulate(
             section and, if there are walls, impacts.
         tolerance: of `exact`: relative error of each contact, 1e-13 to 1e-3, or draft (1e-6),
             standard (1e-9, the default) or fine (1e-12); flights are exact to round-off.
-        contact_steps: of `exact`, for experts: Runge-Kutta steps of a contact that is stepped,
+        contact_steps: of `exact`, for experts: Taylor steps of a contact that is stepped,
             whatever the tolerance.
         period_steps: of `rk4`: steps of a forcing period (512), four times those of a free impact.
         nodes: of `exact`, for experts: collocation nodes of every short impact, whatever the
@@ -205,7 +205,7 @@ class Beginning(NamedTuple):
     """Where an orbit begins, and how it is followed, in the numbers of the kernels.
 
     Fields: the `system`; `method` and its `settings`; the record of its `cell`; the `state` at
-    phase zero (x1, v1, r, s, q, mode ...), shape (SIZE,).
+    phase zero (x1, v1, r, s, q, mode ...), shape (STATE_SIZE,).
     """
 
     system: System
@@ -366,14 +366,14 @@ def _renamed(
 
 def room_for_impacts(capacity: int) -> Impacts:
     """Return a table with room for so many impacts."""
-    return Impacts(np.empty((capacity, COLUMNS)), np.zeros(1, np.int64))
+    return Impacts(np.empty((capacity, IMPACT_COLUMNS)), np.zeros(1, np.int64))
 
 
 def start_state(
     system: System, rest: float, start: Sequence[float] | np.ndarray | None
 ) -> np.ndarray:
     """Return the kernels' state (x1, v1, r, s, q, mode) of a start in the user's coordinates."""
-    state = np.zeros(SIZE)
+    state = np.zeros(STATE_SIZE)
     if start is None:
         return state
     names = system.scene.components

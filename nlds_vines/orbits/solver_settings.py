@@ -41,12 +41,10 @@ LEAST_TOLERANCE, MOST_TOLERANCE = 1e-13, 1e-3
 MOST_NODES = 60
 """Most collocation nodes: the tables of a short impact have room for so many."""
 
-STEPS, MORE_STEPS, LEAST_STEPS = 1.55, 0.5, 4.4
-"""Runge-Kutta steps, of order eight, of a contact that `exact` steps: 1.55 tolerance^(-1/8) + 0.5.
+LEAST_STEPS = 3.0
+"""Steps of a contact that `exact` takes where its tolerance would allow longer ones.
 
-With 1.38 the doubt of free impacts (`kernels.contact`) is just within the tolerance. An eighth more
-halves what contacts lose of energy, always of one sign. Fewer than 4.4 cost a step or two of
-checking for each that they save."""
+Of a free impact: beyond a third of it, what a step foresees is little."""
 
 PERIOD_STEPS = 512.0
 """Runge-Kutta steps, of order four, of a forcing period, by `rk4`."""
@@ -57,10 +55,10 @@ STEPS_RATIO = 4.0
 SHARE = 0.25
 """Of the tolerance, what one contact may take: several may follow each other in a period."""
 
-REFINED, REFINED_NODES = 1e-2, 24
-"""Tolerance of a refined run in units of the run's own, and nodes of its short impacts.
+REFINED, REFINED_NODES = 1000.0, 24
+"""How many times smaller the tolerance of a refined run is; nodes of its short impacts.
 
-A tolerance and its hundredth may ask for the same."""
+A tolerance and its thousandth may ask for the same."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ class Settings:
     """How finely a method computes: all that it discretises.
 
     Attributes, of `exact`: relative `tolerance` of each contact; collocation `nodes` of every short
-    impact and Runge-Kutta `contact_steps` of every other contact, where they are not left to the
+    impact and `contact_steps` of every other contact, where they are not left to the
     tolerance.  Of `rk4`: `period_steps` of a forcing period, and `contact_steps`.
     """
 
@@ -94,10 +92,8 @@ class Settings:
 
     @property
     def steps(self) -> float:
-        """Runge-Kutta steps of a contact that is stepped: as set, or as the tolerance asks for."""
-        if self.contact_steps is not None:
-            return self.contact_steps
-        return max(STEPS * _eighth_root(1.0 / self.contact_tolerance) + MORE_STEPS, LEAST_STEPS)
+        """Steps of a contact, as set, or at least where the tolerance chooses them."""
+        return LEAST_STEPS if self.contact_steps is None else self.contact_steps
 
     @property
     def stepped_to(self) -> float:
@@ -107,23 +103,18 @@ class Settings:
     def refined(self, method: str) -> Settings:
         """Return finer settings: the difference of two runs is then nearly the error of these.
 
-        Of exact: a hundredth of the tolerance, or of steps that are set 40 for 28 (of order eight:
-        17 times); and for short impacts so many nodes that round-off alone is left.  Of rk4: twice
-        the steps (of order four: 16 times).
+        Of exact: a thousandth of the tolerance, or of steps that are set 40 for 28 (of order 14: a
+        hundred times); and for short impacts so many nodes that round-off alone is left.  Of rk4:
+        twice the steps (of order four: 16 times).
         """
         if method != "exact":
             return Settings.rk4(self.period_steps * 2)
         steps = None if self.contact_steps is None else self.contact_steps * 10 / 7
         return Settings(
-            tolerance=self.tolerance * REFINED,
+            tolerance=self.tolerance / REFINED,
             nodes=min(max(REFINED_NODES, (self.nodes or 0) + 4), MOST_NODES),
             contact_steps=steps,
         )
-
-
-def _eighth_root(x: float) -> float:
-    """Return x^(1/8), rounded alike everywhere as no power of a library is."""
-    return math.sqrt(math.sqrt(math.sqrt(x)))
 
 
 def checked_tolerance(tolerance: object) -> float:
@@ -150,7 +141,7 @@ def tolerance_setting(table: str, default: float | None = None) -> Any:
 
 
 def checked_steps(name: str, steps: float) -> float:
-    """Return a number of Runge-Kutta steps that is in range, otherwise raise `RequestError`."""
+    """Return a number of steps that is in range, otherwise raise `RequestError`."""
     found = number(name, steps)
     if not 4 <= found <= 1e6:
         raise RequestError(f"{name} = {steps!r}; allowed: 4 to 1e6")

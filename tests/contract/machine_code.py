@@ -19,7 +19,7 @@ from nlds_vines.kernels.numerics.linking import all_called
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.scene.arguments import CellBuffers, Span
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
-from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 
@@ -91,7 +91,7 @@ def compiled(system, method, want):
     watched = (run_cell, exact.touch_in, *loops())
     known = {f: set(f.overloads) for f in watched}
     section = np.empty((3, 4 if system.scene.damper else 2))
-    impacts = Impacts(np.zeros((9, COLUMNS)), np.zeros(1, np.int64))
+    impacts = Impacts(np.zeros((9, IMPACT_COLUMNS)), np.zeros(1, np.int64))
     buffers = CellBuffers(
         section=section if want == "section" else None,
         impacts=impacts if want == "impacts" else None,
@@ -100,7 +100,7 @@ def compiled(system, method, want):
         violation=np.zeros(3) if system.scene.limit else None,
     )
     parts, cell = parts_of(method, system.scene), cell_of(system)
-    run_cell(parts, cell, np.zeros(orbit.SIZE), Span(3, 3, 1), buffers)
+    run_cell(parts, cell, np.zeros(orbit.STATE_SIZE), Span(3, 3, 1), buffers)
     fresh = {f: sorted(set(f.overloads) - known[f], key=str) for f in watched}
     (signature,) = fresh[run_cell]
     entry = run_cell.overloads[signature].library

@@ -203,11 +203,11 @@ def test_a_function_with_many_parameters_is_caught(copy):
 def test_what_is_counted_of_kernels(copy):
     """Notices: a name that two modules define, a chooser, a constant with two values."""
     before = dict(kernel_counts(copy))
-    with (copy / "kernels" / "numerics" / "roots.py").open("a") as file:
+    with (copy / "kernels" / "numerics" / "elementary.py").open("a") as file:
         file.write("\n\n\n\nX = 1\nHUGE = 2\n\n\n@by_wall\ndef scale_of(x):\n    return x\n")
     parsed.cache_clear()
     after = dict(kernel_counts(copy))
-    more = {name: after[name] - before[name] for name in before if isinstance(before[name], int)}
+    more = {name: after[name] - before[name] for name in before if isinstance(after[name], int)}
     assert {name: count for name, count in more.items() if count} == {
         "lines, kernels and arc tables": 11,
         "functions of kernels": 1,
@@ -216,6 +216,12 @@ def test_what_is_counted_of_kernels(copy):
     assert "scale_of" in after["functions of kernels, one name"]
     assert "HUGE" in after["constants of kernels, one name"]
     assert "X" in after["constants of one letter"]
+
+
+def test_no_constant_of_the_kernels_has_the_name_of_another():
+    counts = dict(kernel_counts(PACKAGE))
+    assert counts["constants of kernels, one name"] == "1: SORTS"  # of each law
+    assert counts["constants of one letter"] == 0
 
 
 def test_codes_are_numbers_in_one_place():

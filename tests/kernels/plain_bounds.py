@@ -10,14 +10,9 @@ import pytest
 from numpy.polynomial import Polynomial
 from support import kernel_cell
 
-from nlds_vines.kernels.events.exact import (
-    Bounds,
-    bounds_of,
-    may_hold_a_miss,
-    proves_no_touch,
-    touch_in,
-)
+from nlds_vines.kernels.events.exact import may_hold_a_miss, proves_no_touch, touch_in
 from nlds_vines.kernels.laws.hertz import HertzWall
+from nlds_vines.kernels.motion.bounds import Bounds, bounds_of, cells_of, rate_of
 from nlds_vines.kernels.motion.flight import (
     COEF,
     OF_E2,
@@ -25,10 +20,8 @@ from nlds_vines.kernels.motion.flight import (
     TAYLOR,
     TERMS,
     Grid,
-    cells_of,
     expand,
     grid_of,
-    rate_of,
 )
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.arguments import Parts
@@ -145,7 +138,7 @@ def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
     for p, found in ((graze, (NOWHERE, codes.SECTION)), (touch, (None, codes.TOUCH_NEAR))):
         place, event = touch_in(NEAR, None, grid_with(p), 1.0, end_of(p), bounds)
         assert (place if event == codes.SECTION else None, event) == found
-    monkeypatch.setattr(walks, "MOST_STEPS", 1)
+    monkeypatch.setattr(walks, "LONGEST_WALK", 1)
     for p in (graze, touch):
         place, event = touch_in(NEAR, None, grid_with(p), 1.0, end_of(p), bounds)
         assert (place, event) == (LOST, codes.ASTRAY)

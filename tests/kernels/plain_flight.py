@@ -7,16 +7,10 @@ import numpy as np
 import pytest
 from support import NOTHING, kernel_cell
 
-from nlds_vines.kernels.events.exact import bounds_of, fly
+from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import (
-    at,
-    bend_of,
-    cell_polynomial,
-    grid_of,
-    phase_at,
-    rate_of,
-)
+from nlds_vines.kernels.motion.bounds import bend_of, bounds_of, rate_of
+from nlds_vines.kernels.motion.flight import at, cell_polynomial, grid_of, phase_at
 from nlds_vines.kernels.scene.arguments import Flight
 from nlds_vines.kernels.scene.codes import SECTION, TOUCH_NEAR
 from nlds_vines.kernels.scene.scene import accelerations, damper_in, scale_of, structure_of

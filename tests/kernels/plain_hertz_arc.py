@@ -68,9 +68,9 @@ def test_points_weights_and_integrals(n):
 
 def test_constants():
     fifth = mpmath.mpf(1) / 5
-    assert float(mpmath.beta(fifth, 0.5) / 5) == arc.HALF
+    assert float(mpmath.beta(fifth, 0.5) / 5) == arc.HALF_ARC
     assert float(LENGTH) == impact.LENGTH
-    assert float(mpmath.asinh(1 / mpmath.mpf(arc.STRETCH))) == arc.STEEP
+    assert float(mpmath.asinh(1 / mpmath.mpf(arc.MAP_STRETCH))) == arc.MAP_RATE
     end = mpmath.mpf(0.5) ** fifth
     assert pytest.approx(float(phase_at(end)), rel=1e-15) == arc.EQUAL
 
@@ -86,7 +86,7 @@ def left_at(S):
 
 
 def test_the_arc_to_round_off():
-    phi = np.concatenate([np.linspace(1e-9, 2 * arc.HALF, 83), [arc.EQUAL, arc.HALF]])
+    phi = np.concatenate([np.linspace(1e-9, 2 * arc.HALF_ARC, 83), [arc.EQUAL, arc.HALF_ARC]])
     u, S = arc.hertz_arc(phi)
     half = mpmath.beta(mpmath.mpf(1) / 5, 0.5) / 5
     for at, mine, speed in zip(phi.tolist(), u.tolist(), S.tolist(), strict=True):
@@ -97,7 +97,7 @@ def test_the_arc_to_round_off():
         else:
             assert abs(left_at(abs(mpmath.mpf(speed))) - (half - left)) <= 6 * ROUND_OFF
         assert abs(mpmath.mpf(speed) ** 2 + mpmath.mpf(mine) ** 5 - 1) <= 6 * ROUND_OFF
-        assert (speed < 0.0) == (at > arc.HALF)
+        assert (speed < 0.0) == (at > arc.HALF_ARC)
 
 
 def rows_of(n, part=impact.WHOLE):
@@ -116,7 +116,9 @@ def rows_of(n, part=impact.WHOLE):
 def test_the_free_impact_keeps_what_is_known_of_it(n):
     """Notices: an arc that is not its own mirror image; a sum over nodes without what it misses."""
     rows, missed = rows_of(n)
-    u, S, weight, time = (rows[k] for k in (impact.U, impact.S, impact.WEIGHT, impact.GT))
+    u, S, weight, time = (
+        rows[k] for k in (impact.ARC_U, impact.ARC_S, impact.ARC_WEIGHT, impact.GT)
+    )
     assert np.abs(u - u[::-1]).max() <= 4 * ROUND_OFF
     assert np.abs(S + S[::-1]).max() <= 8 * ROUND_OFF
     assert (np.diff(time) > 0).all()
@@ -133,7 +135,9 @@ def test_the_free_impact_keeps_what_is_known_of_it(n):
 @pytest.mark.parametrize("n", MADE)
 def test_half_the_free_impact_ends_at_the_deepest_point(n):
     rows, missed = rows_of(n, impact.HALF)
-    u, S, weight, time = (rows[k] for k in (impact.U, impact.S, impact.WEIGHT, impact.GT))
+    u, S, weight, time = (
+        rows[k] for k in (impact.ARC_U, impact.ARC_S, impact.ARC_WEIGHT, impact.GT)
+    )
     assert (np.diff(u) > 0).all()
     assert (np.diff(S) < 0).all()
     assert 0 < time[0] < time[-1] < LENGTH / 2

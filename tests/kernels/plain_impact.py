@@ -15,7 +15,7 @@ from nlds_vines.kernels.impact.impact import (
     settle,
     short_impact,
 )
-from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.motion.bounds import rate_of
 from nlds_vines.kernels.scene.scene import accelerations
 
 SET6 = references()["ssul-set6"].numbers
@@ -134,7 +134,7 @@ def guess_error(changes, row, unit):
     return np.abs(arc.table[row : row + 24] - guess).max() / getattr(approach, unit)
 
 
-@pytest.mark.parametrize(("row", "unit"), [(impact.B, "b"), (impact.T, "tick")])
+@pytest.mark.parametrize(("row", "unit"), [(impact.AMPLITUDES, "b"), (impact.TIMES, "tick")])
 def test_the_first_guess_errs_by_the_second_order_or_higher(row, unit):
     """A tenth of one force, a hundredth of the error; of dashpots a ten thousandth, a thousandth.
 

@@ -1,4 +1,4 @@
-"""Inside a short impact: states and energies read off its solution, beside small steps."""
+"""Inside a short impact, which is stepped where that is asked: beside small steps."""
 
 import math
 
@@ -7,13 +7,15 @@ import pytest
 from support import NOTHING, contact_parts, references, side_of
 
 from nlds_vines.kernels.events.contact import Steps, contact
-from nlds_vines.kernels.impact import inside, state_inside
+from nlds_vines.kernels.impact import inside
 from nlds_vines.kernels.impact.hertz_arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
+from nlds_vines.kernels.motion.response_sums import BEGIN, MOST, SIZE, SUMS, Tally
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.watch.observe import energies
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.simulation import simulate
+from nlds_vines.orbits.solver_settings import Settings
 
 SET6 = references()["ssul-set6"].numbers
 PARTS = contact_parts(**{**SET6, "near": SET6["C"]})
@@ -26,6 +28,12 @@ def stepped(time, energy=None, touch=TOUCH, phase=PHASE, parts=PARTS):
     """Return (event, q, s, x1, v1) of an impact a `time` after its touch, by small steps."""
     watch = NOTHING._replace(energy=energy)
     return contact(side_of(parts, steps=FINE), watch, phase, (0.0, *touch), time)[:5]
+
+
+def stepping(arc, parts=PARTS):
+    """Return a side that steps as finely as its impacts are solved."""
+    settings = Settings(tolerance=min(4.0 * arc.tolerance, 1e-12 if arc.settled <= 1e-15 else 1.0))
+    return side_of(parts, arc, steps=Steps(settings.steps, settings.stepped_to))
 
 
 def ahead_of(arc, touch=TOUCH, phase=PHASE, parts=PARTS):
@@ -44,21 +52,17 @@ def test_the_state_at_any_time(tolerance):
         time = share * ahead.took
         event, q, s, x1, v1 = stepped(time)
         assert event == STOPPED
-        found, *others = state_inside.state_inside(side_of(PARTS, arc), PHASE, ahead, time)
+        found, *others = inside.state_inside(stepping(arc), PHASE, ahead, time)
         off = np.abs(np.array([found * found, *others]) - (q * q, s, x1, v1))
         scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
         assert (off / scales).max() <= tolerance + 1e-13
 
 
-def test_the_ends_and_the_nodes_are_what_they_are():
+def test_the_ends_are_what_they_are():
     arc = make_arc(1e-9)
     ahead = ahead_of(arc)
-    half = inside.half_impact(side_of(PARTS, arc), PHASE, TOUCH)
-    q, s, x1, v1 = state_inside.state_at(PARTS[2], half, 0.0)
-    assert q == 0.0
-    np.testing.assert_allclose((s, x1, v1), TOUCH, rtol=2e-15)
-    at_end = state_inside.state_inside(side_of(PARTS, arc), PHASE, ahead, ahead.took)
-    np.testing.assert_allclose(at_end, (0.0, *ahead.release), rtol=0, atol=1e-13)
+    assert inside.state_inside(stepping(arc), PHASE, ahead, 0.0) == (0.0, *TOUCH)
+    assert inside.state_inside(stepping(arc), PHASE, ahead, ahead.took) == (0.0, *ahead.release)
 
 
 def test_backward_in_time_an_impact_is_an_impact():
@@ -101,7 +105,7 @@ def test_a_state_errs_by_the_tolerance():
         for share in (0.001, 0.1, 0.3, 0.49, 0.7, 0.99):
             time, states = share * ahead.took, []
             for arc in (fine, *arcs):
-                q, *others = state_inside.state_inside(side_of(parts, arc), phase, ahead, time)
+                q, *others = inside.state_inside(stepping(arc, parts), phase, ahead, time)
                 states.append([q * q, *others])
             off = np.abs(np.array(states[1:]) - states[0]).T
             round_off = 1e-15 * np.abs(states[0]) + 1e-13 * np.array(scales)
@@ -113,15 +117,15 @@ def test_of_an_impact_that_is_known_nothing_is_solved():
     """All but the last one that a section cut. Notices: any impact taken for the last."""
     arc = make_arc(1e-9)
     ahead = ahead_of(arc)._replace(elapsed=0.001)
-    first = state_inside.state_at_section(side_of(PARTS, arc), PHASE, ahead)
-    assert first == state_inside.state_inside(side_of(PARTS, arc), PHASE, ahead, 0.001)
+    first = inside.state_at_section(stepping(arc), PHASE, ahead)
+    assert first == inside.state_inside(stepping(arc), PHASE, ahead, 0.001)
     close = ahead._replace(elapsed=0.001 * (1 + 1e-13))
-    assert state_inside.state_at_section(side_of(PARTS, arc), PHASE, close) == first
+    assert inside.state_at_section(stepping(arc), PHASE, close) == first
     later = ahead._replace(elapsed=0.001 * (1 + 1e-8))
     other = ahead_of(arc, (TOUCH[0], TOUCH[1], TOUCH[2] * (1 + 1e-9)))._replace(elapsed=0.001)
     for apart in (later, other):
-        found = state_inside.state_at_section(side_of(PARTS, arc), PHASE, apart)
-        assert found == state_inside.state_inside(side_of(PARTS, arc), PHASE, apart, apart.elapsed)
+        found = inside.state_at_section(stepping(arc), PHASE, apart)
+        assert found == inside.state_inside(stepping(arc), PHASE, apart, apart.elapsed)
         assert found != first
 
 
@@ -137,7 +141,7 @@ def test_the_largest_energies_are_those_of_small_steps():
         start = ends.max(axis=0)
         true, found = start.copy(), start.copy()
         assert stepped(1.0, true, touch, phase, parts)[0] == RELEASED
-        inside.note_inside(side_of(parts, arc), found, phase, ahead, ahead.took)
+        inside.note_inside(stepping(arc, parts), found, phase, ahead, (0.0, *touch), ahead.took)
         # of the impact's own part in an energy: v1 and x1 are good to the tolerance of its speed
         own = ps.m1 * touch[0] * max(abs(touch[2]), abs(ahead.release[2]))
         assert (np.abs(found - true) <= 1e-9 * (true + own)).all()
@@ -150,39 +154,70 @@ def test_only_what_lasts_is_looked_at():
     arc = make_arc(1e-9)
     for touch, phase, parts in drawn(30, seed=4):
         ps, damper, wall = parts
-        whole = np.zeros(2)
-        ahead = ahead_of(arc, touch, phase, parts)
-        inside.note_inside(side_of(parts, arc), whole, phase, ahead, ahead.took)
+        s, x1, v1 = touch
+        begin = energies(ps, damper, x1, v1, wall.gap, s)
+        whole, ahead = np.array(begin), ahead_of(arc, touch, phase, parts)
+        inside.note_inside(stepping(arc, parts), whole, phase, ahead, (0.0, *touch), ahead.took)
+        s, x1, v1 = ahead.release
+        last = energies(ps, damper, x1, v1, wall.gap, s)
+        whole = np.maximum(whole, last)
         for share in (0.02, 0.5, 0.98):
-            pieces, moment = np.zeros((2, 2)), share * ahead.took
-            inside.note_inside(side_of(parts, arc), pieces[0], phase, ahead, moment)
+            pieces, moment = np.array((begin, begin)), share * ahead.took
+            side, now = stepping(arc, parts), (0.0, *touch)
+            inside.note_inside(side, pieces[0], phase, ahead, now, moment)
+            q, s, x1, v1 = now = inside.state_inside(side, phase, ahead, moment)
+            cut = np.array(energies(ps, damper, x1, v1, wall.gap + q * q, s))
+            pieces[1] = np.maximum(cut, last)
             later = ahead._replace(elapsed=moment)
-            inside.note_inside(side_of(parts, arc), pieces[1], phase, later, ahead.took - moment)
-            known = np.maximum(*pieces)
-            q, s, x1, v1 = state_inside.state_inside(side_of(parts, arc), phase, ahead, moment)
-            cut = energies(ps, damper, x1, v1, wall.gap + q * q, s)
-            s, x1, v1 = touch
-            first = np.array(energies(ps, damper, x1, v1, wall.gap, s))
+            inside.note_inside(side, pieces[1], phase, later, now, ahead.took - moment)
+            known, first = np.maximum(*pieces), np.array(begin)
             stepped(moment, first, touch, phase, parts)
             assert (pieces[0] <= np.maximum(first, cut) * (1 + 1e-9)).all()
-            np.testing.assert_allclose(np.maximum(known, cut)[whole > cut], whole[whole > cut])
+            np.testing.assert_allclose(known[whole > cut], whole[whole > cut])
 
 
-def test_a_record_out_of_reach_is_not_looked_for():
+def test_a_record_out_of_reach_is_not_looked_for(monkeypatch):
     """Of two equal impacts the second is known. Notices: doubt without end."""
     arc = make_arc(1e-9)
-    ahead = ahead_of(arc)
-    assert inside.peaks_in_doubt(side_of(PARTS), np.full(2, 1e9), PHASE[0], PHASE[0], ahead) == 0
-    assert inside.peaks_in_doubt(side_of(PARTS), np.zeros(2), PHASE[0], PHASE[0], ahead) != 0
-    found = np.zeros(2)
-    inside.note_inside(side_of(PARTS, arc), found, PHASE, ahead, ahead.took)
-    again, solved = np.zeros(2), inside.half_impact
-    try:
-        inside.half_impact = None
-        inside.note_inside(side_of(PARTS, arc), again, PHASE, ahead, ahead.took)
-    finally:
-        inside.half_impact = solved
+    side, ahead = stepping(arc), ahead_of(arc)
+    assert inside.where_peaks_are(side, np.full(2, 1e9), PHASE, ahead) == (0.0, 0.0)
+    early, late = inside.where_peaks_are(side, np.zeros(2), PHASE, ahead)
+    assert 0.0 < max(early, late) < 0.25 * ahead.took
+    found, again, now = np.zeros(2), np.zeros(2), (0.0, *TOUCH)
+    inside.note_inside(side, found, PHASE, ahead, now, ahead.took)
+    monkeypatch.setattr(inside, "contact", None)
+    inside.note_inside(side, again, PHASE, ahead, now, ahead.took)
     np.testing.assert_allclose(again, found, rtol=1e-15)
+
+
+def test_no_peak_is_out_of_reach():
+    """Of energies that no record bounds. Notices: a reach that ends before a peak."""
+    arc = make_arc(1e-9)
+    for touch, phase, parts in drawn(100, seed=6):
+        ahead, found, true = ahead_of(arc, touch, phase, parts), np.zeros(2), np.zeros(2)
+        stepped(1.0, true, touch, phase, parts)
+        s, x1, v1 = touch
+        true = np.maximum(true, energies(*parts[:2], x1, v1, parts[2].gap, s))
+        inside.note_inside(stepping(arc, parts), found, phase, ahead, (0.0, *touch), ahead.took)
+        ends = energies(*parts[:2], x1, v1, parts[2].gap, s)
+        s, x1, v1 = ahead.release
+        ends = np.maximum(ends, energies(*parts[:2], x1, v1, parts[2].gap, s))
+        own = parts[0].m1 * touch[0] * max(abs(touch[2]), abs(v1))
+        assert (np.abs(np.maximum(found, ends) - true) <= 1e-9 * (true + own)).all()
+
+
+def test_a_response_is_that_of_all_steps(monkeypatch):
+    """And of an impact that is known the same again. Notices: sums that begin with those before."""
+    arc, now = make_arc(1e-9), (0.0, *TOUCH)
+    side, rows = stepping(arc), np.zeros((3, SIZE))
+    rows[:, :SUMS], rows[:, MOST:BEGIN] = 1e-3, 1e-6
+    tallies = [Tally(row, None) for row in rows]
+    contact(side, NOTHING._replace(tally=tallies[0]), PHASE, now, math.inf)
+    inside.tally_inside(side, tallies[1], PHASE, now)
+    monkeypatch.setattr(inside, "contact", None)
+    inside.tally_inside(side, tallies[2], PHASE, now)
+    np.testing.assert_allclose(rows[1, :BEGIN], rows[0, :BEGIN], rtol=1e-14)
+    np.testing.assert_array_equal(rows[2, :BEGIN], rows[1, :BEGIN])
 
 
 @pytest.mark.parametrize("stops", [8, 64])

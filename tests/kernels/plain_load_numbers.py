@@ -19,11 +19,11 @@ from nlds_vines.kernels.cells.load_passages import (
     above_in_cell,
     fill_passages,
 )
-from nlds_vines.kernels.watch.observe import COLUMNS, RELEASE, TOUCH, Impacts
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts
 
 
 def impacts_at(touches, lasting=0.01):
-    data = np.zeros((len(touches), COLUMNS))
+    data = np.zeros((len(touches), IMPACT_COLUMNS))
     data[:, TOUCH], data[:, RELEASE] = touches, np.asarray(touches) + lasting
     return Impacts(data, np.array([len(touches)]))
 

@@ -8,17 +8,17 @@ import math
 
 import numpy as np
 import pytest
-from plain_inside import PHASE, TOUCH, ahead_of, stepped
+from plain_inside import PHASE, TOUCH, ahead_of, stepped, stepping
 from support import Approach, contact_parts, references, side_of
 from test_impact_variations import APPROACH, Impact
 
 from nlds_vines import load_system, simulate
-from nlds_vines.kernels.impact import impact, inside, state_inside
+from nlds_vines.kernels.impact import impact, inside
 from nlds_vines.kernels.impact.hertz_arc import make_arc
 from nlds_vines.kernels.scene.codes import RELEASED
 from nlds_vines.kernels.scene.scene import with_load
 from nlds_vines.kernels.watch.limit import may_pass
-from nlds_vines.kernels.watch.observe import LEVEL, energies
+from nlds_vines.kernels.watch.observe import LIMIT, energies
 
 SET6 = references()["ssul-set6"].numbers
 LOADS = (30.0, -30.0)  # [m/s^2]; the contact's own acceleration is some 3000
@@ -59,7 +59,7 @@ def test_a_short_impact_is_that_of_small_steps(load, tolerance):
     for share in (0.01, 0.4, 0.6, 0.99):
         time = share * ahead.took
         _, q, s, x1, v1 = stepped(time, parts=parts)
-        p, *others = state_inside.state_inside(side_of(parts, arc), PHASE, ahead, time)
+        p, *others = inside.state_inside(stepping(arc, parts), PHASE, ahead, time)
         off = np.abs(np.array([p * p, *others]) - (q * q, s, x1, v1))
         scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
         assert (off / scales).max() <= tolerance + 1e-13
@@ -73,7 +73,7 @@ def test_its_largest_energies_are_those_of_small_steps(load):
     found = np.array(energies(ps, damper, x1, v1, wall.gap, s))
     true = found.copy()
     assert stepped(1.0, true, parts=parts)[0] == RELEASED
-    inside.note_inside(side_of(parts, arc), found, PHASE, ahead, ahead.took)
+    inside.note_inside(stepping(arc, parts), found, PHASE, ahead, (0.0, *TOUCH), ahead.took)
     np.testing.assert_allclose(found, true, rtol=1e-9)
 
 
@@ -103,6 +103,6 @@ def test_a_limit_may_be_passed_because_of_a_load():
     ps = ps._replace(m1=1e9)
     touch = 1.3, 0.0, 0.0
     log = np.zeros(6)
-    log[LEVEL] = wall.gap + 1.001 * (math.sqrt(damper.m2 / 0.8 / wall.K) * touch[0]) ** 0.8
+    log[LIMIT] = wall.gap + 1.001 * (math.sqrt(damper.m2 / 0.8 / wall.K) * touch[0]) ** 0.8
     assert may_pass(side_of((ps, damper, wall)), log, PHASE, 0.01, touch)
     assert not may_pass(side_of((with_load(ps, 0.0), damper, wall)), log, PHASE, 0.01, touch)

@@ -14,10 +14,11 @@ from nlds_vines.kernels.cells.cells import multiple_of, run_cell
 from nlds_vines.kernels.events import contact
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import cells_of, grid_of
+from nlds_vines.kernels.motion.bounds import cells_of
+from nlds_vines.kernels.motion.flight import grid_of
 from nlds_vines.kernels.numerics import matrices
 from nlds_vines.kernels.orbit import orbit
-from nlds_vines.kernels.orbit.orbit import HUGE, SIZE, bounded, keep_slowest, set_mode
+from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, keep_slowest, set_mode
 from nlds_vines.kernels.scene.arguments import CellBuffers, Flight, Span
 from nlds_vines.kernels.scene.codes import (
     BAD_PARAMETERS,
@@ -74,7 +75,7 @@ def test_an_energy_beyond_all_numbers_is_no_result(kind, wanted):
     p = {"m1": 1e12, "k1": 1e12, "m2": 1.0, "k2": 1.0, "omega": 1.0, "K": 1.0, "near": 1.0}
     cell, parts = kernel_cell(**p), parts_of("exact", SCENES[kind])
     for speed, status in ((1e140, OK), (1e149, DIVERGED)):
-        state = np.zeros(SIZE)
+        state = np.zeros(STATE_SIZE)
         state[1] = state[3] = speed if kind == "none" else -speed
         found = run_cell(parts, cell, state, Span(0, 0, 1), CellBuffers(**{wanted: np.zeros(2)}))
         assert found == status
@@ -86,7 +87,7 @@ def test_a_limit_that_is_no_number_is_refused():
     for limit, status in ((1.0, OK), (math.nan, BAD_PARAMETERS), (math.inf, BAD_PARAMETERS)):
         cell.limit = limit
         buffers = CellBuffers(violation=np.zeros(3))
-        assert run_cell(parts, cell, np.zeros(SIZE), Span(0, 1, 1), buffers) == status
+        assert run_cell(parts, cell, np.zeros(STATE_SIZE), Span(0, 1, 1), buffers) == status
 
 
 # ---- flights -------------------------------------------------------------------------------------
@@ -125,7 +126,7 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     ],
 )
 def test_a_state_beyond_a_wall_is_inside_a_contact(r, q, mode):
-    cell, state = kernel_cell(m1=1.0, m2=1.0, K=1.0), np.zeros(SIZE)
+    cell, state = kernel_cell(m1=1.0, m2=1.0, K=1.0), np.zeros(STATE_SIZE)
     state[2], state[4], state[5] = r, 9.0, 9.0
     set_mode(hertz_wall_at(0.1, 1.0, cell), hertz_wall_at(0.2, 1.0, cell), state)
     assert state[4] == pytest.approx(q, abs=1e-12)
@@ -141,7 +142,7 @@ def test_a_start_beyond_a_limit_is_a_violation_of_the_first_instant(beyond, s, n
     system = load_system("ssbl", P=0.0, C=0.5, omega=40.0)
     parts, cell = parts_of(method, SCENES["ssvi-b"]), cell_of(system)
     cell.limit = system.parameters["D"]
-    state, violation = np.zeros(SIZE), np.zeros(3)
+    state, violation = np.zeros(STATE_SIZE), np.zeros(3)
     state[2], state[3] = cell.limit + beyond, s
     buffers = CellBuffers(violation=violation)
     assert run_cell(parts, cell, state, Span(0, 1, 1), buffers) == OK

@@ -10,15 +10,15 @@ import pytest
 from numpy.polynomial import Polynomial
 from support import NOTHING, kernel_cell
 
-from nlds_vines.kernels.events.exact import bounds_of, fly
+from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
+from nlds_vines.kernels.motion.bounds import bounds_of, cells_of
 from nlds_vines.kernels.motion.flight import (
     OF_E2,
     ORDER,
     TERMS,
     at,
     cell_polynomial,
-    cells_of,
     expand,
     grid_of,
 )

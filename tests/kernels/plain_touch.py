@@ -133,7 +133,7 @@ def test_a_closer_miss_stays():
 def watched(*pieces):
     """Return what is noted of excesses over LEVEL, one cell of 0.5 s after the other."""
     log = np.zeros(6)
-    log[[observe.LEVEL, observe.FIRST, observe.ORIGIN]] = LEVEL, np.nan, 10.0
+    log[[observe.LIMIT, observe.FIRST_VIOLATION, observe.ORIGIN]] = LEVEL, np.nan, 10.0
     for j, excess in enumerate(pieces):
         cell, bend, jerk = prepared(Polynomial([LEVEL]) + excess)
         note_limit(cell, log, float(j), 0.5, 1.0, bend, jerk)
@@ -146,7 +146,7 @@ def test_passages_are_counted_with_the_first_and_the_deepest():
     top = max(p(x) for x in p.deriv().roots())
     log = watched(p)
     assert (log[observe.NUMBER], log[observe.BEYOND]) == (2.0, 0.0)
-    assert log[observe.FIRST] == pytest.approx(10.1, abs=1e-9)
+    assert log[observe.FIRST_VIOLATION] == pytest.approx(10.1, abs=1e-9)
     assert log[observe.EXCESS] == pytest.approx(top, abs=1e-12)
 
 
@@ -154,7 +154,7 @@ def test_an_excursion_over_several_cells_is_one():
     p = from_roots(0.4, 2.8)
     log = watched(*(p(X + shift) for shift in range(4)))
     assert (log[observe.NUMBER], log[observe.BEYOND]) == (1.0, 0.0)
-    assert log[observe.FIRST] == pytest.approx(10.2, abs=1e-9)
+    assert log[observe.FIRST_VIOLATION] == pytest.approx(10.2, abs=1e-9)
     assert log[observe.EXCESS] == pytest.approx(p(1.6), abs=1e-12)
 
 
@@ -169,5 +169,5 @@ def test_the_depth_of_an_excursion_that_is_still_growing():
 def test_a_limit_that_is_cleared_by_a_hair():
     log = watched(-((X - 0.5) ** 2) - 1e-12)
     assert (log[observe.NUMBER], log[observe.EXCESS]) == (0.0, 0.0)
-    assert np.isnan(log[observe.FIRST])
+    assert np.isnan(log[observe.FIRST_VIOLATION])
     assert watched(-((X - 0.5) ** 2) + 1e-12)[observe.NUMBER] == 1.0

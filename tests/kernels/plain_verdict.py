@@ -19,7 +19,7 @@ from nlds_vines.kernels.orbit.recurrence import impacts_of
 from nlds_vines.kernels.orbit.shooting import is_minimal, polish, span_of
 from nlds_vines.kernels.orbit.variations import new_state, no_section, place_state, set_identity
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.kernels.scene.evidence_rows import COLUMNS, EXPONENTS, LARGEST, WIDTH
+from nlds_vines.kernels.scene.evidence_rows import EXPONENTS, INTERVAL, LENGTH_OF_ROW, LYAPUNOV
 from nlds_vines.model.linear_response import steady_state
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on
@@ -212,11 +212,11 @@ def test_growth_of_a_ball_that_rests_is_minus_infinity():
     """Of an orbit that is not judged yet: no variation is left, and its growth is no NaN."""
     table = {"m": 1.0, "g": 9.81, "Y": 1.2 * 9.81 / 900.0, "omega": 30.0, "e": 0.0}
     flow = flow_on(System("ball", table, law="restitution"))
-    state, tangent, evidence = new_state(), np.zeros(16), np.full(COLUMNS, np.nan)
+    state, tangent, evidence = new_state(), np.zeros(16), np.full(LENGTH_OF_ROW, np.nan)
     logs, growth = np.zeros(64), np.zeros(4)
     set_identity(tangent)
     place_state(flow, np.zeros(4), state)
     assert follow_growth(flow, no_section(flow.space), state, tangent, logs, growth) == OK
     note_exponents(evidence, growth, logs, 1.0, 2)
-    assert (evidence[[LARGEST, EXPONENTS, EXPONENTS + 1]] == -np.inf).all()
-    assert evidence[WIDTH] < 1e-5
+    assert (evidence[[LYAPUNOV, EXPONENTS, EXPONENTS + 1]] == -np.inf).all()
+    assert evidence[INTERVAL] < 1e-5

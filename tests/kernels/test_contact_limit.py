@@ -13,10 +13,11 @@ from twin import follow, model_of
 
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.impact.hertz_arc import make_arc
-from nlds_vines.kernels.motion.runge_kutta import NEW, Y
-from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.motion.taylor import advance, expand
+from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.arguments import CellBuffers, Parts, Span, Step
 from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.kernels.scene.contact_series import NEW, OLD
 from nlds_vines.kernels.watch import limit, observe
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.orbits.kernel_inputs import WALLS
@@ -103,7 +104,7 @@ def near_orbit(level, method, stops, K=1e6, start=0.0):
     parts = Parts(
         rk4, True, WALLS["hertz", False], None, None, None, make_arc(), 28.0, np.inf, 4096.0
     )
-    state, section, violation = np.zeros(SIZE), np.zeros((PERIODS * stops, 4)), np.zeros(3)
+    state, section, violation = np.zeros(STATE_SIZE), np.zeros((PERIODS * stops, 4)), np.zeros(3)
     state[3] = start
     buffers = CellBuffers(section=section, violation=violation)
     assert run_cell(parts, cell, state, Span(0, PERIODS, stops), buffers) == OK
@@ -144,10 +145,11 @@ def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
     )
     side, log = side_of(parts, rate=1.0, sign=sign), np.zeros(6)
     k, step = side.k, Step((1.0, 0.0), False, h)
-    log[[observe.LEVEL, observe.ORIGIN, observe.FIRST]] = level, 10.0, np.nan
+    log[[observe.LIMIT, observe.ORIGIN, observe.FIRST_VIOLATION]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
-    k[Y], k[Y + 1] = q, s
-    limit.rk.advance(side, None, step)
+    k[OLD], k[OLD + 1] = q, s
+    expand(side, None, step.phase)
+    advance(side, None, step)
     limit.note_limit_step(side, log, step, begun)
     return log, k[NEW] ** 2, k[NEW + 4]
 
@@ -157,7 +159,7 @@ def test_the_instant_of_a_passage_within_a_step():
     log, z, _ = free_step(level=0.16, q=0.2, s=0.3)
     assert z > 0.06
     assert log[observe.NUMBER] == log[observe.BEYOND] == 1.0
-    assert log[observe.FIRST] == pytest.approx(12.0 + 0.02 / 0.3, rel=1e-12)
+    assert log[observe.FIRST_VIOLATION] == pytest.approx(12.0 + 0.02 / 0.3, rel=1e-12)
     assert log[observe.EXCESS] == pytest.approx(z - 0.06, rel=1e-12)
 
 
@@ -178,7 +180,7 @@ def test_a_far_wall_within_the_limit_is_not_watched():
     assert log[observe.NUMBER] == 0.0
     log, *_ = free_step(level=-0.13, q=0.2, s=-0.3, h=0.5, sign=-1.0)
     assert log[observe.NUMBER] == 1.0
-    assert log[observe.FIRST] == pytest.approx(12.0 + 0.01 / 0.3, rel=1e-12)
+    assert log[observe.FIRST_VIOLATION] == pytest.approx(12.0 + 0.01 / 0.3, rel=1e-12)
 
 
 def turning_step(level, beyond=0.0, share=0.02, K=1e6):
@@ -201,16 +203,17 @@ def turning_step(level, beyond=0.0, share=0.02, K=1e6):
     deepest = 0.01
     z = (1.0 - share) * deepest
     s = wall.speed * np.sqrt(deepest**2.5 - z**2.5)
-    log[[observe.LEVEL, observe.ORIGIN, observe.FIRST]] = level, 10.0, np.nan
+    log[[observe.LIMIT, observe.ORIGIN, observe.FIRST_VIOLATION]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
-    k[Y], k[Y + 1] = np.sqrt(z), s
+    k[OLD], k[OLD + 1] = np.sqrt(z), s
+    expand(side, None, (1.0, 0.0))
     low, high = 0.0, 2.0 / np.sqrt(wall.kappa * deepest**1.5)
     for _ in range(60):  # the step after which s = -s
         h = 0.5 * (low + high)
-        limit.rk.advance(side, None, Step((1.0, 0.0), False, h))
+        advance(side, None, Step((1.0, 0.0), False, h))
         low, high = (h, high) if k[NEW + 1] > -s and k[NEW] > 0.0 else (low, h)
     step = Step((1.0, 0.0), False, h)
-    limit.rk.advance(side, None, step)
+    advance(side, None, step)
     end = k[NEW : NEW + 5].copy()
     limit.note_limit_step(side, log, step, 0.0)
     np.testing.assert_array_equal(k[NEW : NEW + 5], end)
@@ -226,7 +229,7 @@ def test_a_passage_and_a_return_within_one_step():
         log, *_ = turning_step(level)
         assert (log[observe.NUMBER], log[observe.BEYOND]) == (1.0, 0.0)
         assert log[observe.EXCESS] == pytest.approx(0.1 + deepest - level, abs=1e-11 * deepest)
-        assert log[observe.FIRST] > 10.0
+        assert log[observe.FIRST_VIOLATION] > 10.0
     log, *_ = turning_step(0.1 + deepest * (1 + 1e-7))
     assert log[observe.NUMBER] == log[observe.EXCESS] == 0.0
     log, *_ = turning_step(0.05, beyond=1.0)
@@ -244,7 +247,7 @@ BODIES = {"m1": 1000.0, "m2": 60.0, "omega": 6.28, "K": 1e6, "near": 0.1}
 def bend(q, s, v1, duration, **forces):
     parts = contact_parts(**{**BODIES, **NO_FORCES, **forces})
     side = side_of(parts)
-    side.k[Y], side.k[Y + 1], side.k[Y + 3] = q, s, v1
+    side.k[OLD], side.k[OLD + 1], side.k[OLD + 3] = q, s, v1
     return limit.bend_in_contact(side, PHASE, duration), parts
 
 
@@ -274,15 +277,15 @@ def test_a_short_impact_is_trusted_only_where_its_energy_cannot_reach_the_limit(
     depth = (1.0 / side.wall.speed) ** 0.8
     log = np.zeros(6)
     for part, expected in ((0.999, True), (1.001, False)):
-        log[observe.LEVEL] = 0.1 + part * depth
+        log[observe.LIMIT] = 0.1 + part * depth
         at_rest = limit.may_pass(side, log, PHASE, 0.01, (1.0, 0.0, side.damper.share))
         assert at_rest == expected
         moving = limit.may_pass(side, log, PHASE, 0.01, (1.0, 0.0, 5.0))
         assert moving
-    log[observe.LEVEL] = 0.09
+    log[observe.LIMIT] = 0.09
     assert limit.may_pass(side, log, PHASE, 0.01, (1e-9, 0.0, 0.0))
     for level, expected in ((-0.11, True), (-0.1, False), (-0.05, False)):
-        log[observe.LEVEL] = level
+        log[observe.LIMIT] = level
         assert (
             limit.may_pass(side._replace(sign=-1.0), log, PHASE, 0.01, (1.0, 0.0, 0.0)) == expected
         )

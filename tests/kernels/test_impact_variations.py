@@ -13,11 +13,10 @@ from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact.hertz_arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.impact.impact_variations import vary
-from nlds_vines.kernels.impact.inside import Ahead, keep_ahead
-from nlds_vines.kernels.impact.inside_variations import cut_in_two, vary_cut
-from nlds_vines.kernels.motion.flight import rate_of
-from nlds_vines.kernels.motion.runge_kutta import AHEAD
+from nlds_vines.kernels.impact.inside import Ahead, vary_inside
+from nlds_vines.kernels.motion.bounds import rate_of
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
+from nlds_vines.orbits.solver_settings import Settings
 
 SET6 = references()["ssul-set6"].numbers
 APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)
@@ -66,7 +65,14 @@ class Impact(NamedTuple):
         solved, s, x1, v1, took, _ = self.solve(arc)
         assert solved
         ahead = Ahead(took, share * took, 0.0, self.approach.touch[1:], (s, x1, v1))
-        return ahead, cut_in_two(side_of(self.parts, arc), self.phase, ahead)
+        return ahead, (self.vary(arc, ahead, UNIT, True), self.vary(arc, ahead, UNIT, False))
+
+    def vary(self, arc, ahead, tangent, begins):
+        """Return what variations become up to the section, or from there on."""
+        settings, found = Settings(tolerance=4.0 * arc.tolerance), tangent.copy()
+        side = side_of(self.parts, arc, steps=Steps(settings.steps, settings.stepped_to))
+        vary_inside(side, self.phase, found, ahead, begins)
+        return found
 
     def matrix(self, tangent):
         """Return the matrix of variations with displacements in units of velocity by `rate`."""
@@ -133,19 +139,12 @@ def test_variations_go_on_behind_a_section(share):
     """With what was kept, or, where nothing was, the same again."""
     arc, impact, tangent = make_arc(), one(), np.random.default_rng(4).normal(size=16)
     ahead, (first, _) = impact.cut(arc, share)
-    angle = impact.approach.phase + impact.parts[0].omega * ahead.elapsed
-    kept, fresh = side_of(impact.parts, arc), side_of(impact.parts, arc)
-    wave = float(np.cos(angle)), float(np.sin(angle))
-    keep_ahead(kept.k, AHEAD, ahead)
-    keep_ahead(fresh.k, AHEAD, ahead)
-    found = tangent.copy()
-    vary_cut(kept, wave, found, True)
+    found = impact.vary(arc, ahead, tangent, True)
     np.testing.assert_allclose(
-        found.reshape(4, 4), tangent.reshape(4, 4) @ first.reshape(4, 4), rtol=1e-9
+        found.reshape(4, 4), tangent.reshape(4, 4) @ first.reshape(4, 4), rtol=1e-12
     )
-    again = found.copy()
-    vary_cut(kept, wave, found, False)
-    vary_cut(fresh, wave, again, False)
+    again = impact.vary(make_arc(), ahead, found, False)
+    found = impact.vary(arc, ahead, found, False)
     np.testing.assert_array_equal(found, again)
     expected = tangent.reshape(4, 4) @ impact.carried(arc).reshape(4, 4)
     np.testing.assert_allclose(found.reshape(4, 4), expected, rtol=1e-9)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from support import kernel_cell
 
-from nlds_vines.kernels.motion.flight import PERIOD, cell_polynomial, cells_of, phase_at
+from nlds_vines.kernels.motion.bounds import cells_of
+from nlds_vines.kernels.motion.flight import PERIOD, cell_polynomial, phase_at
 from nlds_vines.kernels.motion.once_rounded import (
     after_cell,
     after_piece,

@@ -27,8 +27,8 @@ class Scene(NamedTuple):
 def decided(values, largest, width):
     """Return what a section seems to be whose values and exponent are given."""
     record = np.stack([values, values, values, values], axis=-1)
-    evidence = np.zeros(ev.COLUMNS)
-    evidence[ev.LARGEST], evidence[ev.WIDTH] = largest, width
+    evidence = np.zeros(ev.LENGTH_OF_ROW)
+    evidence[ev.LYAPUNOV], evidence[ev.INTERVAL] = largest, width
     scene = Scene(4, -1.35)
     uncompiled(verdict.note_digits)(scene, record, len(record), len(record), evidence)
     if uncompiled(verdict.seems_chaotic)(evidence):
@@ -77,7 +77,7 @@ def test_averages_of_the_worst_component_decide():
     smooth, rough = torus(2400), logistic(4.0, 2400)[0]
     for columns in ((smooth, rough), (rough, smooth)):
         x1, x2 = columns
-        record, evidence = np.stack([x1, x1, x2, x2], axis=-1), np.zeros(ev.COLUMNS)
+        record, evidence = np.stack([x1, x1, x2, x2], axis=-1), np.zeros(ev.LENGTH_OF_ROW)
         uncompiled(verdict.note_digits)(Scene(4, -1.35), record, 2400, 2400, evidence)
         assert evidence[ev.DIGITS] < 4.0
 

@@ -16,9 +16,9 @@ DIAGONAL = [-0.1, 0.8, 0.2, -0.4]
 
 def rows_of(*columns):
     """Return rows of evidence (lanes, 1, COLUMNS) with these columns, NaN elsewhere."""
-    rows = np.full((len(columns), 1, ev.COLUMNS), np.nan)
+    rows = np.full((len(columns), 1, ev.LENGTH_OF_ROW), np.nan)
     for row, given in zip(rows[:, 0], columns, strict=True):
-        row[ev.KIND], row[ev.PERIOD], row[ev.SETTLING] = 0.0, 0.0, -1.0
+        row[ev.KIND], row[ev.CYCLE_PERIOD], row[ev.SETTLING] = 0.0, 0.0, -1.0
         for place, value in given.items():
             row[place : place + np.size(value)] = value
     return rows
@@ -26,11 +26,11 @@ def rows_of(*columns):
 
 PERIODIC = {
     ev.KIND: FLAGS["periodic"],
-    ev.PERIOD: N,
-    ev.NEAR: 3,
-    ev.FAR: 1,
+    ev.CYCLE_PERIOD: N,
+    ev.NEAR_IMPACTS: 3,
+    ev.FAR_IMPACTS: 1,
     ev.SETTLING: 17,
-    ev.MATRIX: np.diag(DIAGONAL).ravel(),
+    ev.MONODROMY: np.diag(DIAGONAL).ravel(),
     ev.POINT: [0.01, 0.2, 0.05, -0.6],
 }
 CHAOTIC = {ev.KIND: FLAGS["chaotic"], ev.EXPONENTS: [0.3, 0.0, -0.7, -1.0]}

@@ -17,7 +17,7 @@ import pytest
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels.cells.cells import run_cell
-from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene import evidence_rows as ev
 from nlds_vines.kernels.scene.arguments import CellBuffers, Span
 from nlds_vines.kernels.scene.codes import OK
@@ -228,7 +228,7 @@ def halfway(cells, points):
     """Return the states (x1, v1, r, s) half a forcing period after `points`."""
     parts, found = parts_of("exact", SCENES["ssul"]), np.empty((len(cells), 4))
     for i, (cell, point) in enumerate(zip(cells, points, strict=True)):
-        state, section = np.zeros(SIZE), np.empty((2, 4))
+        state, section = np.zeros(STATE_SIZE), np.empty((2, 4))
         state[:4] = point
         record = np.array([cell]).view(np.recarray)[0]
         code = run_cell(parts, record, state, Span(0, 1, 2), CellBuffers(section=section))

@@ -106,10 +106,10 @@ def test_an_estimate_by_settings_that_are_not_finer_is_caught(monkeypatch):
 
 
 def test_refined_settings_are_those_the_documentation_names():
-    assert Settings.of("exact").refined("exact") == Settings(TOLERANCE / 100, nodes=24)
-    assert Settings.of("exact", 1e-6).refined("exact") == Settings(1e-6 / 100, nodes=24)
-    assert given(12).refined("exact") == Settings(TOLERANCE / 100, 24, 40.0)
-    assert given(30).refined("exact") == Settings(TOLERANCE / 100, 34, 40.0)
+    assert Settings.of("exact").refined("exact") == Settings(TOLERANCE / 1000, nodes=24)
+    assert Settings.of("exact", 1e-6).refined("exact") == Settings(1e-6 / 1000, nodes=24)
+    assert given(12).refined("exact") == Settings(TOLERANCE / 1000, 24, 40.0)
+    assert given(30).refined("exact") == Settings(TOLERANCE / 1000, 34, 40.0)
     assert given(58).refined("exact").nodes == MOST_NODES
     assert Settings.of("rk4").refined("rk4") == Settings.rk4(1024.0)
 

@@ -70,14 +70,14 @@ def parts_of(K=SOFT, **changes):
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("K", [SOFT, STEEL])
-def test_stepped_contact_has_order_eight(K):
-    parts, steps = parts_of(K), np.array([10, 12, 16, 20, 24, 32])
-    exact = APPROACH.step(parts, 200)
+def test_stepped_contact_has_order_fourteen(K):
+    parts, steps = parts_of(K), np.array([5, 6, 7, 8, 10])
+    exact = APPROACH.step(parts, 100)
     runs = [APPROACH.step(parts, n) for n in steps]
     durations = [abs(run.duration / exact.duration - 1) for run in runs]
-    assert fitted_order(durations, steps) == pytest.approx(8, abs=0.4)
-    assert fitted_order([run.difference(exact) for run in runs], steps) >= 7.6
-    assert APPROACH.step(parts, 64).difference(exact) <= 1e-12
+    assert fitted_order(durations, steps) >= 13.5
+    assert fitted_order([run.difference(exact) for run in runs], steps) >= 13.5
+    assert APPROACH.step(parts, 24).difference(exact) <= 1e-12
 
 
 @pytest.mark.kernels

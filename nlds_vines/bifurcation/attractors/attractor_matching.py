@@ -69,14 +69,14 @@ def attractor_of(parts: Parts, cell: np.record, evidence: np.ndarray, size: int)
 
     Cost: some hundred orbits of n periods for each size of region that is tried.
     """
-    matrix = evidence[ev.MATRIX : ev.MATRIX + 16].copy()
+    matrix = evidence[ev.MONODROMY : ev.MONODROMY + 16].copy()
     radius = float(evidence[ev.RADIUS])
     rate = 0.5 * (1.0 + radius)
     form = form_of(matrix, _weights(cell, size), rate)
     point = evidence[ev.POINT : ev.POINT + 4].copy()
     span = max(_length(form, point), float(np.sqrt(np.diag(form.reshape(4, 4)).max())) * 1e-12)
     least = basins.TINY * span
-    periods, row = int(evidence[ev.PERIOD]), evidence.copy()
+    periods, row = int(evidence[ev.CYCLE_PERIOD]), evidence.copy()
     found = Attractor(cell, periods, point, matrix, form, rate, span, least, row)
     return _with_region(parts, found, size)
 
@@ -209,7 +209,15 @@ def _weights(cell: np.record, size: int) -> list[float]:
 
 
 _NONE = Attractor(
-    None, 0, np.zeros(4), np.zeros(16), np.zeros(16), 0.0, 0.0, -1.0, np.full(ev.COLUMNS, np.nan)
+    None,
+    0,
+    np.zeros(4),
+    np.zeros(16),
+    np.zeros(16),
+    0.0,
+    0.0,
+    -1.0,
+    np.full(ev.LENGTH_OF_ROW, np.nan),
 )
 """In the place of an attractor that is not periodic: nothing is in its region."""
 

@@ -223,7 +223,7 @@ def not_periodic(found: Verdicts, starts: np.ndarray) -> Iterator[tuple[str, np.
 
 def label_of(orbit: Attractor) -> str:
     """Return the label nT,k of a periodic attractor."""
-    return name_of(orbit.periods, int(orbit.row[ev.NEAR : ev.FAR + 1].sum()))
+    return name_of(orbit.periods, int(orbit.row[ev.NEAR_IMPACTS : ev.FAR_IMPACTS + 1].sum()))
 
 
 def _samples(
@@ -314,7 +314,11 @@ def numbered(
                 numbers[place] = old.number
 
     def order(place: int) -> tuple[int, float, int]:
-        return orbits[place].periods, orbits[place].row[ev.NEAR : ev.FAR + 1].sum(), place
+        return (
+            orbits[place].periods,
+            orbits[place].row[ev.NEAR_IMPACTS : ev.FAR_IMPACTS + 1].sum(),
+            place,
+        )
 
     for place in sorted(set(range(len(orbits))) - numbers.keys(), key=order):
         numbers[place], used = used, used + 1
@@ -331,7 +335,7 @@ def numbered(
 def learnt_of(judge: Judge, flat: np.ndarray, found: Sequence[Sequence[Found]]) -> Learnt:
     """Return the attractors of all systems, whose cells are `flat`, as arrays."""
     rows = [(system, entry) for system, entries in enumerate(found) for entry in entries]
-    nothing = np.full(ev.COLUMNS, np.nan)
+    nothing = np.full(ev.LENGTH_OF_ROW, np.nan)
     orbits = [entry.orbit for _, entry in rows]
     return Learnt(
         systems=np.array([system for system, _ in rows], np.int64),
@@ -339,7 +343,7 @@ def learnt_of(judge: Judge, flat: np.ndarray, found: Sequence[Sequence[Found]]) 
         labels=np.array([entry.label for _, entry in rows], np.str_),
         evidence=np.array(
             [nothing if orbit is None else orbit.row for orbit in orbits], float
-        ).reshape(-1, ev.COLUMNS),
+        ).reshape(-1, ev.LENGTH_OF_ROW),
         energies=np.array([_energies(judge, flat, *row) for row in rows], float).reshape(-1, 2),
         known=known_of(orbits),
     )

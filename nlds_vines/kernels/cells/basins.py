@@ -19,9 +19,9 @@ from ..numerics.compiling import jit
 from ..orbit.variations import new_state, no_section, place_state, run_on
 from ..scene.codes import OK
 from .cycles import cell_flow
+from .settling import TINY
 
-TINY = 1.0e-7  # deviation, relative to the orbit, in which rounding and method errors show
-NOWHERE = -1  # the attractor of an orbit that has come to no known one
+NO_ATTRACTOR = -1  # the attractor of an orbit that has come to no known one
 
 
 class Known(NamedTuple):
@@ -68,7 +68,7 @@ def region_with(known, first, stop, state, d):
         less(state, known.points[a], d)
         if length_of(known.forms[a], d) <= known.radii[a]:
             return a
-    return int(NOWHERE)
+    return int(NO_ATTRACTOR)
 
 
 @jit
@@ -126,12 +126,12 @@ def follow_to_known(begin, end, parts, cells, starts, search, drawn):
     for lane in range(begin, end):
         flow, code = cell_flow(parts, cells[lane], PERIOD)
         state, p = new_state(), 0
-        found[lane], arrival[lane] = int(NOWHERE), -1
+        found[lane], arrival[lane] = int(NO_ATTRACTOR), -1
         if code == OK:
             place_state(flow, starts[lane], state)
         while code == OK and p <= most:
             a = region_with(known, rows[lane, 0], rows[lane, 1], state, d)
-            if a == int(NOWHERE):
+            if a == int(NO_ATTRACTOR):
                 code = run_on(flow, no_section(flow.space), 1, state)
                 p += 1
                 continue

@@ -9,10 +9,10 @@ import numpy as np
 from ..events.contact import Steps
 from ..events.fixed_step import fixed_grid_from
 from ..impact.impact import Arc
-from ..motion.flight import PERIOD, REACH, SHORT, cells_of, grid_from, grid_of
+from ..motion.bounds import REACH, SHORT, cells_of
+from ..motion.flight import PERIOD, grid_from, grid_of
 from ..motion.load_cells import Stretch, grid_over
 from ..motion.once_rounded import grid_once_rounded
-from ..motion.runge_kutta import SCRATCH
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..orbit.orbit import bounded, on_ground, run, set_mode
@@ -20,9 +20,10 @@ from ..orbit.variations import flow_of
 from ..scene.arguments import OrbitBuffers, Prepared, Span
 from ..scene.by_law import by_wall
 from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
+from ..scene.contact_series import SCRATCH
 from ..scene.law import wall_like
 from ..scene.scene import allowed, damper_of, finite, near_constants, structure_under
-from ..watch.observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
+from ..watch.observe import EXCESS, FIRST_VIOLATION, LIMIT, NUMBER, note_energy, note_violation
 from ..watch.response import begin_tally, report, tally_for
 from .verdict import judge
 
@@ -37,7 +38,7 @@ def own_arc(arc):
     """Return the arc with scratch rows of this lane's own, or None without a wall."""
     if arc is None:
         return None
-    return Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, arc.table.copy())
+    return Arc(arc.tolerance, arc.settled, arc.levels, arc.table.copy())
 
 
 @jit
@@ -282,23 +283,23 @@ def limit_log_of(violation, limit):
     if violation is None:
         return None
     log = np.zeros(6)
-    log[LEVEL], log[FIRST] = limit, np.nan
+    log[LIMIT], log[FIRST_VIOLATION] = limit, np.nan
     return log
 
 
 @jit
 def begin_limit_log(limit_log, state):
     """Count a start beyond the limit, where a sweep may carry a state, as of the first instant."""
-    if limit_log is not None and state[2] > limit_log[LEVEL]:
+    if limit_log is not None and state[2] > limit_log[LIMIT]:
         note_violation(limit_log, 0.0)
-        limit_log[EXCESS] = state[2] - limit_log[LEVEL]
+        limit_log[EXCESS] = state[2] - limit_log[LIMIT]
 
 
 @jit
 def report_violation(violation, limit_log):
     """Fill the violations (3,) of one lane: time of the first [s], greatest depth [m], number."""
     if violation is not None:
-        violation[0], violation[1] = limit_log[FIRST], limit_log[EXCESS]
+        violation[0], violation[1] = limit_log[FIRST_VIOLATION], limit_log[EXCESS]
         violation[2] = limit_log[NUMBER]
 
 

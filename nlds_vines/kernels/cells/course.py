@@ -16,7 +16,7 @@ from ..orbit.growth import BATCHES
 from ..orbit.variations import TOGETHER, advance, lost_of, orthonormalise, run_on
 from ..scene.codes import OK
 
-STRETCH = 6.0  # logarithm of what a volume may shrink by before variations are projected
+MOST_SHRUNK = 6.0  # logarithm of what a volume may shrink by before variations are projected
 SEVERAL = 8  # times that variations are projected in a batch, at least
 
 
@@ -84,11 +84,11 @@ def follow(flow, course, more, state):
 def periods_together(flow, periods):
     """Return after how many of so many periods variations are made orthonormal again.
 
-    In between they turn towards the fastest; no volume may shrink by more than exp(-STRETCH). And
-    the batches whose means tell the uncertainty of a growth are to be long against it.
+    In between they turn towards the fastest; no volume may shrink by more than exp(-MOST_SHRUNK).
+    And the batches whose means tell the uncertainty of a growth are to be long against it.
     """
     shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
-    most = min(STRETCH / max(shrinks, STRETCH / TOGETHER), periods / (BATCHES * SEVERAL))
+    most = min(MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER), periods / (BATCHES * SEVERAL))
     return max(1, int(most))
 
 

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.driven import RATES, Driven, fill_rates
-from ..motion.flight import Begun, cells_of, grid_from
-from ..motion.runge_kutta import SHRUNK
+from ..motion.bounds import cells_of
+from ..motion.driven import RATE_COLUMNS, Driven, fill_rates
+from ..motion.flight import Begun, grid_from
 from ..numerics.compiling import jit
 from ..numerics.matrices import eigenvalues, solve
-from ..orbit.orbit import SIZE
+from ..orbit.orbit import STATE_SIZE
 from ..orbit.shooting import matrix_of, span_of, trace_cycle
 from ..orbit.variations import (
     TOGETHER,
@@ -28,17 +28,18 @@ from ..orbit.variations import (
 )
 from ..scene.arguments import CellBuffers, Span
 from ..scene.codes import OK
+from ..scene.contact_series import SHRUNK
 from ..scene.scene import damper_of, joined, scale_of, structure_under
-from ..watch.observe import COLUMNS, FORCE, SPEED, Impacts
+from ..watch.observe import IMPACT_COLUMNS, IMPACT_FORCE, SPEED, Impacts
 from .cells import checked_cell, run_cell
 
 # Columns of what is found of a cycle beside its arrays:
-#   0 DEFECT     energy norm of image - y over SPAN   3 SLOWEST  slowest impact [m/s], inf: none
-#   1 SPAN       largest energy norm of its sections  4 VOLUME   ln det M, as it has to be
-#   2 CLEARANCE  nearest miss [m], inf: none
-DEFECT, SPAN, CLEARANCE, SLOWEST, VOLUME = range(5)
-FOUND = 5
-ROOM = 4096  # impacts of a cycle whose speeds and forces are looked at
+#   0 DEFECT   energy norm of image - y over EXTENT   3 GENTLEST  slowest impact [m/s], inf: none
+#   1 EXTENT   largest energy norm of its sections    4 LOG_DETERMINANT    ln det M, as it has to be
+#   2 MISS     nearest miss [m], inf: none
+DEFECT, EXTENT, MISS, GENTLEST, LOG_DETERMINANT = range(5)
+NUMBERS_OF_CYCLE = 5
+MOST_NOTED = 4096  # impacts of a cycle whose speeds and forces are looked at
 
 
 class Traced(NamedTuple):
@@ -49,7 +50,7 @@ class Traced(NamedTuple):
     matrix: Any  # (size, size) the monodromy matrix
     slopes: Any  # (m, 4) derivatives of the image by the parameters
     multipliers: Any  # (size, 2) real and imaginary parts
-    numbers: Any  # (FOUND,)
+    numbers: Any  # (NUMBERS_OF_CYCLE,)
 
 
 class Extremes(NamedTuple):
@@ -95,7 +96,7 @@ def follow_slopes(parts, cell, changes, flow, y, n, slopes):
     changes (m,): the derivatives of the numbers of the cell. Returns a status.
     """
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
-    rates, rows, state = np.zeros((len(slopes), RATES)), np.zeros(16), new_state()
+    rates, rows, state = np.zeros((len(slopes), RATE_COLUMNS)), np.zeros(16), new_state()
     for m in range(len(slopes)):
         fill_rates(parts, ps, damper, changes[m], rates[m])
     driven, nothing = Driven(rows, rates), no_section(flow.space)
@@ -128,12 +129,12 @@ def trace(parts, cell, changes, phase, y, traced):
         return status
     n = len(points)
     span = span_of(flow.space, points)
-    found[DEFECT], found[SPAN] = distance(flow.space, state, y), span
+    found[DEFECT], found[EXTENT] = distance(flow.space, state, y), span
     if span > 0.0:
         found[DEFECT] /= span
-    found[CLEARANCE], found[SLOWEST] = clearance, slowest
+    found[MISS], found[GENTLEST] = clearance, slowest
     volume = shrunk_so_far(flow.prepared.scratch)
-    found[VOLUME] = volume + flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
+    found[LOG_DETERMINANT] = volume + flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
     monodromy = matrix_of(tangent, size)
     for i in range(size):
         for j in range(size):
@@ -191,7 +192,7 @@ def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
     """
     strokes, touches = extremes.strokes, extremes.touches
     for lane in range(begin, end):
-        state, rows = np.zeros(SIZE), np.zeros((ROOM, COLUMNS))
+        state, rows = np.zeros(STATE_SIZE), np.zeros((MOST_NOTED, IMPACT_COLUMNS))
         for i in range(4):
             state[i] = starts[lane, i]
         impacts = Impacts(rows, np.zeros(1, np.int64))
@@ -203,6 +204,6 @@ def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
         for i in range(min(impacts.filled[0], touches.shape[1])):
             for c in range(4):
                 touches[lane, i, c] = rows[i, c]
-        for i in range(min(impacts.filled[0], ROOM)):
+        for i in range(min(impacts.filled[0], MOST_NOTED)):
             strokes[lane, 0] = max(strokes[lane, 0], rows[i, SPEED])
-            strokes[lane, 1] = max(strokes[lane, 1], rows[i, FORCE])
+            strokes[lane, 1] = max(strokes[lane, 1], rows[i, IMPACT_FORCE])

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..orbit.orbit import SIZE
+from ..orbit.orbit import STATE_SIZE
 from ..orbit.recurrence import TOLERANCE, impacts_of, period_of
 from ..scene.arguments import CellBuffers
 from ..scene.codes import OK
@@ -23,7 +23,8 @@ from ..scene.scene import Ground
 from ..watch.observe import Touches
 from .cells import judge_cell, run_cell
 
-BEGIN, END = 0, 1  # of an orbit, in `LaneBuffers.ends`; int() keeps each from its own compilation
+# of an orbit, in `LaneBuffers.ends`; int() keeps each from its own compilation
+FIRST_STATE, LAST_STATE = 0, 1
 
 
 @jit
@@ -126,7 +127,7 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
     link of its chain from rest, and touches nothing of its neighbours.
     """
     for chain in range(begin, end):
-        state = np.zeros(SIZE)
+        state = np.zeros(STATE_SIZE)
         for i in range(4):
             state[i] = starts[chain, i]
         for link in range(cells.shape[1]):
@@ -135,9 +136,9 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
                 # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
             own = buffers_of(parts, buffers, span, chain, link)
-            note_end(buffers.ends, chain, link, int(BEGIN), state)
+            note_end(buffers.ends, chain, link, int(FIRST_STATE), state)
             code = run_cell(parts, cell, state, span, own)
-            note_end(buffers.ends, chain, link, int(END), state)
+            note_end(buffers.ends, chain, link, int(LAST_STATE), state)
             status[chain, link] = code
             if code == OK:
                 counts, cycle = buffers.counts, buffers.cycle

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.load_cells import OF_CELL, ROW
+from ..motion.load_cells import LOAD_ROW, OF_CELL
 from ..numerics.compiling import jit
-from ..orbit.orbit import SIZE
+from ..orbit.orbit import STATE_SIZE
 from ..scene.arguments import CellBuffers
 from ..scene.codes import OK
 from .load_numbers import buffers_for, fill_numbers, impacts_for, start_energy_of
@@ -53,7 +53,7 @@ def load_of(loads, lane):
     first, after, blow = loads.first[lane], loads.after[lane], loads.blow[lane]
     return Load(
         loads.edges[first:after],
-        loads.rows[ROW * first : ROW * (after - 1)],
+        loads.rows[LOAD_ROW * first : LOAD_ROW * (after - 1)],
         loads.jumps[blow : blow + (after - first)],
         loads.sums[OF_CELL * first : OF_CELL * (after - 1)],
         loads.shaken,
@@ -66,7 +66,7 @@ def flown(parts, cell, load, start, buffers):
 
     Where impacts are more than there is room for, it is followed again.
     """
-    state = np.zeros(SIZE)
+    state = np.zeros(STATE_SIZE)
     while True:
         state[:] = 0.0
         for i in range(4):

@@ -14,16 +14,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..motion.flight import DRIVE, ORDER
-from ..motion.load_cells import ROW, fill_drive_from, sums_of
+from ..motion.load_cells import LOAD_ROW, fill_drive_from, sums_of
 from ..numerics.compiling import jit
-from ..numerics.roots import narrowed, secant
-from ..orbit.orbit import SIZE
+from ..numerics.roots import ROOT_STEPS, narrowed, secant
+from ..orbit.orbit import STATE_SIZE
 from ..scene.arguments import CellBuffers
 from ..scene.codes import OK, RESPONSE_COLUMNS
 from ..scene.drive import Moment
 from ..scene.scene import accelerations, damper_of, joined, unloaded
-from ..watch.limit import ROOT_STEPS
-from ..watch.observe import COLUMNS, RELEASE, TOUCH, Impacts
+from ..watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts
 from .load_orbit import EDGE_SUMS, Load, fly_under, structure_moved
 from .load_passages import STATISTICS, fill_passages
 
@@ -151,7 +150,7 @@ def last_edge_above(ps, section, level):
 
 @jit
 def energy_in_cell(ps, motion, x):
-    """Return E1 [J] at a place x of a cell by the Taylor coefficients of x1 and v1 (ROW, 2)."""
+    """Return E1 [J] at a place x of a cell by Taylor coefficients of x1 and v1 (LOAD_ROW, 2)."""
     x1, v1 = motion[ORDER, 0], motion[ORDER, 1]
     for k in range(ORDER - 1, -1, -1):
         x1, v1 = x1 * x + motion[k, 0], v1 * x + motion[k, 1]
@@ -160,14 +159,14 @@ def energy_in_cell(ps, motion, x):
 
 @jit
 def fill_motion(ps, damper, state, rows, row, h, motion):
-    """Fill (ROW, 2) Taylor coefficients of x1 and v1 over a cell without a contact.
+    """Fill (LOAD_ROW, 2) Taylor coefficients of x1 and v1 over a cell without a contact.
 
     state: (x1, v1, r, s) at its beginning; row: the place of its load in `rows`; h: its length [s].
     """
     x1, v1, r, s = state[0], state[1], state[2], state[3]
     motion[0, 0], motion[0, 1] = x1, v1
     dv, ds = accelerations(ps, damper, x1, v1, r, s, rows[row], 0.0)
-    for k in range(1, ROW):
+    for k in range(1, LOAD_ROW):
         g = h / k
         x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
         motion[k, 0], motion[k, 1] = x1, v1
@@ -211,18 +210,18 @@ def parts_of_cell(load, row, begin, h, table):
     """Return a load of PARTS cells that make up a part of a cell.
 
     begin: where it begins, as (place in the cell, length of the cell [s]); h: its length [s]. The
-    edges count from 0. table: scratch (DRIVE + ROW,).
+    edges count from 0. table: scratch (DRIVE + LOAD_ROW,).
     """
     place, length = begin
     part = h / PARTS
-    edges, rows = np.empty(PARTS + 1), np.empty(ROW * PARTS)
+    edges, rows = np.empty(PARTS + 1), np.empty(LOAD_ROW * PARTS)
     edges[0] = 0.0
     for i in range(PARTS):
         at = Moment(load.rows, row, ORDER, place + i * part / length, length, 1.0)
         fill_drive_from(table, at, part)
         edges[i + 1] = (i + 1) * part
-        for k in range(ROW):
-            rows[ROW * i + k] = table[DRIVE + k]
+        for k in range(LOAD_ROW):
+            rows[LOAD_ROW * i + k] = table[DRIVE + k]
     return Load(edges, rows, np.zeros(PARTS + 1), sums_of(rows), load.shaken)
 
 
@@ -243,10 +242,10 @@ def last_in_contact(parts, cell, load, i, level, buffers):
     ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
     length = load.edges[i + 1] - load.edges[i]
     section, edge, begin, width = buffers.section, i, 0.0, 1.0
-    state, table = np.zeros(SIZE), np.zeros(DRIVE + ROW)
+    state, table = np.zeros(STATE_SIZE), np.zeros(DRIVE + LOAD_ROW)
     for _ in range(LOOKS):
         state_at(joined(damper), section, edge, state)
-        finer = parts_of_cell(load, ROW * i, (begin, length), width * length, table)
+        finer = parts_of_cell(load, LOAD_ROW * i, (begin, length), width * length, table)
         status, section = flown_in(parts, cell, finer, state, buffers)
         if status != OK:
             return begin, status
@@ -275,9 +274,9 @@ def last_above(parts, cell, load, level, buffers):
     if contact_between(buffers.impacts, edges[i], edges[i + 1]):
         place, status = last_in_contact(parts, cell, load, i, level, buffers)
     else:
-        state, motion, status = np.zeros(SIZE), np.empty((ROW, 2)), OK
+        state, motion, status = np.zeros(STATE_SIZE), np.empty((LOAD_ROW, 2)), OK
         state_at(joined(damper), section, i, state)
-        fill_motion(ps, joined(damper), state, load.rows, ROW * i, h, motion)
+        fill_motion(ps, joined(damper), state, load.rows, LOAD_ROW * i, h, motion)
         place = last_place_above(ps, motion, level)
     return edges[i] + h * place, status
 
@@ -326,7 +325,7 @@ def impacts_for(impacts, room):
     """Return fresh room for impacts, None where there are no walls."""
     if impacts is None:
         return None
-    return Impacts(np.empty((room, COLUMNS)), np.zeros(1, np.int64))
+    return Impacts(np.empty((room, IMPACT_COLUMNS)), np.zeros(1, np.int64))
 
 
 @jit

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.flight import ORDER, REACH, rate_of
-from ..motion.load_cells import OF_CELL, ROW, Stretch
+from ..motion.bounds import REACH, rate_of
+from ..motion.flight import ORDER
+from ..motion.load_cells import LOAD_ROW, OF_CELL, Stretch
 from ..motion.response_sums import JUMPS, MOST, OF_V, raise_to
 from ..numerics.compiling import jit
 from ..numerics.fours import bare
@@ -77,11 +78,11 @@ def stretch_from(load, first):
     degree = 0
     for j in range(first, last):
         for k in range(ORDER, degree, -1):
-            if load.rows[ROW * j + k] != 0.0:
+            if load.rows[LOAD_ROW * j + k] != 0.0:
                 degree = k
                 break
     h = (edges[last] - edges[first]) / (last - first)
-    rows, sums = bare(load.rows[ROW * first :]), bare(load.sums[OF_CELL * first :])
+    rows, sums = bare(load.rows[LOAD_ROW * first :]), bare(load.sums[OF_CELL * first :])
     return Stretch(rows, sums, degree, h, edges[first]), last - first
 
 

@@ -18,9 +18,8 @@ import math
 import numpy as np
 
 from ..numerics.compiling import jit
-from ..numerics.roots import narrowed, secant
+from ..numerics.roots import ROOT_STEPS, narrowed, secant
 from ..orbit.growth import BATCHES
-from ..watch.limit import ROOT_STEPS
 
 SURE = 2.131449545559323  # 97.5 % of Student's t with BATCHES - 1 degrees of freedom
 NEVER = 2.0  # a place beyond each cell

@@ -22,11 +22,12 @@ from ..scene.codes import PERIODIC
 from .course import last_of, oldest_of, section_at
 from .settling import MARGIN, attracted, settling_period
 
-LONGEST = 1024  # periods n that are looked for
+MOST_PERIODS = 1024  # periods n that are looked for
 FEWEST_REPEATED = 16  # sections that must have repeated: fewer may do so by chance
-STEADY = 4.0  # times by which near returns on the way to a periodic orbit shrink, at most
-FEW, SHORT = 4, 96  # periods that are tried, and their sum, where little speaks for an orbit
-MANY = 32  # periods that are tried where much does
+SLOW_RETURN = 4.0  # times by which near returns on the way to a periodic orbit shrink, at most
+# periods that are tried, and their sum, where little speaks for an orbit
+FEW_TRIED, SUM_TRIED = 4, 96
+MANY_TRIED = 32  # periods that are tried where much does
 
 # What a search found
 NOTHING, NEIGHBOUR, FOUND = 0, 1, 2
@@ -35,7 +36,7 @@ NOTHING, NEIGHBOUR, FOUND = 0, 1, 2
 @jit
 def recent_period(record, length):
     """Return the least n of which the last 2n sections, or more, repeat, or 0."""
-    for n in range(1, min(LONGEST, length // 3) + 1):
+    for n in range(1, min(MOST_PERIODS, length // 3) + 1):
         if repeats(record, length, n, max(2 * n, FEWEST_REPEATED), TOLERANCE):
             return n
     return 0
@@ -45,14 +46,14 @@ def recent_period(record, length):
 def near_returns(space, course, chaotic):
     """Return by n the energy norm [J^0.5] of section m, the last, less section m - n, if near.
 
-    inf for n = 0, and where a return of fewer periods is as near. n ends at LONGEST, or where
+    inf for n = 0, and where a return of fewer periods is as near. n ends at MOST_PERIODS, or where
     section m - 2n is not kept. In chaos many returns are near by chance: there, m - n must lie as
-    far or farther from m - 2n, but at most STEADY times, a guess of how fast an orbit settles.
+    far or farther from m - 2n, but at most SLOW_RETURN times, a guess of how fast an orbit settles.
     """
     m = last_of(course)
     last, other, earlier, nearest_yet = np.zeros(4), np.zeros(4), np.zeros(4), math.inf
     section_at(space, course, m, last)
-    found = np.full(min(LONGEST, (m - oldest_of(course)) // 2) + 1, math.inf)
+    found = np.full(min(MOST_PERIODS, (m - oldest_of(course)) // 2) + 1, math.inf)
     for n in range(1, len(found)):
         section_at(space, course, m - n, other)
         far = distance(space, last, other)
@@ -60,7 +61,7 @@ def near_returns(space, course, chaotic):
             continue
         nearest_yet = far
         section_at(space, course, m - 2 * n, earlier)
-        if not chaotic or far <= distance(space, other, earlier) <= STEADY * far:
+        if not chaotic or far <= distance(space, other, earlier) <= SLOW_RETURN * far:
             found[n] = far
     return found
 
@@ -110,13 +111,13 @@ def try_period(flow, course, n, apart, evidence):
     if not stable or not attracted(flow, tangent, y, x, n, span):
         beside = distance(flow.space, x, y) <= apart
         return NEIGHBOUR if beside and (stable or is_saddle(multipliers)) else NOTHING
-    evidence[ev.KIND], evidence[ev.PERIOD] = PERIODIC, n
-    evidence[ev.NEAR], evidence[ev.FAR] = counts[0], counts[1]
+    evidence[ev.KIND], evidence[ev.CYCLE_PERIOD] = PERIODIC, n
+    evidence[ev.NEAR_IMPACTS], evidence[ev.FAR_IMPACTS] = counts[0], counts[1]
     evidence[ev.RESIDUAL], evidence[ev.RADIUS] = residual, radius
     evidence[ev.CLEARANCE], evidence[ev.SLOWEST] = clearance, slowest
     evidence[ev.SETTLING] = settling_period(flow, course, tangent, y, n, span)
     for i in range(16):
-        evidence[ev.MATRIX + i] = tangent[i]
+        evidence[ev.MONODROMY + i] = tangent[i]
     for i in range(4):
         evidence[ev.POINT + i] = y[i]
     return FOUND

@@ -21,7 +21,8 @@ from .course import follow_growth, last_of, oldest_of, section_at
 MARGIN = 1.0e-6  # distance of the largest multiplier's modulus from one: its error may be as large,
 #                  and so may that of a mean growth per period, however little the growth varies
 PREDICTION_ERROR = 0.25  # error of a predicted return, as a share of the deviation: it is linear
-FAR = 2.0  # deviation, relative to the orbit, beyond which nothing is predicted; at rest it is one
+# deviation, relative to the orbit, beyond which nothing is predicted; at rest it is one
+UNPREDICTED = 2.0
 CONVINCING = 1000  # periods for which returns are as predicted only near a stable orbit
 TINY = 1.0e-7  # deviation, relative to the orbit, in which rounding and method errors show
 BLUR = 2.0e-15  # round-off of an r computed from a section's x1 - x2, relative to the rest offset
@@ -63,7 +64,7 @@ def returns_as_predicted(space, tangent, y, now, then, span):
     image = image_of(space, tangent, now, y)
     for i in range(4):
         image[i] += y[i]
-    return far <= FAR * span and distance(space, image, then) <= PREDICTION_ERROR * far
+    return far <= UNPREDICTED * span and distance(space, image, then) <= PREDICTION_ERROR * far
 
 
 @jit

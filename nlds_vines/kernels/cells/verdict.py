@@ -22,10 +22,10 @@ from ..orbit.variations import new_state, no_section, place_state, set_identity,
 from ..scene import evidence_rows as ev
 from ..scene.codes import CHAOTIC, OK, QUASIPERIODIC, UNDETERMINED
 from .course import Course, follow, follow_growth, longer, with_room
-from .period_search import FEW, FOUND, MANY, NOTHING, SHORT, find_period
+from .period_search import FEW_TRIED, FOUND, MANY_TRIED, NOTHING, SUM_TRIED, find_period
 from .settling import MARGIN, growth_of, note_chaotic_transient
 
-SMOOTH = 7.0  # digits to which averages agree only on a torus
+SMOOTH_DIGITS = 7.0  # digits to which averages agree only on a torus
 RESOLVED = -18.0  # ln det M, 1.5e-8: with round-off of 1e-16 in M, eight digits of it are left
 ALIGNING = 2  # cycles after which variations have the directions of a long orbit
 
@@ -34,7 +34,7 @@ ALIGNING = 2  # cycles after which variations have the directions of a long orbi
 def note_exponents(evidence, growth, logs, period, size):
     """Write the largest exponent with its width, and all of them [1/s]."""
     mean, width = growth_of(logs)
-    evidence[ev.LARGEST], evidence[ev.WIDTH] = mean / period, width / period
+    evidence[ev.LYAPUNOV], evidence[ev.INTERVAL] = mean / period, width / period
     for i in range(size):
         evidence[ev.EXPONENTS + i] = growth[i] / (len(logs) * period)
 
@@ -47,9 +47,9 @@ def note_cycle(flow, evidence, period):
     resolves all multipliers: a reader takes ln |mu| / nT from MATRIX. That of a long orbit does
     not: there they are the growth over a cycle, once ALIGNING cycles have aligned the variations.
     """
-    radius, n = evidence[ev.RADIUS], int(evidence[ev.PERIOD])
+    radius, n = evidence[ev.RADIUS], int(evidence[ev.CYCLE_PERIOD])
     largest = log(radius) if radius > 0.0 else -np.inf
-    evidence[ev.LARGEST], evidence[ev.WIDTH] = largest / (n * period), 0.0
+    evidence[ev.LYAPUNOV], evidence[ev.INTERVAL] = largest / (n * period), 0.0
     evidence[ev.DIGITS] = np.nan
     evidence[ev.EXPONENTS : ev.EXPONENTS + 4] = np.nan
     volume = flow.trace * n * period  # ln |det M|, the sum of ln |mu|; contacts add theirs
@@ -70,8 +70,8 @@ def note_cycle(flow, evidence, period):
     # LARGEST is better than the growth of one variation, which aligns slowly where the first two
     # multipliers are nearly as large, or not at all: a complex pair. The area of two does not
     # suffer from that, so the sum of the first two is kept
-    if evidence[ev.LARGEST] > -np.inf:
-        off = evidence[ev.EXPONENTS] - evidence[ev.LARGEST]
+    if evidence[ev.LYAPUNOV] > -np.inf:
+        off = evidence[ev.EXPONENTS] - evidence[ev.LYAPUNOV]
         evidence[ev.EXPONENTS] -= off
         evidence[ev.EXPONENTS + 1] += off
 
@@ -88,14 +88,15 @@ def note_digits(space, record, length, count, evidence):
 @jit
 def seems_chaotic(evidence):
     """Tell whether the largest exponent lies above zero, and averages are not those of a torus."""
-    return evidence[ev.LARGEST] - evidence[ev.WIDTH] > 0.0 and evidence[ev.DIGITS] < SMOOTH
+    above = evidence[ev.LYAPUNOV] - evidence[ev.INTERVAL] > 0.0
+    return above and evidence[ev.DIGITS] < SMOOTH_DIGITS
 
 
 @jit
 def seems_quasiperiodic(trace, evidence):
     """Tell whether exponent and averages are those of a torus."""
-    zero = abs(evidence[ev.LARGEST]) <= max(evidence[ev.WIDTH], MARGIN * abs(trace))
-    return zero and evidence[ev.DIGITS] >= SMOOTH
+    zero = abs(evidence[ev.LYAPUNOV]) <= max(evidence[ev.INTERVAL], MARGIN * abs(trace))
+    return zero and evidence[ev.DIGITS] >= SMOOTH_DIGITS
 
 
 @jit
@@ -108,7 +109,7 @@ def judge(flow, ends, record, first, stages, evidence):
     """
     course = Course(record, len(record), first, ends[0].copy())
     evidence[:] = np.nan
-    evidence[ev.KIND], evidence[ev.PERIOD], evidence[ev.SETTLING] = UNDETERMINED, 0.0, -1.0
+    evidence[ev.KIND], evidence[ev.CYCLE_PERIOD], evidence[ev.SETTLING] = UNDETERMINED, 0.0, -1.0
     period = flow.exact_grid.h * flow.exact_grid.n
     now, tangent, growth = ends[1].copy(), np.zeros(16), np.zeros(4)
     set_identity(tangent)
@@ -118,7 +119,7 @@ def judge(flow, ends, record, first, stages, evidence):
         # a stable periodic orbit explains what has been seen; what is not chaotic may be a long one
         chaotic = evidence[ev.KIND] == CHAOTIC
         long = stage > 0 and not chaotic
-        most, periods = (MANY, stages[stage - 1]) if long else (FEW, SHORT)
+        most, periods = (MANY_TRIED, stages[stage - 1]) if long else (FEW_TRIED, SUM_TRIED)
         found = find_period(flow, course, most, periods, chaotic, evidence)
         if found == FOUND:
             note_cycle(flow, evidence, period)

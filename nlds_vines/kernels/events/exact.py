@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
+from ..motion.bounds import bounds_of
 from ..motion.flight import bare_grid
 from ..motion.load_cells import (
     Loaded,
@@ -18,8 +17,8 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..scene.codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from ..scene.drive import drive_now
-from ..scene.scene import greatest_push, scale_of
-from ..watch.observe import LEVEL
+from ..scene.scene import scale_of
+from ..watch.observe import LIMIT
 from ..watch.peaks import may_set_a_record, note_peaks, record_breakers, work_at
 from ..watch.response import tally_cell
 from ..watch.touch import (
@@ -34,39 +33,6 @@ from ..watch.touch import (
 )
 
 SPAN = 4  # cells over which one bound of the motion is used: it costs a square root
-
-
-class Bounds(NamedTuple):
-    """Bounds of motions over some cells: derivatives by the place in a cell."""
-
-    bend: float  # of the second derivative of r [m]
-    jerk: float  # of the third of r [m]
-    fourth: float  # of the fourth of r [m]
-    energy: float  # of the fourth derivative of E1 [J]
-    scale: float  # of the energy scale S [J^0.5], which the others rest on
-
-
-@jit
-def bounds_of(ps, grid, scale):
-    """Return the `Bounds` of motions of at most the energy scale S.
-
-    E1 is half the square of a part of the scaled state u; by Leibniz' rule its fourth derivative is
-    u u + 4 u + 3 u'' u''. Each derivative of u is at most `rate` times the one before and
-    what the forcing adds.
-    """
-    first = grid.rate * scale + grid.push
-    push = grid.rate * grid.push  # bounds the derivative of the forcing: omega <= rate
-    second = grid.rate * first + push
-    third = grid.rate * (second + push)
-    fourth = grid.rate * (third + grid.rate * push)
-    h2 = grid.h * grid.h
-    return Bounds(
-        (grid.bend * scale + greatest_push(ps.load, ps.force)) * h2,
-        (grid.bend * first + ps.omega * ps.force) * h2 * grid.h,
-        (grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2,
-        (scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2,
-        scale,
-    )
 
 
 @jit
@@ -225,7 +191,7 @@ def fly(flight, watch, begun, stop, y):
                         note_peaks(ps, damper, energy, grid, place, bodies)
                 before = after
             if limit_log is not None and (
-                x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]
+                x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LIMIT]
             ):
                 filled = fill(grid, phase, now, filled)
                 note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)

@@ -6,8 +6,5 @@ In reading order:
     impact              a short impact, solved at once
     hertz_arc           the free impact at the collocation nodes, which `impact` is given
     impact_variations   variations through it, on its collocation
-    inside              half of it, from touch or from release; its largest energies
-    state_inside        its state between touch and release
-    response_inside     a response over a short impact
-    inside_variations   variations there
+    inside              what is asked of one between touch and release, which is stepped
 """

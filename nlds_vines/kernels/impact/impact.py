@@ -41,50 +41,49 @@ from ..numerics.elementary import fifth_root
 from ..numerics.fours import four, four_at, four_of, larger_of, largest_of, put_four, sum_of
 from ..scene.drive import cos_sin
 from ..scene.scene import accelerations_of, under
-from .impact_series import TERMS, factors_of
+from .impact_series import ALL_TERMS, factors_of
 
 # The table of an arc.
 #
 #   from        numbers          what
-#   B ... FH    8 ROW            scratch at the nodes: unknowns and their derivatives by phi
-#   INSIDE      7 ROW            scratch of `inside`
+#   AMPLITUDES  8 NODE_ROW       scratch at the nodes: unknowns and their derivatives by phi
+#   INSIDE      7 NODE_ROW       what is known of the last few impacts (`inside`)
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   USED        8                level of the nodes whose unknowns are there
-#   PRODUCTS    ROW              terms of the series, products of the five small numbers
-#   VARIED      35 ROW           scratch of variations (`impact_variations`)
-#   SHAPE       4 DEGREES        polynomials of the free arc in time (`state_inside.shape_at`)
+#   PRODUCTS    NODE_ROW         terms of the series, products of the five small numbers
+#   VARIATIONS  34 NODE_ROW      scratch of variations (`impact_variations`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
-#                 U ... GT + 16  39 m       rows of constants
+#                 ARC_U ...      39 m       rows of constants
 #                 MATRIX         n m        from touch to each node, integrand by integrand
 #                 then           3 x 36     coefficients of what the nodes miss: of b, t, energy
-#                 of a half      3 k        constants of `inside`
 #
-#   unknowns    B        amplitude b, in which z = b^4 u^2 and s = v(b) S
-#               T        time since touch [s]
-#               G, H     x1 and v1 without the share of z and s: the motion common to both masses
-#   constants   U, S     sqrt(z / z_m) and s / v
-#               WEIGHT   of an integral over the whole interval
-#               CUBE     integral of u^3
-#               DOUBLE   integral of u CUBE
-#               GB, GT   coefficients of the series of b / b0 - 1 and of time
-ROW = 64
-B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
-INSIDE = 8 * ROW
-LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 6, 8
-# n, places of the constants, C_n of each, error of a state between touch and deepest point by e
-NODES, WHOLE, HALF, ERROR, HALF_ERROR, WITHIN_ERROR = range(LEVEL)
+#   unknowns    AMPLITUDES    b, in which z = b^4 u^2 and s = v(b) S
+#               TIMES         since touch [s]
+#               COMMON_X, _V  x1 and v1 without the share of z and s: the motion of both masses
+#               FB ... FH     the derivatives of these four by phi
+#   constants   ARC_U, ARC_S  u = sqrt(z / z_m) and S = s / v
+#               ARC_WEIGHT    of an integral over the whole interval
+#               CUBE          integral of u^3
+#               DOUBLE        integral of u CUBE
+#               GB, GT        coefficients of the series of b / b0 - 1 and of time
+NODE_ROW = 64
+AMPLITUDES, TIMES, COMMON_X, COMMON_V, FB, FT, FG, FH = (NODE_ROW * i for i in range(8))
+INSIDE = 8 * NODE_ROW
+LEVELS, LEVEL, MOST_LEVELS = 15 * NODE_ROW, 5, 8
+# n, places of the constants, C_n of each
+NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)
 USED = LEVELS + LEVEL * MOST_LEVELS
 PRODUCTS = USED + 8
-VARIED = PRODUCTS + ROW
-SHAPE, DEGREES = VARIED + 35 * ROW, 7
-CONSTANTS = SHAPE + 4 * DEGREES
+VARIATIONS = PRODUCTS + NODE_ROW
+CONSTANTS = VARIATIONS + 34 * NODE_ROW
 
-GUESSED, MISSED = 17, len(TERMS)  # terms of the guess; of what the nodes miss: 36, in whole fours
-U, S, WEIGHT, CUBE, DOUBLE, GB = range(6)  # in rows of m numbers, as the next two
+# terms of the guess; of what the nodes miss: 36, in whole fours
+GUESSED, MISSED = 17, len(ALL_TERMS)
+ARC_U, ARC_S, ARC_WEIGHT, CUBE, DOUBLE, GB = range(6)  # in rows of m numbers, as the next two
 GT, MATRIX = GB + GUESSED, GB + 2 * GUESSED
 # places of the five small numbers in TERMS
 AT_FORCE, AT_DRAG, AT_DRIFT, AT_SPRING, AT_CURVATURE = 1, 2, 3, 7, 10
-FACTORS = np.array(factors_of(TERMS)).ravel()  # places of one for each term, then of the others
+FACTORS = np.array(factors_of(ALL_TERMS)).ravel()  # places of one for each term, then of the others
 
 LENGTH = 1.4716375921623523  # integral of u from touch to release: B(2/5, 1/2) 2/5
 LASTING = 2.943  # time from touch to release of a free impact, times speed / depth
@@ -93,7 +92,7 @@ LONGEST = 0.25  # duration of a short impact in units of 1/rate: a longer one is
 MOST_SWEEPS = 12  # a sweep gains one digit or two; from the guess, some two are needed
 # error of the speed for a difference of the two energies, relative: five times its half
 DOUBTED = 5.0
-ROUND_OFF = 2.0e-15  # relative, of a velocity at the nodes
+NODE_ERROR = 2.0e-15  # relative, of a velocity at the nodes
 BY_TIME = 0.2  # least share of a change that integrals over the whole interval are said to keep
 SETTLED = 0.03  # share of the tolerance that the sweeps may leave
 
@@ -107,7 +106,6 @@ class Arc(NamedTuple):
     tolerance: float  # error of an impact: of speed and time of release, and of its depth, relative
     settled: float  # what the sweeps may leave of it
     levels: int  # choices of nodes
-    inside: int  # the choice with which all inside an impact is within the tolerance
     table: np.ndarray  # see above; what belongs to an impact is scratch
 
 
@@ -246,27 +244,27 @@ def first_guess(ps, damper, nodes, approach):
         now2 = now * now
         change = t * (approach.acceleration + t * (3.0 * sixth + t * (4.0 * last)))
         way = t * (approach.v + t * (half + t * (sixth + t * last)))
-        put_four(w, B + i, now)
-        put_four(w, T + i, t)
+        put_four(w, AMPLITUDES + i, now)
+        put_four(w, TIMES + i, t)
         dip = on_v * (now2 * now2 * (u * u)) + (once * cube - twice * double)
-        put_four(w, H + i, (approach.v + change) - dip)
-        put_four(w, G + i, (approach.x + way) - (on_x * cube + on_x_twice * double))
+        put_four(w, COMMON_V + i, (approach.v + change) - dip)
+        put_four(w, COMMON_X + i, (approach.x + way) - (on_x * cube + on_x_twice * double))
 
 
 @jit(inlined=True)
 def slopes_at(ps, damper, wall, nodes, approach, i):
     """Return (a, FB, FT, FG, FH) at the four nodes from i on, a as in the text above."""
     w, at = nodes.w, nodes.at
-    b, u, S_u = four_at(w, B + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
-    v = four_at(w, H + i)
+    b, u, S_u = four_at(w, AMPLITUDES + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
+    v = four_at(w, COMMON_V + i)
     b2 = b * b
     b4 = b2 * b2
     u2 = u * u
     z = b4 * u2
     s = (wall.speed * (b4 * b)) * S_u
     # accelerations of x1 and r without damper and wall, and without the wall
-    cosine, sine = cos_sin(ps.omega * four_at(w, T + i))
-    x1 = four_at(w, G + i) + damper.share * z
+    cosine, sine = cos_sin(ps.omega * four_at(w, TIMES + i))
+    x1 = four_at(w, COMMON_X + i) + damper.share * z
     push = ps.force * (approach.c * cosine - approach.d * sine)
     push = under(ps.load, push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s)))
     a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
@@ -304,13 +302,13 @@ def integrate(nodes, approach):
             t = t + q * w[FT + j]
             g = g + q * w[FG + j]
             h = h + q * w[FH + j]
-        of_b = larger_of(of_b, b - four_at(w, B + i))
-        of_h = larger_of(of_h, h - four_at(w, H + i))
-        put_four(w, B + i, b)
-        put_four(w, T + i, t)
-        put_four(w, G + i, g)
-        put_four(w, H + i, h)
-    slow = max(largest_of(of_h) - ROUND_OFF * abs(approach.v), 0.0)
+        of_b = larger_of(of_b, b - four_at(w, AMPLITUDES + i))
+        of_h = larger_of(of_h, h - four_at(w, COMMON_V + i))
+        put_four(w, AMPLITUDES + i, b)
+        put_four(w, TIMES + i, t)
+        put_four(w, COMMON_X + i, g)
+        put_four(w, COMMON_V + i, h)
+    slow = max(largest_of(of_h) - NODE_ERROR * abs(approach.v), 0.0)
     return 5.0 * largest_of(of_b) / approach.b + slow / approach.s
 
 
@@ -358,13 +356,16 @@ def balances_at(ps, damper, wall, nodes, approach, i, a, dt):
     of eq. (5) itself, by none of the formulas for the `a` that solves the impact. dt: dt/dphi.
     """
     w, at = nodes.w, nodes.at
-    b, u, S_u = four_at(w, B + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
+    b, u, S_u = four_at(w, AMPLITUDES + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
     b2 = b * b
     b4 = b2 * b2
     z, s = b4 * (u * u), (wall.speed * (b4 * b)) * S_u
-    cosine, sine = cos_sin(ps.omega * four_at(w, T + i))
+    cosine, sine = cos_sin(ps.omega * four_at(w, TIMES + i))
     drive = approach.c * cosine - approach.d * sine
-    x1, v1 = four_at(w, G + i) + damper.share * z, four_at(w, H + i) + damper.share * s
+    x1, v1 = (
+        four_at(w, COMMON_X + i) + damper.share * z,
+        four_at(w, COMMON_V + i) + damper.share * s,
+    )
     _, ds = accelerations_of(ps, damper, x1, v1, wall.gap + z, s, drive, 0.0)
     return s * ds * dt, z * (ds - a) * dt
 
@@ -378,7 +379,7 @@ def at_end(ps, damper, wall, nodes, approach):
     its own, about as large. And how far the virial z s is from 0, where it begins and ends: a force
     that is conservative does no work from touch to release, but changes the time.
     """
-    w, m, weight = nodes.w, nodes.m, nodes.at + WEIGHT * nodes.m
+    w, m, weight = nodes.w, nodes.m, nodes.at + ARC_WEIGHT * nodes.m
     sb, st, sg, sh = four(0.0), four(0.0), four(0.0), four(0.0)
     energy, virial = four(0.0), four(0.0)
     per = 1.0 / approach.b

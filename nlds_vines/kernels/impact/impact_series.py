@@ -9,7 +9,7 @@ in the free arc u(phi), S(phi): a is what accelerates r beside the contact, in u
 contact's own kappa b0^6, written as a force A, a drag D, a drift R, a spring Z and a curvature Q
 (`impact.Approach`). Of an impact that lasts theta, in units of the other motion's time, A
 and D are of the order theta^2 or less, R is A theta, Z is theta^4 and Q is A theta^2 at most: terms
-are kept by the sum of their WEIGHTS, which are orders in halves.
+are kept by the sum of their TERM_WEIGHTS, which are orders in halves.
 
 The series is exact: beta and tau obey it whatever integrates them. So it is solved twice, with the
 integrals of a collocation of n nodes and with true ones: the first is a guess from which the sweeps
@@ -23,10 +23,10 @@ from itertools import product
 
 import numpy as np
 
-NUMBERS = 5  # A, D, R, Z, Q
-WEIGHTS = (2, 2, 3, 4, 5)
-ORDER = 8  # of the terms that are kept, in halves
-ONE = (0,) * NUMBERS
+SMALL_NUMBERS = 5  # A, D, R, Z, Q
+TERM_WEIGHTS = (2, 2, 3, 4, 5)
+HALF_ORDERS = 8  # of the terms that are kept, in halves
+ONE = (0,) * SMALL_NUMBERS
 
 Term = tuple[int, ...]
 """The powers of A, D, R, Z and Q in a term."""
@@ -36,17 +36,17 @@ Integrate = Callable[[np.ndarray], np.ndarray]
 
 def weight_of(term: Term) -> int:
     """Return the order of a term in halves."""
-    return sum(power * weight for power, weight in zip(term, WEIGHTS, strict=True))
+    return sum(power * weight for power, weight in zip(term, TERM_WEIGHTS, strict=True))
 
 
 def terms_up_to(order: int) -> list[Term]:
     """Return the terms up to an order (in halves), by order and then with the most of A first."""
-    ranges = (range(order // weight + 1) for weight in WEIGHTS)
+    ranges = (range(order // weight + 1) for weight in TERM_WEIGHTS)
     found = (term for term in product(*ranges) if weight_of(term) <= order)
     return sorted(found, key=lambda term: (weight_of(term), tuple(-power for power in term)))
 
 
-TERMS = terms_up_to(ORDER)
+ALL_TERMS = terms_up_to(HALF_ORDERS)
 
 
 def factors_of(terms: list[Term]) -> tuple[list[int], list[int]]:
@@ -58,7 +58,7 @@ def factors_of(terms: list[Term]) -> tuple[list[int], list[int]]:
     fewer, once = [0], [0]
     for term in terms[1:]:
         which = next(i for i, power in enumerate(term) if power)
-        number = tuple(int(i == which) for i in range(NUMBERS))
+        number = tuple(int(i == which) for i in range(SMALL_NUMBERS))
         rest = tuple(a - b for a, b in zip(term, number, strict=True))
         fewer.append(terms.index(rest))
         once.append(terms.index(number))
@@ -115,7 +115,7 @@ class Series:
         one = Series({ONE: np.ones_like(self.coefficients[ONE])}, self.order)
         x = {term: -values for term, values in self.coefficients.items() if term != ONE}
         found = power = one
-        for _ in range(self.order // min(WEIGHTS)):
+        for _ in range(self.order // min(TERM_WEIGHTS)):
             power = power * Series(x, self.order)
             found = found + power
         return found
@@ -127,7 +127,7 @@ class Series:
 
 
 def impact_series(
-    u: np.ndarray, S: np.ndarray, integrate: Integrate, order: int = ORDER
+    u: np.ndarray, S: np.ndarray, integrate: Integrate, order: int = HALF_ORDERS
 ) -> tuple[Series, Series, Series, Series]:
     """Return the series of beta, tau and of their derivatives by phi, at nodes of the arc u, S.
 
@@ -141,10 +141,10 @@ def impact_series(
         now = min(reached, order)
 
         def number(i: int, now: int = now) -> Series:
-            term = tuple(int(j == i) for j in range(NUMBERS))
-            return Series({term: ones} if WEIGHTS[i] <= now else {}, now)
+            term = tuple(int(j == i) for j in range(SMALL_NUMBERS))
+            return Series({term: ones} if TERM_WEIGHTS[i] <= now else {}, now)
 
-        force, drag, drift, spring, curvature = (number(i) for i in range(NUMBERS))
+        force, drag, drift, spring, curvature = (number(i) for i in range(SMALL_NUMBERS))
         tau = Series(tau.coefficients, now)
         w = Series({ONE: ones}, now) + beta
         w2 = w * w

@@ -32,15 +32,20 @@ import math
 
 from ..motion.driven import carried, columns_of, put_columns
 from ..numerics.compiling import jit
+from ..numerics.elementary import TINIEST
 from ..numerics.fours import bare, four, four_at, larger_of, largest_of, put_four
 from ..scene.drive import cos_sin, rotated
 from ..scene.scene import accelerations, under
 from .impact import (
+    AMPLITUDES,
+    ARC_WEIGHT,
     AT_CURVATURE,
     AT_DRAG,
     AT_DRIFT,
     AT_FORCE,
     AT_SPRING,
+    COMMON_V,
+    COMMON_X,
     CUBE,
     DOUBLE,
     FACTORS,
@@ -50,18 +55,14 @@ from .impact import (
     MATRIX,
     MISSED,
     MOST_SWEEPS,
+    NODE_ROW,
     PRODUCTS,
-    ROW,
     SETTLED,
+    TIMES,
     USED,
-    VARIED,
-    WEIGHT,
+    VARIATIONS,
     WHOLE,
-    B,
-    G,
-    H,
     Nodes,
-    T,
     approach_of,
     missed,
     nodes_of,
@@ -73,13 +74,10 @@ from .impact import (
 #   E_T ... V_B  7 ROW      factors at the nodes: of time in e; of e and of b in the derivatives
 #   CHANGES      3 ROW      what the four variations change of each term of the series
 #   NODE         24 ROW     node by node, four variations each: b, e and derivatives of b, t, w, v
-#   TO_PLACE     ROW        weights of integrals from touch to a place (`inside_variations`)
-E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIED + ROW * i for i in range(7))
-CHANGES = VARIED + 7 * ROW
-NODE, EACH = VARIED + 10 * ROW, 24
-TO_PLACE = VARIED + 34 * ROW
-AMPLITUDE, PUSH, OF_B, OF_T, OF_W, OF_V = (NODE + 4 * i for i in range(6))
-TINIEST = 1.0e-300  # size of a variation, so that nothing is divided by zero
+E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIATIONS + NODE_ROW * i for i in range(7))
+CHANGES = VARIATIONS + 7 * NODE_ROW
+NODE, NODE_NUMBERS = VARIATIONS + 10 * NODE_ROW, 24
+AMPLITUDE, PUSHES, OF_B, OF_T, OF_W, OF_H = (NODE + 4 * i for i in range(6))
 
 
 @jit
@@ -92,14 +90,16 @@ def linearise(ps, damper, wall, nodes, approach):
     other, a1, a2 = 1.0 - damper.share, ps.stiffness * damper.share, ps.damping * damper.share
     for i in range(0, nodes.m, 4):
         # The impact, as in `slopes_at`.
-        b, u, S_u = four_at(w, B + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
+        b, u, S_u = four_at(w, AMPLITUDES + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
         b2 = b * b
         b4 = b2 * b2
         u2 = u * u
         z, s = b4 * u2, (wall.speed * (b4 * b)) * S_u
-        cosine, sine = cos_sin(ps.omega * four_at(w, T + i))
+        cosine, sine = cos_sin(ps.omega * four_at(w, TIMES + i))
         push = ps.force * (approach.c * cosine - approach.d * sine)
-        push = push - (ps.stiffness * four_at(w, G + i) + ps.damping * four_at(w, H + i))
+        push = push - (
+            ps.stiffness * four_at(w, COMMON_X + i) + ps.damping * four_at(w, COMMON_V + i)
+        )
         push = under(ps.load, push - (a1 * z + a2 * s))
         a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
         per = u / (wall.kappa * (b4 * b2) - a * u2)
@@ -201,19 +201,19 @@ def guess(ps, damper, nodes, approach, pushes, faster):
     on_u = 0.8 * ps.damping * on_v * z0
     on_cube, on_double = 0.6 * back, 0.4 * tick * (ps.stiffness * once - ps.damping * other * back)
     for i in range(nodes.m):
-        k, at, time = EACH * i, nodes.at + i, w[T + i]
+        k, at, time = NODE_NUMBERS * i, nodes.at + i, w[TIMES + i]
         by_b, by_t, row = four(0.0), four(0.0), nodes.at + GB * nodes.m + i
         for term in range(1, GUESSED):
             row, change = row + nodes.m, four_at(w, CHANGES + 4 * term)
             by_b = by_b + w[row] * change
             by_t = by_t + w[row + (GT - GB) * nodes.m] * change
-        b, t = w[B + i] * as_fast + b0 * by_b, time * slower + tick * by_t
+        b, t = w[AMPLITUDES + i] * as_fast + b0 * by_b, time * slower + tick * by_t
         u, cube, double = w[at], w[at + CUBE * nodes.m], w[at + DOUBLE * nodes.m]
         e = push + time * (first + time * (second + time * (third + time * fourth)))
         e = e + (climbs + time * (bends + time * twists)) * t
         e = e + (on_u * u * u + (on_cube * cube + on_double * double)) * faster
         put_four(w, AMPLITUDE + k, b)
-        put_four(w, PUSH + k, e)
+        put_four(w, PUSHES + k, e)
 
 
 @jit
@@ -221,8 +221,8 @@ def slopes_of_b(nodes):
     """Fill the derivative of b at all nodes."""
     w = nodes.w
     for i in range(nodes.n):
-        k = EACH * i
-        e, b = four_at(w, PUSH + k), four_at(w, AMPLITUDE + k)
+        k = NODE_NUMBERS * i
+        e, b = four_at(w, PUSHES + k), four_at(w, AMPLITUDE + k)
         put_four(w, OF_B + k, w[B_E + i] * e + w[B_B + i] * b)
 
 
@@ -231,13 +231,13 @@ def slopes_of_motion(nodes):
     """Fill the derivatives of time and common motion at all nodes."""
     w = nodes.w
     for i in range(nodes.n):
-        k = EACH * i
-        e, b = four_at(w, PUSH + k), four_at(w, AMPLITUDE + k)
+        k = NODE_NUMBERS * i
+        e, b = four_at(w, PUSHES + k), four_at(w, AMPLITUDE + k)
         t = w[T_E + i] * e + w[T_B + i] * b
         v = w[V_E + i] * e + w[V_B + i] * b
         put_four(w, OF_T + k, t)
-        put_four(w, OF_W + k, w[H + i] * t - w[T + i] * v)
-        put_four(w, OF_V + k, v)
+        put_four(w, OF_W + k, w[COMMON_V + i] * t - w[TIMES + i] * v)
+        put_four(w, OF_H + k, v)
 
 
 @jit
@@ -248,29 +248,29 @@ def integrate_b(nodes, start):
     for i in range(0, m, 4):
         b0, b1, b2, b3 = start, start, start, start
         for j in range(nodes.n):
-            k, slope = matrix + j * m + i, four_at(w, OF_B + EACH * j)
+            k, slope = matrix + j * m + i, four_at(w, OF_B + NODE_NUMBERS * j)
             b0 = b0 + w[k] * slope
             b1 = b1 + w[k + 1] * slope
             b2 = b2 + w[k + 2] * slope
             b3 = b3 + w[k + 3] * slope
-        k = AMPLITUDE + EACH * i
+        k = AMPLITUDE + NODE_NUMBERS * i
         changed = larger_of(changed, b0 - four_at(w, k))
-        changed = larger_of(changed, b1 - four_at(w, k + EACH))
-        changed = larger_of(changed, b2 - four_at(w, k + 2 * EACH))
-        changed = larger_of(changed, b3 - four_at(w, k + 3 * EACH))
+        changed = larger_of(changed, b1 - four_at(w, k + NODE_NUMBERS))
+        changed = larger_of(changed, b2 - four_at(w, k + 2 * NODE_NUMBERS))
+        changed = larger_of(changed, b3 - four_at(w, k + 3 * NODE_NUMBERS))
         put_four(w, k, b0)
-        put_four(w, k + EACH, b1)
-        put_four(w, k + 2 * EACH, b2)
-        put_four(w, k + 3 * EACH, b3)
+        put_four(w, k + NODE_NUMBERS, b1)
+        put_four(w, k + 2 * NODE_NUMBERS, b2)
+        put_four(w, k + 3 * NODE_NUMBERS, b3)
     return changed
 
 
 @jit(inlined=True)
 def push_at(ps, w, i, t, x, v):
     """Put e at node i; return its change. t, v: as in the text; x: less what T v adds to it."""
-    e = w[E_T + i] * t - (ps.stiffness * (x + w[T + i] * v) + ps.damping * v)
-    before = four_at(w, PUSH + EACH * i)
-    put_four(w, PUSH + EACH * i, e)
+    e = w[E_T + i] * t - (ps.stiffness * (x + w[TIMES + i] * v) + ps.damping * v)
+    before = four_at(w, PUSHES + NODE_NUMBERS * i)
+    put_four(w, PUSHES + NODE_NUMBERS * i, e)
     return e - before
 
 
@@ -285,8 +285,8 @@ def integrate_motion(ps, nodes, late, x0, v0, first):
     for i in range(first, m, 2):
         t0, t1, y0, y1, z0, z1 = late, late, x0, x0, v0, v0
         for j in range(nodes.n):
-            q, k = matrix + j * m + i, EACH * j
-            t, x, v = four_at(w, OF_T + k), four_at(w, OF_W + k), four_at(w, OF_V + k)
+            q, k = matrix + j * m + i, NODE_NUMBERS * j
+            t, x, v = four_at(w, OF_T + k), four_at(w, OF_W + k), four_at(w, OF_H + k)
             t0 = t0 + w[q] * t
             t1 = t1 + w[q + 1] * t
             y0 = y0 + w[q] * x
@@ -346,22 +346,21 @@ def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
 
 
 @jit
-def at_release(nodes, start, took, weight):
+def at_release(nodes, start, took):
     """Return the differences (b, t, x, v) at the end of the arc, t without t0.
 
-    Or at a place inside: where an integral from touch has the weights that begin at `weight`. x
-    already holds what goes with the time `took` [s] that the nodes miss, v that it lasts.
+    x already holds what goes with the time `took` [s] that the nodes miss, v that it lasts.
     """
-    w = nodes.w
+    w, weight = nodes.w, nodes.at + ARC_WEIGHT * nodes.m
     _, b, x, v = start
     t = four(0.0)
     slopes_of_b(nodes)
     for i in range(nodes.n):
-        k, q = EACH * i, w[weight + i]
+        k, q = NODE_NUMBERS * i, w[weight + i]
         b = b + q * four_at(w, OF_B + k)
         t = t + q * four_at(w, OF_T + k)
         x = x + q * four_at(w, OF_W + k)
-        v = v + q * four_at(w, OF_V + k)
+        v = v + q * four_at(w, OF_H + k)
     return b, t, x + took * v, v
 
 
@@ -408,14 +407,14 @@ def vary(side, phase, before, after, tangent):
     nodes, took = Nodes(n, m, at, bare(w)), after[3]
     start, push, faster = solve_variations(side, nodes, approach, took, tangent)
     # At the release, with what the nodes miss.
-    b, t, x, v = at_release(nodes, start, took, at + WEIGHT * m)
+    b, t, x, v = at_release(nodes, start, took)
     more, longer, late = missed_varied(nodes, approach, faster)
     b, t = b + more, t + longer
     x = x + approach.v * longer
     v = v + (approach.acceleration * longer + ((1.0 - damper.share) * late) * push)
     # At one time: t0 + t before the wall is left. (b^5 is that of the last node, all but exactly.)
     s, x1, v1, _ = after
-    last = w[B + n - 1]
+    last = w[AMPLITUDES + n - 1]
     last2 = last * last
     off = -s / (wall.speed * (last2 * last2 * last)) - 1.0
     last = last * (1.0 + off * (0.2 - off * (0.08 - 0.048 * off)))

@@ -1,18 +1,13 @@
-"""Inside a short impact: half of it, solved, and its largest energies.
+"""Inside a short impact, which is solved from touch to release: what is asked there is stepped.
 
-At the ends of an arc a collocation is far better than between its nodes. But on half an arc, from
-touch to deepest point, the polynomials through n nodes and both ends converge like 3.6^-n, since
-the singularities of the arc lie beside its deepest point. From there to the release the impact is
-solved backward in time, where it is an impact again: velocities and the dashpots' forces change
-their signs, and the phase runs back. The tolerance chooses the number of nodes. A state at any time
-is read off such a half, too (`state_inside`).
+The orbit goes on behind an impact as it is solved. Where a section cuts it, or an energy may be
+largest in it, or a response is wanted, it is stepped beside that, from the end that is nearer:
+backward in time an impact is an impact again, in which velocities and the dashpots' forces have
+other signs, and the phase runs back. What was found is kept for the last few impacts: of a settled
+orbit nothing is stepped.
 
-A value at place x from -1 to 1 is read off by the barycentric formula
-sum(q_i y_i) / sum(q_i), q_i = weight_i / (x - x_i)  (Berrut, Trefethen: SIAM Review 46 (2004) 501).
-
-An energy can peak where its power falls through zero. The contact's force alone only makes it dip,
-so that a peak is near the touch, where the power is positive there, or near the release, where it
-is negative.
+An energy can peak where its power falls through zero. Where the contact's force is larger than all
+others it only makes an energy dip, so that a peak is near the touch or near the release.
 """
 
 from __future__ import annotations
@@ -22,53 +17,33 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..events.contact import Steps, contact
+from ..motion.response_sums import BEFORE, BEGIN, MOST, SUMS, raise_to
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..numerics.fours import four, four_at, put_four, sum_of
-from ..numerics.roots import narrowed, secant
-from ..scene.arguments import side_with
-from ..scene.drive import cos_sin, rotated
-from ..scene.scene import Damper, Ground, Structure, finite
-from ..watch.observe import energies_of, powers_of
-from .impact import (
-    HALF,
-    INSIDE,
-    MATRIX,
-    MISSED,
-    ROW,
-    Approach,
-    B,
-    G,
-    H,
-    Nodes,
-    S,
-    T,
-    U,
-    approach_of,
-    at_end,
-    nodes_of,
-    settle,
-)
+from ..numerics.fours import four, four_at, put_four
+from ..numerics.matrices import solve
+from ..scene.arguments import Watch, side_with
+from ..scene.drive import rotated
+from ..scene.scene import Damper, Ground, Structure
+from ..watch.observe import energies_of, powers_of, raise_energies
+from .impact import INSIDE, LASTING, short_impact
+from .impact_variations import vary
 
-# Places are the touch, the nodes and the deepest point. Rows of k numbers, k = n + 2 in fours:
-PLACE, BARYCENTRIC, ONWARD = range(3)  # constants of a half, behind all others; weights from
-# the first node on
-WEIGHED = INSIDE  # scratch: the weights at a place; values of five quantities there
-FIRST, SECOND, THIRD, FOURTH, FIFTH = (INSIDE + ROW * (1 + i) for i in range(5))
-TOUCH, RELEASE = 0, 1  # the ends; int() keeps each from its own compilation
-# the last half of each end whose energies were looked for: s, v1, x1, cos, sin, and what E1 and E2
-# rise above their values there, NaN if unknown
-LAST = INSIDE + ROW * 6
-# the last impact that a section cut: s, x1, v1, cos, sin at touch, time since; q, s, x1, v1 there
-CUT = LAST + 16
-
-ROOT_STEPS = 40  # of the search for a place: it needs some six
-PRECISE = 1.0e-7  # error of the place of a peak: its height errs by the square
-SETTLED = (
-    0.1  # what sweeps may leave, in units of what those of an impact may: nodes keep all of it
-)
-SAME = 1.0e-3  # change of an impact in units of the tolerance with which it is the same
-RISE = 2.0  # largest power of the other forces in an impact, in units of that at its ends
+# Of each of the last few impacts, in the scratch of the arc's table: (s, x1, v1, cos, sin) at
+# touch; from RISES_KEPT on, by how much E1 and E2 rise above those at touch and those at release;
+# from SHARE_KEPT on, its share of a response, a tally's row up to BEGIN; from CUT on, when it was
+# cut and (q, s, x1, v1) there; and what unit variations (16,) become from touch TO the cut, and
+# from there ON. What is not known is NaN. Behind them: which of them is the next to be forgotten,
+# and variations that wait.
+RISES_KEPT, SHARE_KEPT, CUT, TO, ON, EACH, KEPT = 5, 9, 29, 34, 50, 66, 4
+NEXT_KEPT, WAIT = INSIDE + EACH * KEPT, INSIDE + EACH * KEPT + 1
+SAME = 0.3  # change of an impact with which it is the same, in units of what sweeps may leave of it
+GROWS = 2.0  # largest force beside the contact's in an impact, in units of that at its ends
+# How variations are stepped, driven ones of an impact that is solved, too, in units of the orbit's
+# own tolerance, and at most: what K drives, all of which is made in impacts, errs by 1e-9 then, all
+# others by 1e-11, or by the tolerance if that is less.
+SURER, VERIFIED = 0.1, 2.5e-11
 
 
 class Ahead(NamedTuple):
@@ -82,18 +57,6 @@ class Ahead(NamedTuple):
     depth: float  # the greatest [m], 0 if it is not wanted
     touch: tuple[float, float, float]  # s, x1, v1
     release: tuple[float, float, float]
-
-
-class Half(NamedTuple):
-    """Half an impact, solved: from touch, or backward in time from release."""
-
-    ps: Structure
-    damper: Damper
-    approach: Approach
-    nodes: Nodes
-    k: int  # places in whole fours
-    places: int  # where their constants are
-    time: float  # to the deepest point [s]
 
 
 @jit
@@ -136,236 +99,271 @@ def joint_backward(damper):
 
 
 @jit
-def half_impact(side, phase, state):
-    """Return the half of an impact that begins with a state (s, x1, v1), solved.
+def from_release(side, phase, ahead):
+    """Return (side, phase, (q, s, x1, v1)) at the release of an impact, backward in time.
 
-    phase: (cos, sin) of the forcing's. With nodes for all that may be asked of it.
+    phase: (cos, sin) at its touch.
     """
-    approach = approach_of(side.ps, side.damper, side.wall, phase, state)
-    arc = side.arc
-    return solved_half(side, approach, arc.inside, SETTLED * arc.settled)
+    c, d = rotated(phase[0], phase[1], side.ps.omega * ahead.took)
+    s, x1, v1 = ahead.release
+    return backward(side), (c, -d), (0.0, -s, x1, -v1)
 
 
 @jit
-def solved_half(side, approach, level, settled):
-    """Return the half of an impact, solved with the nodes of one level until they are settled."""
-    ps, damper, wall = side.ps, side.damper, side.wall
-    nodes = nodes_of(side.arc, level, int(HALF))
-    settle(ps, damper, wall, nodes, approach, settled)
-    ratio, time, x, v, _ = at_end(ps, damper, wall, nodes, approach)
-    w, n = nodes.w, nodes.n
-    # the ends of the rows: what follows node n - 1 is the deepest point
-    w[B + n], w[T + n], w[G + n], w[H + n] = approach.b * ratio, time, x, v
-    k, places = (n + 5) // 4 * 4, nodes.at + (MATRIX + n) * nodes.m + 3 * MISSED
-    return Half(ps, damper, approach, nodes, k, places, time)
+def place_of(side, phase, touch):
+    """Return where the table keeps what is known of an impact, of which nothing is if it is new.
 
-
-@jit
-def keep(half, row, at_touch, unknown):
-    """Fill a scratch row of places with an unknown at touch, at the nodes and at the end."""
-    w, n = half.nodes.w, half.nodes.n
-    w[row] = at_touch
-    for i in range(n + 1):
-        w[row + 1 + i] = w[unknown + i]
-
-
-@jit
-def weigh(half, x):
-    """Fill the row WEIGHED with the barycentric weights of the places at x; return their sum.
-
-    At a place itself all of the weight is its own.
+    phase: (cos, sin) at its touch, touch: (s, x1, v1).
     """
-    w, place, weight = half.nodes.w, half.places, half.places + BARYCENTRIC * half.k
-    for i in range(half.nodes.n + 2):
-        if w[place + i] == x:
-            for j in range(half.k):
-                w[WEIGHED + j] = 0.0
-            w[WEIGHED + i] = 1.0
-            return 1.0
-    total = four(0.0)
-    for i in range(0, half.k, 4):
-        q = four_at(w, weight + i) / (x - four_at(w, place + i))
-        put_four(w, WEIGHED + i, q)
-        total = total + q
-    return sum_of(total)
-
-
-@jit
-def value(half, row, total):
-    """Return the value of a row of places where `weigh` returned `total`."""
-    w, found = half.nodes.w, four(0.0)
-    for i in range(0, half.k, 4):
-        found = found + four_at(w, WEIGHED + i) * four_at(w, row + i)
-    return sum_of(found) / total
+    w, (s, x1, v1), (c, d), rate = side.arc.table, touch, phase, side.rate
+    scale = abs(s) + abs(v1) + rate * abs(x1)
+    for i in range(KEPT):
+        at = INSIDE + EACH * i
+        apart = abs(w[at] - s) + rate * abs(w[at + 1] - x1) + abs(w[at + 2] - v1)
+        apart += scale * (abs(w[at + 3] - c) + abs(w[at + 4] - d))
+        if apart <= SAME * side.arc.settled * scale:
+            return at
+    at = INSIDE + EACH * int(w[NEXT_KEPT])
+    w[NEXT_KEPT] = w[NEXT_KEPT] + 1.0 if w[NEXT_KEPT] < KEPT - 1.0 else 0.0
+    w[at], w[at + 1], w[at + 2], w[at + 3], w[at + 4] = s, x1, v1, c, d
+    for i in range(RISES_KEPT, EACH):
+        w[at + i] = math.nan
+    return at
 
 
 # ---- energies ------------------------------------------------------------------------------------
 
 
 @jit
-def fill_energies(wall, half):
-    """Fill the rows FIRST ... FOURTH with E1, its power, E2 and its power at all places."""
-    ps, damper, approach, w, n = half.ps, half.damper, half.approach, half.nodes.w, half.nodes.n
-    at, m, share = half.nodes.at, half.nodes.m, damper.share
-    for i in range(0, m, 4):
-        b, u = four_at(w, B + i), four_at(w, at + U * m + i)
-        b2 = b * b
-        b4, u2 = b2 * b2, u * u
-        z, s = b4 * u2, (wall.speed * (b4 * b)) * four_at(w, at + S * m + i)
-        cosine, sine = cos_sin(ps.omega * four_at(w, T + i))
-        drive = approach.c * cosine - approach.d * sine
-        x1, v1 = four_at(w, G + i) + share * z, four_at(w, H + i) + share * s
-        e1, e2 = energies_of(ps, damper, x1, v1, wall.gap + z, s)
-        force = wall.K * (b4 * b2) * (u2 * u)
-        v1, n1, v2, n2 = powers_of(ps, damper, x1, v1, wall.gap + z, s, drive, force)
-        put_four(w, FIRST + 1 + i, e1)
-        put_four(w, SECOND + 1 + i, v1 * n1)
-        put_four(w, THIRD + 1 + i, e2)
-        put_four(w, FOURTH + 1 + i, v2 * n2)
-    keep(half, int(FIFTH), 0.0, int(T))
-    v1 = approach.v + share * approach.s
-    fill_place(half, wall, 0, 0.0, 0.0, approach.s, approach.x, v1)
-    b = w[B + n]
-    z = (b * b) * (b * b)
-    fill_place(half, wall, n + 1, w[T + n], z, 0.0, w[G + n] + share * z, w[H + n])
+def where_peaks_are(side, energy, phase, ahead):
+    """Return how long after the touch, and before the release, an energy may peak in an impact [s].
 
-
-@jit
-def fill_place(half, wall, i, time, z, s, x1, v1):
-    """Fill place i of the rows FIRST ... FOURTH from a state at a `time` [s] and depth z [m]."""
-    ps, damper, w = half.ps, half.damper, half.nodes.w
-    cosine, sine = cos_sin(ps.omega * time)
-    drive = half.approach.c * cosine - half.approach.d * sine
-    w[FIRST + i], w[THIRD + i] = energies_of(ps, damper, x1, v1, wall.gap + z, s)
-    force = wall.K * z * math.sqrt(z)
-    v1, n1, v2, n2 = powers_of(ps, damper, x1, v1, wall.gap + z, s, drive, force)
-    w[SECOND + i], w[FOURTH + i] = v1 * n1, v2 * n2
-
-
-@jit
-def note_if_within(half, energy, body, span, time, e):
-    """Raise an energy to e [J] if the time [s] since the half's beginning is in a span."""
-    if span[0] <= time <= span[1]:
-        energy[body] = max(energy[body], e)
-
-
-@jit
-def note_peaks_of(half, energy, body, span):
-    """Raise an energy to its peaks at and between the places of a half that are in a span."""
-    w, e, p = half.nodes.w, FIRST + 2 * ROW * body, SECOND + 2 * ROW * body
-    for i in range(half.nodes.n + 1):
-        note_if_within(half, energy, body, span, w[FIFTH + i], w[e + i])
-        f0, f1 = w[p + i], w[p + i + 1]
-        if f0 > 0.0 and f1 < 0.0:
-            low, high = w[half.places + i], w[half.places + i + 1]
-            total = 1.0
-            for _ in range(ROOT_STEPS):
-                x = secant(low, high, f0, f1)
-                total = weigh(half, x)
-                f = value(half, p, total)
-                if f == 0.0 or min(x - low, high - x) < PRECISE:
-                    break
-                low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
-            time, top = value(half, int(FIFTH), total), value(half, e, total)
-            note_if_within(half, energy, body, span, time, top)
-
-
-@jit
-def peaks_in_doubt(side, energy, before, after, ahead):
-    """Return in which half of an impact which energy may peak above the largest so far.
-
-    Bit body + 2 half. before, after: cos of the phase at touch and at release. The contact's force
-    alone makes an energy dip, and the other forces hardly change: a peak follows the touch if their
-    power is positive there, and precedes the release if it is negative there, unless they or the
-    velocity change sign in between. The rise above the end is at most RISE times their power times
-    the time.
+    0 where none can exceed the largest so far. phase: (cos, sin) at touch. It is at most the time
+    to the depth at which the contact pushes as hard as all other forces, a share x^(2/3) of the
+    greatest where those are a share x of its largest force, which is bounded by sqrt(x) of the
+    impact. And there is no peak where an energy falls from the end on and neither the velocity nor
+    those forces change their sign.
     """
-    ps, damper, wall = side.ps, side.damper, side.wall
-    s, x, v = ahead.touch
-    took, at_touch = ahead.took, powers_of(ps, damper, x, v, wall.gap, s, before, 0.0)
-    e0 = energies_of(ps, damper, x, v, wall.gap, s)
-    s, x, v = ahead.release
-    at_release = powers_of(ps, damper, x, v, wall.gap, s, after, 0.0)
-    e1 = energies_of(ps, damper, x, v, wall.gap, s)
-    found = 0
-    for body in range(2):
-        v0, n0 = at_touch[2 * body], at_touch[2 * body + 1]
-        v1, n1 = at_release[2 * body], at_release[2 * body + 1]
-        p0, p1 = v0 * n0, v1 * n1
-        rise = RISE * max(abs(p0), abs(p1)) * took
-        turn = max(abs(n0), abs(n1)) * took / (ps.m1 if body == 0 else damper.m2)
-        unsure = not n0 * n1 > 0.0 or min(abs(v0), abs(v1)) <= turn
-        if e0[body] + rise > energy[body] and (unsure or p0 > 0.0):
-            found |= 1 << body
-        if e1[body] + rise > energy[body] and (unsure or p1 < 0.0):
-            found |= 4 << body
-    return found
+    ps, damper, gap = side.ps, side.damper, side.wall.gap
+    took, (s, x, v), (u, y, w) = ahead.took, ahead.touch, ahead.release
+    after, _ = rotated(phase[0], phase[1], ps.omega * took)
+    f = powers_of(ps, damper, x, v, gap, s, phase[0], 0.0)
+    g = powers_of(ps, damper, y, w, gap, u, after, 0.0)
+    e0, e1 = energies_of(ps, damper, x, v, gap, s), energies_of(ps, damper, y, w, gap, u)
+    deep = took * max(s, -u) / LASTING
+    early, late, longest = False, False, 0.0
+    for i in range(2):
+        v, n, w, m = f[2 * i], f[2 * i + 1], g[2 * i], g[2 * i + 1]
+        push, steady = GROWS * max(abs(n), abs(m)), n * m > 0.0
+        soon = took * min(math.sqrt(push / (side.wall.K * deep * math.sqrt(deep))), 1.0)
+        lost = push * soon / (ps.m1 if i == 0 else damper.m2)
+        falls = steady and v * n < 0.0 and abs(v) > lost
+        early = early or (not falls and e0[i] + push * (abs(v) + 2.0 * lost) * soon > energy[i])
+        falls = steady and w * m > 0.0 and abs(w) > lost
+        late = late or (not falls and e1[i] + push * (abs(w) + 2.0 * lost) * soon > energy[i])
+        longest = max(longest, soon)
+    return longest if early else 0.0, longest if late else 0.0
 
 
 @jit
-def is_known(side, energy, end, phase, state, bodies):
-    """Tell whether a half is all but the last one of its end, and note its energies from there.
+def note_end(side, energy, phase, now, soon, at):
+    """Raise the largest energies to those within a time `soon` [s] of one end of an impact.
 
-    end: TOUCH or RELEASE; bodies: those in doubt. What an energy rises above its value at
-    the end changes by no more than the state there, relative: of a settled orbit nothing is solved.
+    now: (q, s, x1, v1) there, phase: (cos, sin) there; at: where the rises are kept.
     """
-    s, x1, v1 = state
-    arc, rate = side.arc, side.rate
-    w, k = arc.table, LAST + 8 * end
-    scale = abs(s) + abs(v1) + rate * abs(x1)
-    apart = abs(w[k] - s) + abs(w[k + 1] - v1) + rate * abs(w[k + 2] - x1)
-    apart = apart / scale + abs(w[k + 3] - phase[0]) + abs(w[k + 4] - phase[1])
-    if not apart <= SAME * min(arc.tolerance, 1.0):
-        return False
-    for body in range(2):
-        if bodies & (1 << body) and not finite(w[k + 5 + body]):
-            return False
+    w, (_, s, x1, v1) = side.arc.table, now
     e = energies_of(side.ps, side.damper, x1, v1, side.wall.gap, s)
-    for body in range(2):
-        if bodies & (1 << body):
-            energy[body] = max(energy[body], e[body] + w[k + 5 + body])
-    return True
+    if not w[at] >= 0.0:
+        before = energy[0], energy[1]
+        energy[0], energy[1] = e
+        contact(side, Watch(None, energy, None, None, None, None), phase, now, soon)
+        w[at], w[at + 1] = energy[0] - e[0], energy[1] - e[1]
+        energy[0], energy[1] = before
+    raise_energies(energy, (e[0] + w[at], e[1] + w[at + 1]))
 
 
 @jit
-def note_half(side, energy, end, phase, state, bodies, span):
-    """Raise the energies of some bodies (bits) to their maxima in a span of a half.
-
-    state: (s, x1, v1) at its end, TOUCH or RELEASE. span: from when to when [s].
-    """
-    whole = span[0] <= 0.0 and span[1] == math.inf
-    if whole and is_known(side, energy, end, phase, state, bodies):
-        return
-    half = half_impact(side, phase, state)
-    fill_energies(side.wall, half)
-    w, k = side.arc.table, LAST + 8 * end
-    w[k], w[k + 2], w[k + 1] = state
-    w[k + 3], w[k + 4] = phase
-    for body in range(2):
-        w[k + 5 + body] = math.nan
-        if bodies & (1 << body):
-            top = np.zeros(2)
-            note_peaks_of(half, top, body, span)
-            energy[body] = max(energy[body], top[body])
-            if whole:
-                w[k + 5 + body] = top[body] - w[FIRST + 2 * ROW * body]
-
-
-@jit
-def note_inside(side, energy, phase, ahead, lasting):
+def note_inside(side, energy, phase, ahead, now, lasting):
     """Raise the largest energies to their maxima in the next `lasting` [s] of a solved impact.
 
-    ahead: `Ahead`; phase: (cos, sin) at its touch.
+    ahead: `Ahead`; phase: (cos, sin) at its touch; now: (q, s, x1, v1) at present.
     """
-    c, d = phase
-    cosine, sine = rotated(c, d, side.ps.omega * ahead.took)
-    doubt = peaks_in_doubt(side, energy, c, cosine, ahead)
-    since, until = ahead.elapsed, ahead.elapsed + lasting
-    if until >= ahead.took:
-        until = math.inf
-    if doubt & 3:
-        note_half(side, energy, int(TOUCH), phase, ahead.touch, doubt & 3, (since, until))
-    if doubt & 12:
-        (s, x1, v1), phase = ahead.release, (cosine, -sine)
-        span = ahead.took - until, ahead.took - since if since > 0.0 else math.inf
-        note_half(backward(side), energy, int(RELEASE), phase, (-s, x1, -v1), doubt >> 2, span)
+    early, late = where_peaks_are(side, energy, phase, ahead)
+    if not early + late > 0.0:
+        return
+    if ahead.elapsed > 0.0 or lasting < ahead.took:
+        wave = rotated(phase[0], phase[1], side.ps.omega * ahead.elapsed)
+        contact(side, Watch(None, energy, None, None, None, None), wave, now, lasting)
+        return
+    at = place_of(side, phase, ahead.touch) + RISES_KEPT
+    if early > 0.0:
+        note_end(side, energy, phase, now, early, at)
+    if late > 0.0:
+        other, wave, then = from_release(side, phase, ahead)
+        note_end(other, energy, wave, then, late, at + 2)
+
+
+# ---- states and variations -----------------------------------------------------------------------
+
+
+@jit
+def state_inside(side, phase, ahead, time):
+    """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
+
+    phase: (cos, sin) at touch.
+    """
+    none = Watch(None, None, None, None, None, None)
+    (s, x1, v1), sign = ahead.touch, 1.0
+    now, left = (0.0, s, x1, v1), time
+    if time + time > ahead.took:
+        side, phase, now = from_release(side, phase, ahead)
+        sign, left = -1.0, ahead.took - time
+    if not left > 0.0:
+        return now[0], sign * now[1], now[2], sign * now[3]
+    _, q, s, x1, v1, _, _ = contact(side, none, phase, now, left)
+    return q, sign * s, x1, sign * v1
+
+
+@jit
+def place_of_cut(side, phase, ahead):
+    """Return where the table keeps an impact which a section cuts, with the state that it has then.
+
+    phase: (cos, sin) at its touch; the section is `ahead.elapsed` later.
+    """
+    w, at = side.arc.table, place_of(side, phase, ahead.touch)
+    if not abs(w[at + CUT] - ahead.elapsed) <= SAME * side.arc.settled * ahead.took:
+        q, s, x1, v1 = state_inside(side, phase, ahead, ahead.elapsed)
+        w[at + CUT], w[at + TO], w[at + ON] = ahead.elapsed, math.nan, math.nan
+        w[at + CUT + 1], w[at + CUT + 2], w[at + CUT + 3], w[at + CUT + 4] = q, s, x1, v1
+    return at
+
+
+@jit
+def state_at_section(side, phase, ahead):
+    """Return (q, s, x1, v1) of a solved impact at a section, `ahead.elapsed` after its touch.
+
+    phase: (cos, sin) at touch.
+    """
+    w, at = side.arc.table, place_of_cut(side, phase, ahead) + CUT + 1
+    return w[at], w[at + 1], w[at + 2], w[at + 3]
+
+
+@jit
+def variations_finely(side):
+    """Return a side with steps that are fine enough for variations."""
+    steps = side.steps
+    fine = Steps(steps.per_impact, min(SURER * steps.tolerance, VERIFIED))
+    return side_with(side, side.ps, side.damper, side.wall, fine)
+
+
+@jit
+def put_unit(tangent):
+    """Make four variations (16,) the unit ones."""
+    for i in range(16):
+        tangent[i] = 1.0 if i % 5 == 0 else 0.0
+
+
+@jit
+def turn(tangent):
+    """Change the signs of v1 and s of four variations: of time."""
+    for i in range(1, 16, 2):
+        tangent[i] = -tangent[i]
+
+
+@jit
+def carry_by(w, at, tangent):
+    """Carry four variations (16,); what the unit ones become stands in an array from `at` on."""
+    for i in range(0, 16, 4):
+        sums = four(0.0)
+        for j in range(4):
+            sums = sums + tangent[i + j] * four_at(w, at + 4 * j)
+        put_four(tangent, i, sums)
+
+
+@jit
+def vary_to_cut(side, phase, ahead, tangent):
+    """Step unit variations `tangent` (16,) from the nearer end of an impact to where it is cut.
+
+    Returns whether that is the touch; phase: (cos, sin) there.
+    """
+    s, x1, v1 = ahead.touch
+    now, left = (0.0, s, x1, v1), ahead.elapsed
+    early = left + left <= ahead.took
+    put_unit(tangent)
+    if not early:
+        side, phase, now = from_release(side, phase, ahead)
+        left = ahead.took - left
+        turn(tangent)
+    watch = Watch(None, None, None, None, tangent, None)
+    contact(variations_finely(side), watch, phase, now, left)
+    if not early:
+        turn(tangent)
+    return early
+
+
+@jit
+def cut_in_two(side, phase, ahead, tangent, at):
+    """Fill what unit variations become up to the section that cuts an impact, and from there on.
+
+    The impact is a matrix R, a row for each unit variation, and the section cuts it into R = F S.
+    One of F and the inverse of S is stepped, the other follows. tangent (16,): scratch; phase:
+    (cos, sin) at touch; at: `place_of_cut`.
+    """
+    w, (s, x1, v1), (out, a1, b1) = side.arc.table, ahead.touch, ahead.release
+    put_unit(tangent)
+    short_impact(side, None, phase, (0.0, s, x1, v1))
+    vary(side, phase, ahead.touch, (out, a1, b1, ahead.took), tangent)
+    for i in range(16):
+        w[at + ON + i] = tangent[i]  # R, for now
+    early = vary_to_cut(side, phase, ahead, tangent)
+    matrix, right = np.empty((4, 4)), np.empty((4, 4))
+    for i in range(16):
+        w[at + TO + i], matrix[i // 4, i % 4] = tangent[i], tangent[i]
+        right[i // 4, i % 4] = w[at + ON + i]
+    if not early:
+        for i in range(16):
+            tangent[i] = w[at + ON + i]
+            right[i // 4, i % 4] = 1.0 if i % 5 == 0 else 0.0
+        carry_by(w, at + TO, tangent)
+        for i in range(16):
+            w[at + TO + i] = tangent[i]
+    solve(matrix, right)
+    for i in range(16):
+        w[at + ON + i] = right[i // 4, i % 4]
+
+
+@jit
+def vary_inside(side, phase, tangent, ahead, begins):
+    """Carry four variations (16,) from touch to the section that cuts an impact, or on from there.
+
+    To it where the impact `begins`. ahead: `Ahead`, the section being `ahead.elapsed` after touch;
+    phase: (cos, sin) at touch. Variations are linear: what unit ones become is kept.
+    """
+    w, at = side.arc.table, place_of_cut(side, phase, ahead)
+    if not abs(w[at + TO]) < math.inf:
+        for i in range(16):
+            w[WAIT + i] = tangent[i]
+        cut_in_two(side, phase, ahead, tangent, at)
+        for i in range(16):
+            tangent[i] = w[WAIT + i]
+    carry_by(w, at + (TO if begins else ON), tangent)
+
+
+# ---- a response ----------------------------------------------------------------------------------
+
+
+@jit
+def tally_inside(side, tally, phase, now):
+    """Add an impact that is solved to a tally; now: (q, s, x1, v1) at touch, phase: (cos, sin)."""
+    w, row = side.arc.table, tally.row
+    at = place_of(side, phase, (now[1], now[2], now[3])) + SHARE_KEPT
+    if not w[at] >= 0.0:
+        for i in range(BEGIN):
+            row[BEFORE + i], row[i] = row[i], 0.0
+        contact(side, Watch(None, None, None, None, None, tally), phase, now, math.inf)
+        for i in range(BEGIN):
+            w[at + i], row[i] = row[i], row[BEFORE + i]
+    for i in range(SUMS):
+        row[i] += w[at + i]
+    for i in range(MOST, BEGIN):
+        raise_to(row, i, w[at + i])

@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion import runge_kutta as rk
 from ..motion.driven import (
     GAP,
     columns_of,
@@ -36,6 +35,7 @@ from ..motion.response_sums import LOSS, OF_FORCE, S2, place_of
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.fours import bare
+from ..scene import contact_series
 from ..scene.codes import CLEARED, RELEASED, RETURNED
 from ..scene.scene import Damper, Ground, Structure, mirrored_load
 from ..watch.observe import note_depth, note_force
@@ -44,7 +44,7 @@ from ..watch.response import bend_in_rows, note_cell, raise_within
 from ..watch.touch import AT_R
 from ..watch.walk import first_rise, local_grid, walk
 
-MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
+MOST_CELLS_PRESSED = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
 
 
 LINEAR = True
@@ -181,7 +181,7 @@ def bare_held(held):
 @jit
 def too_stiff(held, period):
     """Tell whether a period [s] on the wall had more cells than can be followed."""
-    return not period <= MOST_CELLS * held.grid.h
+    return not period <= MOST_CELLS_PRESSED * held.grid.h
 
 
 # ---- what is watched -----------------------------------------------------------------------------
@@ -320,7 +320,7 @@ def follow(side, watch, phase, place, left, now):
     if tangent is not None:
         seen = mirrored_load(ps.load, ps, sign)
         carry(tangent, Linear(wall, seen, damper, sign, held.grid), place, start, took)
-        side.k[rk.SHRUNK] -= wall.cc * damper.inv_mu * took
+        side.k[contact_series.SHRUNK] -= wall.cc * damper.inv_mu * took
     if event == RELEASED and (wall.pulls is not None or wall.cc == 0.0):
         z = 0.0
         if tangent is not None and wall.pulls is not None:

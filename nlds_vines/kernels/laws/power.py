@@ -10,12 +10,28 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from ..motion.driven import Driven
 from ..numerics.compiling import jit
-from ..numerics.elementary import log, power
-from ..scene.law import depth_of, force_of, root_of, scales_of
+from ..numerics.deciding import is_a
+from ..numerics.elementary import exp, log, power
+from ..scene.contact_series import (
+    AT_S,
+    COLUMNS,
+    DEPTH,
+    ELASTIC,
+    FORCE,
+    LOGARITHM,
+    POWERS_OF_Q,
+    SERIES,
+    STEEP,
+    logarithm_term,
+    power_term,
+    product,
+)
+from ..scene.law import fill_power, scales_of
 
 MOST_ROOT = 6  # p of z = q^p: the larger, the more steps there are near the touch
-SMOOTH = 10.0  # p (n + 1) where p n is no integer: derivatives that a step of order eight needs
+SMOOTH = 10.0  # p (n + 1) where p n is no integer: the smaller, the shorter the first steps
 OF_K, EXPONENT, DAMPED = 0, 1, 2  # columns of what parameters change
 
 
@@ -107,6 +123,58 @@ def elastic(wall, stiffness, q, z):
 
 
 @jit
+def elastic_term(wall, k, n):
+    """Return coefficient n of z^n: a whole power of q, or by z itself."""
+    if wall.fraction > 0.0:
+        return power_term(k, int(DEPTH), wall.exponent, int(ELASTIC), n)
+    for m in range(wall.root + 1, wall.high + 1):
+        fill_power(k, m, n)
+    return k[SERIES + COLUMNS * n + POWERS_OF_Q + wall.high]
+
+
+@jit
+def steep_term(wall, k, n):
+    """Return coefficient n of n K z^(n - 1)."""
+    scale = wall.exponent * wall.K
+    if wall.fraction > 0.0:
+        found = power_term(k, int(DEPTH), wall.exponent - 1.0, int(STEEP), n)
+        return scale * found if n == 0 else found
+    if wall.high == wall.root:
+        return scale if n == 0 else 0.0
+    return scale * k[SERIES + COLUMNS * n + POWERS_OF_Q + wall.high - wall.root]
+
+
+@jit
+def smooth_up_to(wall, tangent, at, tolerance):
+    """Return where z^n is a tolerance of its largest, if it, or z^n ln z, has no series in theta.
+
+    It has none where the root makes no whole power of z^n, or where the exponent changes.
+    """
+    rough = wall.fraction > 0.0
+    if is_a(tangent, Driven):
+        for i in range(len(tangent.rates)):
+            rough = rough or tangent.rates[i, at + EXPONENT] != 0.0
+    return exp(log(tolerance) / (wall.root * wall.exponent)) if rough else math.inf
+
+
+@jit
+def damped_term(wall, k, column, n):
+    """Return coefficient n of a column times 1 + a s, 0 where the wall has let go."""
+    found = k[SERIES + COLUMNS * n + column]
+    if wall.damping is None:
+        return found
+    return wall.damping.acts * found + wall.damping.a * product(k, column, int(AT_S), n)
+
+
+@jit
+def drag_term(wall, k, n):
+    """Return coefficient n of dF/ds [N s/m]."""
+    if wall.damping is None:
+        return 0.0
+    return wall.damping.a * wall.K * k[SERIES + COLUMNS * n + ELASTIC]
+
+
+@jit
 def steepness(wall, q):
     """Return n K z^(n - 1) by the power of q."""
     return wall.exponent * wall.K * power(q, wall.high - wall.root, wall.fraction)
@@ -116,14 +184,6 @@ def steepness(wall, q):
 def stored(wall, stiffness, z, q):
     """Return stiffness z^(n + 1) / (n + 1)."""
     return elastic(wall, stiffness, q, z) * z / (wall.exponent + 1.0)
-
-
-@jit
-def gained(wall, y, p, z, q):
-    """Return by how much kappa z^(n + 1) / (n + 1) rises from z to y."""
-    return (elastic(wall, wall.kappa, p, y) * y - elastic(wall, wall.kappa, q, z) * z) / (
-        wall.exponent + 1.0
-    )
 
 
 # ---- damping -------------------------------------------------------------------------------------
@@ -187,31 +247,13 @@ def fill_constants(sort, change, rates, at):
 
 
 @jit
-def pushed_by_constants(wall, by, at, q, z, s):
-    """Return what changes of the force [N] by K, n and the damping."""
-    found = by[at + OF_K] * elastic(wall, 1.0, q, z)
+def pushed_term(wall, k, by, at, n):
+    """Return coefficient n of what changes of the force [N] by K, n and the damping."""
+    row = SERIES + COLUMNS * n
+    found = by[at + OF_K] * damped_term(wall, k, int(ELASTIC), n)
+    k[row + LOGARITHM] = logarithm_term(k, int(DEPTH), int(LOGARITHM), n)
+    found += by[at + EXPONENT] * product(k, int(FORCE), int(LOGARITHM), n)
     if wall.damping is not None:
-        found *= damped(wall, s)
-    if z > 0.0:
-        found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)
-    if wall.damping is not None:
-        found += by[at + DAMPED] * s * (wall.damping.acts * elastic(wall, wall.K, q, z))
+        acts = wall.damping.acts * wall.K
+        found += by[at + DAMPED] * (acts * product(k, int(ELASTIC), int(AT_S), n))
     return found
-
-
-@jit
-def smoothed(wall, tangent, at):
-    """Return the wall with a root p that makes z^n ln z smooth, too, where the exponent changes."""
-    p = max(wall.root, math.ceil(SMOOTH / (wall.exponent + 1.0)))
-    for i in range(len(tangent.rates)):
-        if tangent.rates[i, at + EXPONENT] != 0.0:
-            return power_wall_with(
-                p, wall.gap, wall.K, wall.exponent, wall.damping, wall.kappa, wall.switch
-            )
-    return wall
-
-
-@jit
-def by_root_of(wall, before, q):
-    """Return the q of a depth that has another one `before`, at a wall with another root p."""
-    return q if wall.root == before.root else root_of(wall, depth_of(before, q))

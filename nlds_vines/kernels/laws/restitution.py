@@ -21,10 +21,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..motion import runge_kutta as rk
 from ..motion.driven import (
     DAMPING,
-    FORCE,
+    FORCING,
     LOAD,
     SHARE,
     SLOWER,
@@ -44,6 +43,7 @@ from ..motion.response_sums import IMPULSE, LOSS, raise_to
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import log
+from ..scene import contact_series
 from ..scene.codes import RELEASED
 from ..scene.drive import drive_now, falling_apart, mirrored, most_push
 from ..scene.scene import (
@@ -59,12 +59,14 @@ from ..watch.touch import AT_R
 from ..watch.walk import first_rise, local_grid, walk
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
-STEADY = 0.1  # change of a, and phase of the fastest motion, in what a completed series would last
+STEADY_PRESSING = (
+    0.1  # change of a, and phase of the fastest motion, in what a completed series would last
+)
 PULL = 1.0e-12  # with which a wall holds the damper before it lets go, in units of the forces
 
 
 AT_ONCE = True
-ROUND_OFF = 4.0e-15  # of a place that was computed from two positions
+PLACE_ERROR = 4.0e-15  # of a place that was computed from two positions
 OF_E = 0  # column of what parameters change
 
 
@@ -109,7 +111,7 @@ def fill_constants(sort, change, rates, at):
 @jit
 def rests(wall, r, s, scale):
     """Tell whether a damper rests on a wall, but for round-off of positions of a `scale`."""
-    return s == 0.0 and wall.gap - r <= ROUND_OFF * scale
+    return s == 0.0 and wall.gap - r <= PLACE_ERROR * scale
 
 
 @jit
@@ -193,7 +195,7 @@ def stays(ps, damper, wall, rate, state, phase):
     own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
     dv = with_shaking(ps, (1.0 - damper.share) * without_shaking(ps, own, c), c)
     change = falling_apart(ps, phase) + ps.stiffness * v1 + ps.damping * dv
-    return abs(change) * lasting <= STEADY * a and rate * lasting <= STEADY
+    return abs(change) * lasting <= STEADY_PRESSING * a and rate * lasting <= STEADY_PRESSING
 
 
 @jit
@@ -276,7 +278,7 @@ def follow(side, watch, phase, place, left, now):
             s, v1 = 0.0, u
         tally_impulse(damper, sign, watch.tally, before[0], s)
         if tangent is not None:
-            k[rk.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
+            k[contact_series.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
             seen_from_wall(tangent, sign, 1.0)
             vary_at_impact(seen, damper, wall, before, (s, x1, v1), stuck, c, rows_of(tangent))
             drive_rebound(tangent, damper, wall, sign, before[0], stuck)
@@ -349,7 +351,7 @@ def terms_on(linear, by, constant, state, drive, variation):
     other, pace = 1.0 - damper.share, sign * by[SLOWER]
     alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
     alone = under_once(ps.load, constant, alone)
-    more = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
+    more = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
     more += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
     dv, db = other * alone, other * more - sign * by[SHARE] * alone
     return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0

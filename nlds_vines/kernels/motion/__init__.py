@@ -2,12 +2,13 @@
 
 In reading order:
 
+    bounds          how fast the linear motion may change
     flight          the exact flight: a period in cells, each a matrix and a Taylor polynomial
     once_rounded    cells without a bias, in twice the precision, where all else is linear
     load_cells      flight under a load: any force that is a polynomial over each cell
     driven          variations that parameters drive
     driven_flight   the same along a flight
     response_sums   what a response is summed up from
-    contact_field   the equation of a contact, made smooth at touch and release
-    runge_kutta     one step of it, of order eight or four
+    runge_kutta     a step of a contact by rk4
+    taylor          a step of a contact, made smooth at touch and release, as Taylor polynomials
 """

@@ -21,23 +21,26 @@ from typing import Any, NamedTuple
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.fours import four_of, number_of
-from ..scene.law import fill_constants, force_of, pushed_by_constants, stiffness_of
+from ..scene.contact_series import AT_S, AT_V, AT_X, COLUMNS, COSINE, DEPTH, DS, DV, SERIES, STIFF
+from ..scene.contact_series import FORCE as CONTACT
+from ..scene.contact_series import RATES as VARIED_RATES
+from ..scene.law import fill_constants, pushed_term
 from ..scene.scene import Ground, accelerations, near_constants
 
 # Columns of the rates of a parameter, the derivatives of what kernels know of a cell:
 #   SLOWER         -1/omega of the frequency         INV_M1, INV_MU, SHARE     of `scene.Damper`
 #   STIFFNESS ... LOAD, K2, C2   as they are called   NEAR, FAR  from there on those of a wall:
 #   its GAP, then the constants of its law
-SLOWER, STIFFNESS, DAMPING, FORCE, LOAD, K2, C2, INV_M1, INV_MU, SHARE = range(10)
-GAP, CONSTANTS = 0, 6  # at most so many of a law
-NEAR, FAR, RATES = 10, 11 + CONSTANTS, 12 + 2 * CONSTANTS
+SLOWER, STIFFNESS, DAMPING, FORCING, LOAD, K2, C2, INV_M1, INV_MU, SHARE = range(10)
+GAP, MOST_CONSTANTS = 0, 6  # at most so many of a law
+NEAR, FAR, RATE_COLUMNS = 10, 11 + MOST_CONSTANTS, 12 + 2 * MOST_CONSTANTS
 
 
 class Driven(NamedTuple):
     """Four variations, of which the first are driven by parameters, one each."""
 
     rows: Any  # (16,) one after the other
-    rates: Any  # (parameters, RATES) the columns above
+    rates: Any  # (parameters, RATE_COLUMNS) the columns above
 
 
 @jit
@@ -61,11 +64,11 @@ def count_of(tangent):
 
 @jit
 def fill_rates(parts, ps, damper, change, rates):
-    """Fill the rates (RATES,) of a parameter; change: the derivatives of the numbers of a cell."""
+    """Fill the rates of a parameter (RATE_COLUMNS,); change: derivatives of a cell's numbers."""
     rates[SLOWER] = -change.omega / ps.omega
     rates[STIFFNESS] = (change.k1 - ps.stiffness * change.m1) / ps.m1
     rates[DAMPING] = (change.c1 - ps.damping * change.m1) / ps.m1
-    rates[FORCE] = (change.P - ps.force * change.m1) / ps.m1
+    rates[FORCING] = (change.P - ps.force * change.m1) / ps.m1
     rates[LOAD] = change_of_load(parts.load, change)
     fill_damper(damper, ps, change, rates)
     fill_wall(parts.near, near_constants(parts.apart, change), change.near, rates, int(NEAR))
@@ -122,13 +125,13 @@ def constants_of(sign):
 def source_of(ps, damper, by, sign, constant, state, drive, pushes):
     """Return what a parameter p adds to dv1/dt and to ds/dt of a variation: d/dp of eq. (5).
 
-    In m/s^2 per unit of p, not mirrored; callers add what SLOWER does. by: the rates (RATES,) of p;
+    In m/s^2 per unit of p, not mirrored; callers add what SLOWER does. by: rates (RATE_COLUMNS,);
     state (x1, v1, r, s) and drive as the wall sees them; pushes: (push, pushed), its force [N] as
     it sees it, and what p itself changes of that, times `sign`: not mirrored. constant: 1, or 0 for
     Taylor coefficients of a motion but the first.
     """
     (x1, v1, r, s), (push, pushed) = state, pushes
-    own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]
+    own = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]
     if damper is None:
         return own, 0.0
     pull = sign * (damper.k2 * r + damper.c2 * s + push)
@@ -140,26 +143,26 @@ def source_of(ps, damper, by, sign, constant, state, drive, pushes):
 
 
 @jit
-def drive_contact(side, tangent, motion, drive, slopes, weight, out):
-    """Add what parameters drive to the slopes of variations, k[out + 5:], of a stepped contact.
+def drive_terms(side, tangent, n):
+    """Add what parameters drive to coefficient n of the rates of variations in a stepped contact.
 
-    motion: (q, z, x1, v1, s) as the wall sees them; slopes: (dv1/dt, ds/dt); weight: dt/dtheta.
+    The series stand in the scratch (`contact_series`), those of motion and force as the wall sees
+    them.
     """
-    ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
-    q, z, x1, v1, s = motion
-    dv, ds = slopes
-    sign, at = side.sign, wall_at(side.sign)
-    push, stiffness = force_of(wall, q, z, s), stiffness_of(wall, q, s)
-    state = x1, v1, wall.gap + z, s
+    ps, damper, wall, k, row = side.ps, side.damper, side.wall, side.k, SERIES + COLUMNS * n
+    sign, at, constant = side.sign, wall_at(side.sign), 1.0 if n == 0 else 0.0
+    v1, s, dv, ds = k[row + AT_V], k[row + AT_S], k[row + DV], k[row + DS]
+    state = k[row + AT_X], v1, constant * wall.gap + k[row + DEPTH], s
     for i in range(len(tangent.rates)):
-        by, place = tangent.rates[i], out + 5 + 4 * i
-        pushed = sign * (pushed_by_constants(wall, by, at + 1, q, z, s) - stiffness * by[at + GAP])
-        b, d = source_of(ps, damper, by, sign, 1.0, state, drive, (push, pushed))
+        by, place = tangent.rates[i], row + VARIED_RATES + i
+        pushed = pushed_term(wall, k, by, at + 1, n) - k[row + STIFF] * by[at + GAP]
+        pushes = k[row + CONTACT], sign * pushed
+        b, d = source_of(ps, damper, by, sign, constant, state, k[row + COSINE], pushes)
         pace = sign * by[SLOWER]
-        k[place] += weight * (pace * v1)
-        k[place + 1] += weight * (b + pace * dv)
-        k[place + 2] += weight * (pace * s)
-        k[place + 3] += weight * (d + pace * ds)
+        k[place] += pace * v1
+        k[place + 4] += b + pace * dv
+        k[place + 8] += pace * s
+        k[place + 12] += d + pace * ds
 
 
 # ---- at a wall -----------------------------------------------------------------------------------

@@ -52,15 +52,15 @@ from .flight import (
 )
 from .once_rounded import after_cell, put_sum, put_sum_of_load
 
-ROW = ORDER + 1  # numbers of a cell: the coefficients of the force [N]
+LOAD_ROW = ORDER + 1  # numbers of a cell: the coefficients of the force [N]
 OF_CELL, END = 8, 4
-SLOWEST = 0.1  # least bound of a rate in units of 1/h: a slower one would tell less of the force
+LEAST_RATE = 0.1  # least bound of a rate in units of 1/h: a slower one would tell less of the force
 
 
 class Stretch(NamedTuple):
     """Cells of one length in a row."""
 
-    rows: Any  # (ROW n,) coefficients of the force [N] cell by cell, a bare row
+    rows: Any  # (LOAD_ROW n,) coefficients of the force [N] cell by cell, a bare row
     sums: Any  # (OF_CELL n,) of `sums_of`, a bare row
     degree: int  # of the polynomials, the highest
     h: float  # length of a cell [s]
@@ -86,13 +86,13 @@ class Loaded(NamedTuple):
 
 @jit
 def sums_of(rows):
-    """Return OF_CELL numbers for each cell of the rows (ROW n,) of a load, see above."""
-    n = len(rows) // ROW
+    """Return OF_CELL numbers for each cell of the rows (LOAD_ROW n,) of a load, see above."""
+    n = len(rows) // LOAD_ROW
     sums = np.zeros(OF_CELL * n)
     for j in range(n):
         at, end = OF_CELL * j, 0.0
-        for k in range(ROW):
-            f, weight = rows[ROW * j + k], 1.0
+        for k in range(LOAD_ROW):
+            f, weight = rows[LOAD_ROW * j + k], 1.0
             end += f
             for i in range(4):
                 sums[at + i] += weight * abs(f)
@@ -132,7 +132,7 @@ def grid_under(ps, damper, h, n, stretch):
         expand_push(unloaded(ps), damper, h, m, w, powers + m * TERMS)
         put_sum(w, powers + m * TERMS, w, ends + 4 * m)
     put_sum_of_load(free.load, w, w, ends + 4 * (ORDER + 1))
-    rate = max(free.rate, SLOWEST / h)
+    rate = max(free.rate, LEAST_RATE / h)
     fill_weights(w, weights, rate * h)
     begun = Loaded(
         stretch.begin, stretch.rows, stretch.sums, degree, powers, ends, weights,
@@ -214,7 +214,7 @@ def phase_of(grid, j, x):
     """Return the instant at place x of cell j: `phase_at`, tabulated at the ends of a cell."""
     if is_a(grid.begun, Loaded):
         begun, last = grid.begun, min(j, grid.n - 1)  # its end is that of the last cell
-        return Moment(begun.rows, ROW * last, begun.degree, x + (j - last), grid.h, 1.0)
+        return Moment(begun.rows, LOAD_ROW * last, begun.degree, x + (j - last), grid.h, 1.0)
     return phase_between(grid, j, x)
 
 
@@ -302,7 +302,7 @@ def end_of_cell(grid, damper, j, y):
 @jit
 def end_under(grid, j, y):
     """Return the state at the end of cell j under a load."""
-    w, begun, row = grid.table, grid.begun, ROW * j
+    w, begun, row = grid.table, grid.begun, LOAD_ROW * j
     ends = begun.ends
     even, odd = four_at(w, ends + 4 * (ORDER + 1)), four(0.0)
     for m in range(0, begun.degree, 2):

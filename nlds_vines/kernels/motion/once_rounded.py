@@ -10,11 +10,11 @@ A number c of a matrix is a head of 26 bits and a tail, a number x of the state 
 bits. In c x = head x' + (head x'' + tail x) the first product is exact, and the others are so small
 that their rounding does not matter. What a sum of the first ones loses is kept (`two_sum`).
 
-From `Grid.low` on the table of such a grid has four matrices of MATRIX numbers: that of a whole
-cell, and what the powers 1 to KEPT of the Taylor polynomial are, given the state at its start.
-They are stored column by column, four heads and then four tails. Where walls limit the structure
-itself, r and s are x1 and v1, and the columns of x1 and v1 are not used. After them, in plain
-numbers: what cos, sin and load, four each, have added to the state at the end of a cell.
+From `Grid.low` on the table of such a grid has four matrices, each of MATRIX_NUMBERS: that of a
+whole cell, and what the powers 1 to KEPT_POWERS of the Taylor polynomial are, given the state at
+its start. They are stored column by column, four heads and then four tails. Where walls limit the
+structure itself, r and s are x1 and v1, and the columns of x1 and v1 are not used. After them, in
+plain numbers: what cos, sin and load, four each, have added to the state at the end of a cell.
 
 Numbers of twice the precision are pairs whose second is what the first has lost by rounding: what
 a sum or a product of two numbers loses is a number, too (T. J. Dekker, Numer. Math. 18, 224, 1971).
@@ -27,15 +27,16 @@ import numpy as np
 
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
+from ..numerics.elementary import SPLITTER
 from ..numerics.fours import four, four_at, four_of, number_of
 from ..scene.scene import Ground
 from .flight import CELLS, COEF, ORDER, TAYLOR, TERMS, at, grid_from, pair, step, with_table
 
-MATRIX = 32  # numbers of a matrix: four columns of eight
-KEPT = 3  # powers of twice the precision: the fourth is less than 0.4^4 / 4! = 1e-3 of the state
-PUSH = (KEPT + 1) * MATRIX  # place of what forces add, after the matrices
-WHOLE = 18  # powers in the matrix of a whole cell: 0.4^19 / 19! = 2e-25
-SPLITTER = 134217729.0  # 2^27 + 1, which cuts a number of 53 bits into two of 26
+MATRIX_NUMBERS = 32  # numbers of a matrix: four columns of eight
+# of twice the precision: the fourth is less than 0.4^4 / 4! = 1e-3 of the state
+KEPT_POWERS = 3
+OF_PUSHES = (KEPT_POWERS + 1) * MATRIX_NUMBERS  # place of what forces add, after the matrices
+WHOLE_POWERS = 18  # powers in the matrix of a whole cell: 0.4^19 / 19! = 2e-25
 
 
 # ---- numbers of twice the precision --------------------------------------------------------------
@@ -141,7 +142,7 @@ def put_sum_of_load(load, w, out, place):
 def rounded_once(ps, damper, grid):
     """Return a grid as it is, but whose cells are rounded once; ps, damper: its bodies."""
     low = len(grid.table)
-    w = np.zeros(low + PUSH + 12)
+    w = np.zeros(low + OF_PUSHES + 12)
     w[:low] = grid.table
     for i in range(4):
         # the Taylor series of the motion that begins with one of x1, v1, r, s
@@ -150,15 +151,15 @@ def rounded_once(ps, damper, grid):
         begin = (unit[0], 0.0), (unit[1], 0.0), (unit[2], 0.0), (unit[3], 0.0)
         y = of_bodies(damper, begin)
         a, b, c, d = y
-        for k in range(1, WHOLE + 1):
+        for k in range(1, WHOLE_POWERS + 1):
             y = next_power(ps, damper, y, quotient(grid.h, float(k)))
             a, b, c, d = plus(a, y[0]), plus(b, y[1]), plus(c, y[2]), plus(d, y[3])
-            if k <= KEPT:
-                put_column(w, low + MATRIX * k + 8 * i, y)
+            if k <= KEPT_POWERS:
+                put_column(w, low + MATRIX_NUMBERS * k + 8 * i, y)
         put_column(w, low + 8 * i, (a, b, c, d))
-    put_sum(w, TAYLOR + 4 * TERMS, w, low + PUSH)
-    put_sum(w, TAYLOR + 5 * TERMS, w, low + PUSH + 4)
-    put_sum_of_load(grid.load, w, w, low + PUSH + 8)
+    put_sum(w, TAYLOR + 4 * TERMS, w, low + OF_PUSHES)
+    put_sum(w, TAYLOR + 5 * TERMS, w, low + OF_PUSHES + 4)
+    put_sum_of_load(grid.load, w, w, low + OF_PUSHES + 8)
     return with_table(grid, w, low)
 
 
@@ -235,7 +236,7 @@ def whole_once_rounded(low, damper, w, j, y):
 def whole_at_phase(low, damper, w, y, phase):
     """Return the state one cell after the state y and (cos, sin) of the phase there."""
     free, small = product(damper, w, low, y)
-    i = low + PUSH
+    i = low + OF_PUSHES
     push = four_at(w, i) * phase[0] + four_at(w, i + 4) * phase[1]
     total, lost = two_sum(free, push + four_at(w, i + 8))
     return numbers_of(total + (small + lost))
@@ -260,7 +261,7 @@ def loaded(load, w, k, forced):
 def piece_once_rounded(low, damper, load, w, x, y, phase):
     """Return the state x cells after the state y and (cos, sin) of the phase there, 0 <= x <= 1.
 
-    COEF holds the polynomial of the flight: of its powers above KEPT plain numbers will do.
+    COEF holds the polynomial of the flight: of its powers above KEPT_POWERS plain numbers will do.
     """
     x2 = x * x
     x4 = x2 * x2
@@ -270,9 +271,9 @@ def piece_once_rounded(low, damper, load, w, x, y, phase):
     ) * x4
     small = four(0.0)
     # Horner's rule for the powers that are kept with twice the precision
-    for k in range(KEPT, 0, -1):
+    for k in range(KEPT_POWERS, 0, -1):
         moved, lost = two_product(total, x)
-        free, less = product(damper, w, low + MATRIX * k, y)
+        free, less = product(damper, w, low + MATRIX_NUMBERS * k, y)
         total, more = two_sum(free, moved)
         small = small * x + (lost + (less + more))
         total, more = two_sum(total, push_in(load, w, k, phase))

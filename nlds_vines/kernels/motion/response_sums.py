@@ -21,22 +21,29 @@ from .flight import FACTOR
 #   LOSS        what contacts have dissipated [J]
 #   Y2, U2      of (x1 - y)^2 and its rate's, y being the motion of the foot, where it moves
 #   MOST        largest |x1|, |v1|, |a1|, |r|, |x1 - y|
-#   FORCE       largest force [N] at the near and the far wall
+#   MOST_FORCE       largest force [N] at the near and the far wall
 #   IMPULSE     largest impulse [N s] there, of rigid bodies
 #   BEGIN       x1 at the beginning
 #   PLACE       where the maximum belongs that is looked for
 #   JUMPS       work of jumps of v1 [J], under a load
 #   FACTOR      scratch: Taylor coefficients of a quantity over a cell, as in a grid's table
-#   KEPT        scratch: all up to BEGIN as it was before a contact
-#   MOTIONS     scratch: each quantity and its rate, in rows of PLACES (`response_inside`)
+#   BEFORE      scratch: all up to BEGIN as it was before an impact
 X2, V2, A2, R2, S2, CV, CX, LOSS, Y2, U2 = range(10)
 SUMS = 10
-MOST, FORCE, IMPULSE, BEGIN, PLACE, JUMPS = 10, 15, 17, 19, 20, 21
+MOST, MOST_FORCE, IMPULSE, BEGIN, PLACE, JUMPS = 10, 15, 17, 19, 20, 21
 OF_X, OF_V, OF_A, OF_R, OF_FOOT, OF_FORCE = range(6)  # what may be largest
-KEPT = FACTOR + 16
-PLACES = 64
-MOTIONS = KEPT + 24
-SIZE = MOTIONS + 12 * PLACES
+BEFORE = FACTOR + 16
+SIZE = BEFORE + BEGIN
+
+# Gauss points of [0, 1] and their weights: the error of a cell is 6!^4 / (13 12!^3) f^(12)
+POINTS = (
+    0.033765242898423986, 0.16939530676686775, 0.3806904069584015,
+    0.6193095930415985, 0.8306046932331322, 0.966234757101576,
+)  # fmt: skip
+WEIGHTS = (
+    0.08566224618958517, 0.18038078652406930, 0.23395696728634552,
+    0.23395696728634552, 0.18038078652406930, 0.08566224618958517,
+)  # fmt: skip
 
 
 class Foot(NamedTuple):
@@ -102,27 +109,8 @@ def raise_to(row, place, value):
 def place_of(which, sign):
     """Return the place of the largest of a quantity; sign: of the wall that a force belongs to."""
     if which == OF_FORCE:
-        return FORCE + (0 if sign > 0.0 else 1)
+        return MOST_FORCE + (0 if sign > 0.0 else 1)
     return MOST + which
-
-
-@jit
-def add(tally, dt, y, a1, cosine, foot):
-    """Add `dt` [s] in a state y = (x1, v1, r, s) to the integrals, but for the contact's loss.
-
-    a1: the structure's acceleration; foot: `from_foot`.
-    """
-    row, (x1, v1, r, s) = tally.row, y
-    row[X2] += dt * x1 * x1
-    row[V2] += dt * v1 * v1
-    row[A2] += dt * a1 * a1
-    row[R2] += dt * r * r
-    row[S2] += dt * s * s
-    row[CV] += dt * cosine * v1
-    row[CX] += dt * cosine * x1
-    if tally.foot is not None:
-        row[Y2] += dt * foot[0] * foot[0]
-        row[U2] += dt * foot[1] * foot[1]
 
 
 @jit

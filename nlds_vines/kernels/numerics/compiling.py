@@ -32,7 +32,7 @@ LINKED = linking.as_expected()
 """Whether entries are linked from inner kernels; otherwise Numba compiles as it does by itself."""
 
 
-ROOM = 1 << 16  # places for values
+STACK_PLACES = 1 << 16  # places for values
 
 
 def with_room(function: Any) -> Any:
@@ -43,7 +43,7 @@ def with_room(function: Any) -> Any:
     again cost a sixth of the time of compiling. A function that says it needs much gets one piece
     for itself and all below it; memory that nobody touches costs nothing.
     """
-    function.__code__ = function.__code__.replace(co_stacksize=ROOM)
+    function.__code__ = function.__code__.replace(co_stacksize=STACK_PLACES)
     return function
 
 

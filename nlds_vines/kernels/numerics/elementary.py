@@ -17,6 +17,7 @@ from .compiling import jit
 TURN = 6.283185307179586  # 2 pi, rounded, as TURN_HIGH + TURN_LOW of 26 digits each
 TURN_HIGH, TURN_LOW = 6.283185362815857, -5.563627070159782e-08
 TURN_REST = 2.4492935982947064e-16  # 2 pi - TURN
+TINIEST = 1.0e-300  # a bound is no less, so that nothing is divided by zero
 SPLITTER = 134217729.0  # 2^27 + 1: cuts a number into two halves of 26 digits each (Veltkamp)
 
 LN2_HIGH = 0.6931471803691238  # ln 2 to 32 digits: its products with exponents are exact

@@ -15,9 +15,11 @@ import numpy as np
 from .compiling import jit
 from .elementary import exponent_of, hypotenuse, log, power_of_two
 
-ROUND_OFF = 2.220446049250313e-16
-MOST_STEPS = 300  # Francis steps for an eigenvalue; two or three are usual, thirty if it is triple
-FARTHEST = 1000  # exponent of a matrix that is scaled: those of its numbers stay in range
+EPSILON = 2.220446049250313e-16
+MOST_FRANCIS = (
+    300  # Francis steps for an eigenvalue; two or three are usual, thirty if it is triple
+)
+MOST_SCALED = 1000  # exponent of a matrix that is scaled: those of its numbers stay in range
 RE, IM, LOG = range(3)  # columns of `fill_multipliers`
 
 
@@ -34,9 +36,9 @@ def scaled(matrix):
                 return np.full(matrix.shape, np.nan), 0
             most = max(most, abs(matrix[i, j]))
     copy = np.zeros(matrix.shape)
-    if most < power_of_two(-FARTHEST):
+    if most < power_of_two(-MOST_SCALED):
         return copy, 0
-    k = min(exponent_of(most), FARTHEST)
+    k = min(exponent_of(most), MOST_SCALED)
     for i in range(len(matrix)):
         for j in range(len(matrix)):
             copy[i, j] = matrix[i, j] * power_of_two(-k)
@@ -108,7 +110,7 @@ def first_of_block(a, last):
     low = last
     while low > 0:
         size = abs(a[low - 1, low - 1]) + abs(a[low, low])
-        if abs(a[low, low - 1]) <= ROUND_OFF * (size if size > 0.0 else 1.0):
+        if abs(a[low, low - 1]) <= EPSILON * (size if size > 0.0 else 1.0):
             a[low, low - 1] = 0.0
             return low
         low -= 1
@@ -172,7 +174,7 @@ def eigenvalues(matrix):
     while last >= 0:
         low = first_of_block(a, last)
         if low < last - 1:
-            if steps == MOST_STEPS:
+            if steps == MOST_FRANCIS:
                 found[:] = np.nan
                 return found
             steps += 1

@@ -17,13 +17,13 @@ from ..events.sides import (
     structure_at,
 )
 from ..impact.impact import Arc
-from ..motion import runge_kutta as rk
 from ..motion.driven_flight import Linear, carry
 from ..motion.flight import bare_grid, coarse_map, step
 from ..motion.load_cells import Loaded, began_at, end_of_cells, instant_in
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..numerics.fours import bare
+from ..scene import contact_series
 from ..scene.arguments import Flight, Side, Watch
 from ..scene.by_law import by_wall
 from ..scene.codes import (
@@ -57,8 +57,10 @@ from ..watch.response import bare_tally, note_sums
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
-SIZE = 15  # numbers of the state kept between calls: x1, v1, r, s, q = sqrt(z), mode, and from
-AHEAD = 6  # AHEAD on what is `Ahead` inside a short impact
+STATE_SIZE = (
+    15  # numbers of the state kept between calls: x1, v1, r, s, q = sqrt(z), mode, and from
+)
+STATE_AHEAD = 6  # STATE_AHEAD on what is `Ahead` inside a short impact
 
 
 @jit
@@ -70,7 +72,7 @@ def set_mode(near, far, state):
     nothing comes: a start beyond it is one on it, and one at rest on it a contact under way.
     """
     state[4], state[5] = 0.0, FLYING
-    state[AHEAD] = 0.0
+    state[STATE_AHEAD] = 0.0
     scale = abs(state[0]) + abs(state[2])
     if near is not None and (state[2] > near.gap or rests(near, state[2], state[3], scale)):
         state[4], state[2] = into(near, state[2])
@@ -157,7 +159,7 @@ def bare_arc(arc):
     """Return the arc, if there is one, with its table as a bare row."""
     if arc is None:
         return None
-    return Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, bare(arc.table))
+    return Arc(arc.tolerance, arc.settled, arc.levels, bare(arc.table))
 
 
 @jit
@@ -198,7 +200,7 @@ def side_of(prepared, wall, sign, held):
 
 @jit
 def orbit(prepared, buffers, span, state, tangent, exact_grid):
-    """Advance `state` (SIZE,) over a `Span` and note what has a buffer; return a status.
+    """Advance `state` (STATE_SIZE,) over a `Span` and note what has a buffer; return a status.
 
     prepared: a `Prepared` cell with walls; span.stops must divide the cells of its grid. buffers:
     `OrbitBuffers`. tangent: (16,) four variations one after the other, or None; `exact_grid`, that
@@ -219,8 +221,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     energy, clearance = bare_if_any(buffers.energy), bare_if_any(buffers.clearance)
     watch = Watch(limit_log, energy, clearance, rows, tangent, tally)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
-    for i in range(SIZE - AHEAD):
-        k[rk.AHEAD + i] = state[AHEAD + i]
+    for i in range(STATE_SIZE - STATE_AHEAD):
+        k[contact_series.AHEAD + i] = state[STATE_AHEAD + i]
     for p in range(span.periods):
         j, x, touches = 0, 0.0, 0
         began = began_at(grid, span.first + p)
@@ -294,8 +296,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
         if not bounded(x1, v1, r, s):
             return DIVERGED
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
-    for i in range(SIZE - AHEAD):
-        state[AHEAD + i] = k[rk.AHEAD + i]
+    for i in range(STATE_SIZE - STATE_AHEAD):
+        state[STATE_AHEAD + i] = k[contact_series.AHEAD + i]
     return OK
 
 

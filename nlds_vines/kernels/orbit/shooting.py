@@ -15,7 +15,7 @@ from .variations import advance, distance, new_state, no_section, norm, place_st
 
 MOST_ITERATIONS = 12  # steps of Newton's method: it converges in five, or not at all
 CLOSED = 1.0e-9  # relative residual of a closed orbit, if a further step hardly lowers it
-ROUND_OFF = 2.0e-15  # relative residual that no further step can lower
+LEAST_RESIDUAL = 2.0e-15  # relative residual that no further step can lower
 LONGEST_CORRECTION = 1.0  # relative to the orbit: a longer one leads to another orbit
 SAME_POINT = 1.0e-8  # relative distance of two section points that are one
 
@@ -99,7 +99,7 @@ def polish(flow, y, points, counts, tangent, longest=np.inf):
         residual = distance(flow.space, state, y)
         if span > 0.0:
             residual /= span
-        if residual <= ROUND_OFF or (residual <= CLOSED and residual > 0.25 * before):
+        if residual <= LEAST_RESIDUAL or (residual <= CLOSED and residual > 0.25 * before):
             return residual, clearance, slowest
         if not residual < 2.0 * before:
             break

@@ -2,7 +2,7 @@
 
 The vector field is continuously differentiable at touch and release, so that the variational
 equation needs no jumps there: exact matrices in flight, the linearised contact in between
-(`impact_variations`, or `contact_field.slope` where it is stepped). The derivative of n periods is
+(`impact_variations`, or `taylor` where it is stepped). The derivative of n periods is
 the monodromy matrix of an nT orbit; its determinant is known beforehand, exp(n T tr A), whatever
 the orbit does.
 """
@@ -16,15 +16,15 @@ import numpy as np
 
 from ..motion.driven import rows_of
 from ..motion.flight import Grid
-from ..motion.runge_kutta import SHRUNK
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..numerics.elementary import log
 from ..numerics.fours import four, four_at, put_four, sum_of
 from ..scene.arguments import OrbitBuffers, Prepared, Span
 from ..scene.codes import OK
+from ..scene.contact_series import SHRUNK
 from ..scene.scene import Ground, Structure, joined, scale_of
-from .orbit import SIZE, on_ground, run, set_mode
+from .orbit import STATE_SIZE, on_ground, run, set_mode
 
 
 class Space(NamedTuple):
@@ -49,7 +49,9 @@ class Flow(NamedTuple):
 
 
 TOGETHER = 4  # periods that are advanced at once, at most
-LOST = 1.0e-13  # of a length is round-off: what is left of a variation in no direction of its own
+LEFT_OVER = (
+    1.0e-13  # of a length is round-off: what is left of a variation in no direction of its own
+)
 MUCH = 4.0  # square of a length over that of what is left of it
 
 
@@ -100,7 +102,7 @@ def noted_of(scratch, flow, section):
 
 @jit
 def advance(flow, section, periods, tangent, state):
-    """Advance `state` (SIZE,) and four variations `tangent` (16,) by up to TOGETHER periods.
+    """Advance `state` (STATE_SIZE,) and four variations `tangent` (16,) by up to TOGETHER periods.
 
     The orbit is that of `run_on`, to the last bit. section: rows for its sections, as far as there
     is room. flow.by_period, flow.clearance and flow.slowest then tell of its impacts and near
@@ -135,7 +137,7 @@ def structure_sees(damper, tangent):
 
 @jit
 def run_on(flow, section, periods, state):
-    """Advance `state` (SIZE,) alone by so many periods, as a run does; return a status.
+    """Advance `state` (STATE_SIZE,) alone by so many periods, as a run does; return a status.
 
     section: rows for the sections, as far as there is room.
     """
@@ -151,7 +153,7 @@ def no_section(space):
 
 @jit
 def place_state(flow, y, state):
-    """Let `state` (SIZE,) be y (4,) at phase zero, in flight or inside a contact."""
+    """Let `state` (STATE_SIZE,) be y (4,) at phase zero, in flight or inside a contact."""
     state[:] = 0.0
     for i in range(4):
         state[i] = y[i]
@@ -210,7 +212,7 @@ def orthonormalise(tangent, size, growth, lost=0.0):
 def lost_of(near, far):
     """Return what of a length is round-off where a damper may stick, which ends variations."""
     if says(near, "AT_ONCE") or says(far, "AT_ONCE"):
-        return LOST
+        return LEFT_OVER
     return 0.0
 
 
@@ -247,4 +249,4 @@ def shrunk_in_contacts(near, far, flow, y, n):
 @jit
 def new_state():
     """Return an empty state for `place_state`."""
-    return np.zeros(SIZE)
+    return np.zeros(STATE_SIZE)

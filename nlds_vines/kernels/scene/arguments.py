@@ -22,7 +22,7 @@ class Parts(NamedTuple):
     apart: Any  # True where the near wall's contact has constants of its own, otherwise None
     load: Any  # True where the structure is under a constant load, otherwise None
     arc: Any  # `impact.Arc` where a law has short impacts, otherwise None
-    contact_steps: float  # Runge-Kutta steps of a free impact that is stepped
+    contact_steps: float  # least steps of a free impact that is stepped
     contact_tolerance: float  # relative error of a contact that is stepped; infinite: not checked
     period_steps: float  # Runge-Kutta steps of a forcing period; `rk4` alone uses it
 
@@ -38,7 +38,7 @@ class Prepared(NamedTuple):
     arc: Any  # `impact.Arc` with scratch of its own, or None
     grid: Any  # `flight.Grid`, or `fixed_step.FixedGrid` of `rk4`
     contact_steps: Any  # `contact.Steps`
-    scratch: Any  # (`runge_kutta.SCRATCH`,) or None without a wall
+    scratch: Any  # (`contact_series.SCRATCH`,) or None without a wall
     held_near: Any  # the motion on the near wall, if its law has one (`cells.held_at`), or None
     held_far: Any  # the same of the far wall
 
@@ -54,8 +54,8 @@ class Side(NamedTuple):
     arc: Any  # `impact.Arc` where its law has short impacts, otherwise None
     held: Any  # the motion on the wall, as in `Prepared`
     steps: Any  # `contact.Steps`
-    rate: float  # the bound of `flight.rate_of` [1/s]
-    k: Any  # scratch, a bare row (`runge_kutta.SCRATCH`)
+    rate: float  # the bound of `bounds.rate_of` [1/s]
+    k: Any  # scratch, a bare row (`contact_series.SCRATCH`)
 
 
 @jit
@@ -81,19 +81,19 @@ class Watch(NamedTuple):
     """What notes a motion while it is followed, each a buffer or None (`OrbitBuffers`)."""
 
     limit_log: Any
-    energy: Any  # or, of a contact that is stepped, a `response_sums.Tally`, which sums it up
+    energy: Any
     clearance: Any  # of flights
     impacts: Any  # `observe.Impacts`, of contacts
-    tangent: Any  # four variations, `driven.Driven`, or, with that energy, the tally
-    tally: Any  # `response_sums.Tally` of what is a chain of pieces
+    tangent: Any  # four variations, or `driven.Driven`
+    tally: Any  # `response_sums.Tally`
 
 
 class Step(NamedTuple):
-    """A Runge-Kutta step of a contact from row Y of the scratch."""
+    """A step of a contact from row Y of the scratch."""
 
     phase: tuple[float, float]  # (cos, sin) of the forcing's at row Y
-    landing: Any  # whether it is one in q, which ends at the release, instead of theta
-    h: float  # of theta or q
+    landing: Any  # whether it ends at the release
+    h: float  # of theta
 
 
 class Span(NamedTuple):

@@ -10,7 +10,12 @@ from typing import Any, NamedTuple
 
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
+from ..numerics.elementary import TURN, cos_sin_of_turn
+from ..numerics.fours import four, four_at, put_four
+from .contact_series import COLUMNS, COSINE, HIGHEST, LOADED, SERIES, SINE, TAU
 from .scene import greatest_push
+
+SMALL = 0.1  # angle up to which `cos_sin` is good to round-off
 
 
 class Moment(NamedTuple):
@@ -79,20 +84,72 @@ def force_at_place(moment):
 
 
 @jit
-def drive_after(ps, phase, time):
-    """Return the force a `time` [s] later, one or four at once."""
-    if is_a(phase, Moment):
-        return force_there(phase, phase.x + time * (1.0 / phase.length))
-    cosine, sine = cos_sin(ps.omega * time)
-    return phase[0] * cosine - phase[1] * sine
-
-
-@jit
 def later(ps, phase, time):
     """Return the instant a short `time` [s] later."""
     if is_a(phase, Moment):
         return moved(phase, phase.x + time / phase.length)
     return rotated(phase[0], phase[1], ps.omega * time)
+
+
+@jit
+def after(ps, phase, time):
+    """Return the instant a `time` [s] later, however long."""
+    if is_a(phase, Moment):
+        return moved(phase, phase.x + time / phase.length)
+    angle = ps.omega * time
+    if abs(angle) < SMALL:
+        return rotated(phase[0], phase[1], angle)
+    cosine, sine = cos_sin_of_turn(angle * (1.0 / TURN))
+    c, d = phase
+    return c * cosine - d * sine, d * cosine + c * sine
+
+
+@jit
+def begin_series(phase, k):
+    """Begin the series of the force in theta (`contact_series`), from an instant on."""
+    if is_a(phase, Moment):
+        begin_powers(phase, k)
+    else:
+        k[SERIES + COSINE], k[SERIES + SINE] = phase
+
+
+@jit
+def begin_powers(moment, k):
+    """Begin the series of a load: fill its polynomial in the time from an instant on.
+
+    By Horner's scheme.
+    """
+    top, at = moment.degree, SERIES + LOADED
+    for j in range(HIGHEST + 1):
+        k[at + j] = moment.sign * moment.w[moment.row + j] if j <= top else 0.0
+    for j in range(top):
+        for i in range(top - 1, j - 1, -1):
+            k[at + i] += moment.x * k[at + i + 1]
+    per = 1.0
+    for j in range(top + 1):
+        k[at + j] *= per
+        per /= moment.length
+    k[SERIES + COSINE] = k[at]
+
+
+@jit
+def drive_term(ps, phase, k, n, turned):
+    """Fill coefficient n > 0 of the series of the force, that of the time being known.
+
+    turned: coefficient n - 1 of cos and of sin times dt/dtheta. Of a load f it is the composition
+    with the time t: f_j + f_(j+1) t + ... is f_j and the product of t with the next of these.
+    """
+    row, (cosine, sine) = SERIES + COLUMNS * n, turned
+    if is_a(phase, Moment):
+        for j in range(0, HIGHEST + 1, 4):
+            sums = four(0.0)
+            for i in range(1, n + 1):
+                time = k[SERIES + COLUMNS * i + TAU]
+                sums = sums + time * four_at(k, row - COLUMNS * i + LOADED + j + 1)
+            put_four(k, row + LOADED + j, sums)
+        k[row + COSINE] = k[row + LOADED]
+    else:
+        k[row + COSINE], k[row + SINE] = -ps.omega / n * sine, ps.omega / n * cosine
 
 
 @jit

@@ -11,17 +11,18 @@ Such a law has a file with a tuple for its walls, which has at least
 and with the kernels that are `needed` below; with a switch, `switching`, `rate_of_switching` and
 `acting`, too. All others have an answer here.
 
-A contact is regularised (`contact_field`) by z = q^p and dt = q^(p - 1) dtheta. p is the least
+A contact is regularised (`taylor`) by z = q^p and dt = q^(p - 1) dtheta. p is the least
 number that makes force and equations polynomial in q; where none is small enough, it is so large
-that a method of order eight sees no end of their smoothness.
+that the first steps need not be short. A law says its force twice: by a depth, and as a series
+(`contact_series`), by which it is stepped; each step is verified by what it says of the depth.
 
-How finely to step is told by a free contact under a force K z^n, n the `exponent`, in which
-s^2 / 2 + kappa z^(n + 1) / (n + 1) is constant. With N = p (n + 1):
+How long a step may be at most is told by a free contact under a force K z^n, n the `exponent`, in
+which s^2 / 2 + kappa z^(n + 1) / (n + 1) is constant. With N = p (n + 1):
 
     from touch to release    theta = 2 p I(N) q_m / v    time = 2 I(n + 1) z_m / v
     I(N) = integral of 1 / sqrt(1 - u^N) over [0, 1]     v = sqrt(2 kappa / (n + 1)) q_m^(N/2)
 
-These are no more than units: each step is verified by what the law itself says (`contact`).
+These are no more than units.
 """
 
 from __future__ import annotations
@@ -31,6 +32,17 @@ import math
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, hypotenuse, log, whole_power
 from .by_law import by_wall
+from .contact_series import (
+    AT_Q,
+    COLUMNS,
+    DEPTH,
+    ELASTIC,
+    POWERS_OF_Q,
+    SERIES,
+    WEIGHT,
+    product,
+    square,
+)
 
 # ---- a wall --------------------------------------------------------------------------------------
 
@@ -116,9 +128,32 @@ def rate_of_q(wall, s):
 
 
 @by_wall
-def way_of_step(wall, h, s):
-    """Return by how much q changes in two steps h at the rate s, but for the sign."""
-    return 2.0 * h * s / wall.root
+def contact_terms(wall, k, n):
+    """Fill coefficient n of the series of dt/dtheta, of the depth and of the elastic force over K.
+
+    By the powers of q, one after the other (`contact_series`).
+    """
+    row = SERIES + COLUMNS * n
+    fill_power(k, 1, n)
+    for m in range(2, wall.root + 1):
+        fill_power(k, m, n)
+    k[row + DEPTH] = k[row + POWERS_OF_Q + wall.root]
+    k[row + WEIGHT] = 1.0 if n == 0 else 0.0
+    if wall.root > 1:
+        k[row + WEIGHT] = k[row + POWERS_OF_Q + wall.root - 1]
+    k[row + ELASTIC] = elastic_term(wall, k, n)
+
+
+@jit
+def fill_power(k, m, n):
+    """Fill coefficient n of the power m of q, by those of lower powers."""
+    row, half = SERIES + COLUMNS * n, POWERS_OF_Q + m // 2
+    if m == 1:
+        k[row + POWERS_OF_Q + 1] = k[row + AT_Q]
+    elif m % 2 == 0:
+        k[row + POWERS_OF_Q + m] = square(k, half, n)
+    else:
+        k[row + POWERS_OF_Q + m] = product(k, half, half + 1, n)
 
 
 # ---- force ---------------------------------------------------------------------------------------
@@ -130,6 +165,38 @@ def elastic(wall, stiffness, q, z):
 
     With the stiffness K of the wall it is a force [N], with kappa an acceleration.
     """
+
+
+@by_wall(needed=True)
+def elastic_term(wall, k, n):
+    """Return coefficient n of the series of the elastic force over K; q and z stand in k."""
+
+
+@by_wall(needed=True)
+def steep_term(wall, k, n):
+    """Return coefficient n of the series of the derivative of the elastic force by z [N/m]."""
+
+
+@by_wall
+def damped_term(wall, k, column, n):
+    """Return coefficient n of a column times the factor by which damping changes a force."""
+    return k[SERIES + COLUMNS * n + column]
+
+
+@by_wall
+def smooth_up_to(wall, tangent, at, tolerance):
+    """Return how far a step from touch may go, in units of the greatest q, and leave something out.
+
+    Infinite where force and all that variations feel have a series in theta there; at: column of
+    the constants' rates of driven ones (`driven.Driven`).
+    """
+    return math.inf
+
+
+@by_wall
+def drag_term(wall, k, n):
+    """Return coefficient n of the series of dF/ds [N s/m]."""
+    return 0.0
 
 
 @by_wall(needed=True)
@@ -228,15 +295,6 @@ def stored(wall, stiffness, z, q):
     """Return the integral of what is `elastic` by the depth, up to z = z(q): with K [J]."""
 
 
-@by_wall
-def gained(wall, y, p, z, q):
-    """Return by how much the elastic energy per reduced mass [m^2/s^2] rises from (z, q) to (y, p).
-
-    y = z(p) and z = z(q) are depths.
-    """
-    return stored(wall, wall.kappa, y, p) - stored(wall, wall.kappa, z, q)
-
-
 # ---- scales --------------------------------------------------------------------------------------
 
 
@@ -295,23 +353,8 @@ def faint(wall, ratio):
 
 
 @by_wall(needed=True)
-def pushed_by_constants(wall, by, at, q, z, s):
-    """Return what changes of the force [N] by the constants of the law.
+def pushed_term(wall, k, by, at, n):
+    """Return coefficient n of what changes of the force [N] by the constants of the law.
 
     by: the rates of a parameter; those that `fill_constants` has filled begin at column `at`.
     """
-
-
-@by_wall
-def smoothed(wall, tangent, at):
-    """Return the wall with a root p of z = q^p that makes smooth, too, what parameters drive.
-
-    tangent: `driven.Driven`; at: as for `pushed_by_constants`.
-    """
-    return wall
-
-
-@by_wall
-def by_root_of(wall, before, q):
-    """Return the q of a depth that has another one `before`, at a wall with another root p."""
-    return q

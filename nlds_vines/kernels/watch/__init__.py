@@ -7,6 +7,6 @@ In reading order:
     peaks            the largest energies in a piece of motion
     response         the response over the sampled periods: largest values, rms, powers
     walk             a motion on a wall that is linear, to what ends it
-    response_steps   a response over Runge-Kutta steps
+    response_steps   a response over steps of a contact
     limit            a limit inside a contact
 """

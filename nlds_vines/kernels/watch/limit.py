@@ -14,20 +14,20 @@ from __future__ import annotations
 
 import math
 
-from ..motion import runge_kutta as rk
-from ..motion.flight import bend_of
+from ..motion.bounds import bend_of
+from ..motion.taylor import advance, part_of, restore, save
 from ..numerics.compiling import jit
-from ..numerics.roots import narrowed, secant
+from ..numerics.elementary import TINIEST
+from ..numerics.roots import ROOT_STEPS, narrowed, secant
+from ..scene.contact_series import NEW, OLD, SAVE
 from ..scene.drive import most_push
 from ..scene.law import at_depth, damped, depth_of, root_of, stored
 from ..scene.scene import moved_mass, scale_of
-from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, alike, note_violation
+from .observe import BEYOND, EXCESS, LIMIT, ORIGIN, alike, note_violation
+from .touch import ROUND_OFF
 
 MOST_PIECES = 1000  # of a step: some ten are needed, and some hundred at a maximum of r
-ROUND_OFF = 4.0e-16  # relative error of r
-TINIEST = 1.0e-300  # [m] where r and the limit are zero
-ROOT_STEPS = 60  # of the search for a passage: it needs some eight
-PRECISE = 1.0e-14  # error of the place of a passage in a step
+NEAR_PASSAGE = 1.0e-14  # error of the place of a passage in a step
 
 
 @jit
@@ -35,7 +35,7 @@ def begin_contact(limit_log, sign, gap, time):
     """Let the log count from the `time` [s] of a contact; at the far wall r is at most -gap."""
     if limit_log is not None:
         limit_log[ORIGIN] = time
-        if sign < 0.0 and -gap <= limit_log[LEVEL]:
+        if sign < 0.0 and -gap <= limit_log[LIMIT]:
             limit_log[BEYOND] = 0.0
 
 
@@ -49,10 +49,10 @@ def may_pass(side, limit_log, phase, duration, touch):
     ps, wall = side.ps, side.wall
     s, x1, v1 = touch
     if side.sign < 0.0:
-        return -wall.gap > limit_log[LEVEL]
+        return -wall.gap > limit_log[LIMIT]
     scale = scale_of(ps, side.damper, x1, v1, wall.gap, s)
     scale += most_push(ps, phase) * math.sqrt(moved_mass(ps, side.damper)) * duration
-    room = limit_log[LEVEL] - wall.gap
+    room = limit_log[LIMIT] - wall.gap
     return room <= 0.0 or 2.0 * stored(wall, wall.K, room, root_of(wall, room)) <= scale * scale
 
 
@@ -60,9 +60,9 @@ def may_pass(side, limit_log, phase, duration, touch):
 def bend_in_contact(side, phase, duration):
     """Return a bound of |d2r/dt2| [m/s^2] over the `duration` [s] of a step from row Y."""
     ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
-    q = k[rk.Y]
+    q = k[OLD]
     z = depth_of(wall, q)
-    scale = scale_of(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
+    scale = scale_of(ps, damper, k[OLD + 2], k[OLD + 3], wall.gap + z, k[OLD + 1])
     scale = math.sqrt(scale * scale + 2.0 * stored(wall, wall.K, z, q))
     scale += most_push(ps, phase) * math.sqrt(moved_mass(ps, damper)) * duration
     fast = scale * math.sqrt(damper.inv_mu)
@@ -75,10 +75,10 @@ def bend_in_contact(side, phase, duration):
 def row_at(side, step, x):
     """Return (r, s, time) at place x of the step from row Y, of which row SAVE is the end."""
     k, sign, wall = side.k, side.sign, side.wall
-    row = int(rk.SAVE)
+    row = int(SAVE)
     if x < 1.0:
-        rk.advance(side, None, rk.part_of(step, x))
-        row = int(rk.NEW)
+        advance(side, None, part_of(step, x))
+        row = int(NEW)
     return sign * (wall.gap + depth_of(wall, k[row])), sign * k[row + 1], k[row + 4]
 
 
@@ -93,19 +93,19 @@ def passage(side, level, step, x, r, y, z):
         at = secant(low, high, f0, f1)
         r, _, time = row_at(side, step, at)
         f = r - level
-        if f == 0.0 or min(at - low, high - at) < PRECISE:
+        if f == 0.0 or min(at - low, high - at) < NEAR_PASSAGE:
             break
         low, high, f0, f1 = narrowed(low, high, f0, f1, at, f)
     return time
 
 
 @jit
-def note_piece(side, limit_log, step, begun, x, r, y, z):
+def note_passage(side, limit_log, step, begun, x, r, y, z):
     """Note how the limit is kept while r goes from r to z between places x and y of a step.
 
     begun: time [s] of row Y since the contact began.
     """
-    level = limit_log[LEVEL]
+    level = limit_log[LIMIT]
     if limit_log[BEYOND] == 0.0 and z > level:
         time = 0.0 if r > level else passage(side, level, step, x, r, y, z)
         note_violation(limit_log, limit_log[ORIGIN] + begun + time)
@@ -117,7 +117,7 @@ def note_piece(side, limit_log, step, begun, x, r, y, z):
 @jit
 def is_settled(limit_log, r, z, sag):
     """Tell whether r, within `sag` of r and z, neither passes the limit nor exceeds it as never."""
-    level, least, most = limit_log[LEVEL], min(r, z) - sag, max(r, z) + sag
+    level, least, most = limit_log[LIMIT], min(r, z) - sag, max(r, z) + sag
     if limit_log[BEYOND] == 0.0:
         return most < level
     return least > level and most <= level + limit_log[EXCESS]
@@ -129,14 +129,14 @@ def note_limit_step(side, limit_log, step, begun):
 
     begun: time [s] of row Y since the contact began. Row NEW is kept.
     """
-    level, k, wall, sign = limit_log[LEVEL], side.k, side.wall, side.sign
+    level, k, wall, sign = limit_log[LIMIT], side.k, side.wall, side.sign
     if sign < 0.0 and -wall.gap <= level:
         return
-    rk.save(k)
-    bend = bend_in_contact(side, step.phase, k[rk.SAVE + 4])
-    q = k[rk.Y]
+    save(k)
+    bend = bend_in_contact(side, step.phase, k[SAVE + 4])
+    q = k[OLD]
     x, width = 0.0, 1.0
-    before = sign * (wall.gap + depth_of(wall, q)), sign * k[rk.Y + 1], 0.0
+    before = sign * (wall.gap + depth_of(wall, q)), sign * k[OLD + 1], 0.0
     after = row_at(side, step, 1.0)
     for _ in range(MOST_PIECES):
         r, s, t = before
@@ -150,7 +150,7 @@ def note_limit_step(side, limit_log, step, begun):
                 width *= 0.5
                 after = row_at(side, step, x + width)
                 continue
-            note_piece(side, limit_log, step, begun, x, r, x + width, after[0])
+            note_passage(side, limit_log, step, begun, x, r, x + width, after[0])
         # Go on behind this piece, by a larger one.
         x += width
         if x >= 1.0:
@@ -160,5 +160,5 @@ def note_limit_step(side, limit_log, step, begun):
         after = row_at(side, step, x + width)
     if x < 1.0:  # r stays at the limit to round-off
         end = row_at(side, step, 1.0)
-        note_piece(side, limit_log, step, begun, x, before[0], 1.0, end[0])
-    rk.restore(k)
+        note_passage(side, limit_log, step, begun, x, before[0], 1.0, end[0])
+    restore(k)

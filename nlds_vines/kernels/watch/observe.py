@@ -4,7 +4,7 @@
 `clearance`  (1,) smallest near miss so far [m]
 `slowest`    (1,) smallest approach speed of an impact so far [m/s]
 `impacts`    impacts one by one, see `Impacts`
-`limit_log`  (6,) a limit of the spring's shortening and how it is kept, see LEVEL
+`limit_log`  (6,) a limit of the spring's shortening and how it is kept, see LIMIT
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..motion import runge_kutta as rk
+from ..motion.taylor import advance, part_of, restore, save
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..numerics.roots import narrowed, secant
+from ..numerics.roots import ROOT_STEPS, narrowed, secant
 from ..scene.codes import AT_PHASE, AT_SPEED, AT_WALL
-from ..scene.drive import drive_after
+from ..scene.contact_series import NEW, OLD
+from ..scene.drive import after, drive_now
 from ..scene.law import depth_of, force_of
 from ..scene.scene import under
 
@@ -26,7 +27,7 @@ from ..scene.scene import under
 class Impacts(NamedTuple):
     """Impacts one by one, a row of the columns WALL ... GAIN2 for each."""
 
-    data: np.ndarray  # (capacity, COLUMNS)
+    data: np.ndarray  # (capacity, IMPACT_COLUMNS)
     filled: np.ndarray  # (1,) rows begun, also beyond the capacity
 
 
@@ -37,20 +38,20 @@ class Touches(NamedTuple):
     filled: np.ndarray  # (1,) impacts, also beyond the capacity
 
 
-PRECISE = 1.0e-7  # error of the place of a peak in a step or cell: its height errs by the square
+NEAR_PEAK = 1.0e-7  # error of the place of a peak in a step or cell: its height errs by the square
 # Columns of `Impacts.data`:
-#   0 WALL     0 near, 1 far                        4 FORCE    greatest force [N]
-#   1 TOUCH    time [s]                             5 DEPTH    greatest depth [m]
+#   0 WALL     0 near, 1 far                        4 IMPACT_FORCE    greatest force [N]
+#   1 TOUCH    time [s]                             5 IMPACT_DEPTH    greatest depth [m]
 #   2 RELEASE  time [s], NaN while it lasts         6 GAIN1    gain of E1 until release [J]
 #   3 SPEED    of approach [m/s]                    7 GAIN2    gain of E2 until release [J]
-WALL, TOUCH, RELEASE, SPEED, FORCE, DEPTH, GAIN1, GAIN2 = range(8)
-COLUMNS = 8
+WALL, TOUCH, RELEASE, SPEED, IMPACT_FORCE, IMPACT_DEPTH, GAIN1, GAIN2 = range(8)
+IMPACT_COLUMNS = 8
 
 # Places of the limit log:
-#   0 LEVEL    the limit of r [m]                   3 EXCESS   greatest r beyond the limit [m]
-#   1 ORIGIN   from which flight or contact counts [s]  4 NUMBER   passages of the limit
-#   2 FIRST    time of the first passage [s]        5 BEYOND   1 while r is beyond, otherwise 0
-LEVEL, ORIGIN, FIRST, EXCESS, NUMBER, BEYOND = range(6)
+#   0 LIMIT            of r [m]                       3 EXCESS  greatest r beyond the limit [m]
+#   1 ORIGIN           from which motion counts [s]   4 NUMBER  passages of the limit
+#   2 FIRST_VIOLATION  its time [s]                   5 BEYOND  1 while r is beyond, otherwise 0
+LIMIT, ORIGIN, FIRST_VIOLATION, EXCESS, NUMBER, BEYOND = range(6)
 
 
 @jit
@@ -105,7 +106,7 @@ def note_touch(ps, damper, impacts, touch, y):
         data[i, AT_WALL], data[i, AT_PHASE], data[i, AT_SPEED] = touch[0], touch[2], abs(y[3])
     else:
         data[i, WALL], data[i, TOUCH], data[i, RELEASE] = touch[0], touch[1], np.nan
-        data[i, SPEED], data[i, FORCE], data[i, DEPTH] = abs(y[3]), 0.0, 0.0
+        data[i, SPEED], data[i, IMPACT_FORCE], data[i, IMPACT_DEPTH] = abs(y[3]), 0.0, 0.0
         e1, e2 = energies(ps, damper, y[0], y[1], y[2], y[3])
         data[i, GAIN1], data[i, GAIN2] = -e1, -e2
 
@@ -115,7 +116,7 @@ def note_depth(impacts, depth):
     """Raise the greatest depth of the impact under way."""
     i = impacts.filled[0] - 1
     if 0 <= i < len(impacts.data):
-        impacts.data[i, DEPTH] = max(impacts.data[i, DEPTH], depth)
+        impacts.data[i, IMPACT_DEPTH] = max(impacts.data[i, IMPACT_DEPTH], depth)
 
 
 @jit
@@ -123,7 +124,7 @@ def note_force(impacts, force):
     """Raise the greatest force of the impact under way."""
     i = impacts.filled[0] - 1
     if 0 <= i < len(impacts.data):
-        impacts.data[i, FORCE] = max(impacts.data[i, FORCE], force)
+        impacts.data[i, IMPACT_FORCE] = max(impacts.data[i, IMPACT_FORCE], force)
 
 
 @jit
@@ -141,7 +142,7 @@ def note_release(ps, damper, impacts, time, x1, v1, r, s):
 def note_violation(limit_log, time):
     """Count a passage of the limit; the first one with its time [s]."""
     if limit_log[NUMBER] == 0.0:
-        limit_log[FIRST] = time
+        limit_log[FIRST_VIOLATION] = time
     limit_log[NUMBER] += 1.0
     limit_log[BEYOND] = 1.0
 
@@ -187,7 +188,7 @@ def powers(side, phase, row):
     """Return `powers_at` of a row (q, s, x1, v1, tau) of a contact; phase: that at tau = 0."""
     ps, wall, k = side.ps, side.wall, side.k
     q, s = k[row], k[row + 1]
-    z, drive = depth_of(wall, q), drive_after(ps, phase, k[row + 4])
+    z, drive = depth_of(wall, q), drive_now(after(ps, phase, k[row + 4]))
     force = force_of(wall, q, z, s)
     return powers_at(ps, side.damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force)
 
@@ -214,13 +215,13 @@ def step_to_root(side, step, which, f0, f1):
     f0, f1: its values at the beginning and the end of the step.
     """
     low, high = 0.0, 1.0
-    for _ in range(40):
+    for _ in range(ROOT_STEPS):
         x = secant(low, high, f0, f1)
-        rk.advance(side, None, rk.part_of(step, x))
-        f = powers(side, step.phase, int(rk.NEW))[which]
+        advance(side, None, part_of(step, x))
+        f = powers(side, step.phase, int(NEW))[which]
         before, behind = low, high
         low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
-        if f == 0.0 or (low - before) + (behind - high) < PRECISE:  # one end moved so little
+        if f == 0.0 or (low - before) + (behind - high) < NEAR_PEAK:  # one end moved so little
             return
 
 
@@ -232,15 +233,15 @@ def note_step(side, energy, step):
     located only where it could exceed the largest so far.
     """
     k = side.k
-    raise_energies(energy, energies_in(side, int(rk.NEW)))
-    before, after = powers(side, step.phase, int(rk.Y)), powers(side, step.phase, int(rk.NEW))
-    start, time = energies_in(side, int(rk.Y)), k[rk.NEW + 4]
-    rk.save(k)
+    raise_energies(energy, energies_in(side, int(NEW)))
+    before, after = powers(side, step.phase, int(OLD)), powers(side, step.phase, int(NEW))
+    start, time = energies_in(side, int(OLD)), k[NEW + 4]
+    save(k)
     for which in range(4):
         body = which // 2
         gain = abs(before[2 * body] * before[2 * body + 1])
         gain += abs(after[2 * body] * after[2 * body + 1])
         if opposite(before[which], after[which]) and start[body] + gain * time > energy[body]:
             step_to_root(side, step, which, before[which], after[which])
-            raise_energies(energy, energies_in(side, int(rk.NEW)))
-            rk.restore(k)
+            raise_energies(energy, energies_in(side, int(NEW)))
+            restore(k)

@@ -18,11 +18,10 @@ from ..motion.load_cells import Loaded
 from ..motion.response_sums import PLACE, Tally, raise_to
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..numerics.roots import highest, narrowed, only_rises, secant
-from .observe import PRECISE, alike, energies, note_energy, powers_at
+from ..numerics.roots import ROOT_STEPS, highest, narrowed, only_rises, secant
+from .observe import NEAR_PEAK, alike, energies, note_energy, powers_at
 
-ROOT_STEPS = 40  # of the search for a root: it needs some five
-FINEST = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
+SHORTEST_PIECE = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
 
 
 @jit
@@ -72,7 +71,7 @@ def damper_bound(grid, scale, e2):
     own, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
     push = grid.rate * grid.push
     s1 = grid.rate * scale + grid.push  # bounds of the first to third derivatives by time of the
-    s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `exact.bounds_of`
+    s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `bounds.bounds_of`
     s3 = grid.rate * s2 + grid.rate * push
     shaken = push_on_damper(grid)
     u0 = math.sqrt(2.0 * e2) + (pull * scale + shaken) * grid.h
@@ -88,7 +87,7 @@ def damper_bound(grid, scale, e2):
 def may_set_a_record(damper, energy, grid, bounds, length, before, after):
     """Tell whether an energy may exceed the largest so far inside a piece of a cell.
 
-    length: of the piece in cells; bounds: `exact.Bounds` over the cell; before, after: `work_at`
+    length: of the piece in cells; bounds: `bounds.Bounds` over the cell; before, after: `work_at`
     the ends of the piece.
     """
     h, square = grid.h * length, length * length
@@ -199,7 +198,7 @@ def root(w, low, high, f0, f1):
     for _ in range(ROOT_STEPS):
         x = secant(low, high, f0, f1)
         f = factor_at(w, x)
-        if f == 0.0 or min(x - low, high - x) < PRECISE:
+        if f == 0.0 or min(x - low, high - x) < NEAR_PEAK:
             break
         low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
     return x
@@ -215,7 +214,9 @@ def note_roots(ps, damper, energy, grid, bend, end):
         if not alike(f, g) and abs(g - f) > sag:  # monotone: one root
             note_at(ps, damper, energy, grid, root(grid.table, x, x + width, f, g))
         elif not proves_no_root(f, g, sag):
-            if width > FINEST * end and 0.0 < sag < math.inf:  # not zero throughout, nor overflown
+            if (
+                width > SHORTEST_PIECE * end and 0.0 < sag < math.inf
+            ):  # not zero throughout, nor overflown
                 width *= 0.5
                 g = factor_at(grid.table, x + width)
                 continue

@@ -6,7 +6,7 @@ Gauss points, so many that the error is below round-off in the longest cell (1.4
 turn twice as fast). A quantity is largest where its rate, a polynomial too, vanishes: such roots
 are looked for where bends allow the largest value so far to be exceeded, and proven to be all of
 them (`peaks.note_roots`). Only a contact that is not linear is gone through once more, when it is
-over (`response_inside`, `response_steps`).
+over (`response_steps`).
 
 Power comes in by the force P cos(omega t), or, where the foot moves, by what moves it. It is
 dissipated by the dashpots and by contacts: by the force that is not elastic, or as rigid bodies
@@ -26,21 +26,23 @@ from ..motion.response_sums import (
     BEGIN,
     CV,
     CX,
-    FORCE,
     IMPULSE,
     JUMPS,
     LOSS,
     MOST,
+    MOST_FORCE,
     OF_A,
     OF_FOOT,
     OF_R,
     OF_V,
     PLACE,
+    POINTS,
     R2,
     S2,
     SIZE,
     U2,
     V2,
+    WEIGHTS,
     X2,
     Y2,
     Tally,
@@ -57,17 +59,6 @@ from ..scene.drive import Moment
 from ..scene.scene import joined
 from .peaks import factor_at, note_energies, note_roots
 from .touch import note_limit
-
-# Gauss points of [0, 1] and their weights: the error of a cell is 6!^4 / (13 12!^3) f^(12)
-POINTS = (
-    0.033765242898423986, 0.16939530676686775, 0.3806904069584015,
-    0.6193095930415985, 0.8306046932331322, 0.966234757101576,
-)  # fmt: skip
-WEIGHTS = (
-    0.08566224618958517, 0.18038078652406930, 0.23395696728634552,
-    0.23395696728634552, 0.18038078652406930, 0.08566224618958517,
-)  # fmt: skip
-
 
 # ---- a cell --------------------------------------------------------------------------------------
 
@@ -272,7 +263,7 @@ def fill_response(response, tally, ps, damper, state, time):
     for i, place in ((0, X2), (1, V2), (2, A2), (3, R2), (4, Y2)):
         response[2 * i + 1] = math.sqrt(row[place] / time)
     for wall in range(2):
-        response[OF_FORCES + wall] = row[FORCE + wall]
+        response[OF_FORCES + wall] = row[MOST_FORCE + wall]
         response[OF_IMPULSES + wall] = row[IMPULSE + wall]
     c1 = ps.m1 * ps.damping
     response[POWERS] = c1 * row[V2] / time

@@ -22,17 +22,17 @@ import math
 
 from ..motion.flight import COEF, ORDER, at
 from ..numerics.compiling import jit
+from ..numerics.elementary import TINIEST
 from ..numerics.roots import guarded, highest, only_rises
-from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_violation
+from .observe import BEYOND, EXCESS, LIMIT, ORIGIN, note_violation
 
 AT_R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
-LOST = -1.0  # no place: the walk took MOST_STEPS; better no answer than a wrong one
-PRECISE = 1.0e-9  # error of the place of a maximum in a cell: its height errs by the square
-MOST_STEPS = 1000  # of a walk, which needs 3 to 8, and some tens where it grazes
+LOST = -1.0  # no place: the walk took LONGEST_WALK; better no answer than a wrong one
+NEAR_MAXIMUM = 1.0e-9  # error of the place of a maximum in a cell: its height errs by the square
+LONGEST_WALK = 1000  # of a walk, which needs 3 to 8, and some tens where it grazes
 ROUND_OFF = 4.0e-16  # relative error of a place computed in a cell
 CLEAR, CROSSED, UNSURE = range(3)  # what the ends of a piece tell of a level
-TINIEST = 1.0e-300  # a bound is no less, so that nothing is divided by zero
 
 
 @jit
@@ -94,7 +94,7 @@ def first_touch(w, x, end, sign, level, bend, jerk):
     """
     tolerance = tolerance_of(w, level)
     bend, jerk = bend + TINIEST, jerk + TINIEST  # a scene at rest without forcing has neither
-    for _ in range(MOST_STEPS):
+    for _ in range(LONGEST_WALK):
         f, slope, curve = derivatives_at(w, x, sign)
         clearance = level - f
         if clearance <= tolerance:
@@ -120,7 +120,7 @@ def first_touch(w, x, end, sign, level, bend, jerk):
 def touch_of(grid, end, sign, level, y, bounds):
     """Return as `first_touch` where sign r first rises to `level` in [0, end] of the expanded cell.
 
-    y: the state at `end`; bounds: `exact.Bounds`. Mostly the two ends tell.
+    y: the state at `end`; bounds: `bounds.Bounds`. Mostly the two ends tell.
     """
     w = grid.table
     f0, f1 = sign * w[AT_R], sign * y[2]
@@ -169,7 +169,7 @@ def crossing(grid, end, sign, level, ends, bend):
     v = 1.0 - u
     x = end * u * (u * (3.0 - 2.0 * u) + v * (whole / g0 * v - whole / g1 * u))
     place = LOST
-    for _ in range(MOST_STEPS):
+    for _ in range(LONGEST_WALK):
         x = guarded(x, low, high)
         y = at(grid.table, x)
         excess, slope = sign * y[2] - level, sign * y[3] * grid.h
@@ -193,7 +193,7 @@ def first_maximum(w, x, end, sign, jerk):
     that steps of that length never pass a maximum, and close in on it as Newton's method does.
     """
     jerk = jerk + TINIEST
-    for _ in range(MOST_STEPS):
+    for _ in range(LONGEST_WALK):
         _, slope, curve = derivatives_at(w, x, sign)
         if slope <= 0.0:
             return x
@@ -202,7 +202,7 @@ def first_maximum(w, x, end, sign, jerk):
         if x + safe >= end:
             return end
         x += safe
-        if not safe > PRECISE:
+        if not safe > NEAR_MAXIMUM:
             return x
     return x
 
@@ -214,9 +214,9 @@ def note_limit(w, limit_log, begin, h, end, bend, jerk):
     begin: cells from the start of the period to that of the polynomial; h [s] a cell. Each passage
     is counted at its place, each excursion beyond measured at its summits and where the cell ends.
     """
-    level, x = limit_log[LEVEL], 0.0
+    level, x = limit_log[LIMIT], 0.0
     bend, jerk = tightened(w, bend, jerk)
-    for _ in range(MOST_STEPS):
+    for _ in range(LONGEST_WALK):
         if limit_log[BEYOND] == 0.0:
             x = first_touch(w, x, end, 1.0, level, bend, jerk)
             if not 0.0 <= x <= end:
@@ -247,7 +247,7 @@ def nearest_miss(w, x, sign, end, best, bend, jerk, touches):
     level = ROUND_OFF * (abs(w[COEF]) + abs(w[COEF + 4]) + abs(w[AT_R]) + abs(w[AT_R + 4]))
     if touches:
         level = 0.0
-    for _ in range(MOST_STEPS):
+    for _ in range(LONGEST_WALK):
         f, slope, curve = derivatives_at(w, x, sign)
         if f >= best and slope > 0.0:
             x = first_maximum(w, x, end, sign, jerk)

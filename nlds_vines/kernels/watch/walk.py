@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 
-from ..motion.flight import SHORT, grid_with, rate_of
+from ..motion.bounds import SHORT, rate_of
+from ..motion.flight import grid_with
 from ..motion.load_cells import Stretch, grid_under, phase_during, polynomial_from
 from ..motion.once_rounded import after_piece, after_whole
 from ..numerics.compiling import jit

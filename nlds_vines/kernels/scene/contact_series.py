@@ -1,0 +1,101 @@
+"""Series in theta of a contact's motion, one power after the other.
+
+The motion over a step and all that it is made of are Taylor polynomials in theta (`taylor`), of
+which each coefficient follows from those of lower powers. Here is where they stand, and how those
+of products, powers and logarithms follow.
+"""
+
+from __future__ import annotations
+
+from ..numerics.compiling import jit
+from ..numerics.elementary import exp, log
+
+# The scratch array k of a contact: rows of ROW numbers, each a state, before a step, after it, and
+# one to keep; from SERIES on a row of COLUMNS for each power of theta; AHEAD, what is ahead of an
+# orbit inside an impact that is solved (`inside.Ahead`); and SHRUNK, the logarithm by which
+# contacts have shrunk volumes of variations.
+#
+#   in a row of a state    0  1  2   3   4    5    6    7    8     9 ... 20
+#                          q  s  x1  v1  tau  (x1  v1   r    s)    (...) (...) (...)
+#                                             four variations, where they are wanted
+#   and in VOLUME by how much their volumes shrink
+#
+# A name is the place of a row's first number, so that k[NEW + 1] is s after a step.
+WIDTH = 5  # numbers of a state: q, s, x1, v1, tau
+ROW = 24  # distance of the rows
+OLD, NEW, SAVE = 0, ROW, 2 * ROW
+VOLUME = 23
+HIGHEST, ORDER_OF_RK4 = 14, 4  # highest powers
+# Columns: what a step changes; what is multiplied by dt/dtheta, COSINE and SINE being those of
+# the forcing's phase; the contact's terms, by powers of q from POWERS_OF_Q + 1 on; variations, each
+# column a four of one component of all, and their rates; and of a load (`drive`) what is left of
+# its polynomial in time, divided by the powers of that.
+AT_Q, AT_S, AT_X, TAU, DS, DV, AT_V, COSINE = range(8)
+SINE, WEIGHT, DEPTH, ELASTIC, FORCE, STEEP, STIFF, DRAG, LOGARITHM, SHRINKS = range(8, 18)
+POWERS_OF_Q, VARIED, RATES, LOADED, COLUMNS = 20, 40, 56, 72, 92
+SERIES = 3 * ROW
+AHEAD = SERIES + COLUMNS * (HIGHEST + 1)
+SHRUNK = AHEAD + 9
+SCRATCH = SHRUNK + 1
+
+
+@jit
+def product(k, a, b, n):
+    """Return coefficient n of the product of two columns."""
+    even, odd, i, j = 0.0, 0.0, SERIES + a, SERIES + COLUMNS * n + b
+    for _ in range((n + 1) // 2):  # two sums at a time, neither of which waits for the other
+        even += k[i] * k[j]
+        odd += k[i + COLUMNS] * k[j - COLUMNS]
+        i, j = i + 2 * COLUMNS, j - 2 * COLUMNS
+    if n % 2 == 0:
+        even += k[i] * k[j]
+    return even + odd
+
+
+@jit
+def square(k, a, n):
+    """Return coefficient n of the square of a column."""
+    found, i, j = 0.0, SERIES + a, SERIES + COLUMNS * n + a
+    for _ in range((n + 1) // 2):
+        found += k[i] * k[j]
+        i, j = i + COLUMNS, j - COLUMNS
+    found += found
+    if n % 2 == 0:
+        found += k[i] * k[j]
+    return found
+
+
+@jit
+def power_term(k, a, e, out, n):
+    """Return coefficient n of a column to the power e, whose lower ones stand in the column `out`.
+
+    From a^e' a = e a' a^e. Where the column begins with 0 it is 0, as if q^(p e) had no power of
+    theta that is looked at.
+    """
+    first = k[SERIES + a]
+    if not first > 0.0:
+        return 0.0
+    if n == 0:
+        return exp(e * log(first))
+    found, i, j = 0.0, SERIES + a + COLUMNS, SERIES + COLUMNS * (n - 1) + out
+    for m in range(1, n + 1):
+        found += (e * m - (n - m)) * k[i] * k[j]
+        i, j = i + COLUMNS, j - COLUMNS
+    return found / (n * first)
+
+
+@jit
+def logarithm_term(k, a, out, n):
+    """Return coefficient n of the logarithm of a column, whose lower ones stand in `out`.
+
+    0 where the column begins with 0: what it is multiplied by begins with no power that counts.
+    """
+    first = k[SERIES + a]
+    if not first > 0.0:
+        return 0.0
+    if n == 0:
+        return log(first)
+    found = n * k[SERIES + COLUMNS * n + a]
+    for m in range(1, n):
+        found -= m * k[SERIES + COLUMNS * m + out] * k[SERIES + COLUMNS * (n - m) + a]
+    return found / (n * first)

@@ -200,7 +200,7 @@ def doubted(one, steps):
         span = min(reach**0.4, 2.0 * max(q, np.sqrt(abs(s) / rate)))
         square = wall.kappa * reach**1.2 + abs(external) + (rate * span) ** 2
         h = FREE_THETA / steps / np.sqrt(square)
-        expand(side, None, phase)
+        expand(side, None, phase, h)
         while True:
             step, stopped = to_end(side, phase, one.stop - elapsed, h)
             if step.landing or k[NEW] > 0.0:

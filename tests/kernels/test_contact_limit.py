@@ -148,7 +148,7 @@ def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
     log[[observe.LIMIT, observe.ORIGIN, observe.FIRST_VIOLATION]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
     k[OLD], k[OLD + 1] = q, s
-    expand(side, None, step.phase)
+    expand(side, None, step.phase, h)
     advance(side, None, step)
     limit.note_limit_step(side, log, step, begun)
     return log, k[NEW] ** 2, k[NEW + 4]
@@ -206,7 +206,7 @@ def turning_step(level, beyond=0.0, share=0.02, K=1e6):
     log[[observe.LIMIT, observe.ORIGIN, observe.FIRST_VIOLATION]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
     k[OLD], k[OLD + 1] = np.sqrt(z), s
-    expand(side, None, (1.0, 0.0))
+    expand(side, None, (1.0, 0.0), 2.0 / np.sqrt(wall.kappa * deepest**1.5))
     low, high = 0.0, 2.0 / np.sqrt(wall.kappa * deepest**1.5)
     for _ in range(60):  # the step after which s = -s
         h = 0.5 * (low + high)

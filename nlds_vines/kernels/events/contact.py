@@ -167,7 +167,7 @@ def contact(side, watch, phase, now, stop):
         # What the last terms of the polynomial allow of that.
         at = side_with(side, ps, side.damper, acting(wall, positive), steps)
         if side.rk4 is None or tangent is not None:
-            expand(at, tangent, phase)
+            expand(at, tangent, phase, h)
         fast, deep = max(wall.speed * seen, abs(s)), depth_of(wall, root)
         granted = max(steps.tolerance, LEAST_GRANTED) / late
         if steps.tolerance < math.inf:

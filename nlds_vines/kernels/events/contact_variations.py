@@ -15,7 +15,18 @@ from ..motion.taylor import advance, expand, order_of, restore, save
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log, whole_power
 from ..scene.arguments import Step
-from ..scene.contact_series import COLUMNS, NEW, OLD, ROW, SERIES, SHRUNK, VARIED, VOLUME, WIDTH
+from ..scene.contact_series import (
+    COLUMNS,
+    NEW,
+    OLD,
+    ROW,
+    SERIES,
+    SHRUNK,
+    UNIT,
+    VARIED,
+    VOLUME,
+    WIDTH,
+)
 from ..scene.drive import after
 from ..scene.law import rate_of_q, smooth_up_to
 
@@ -59,9 +70,9 @@ def last_of_variations(k, row, pace):
 @jit
 def part_for(side, tangent, h, granted, pace):
     """Return how far variations may go along a polynomial, at most h; granted: of an orbit."""
-    k, n, part = side.k, order_of(side.rk4), 1.0
+    k, n, part, x = side.k, order_of(side.rk4), 1.0, h / side.k[UNIT]
     for m in range(n - 1, n + 1):
-        last = last_of_variations(k, SERIES + COLUMNS * m, pace) * whole_power(h, m)
+        last = last_of_variations(k, SERIES + COLUMNS * m, pace) * whole_power(x, m)
         if last > MORE * granted:
             part = min(part, exp(log(MORE * granted / last) / m))
     return part * h
@@ -94,8 +105,8 @@ def ride(side, tangent, step, granted, scales):
         phase = after(side.ps, phase, k[NEW + 4])
         for i in range(ROW):
             k[OLD + i] = k[NEW + i]
-        expand(side, tangent, phase)
         left -= h
+        expand(side, tangent, phase, left)
     restore(k)
     for i in range(count_of(tangent)):
         k[NEW + WIDTH + i] = rows_of(tangent)[i]

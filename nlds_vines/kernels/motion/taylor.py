@@ -52,11 +52,13 @@ from ..scene.contact_series import (
     STEEP,
     STIFF,
     TAU,
+    UNIT,
     VARIED,
     VOLUME,
     WEIGHT,
     WIDTH,
     product,
+    unit_near,
 )
 from ..scene.drive import begin_series, drive_term
 from ..scene.law import (
@@ -86,14 +88,17 @@ def order_of(rk4):
 
 
 @jit
-def expand(side, tangent, phase):
-    """Fill the series of a step from row Y; phase: (cos, sin) of the forcing's there.
+def expand(side, tangent, phase, h):
+    """Fill the series of steps from row Y; phase: (cos, sin) of the forcing's there.
+
+    Their terms are of the size of what they sum to where steps are about h long.
 
     With `tangent`, those of four variations (x1, v1, r, s) at fixed time, too: they obey the
     equation linearised, with the contact's stiffness, of Hertz' law 3/2 K sqrt(z) = 3/2 K q, as
     polynomial as the rest, and what drives them (`driven`).
     """
     k = side.k
+    k[UNIT] = unit_near(h)
     k[SERIES + AT_Q], k[SERIES + AT_S] = k[OLD], k[OLD + 1]
     k[SERIES + AT_X], k[SERIES + AT_V] = k[OLD + 2], k[OLD + 3]
     k[SERIES + TAU] = 0.0
@@ -139,7 +144,7 @@ def integrate(side, phase, n):
         sums = sums + k[i] * four_at(k, j)
         sine += k[i] * k[j + (SINE - DS)]
     sums = sums + others
-    per, behind = 1.0 / (n + 1.0), row + COLUMNS
+    per, behind = k[UNIT] / (n + 1.0), row + COLUMNS
     k[behind + AT_Q] = per * rate_of_q(side.wall, k[row + AT_S])
     k[behind + AT_S] = per * number_of(sums, 0)
     k[behind + AT_V], k[behind + AT_X] = per * number_of(sums, 1), per * number_of(sums, 2)
@@ -157,7 +162,7 @@ def fill_variations(side, tangent, n):
     for m in range(n + 1):
         stiff = k[SERIES + COLUMNS * m + STIFF]
         push = push + stiff * four_at(k, row - COLUMNS * m + VARIED + 8)
-    per, behind = 1.0 / (n + 1.0), row + COLUMNS
+    per, behind = k[UNIT] / (n + 1.0), row + COLUMNS
     if wall.damping is not None:
         k[row + DRAG] = drag_term(wall, k, n)
         for m in range(n + 1):
@@ -185,7 +190,8 @@ def fill_variations(side, tangent, n):
 @jit
 def along_series(side, step):
     """Write row NEW where a `Step` ends, by the series."""
-    k, h, row = side.k, step.h, SERIES + COLUMNS * HIGHEST
+    k, row = side.k, SERIES + COLUMNS * HIGHEST
+    h = step.h / k[UNIT]
     motion, v = four_at(k, row), k[row + AT_V]
     while row > SERIES:
         row -= COLUMNS
@@ -203,13 +209,13 @@ def advance(side, tangent, step):
 
     By the series; by rk4, which has them for variations alone, a step of Runge and Kutta.
     """
-    k, h = side.k, step.h
+    k = side.k
     if side.rk4 is None:
         along_series(side, step)
     else:
         runge_kutta(side, step)
     if tangent is not None:
-        row = SERIES + COLUMNS * order_of(side.rk4)
+        h, row = step.h / k[UNIT], SERIES + COLUMNS * order_of(side.rk4)
         a, b = four_at(k, row + VARIED), four_at(k, row + VARIED + 4)
         r, u = four_at(k, row + VARIED + 8), four_at(k, row + VARIED + 12)
         shrinks = k[row + SHRINKS]
@@ -232,10 +238,11 @@ def slopes(side, h):
     k, n = side.k, 1.0 * order_of(side.rk4)
     row = SERIES + COLUMNS * order_of(side.rk4)
     motion, v = n * four_at(k, row), n * k[row + AT_V]
+    x, per = h / k[UNIT], 1.0 / k[UNIT]
     while n > 1.0:
         n, row = n - 1.0, row - COLUMNS
-        motion, v = motion * h + n * four_at(k, row), v * h + n * k[row + AT_V]
-    return motion, v
+        motion, v = motion * x + n * four_at(k, row), v * x + n * k[row + AT_V]
+    return per * motion, per * v
 
 
 @jit
@@ -262,15 +269,14 @@ def defect_of(side, drive, h, scales):
 def length_of(side, h, tolerance, fast):
     """Return the length of a step, at most h, of which the last two terms are a tolerance.
 
-    Of all velocities, in parts of fast [m/s]. Terms are looked at where h is, so that units of time
-    change no bit. Variations, whose polynomials have the same radius of convergence, have no say:
-    they change nothing of an orbit.
+    Of all velocities, in parts of fast [m/s]. Variations, whose polynomials have the same radius of
+    convergence, have no say: they change nothing of an orbit.
     """
     k, n = side.k, order_of(side.rk4)
-    part = 1.0
+    part, x = 1.0, h / k[UNIT]
     for m in range(n - 1, n + 1):
         row = SERIES + COLUMNS * m
-        last = max(abs(k[row + AT_S]), abs(k[row + AT_V])) * whole_power(h, m) / fast
+        last = max(abs(k[row + AT_S]), abs(k[row + AT_V])) * whole_power(x, m) / fast
         if last > tolerance:
             part = min(part, exp(log(tolerance / last) / m))
     return part * h

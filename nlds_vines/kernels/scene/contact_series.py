@@ -3,17 +3,21 @@
 The motion over a step and all that it is made of are Taylor polynomials in theta (`taylor`), of
 which each coefficient follows from those of lower powers. Here is where they stand, and how those
 of products, powers and logarithms follow.
+
+They are polynomials in theta over a UNIT near the length of the step, so that their terms are of
+the size of what they sum to, whatever units lengths and times have; it is a power of two, which
+changes no bit.
 """
 
 from __future__ import annotations
 
 from ..numerics.compiling import jit
-from ..numerics.elementary import exp, log
+from ..numerics.elementary import exp, exponent_of, log, power_of_two
 
 # The scratch array k of a contact: rows of ROW numbers, each a state, before a step, after it, and
 # one to keep; from SERIES on a row of COLUMNS for each power of theta; AHEAD, what is ahead of an
 # orbit inside an impact that is solved (`inside.Ahead`); and SHRUNK, the logarithm by which
-# contacts have shrunk volumes of variations.
+# contacts have shrunk volumes of variations, and UNIT.
 #
 #   in a row of a state    0  1  2   3   4    5    6    7    8     9 ... 20
 #                          q  s  x1  v1  tau  (x1  v1   r    s)    (...) (...) (...)
@@ -36,7 +40,15 @@ POWERS_OF_Q, VARIED, RATES, LOADED, COLUMNS = 20, 40, 56, 72, 92
 SERIES = 3 * ROW
 AHEAD = SERIES + COLUMNS * (HIGHEST + 1)
 SHRUNK = AHEAD + 9
-SCRATCH = SHRUNK + 1
+UNIT = SHRUNK + 1
+SCRATCH = UNIT + 1
+LEAST_UNIT, LARGEST_UNIT = -1000, 1000  # powers of two
+
+
+@jit
+def unit_near(h):
+    """Return the `UNIT` of a step of a length h."""
+    return power_of_two(min(max(exponent_of(h), LEAST_UNIT), LARGEST_UNIT))
 
 
 @jit

@@ -12,7 +12,7 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import TURN, cos_sin_of_turn
 from ..numerics.fours import four, four_at, put_four
-from .contact_series import COLUMNS, COSINE, HIGHEST, LOADED, SERIES, SINE, TAU
+from .contact_series import COLUMNS, COSINE, HIGHEST, LOADED, SERIES, SINE, TAU, UNIT
 from .scene import greatest_push
 
 SMALL = 0.1  # angle up to which `cos_sin` is good to round-off
@@ -149,7 +149,8 @@ def drive_term(ps, phase, k, n, turned):
             put_four(k, row + LOADED + j, sums)
         k[row + COSINE] = k[row + LOADED]
     else:
-        k[row + COSINE], k[row + SINE] = -ps.omega / n * sine, ps.omega / n * cosine
+        turn = ps.omega * k[UNIT] / n
+        k[row + COSINE], k[row + SINE] = -turn * sine, turn * cosine
 
 
 @jit

@@ -121,7 +121,7 @@ def steps(case: Case, contender: Contender) -> float:
     """Return the steps of a contact that our methods are set to, on the average; NaN for others.
 
     `exact` solves a short impact at once, at the nodes that its tolerance asks for; a longer one
-    takes its steps.  With `rk4` every contact takes a quarter of the steps of a period.
+    takes its steps, or more.  With `rk4` every contact takes a quarter of the steps of a period.
     """
     settings = Settings.of(contender.setting.method)
     if contender.setting.method == "rk4":

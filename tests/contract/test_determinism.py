@@ -258,8 +258,8 @@ def test_an_interrupted_consolidation_says_how_to_go_on(tmp_path, monkeypatch):
     assert compute(path, scan, resume=True) == compute(tmp_path / "b.h5", scan)
 
 
-SLOW = {"C": -0.06, "omega": 0.1, "K": 3.2e7}
-"""A preloaded damper that rests on its obstacle for a minute between two sections."""
+SLOW = {"C": -0.06, "omega": 0.01, "K": 3.2e7}
+"""A preloaded damper that rests on its obstacle for ten minutes between two sections."""
 
 FAILURES = {
     "diverged": ("P", 1e200, {}, DIVERGED),

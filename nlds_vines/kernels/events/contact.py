@@ -51,6 +51,7 @@ MOST_ATTEMPTS = 60  # of a step that leaves the contact; numbers beyond all boun
 MOST_REPEATS = 20  # of a step that is doubted: what is doubted of a smaller one is round-off
 LEAST_GRANTED = 1.0e-14  # of a tolerance: below it is round-off
 LONG = 1.0  # free impacts after which a contact is granted half as much doubt for each further one
+LAST_TERMS = 0.25  # of a step, in units of what is granted: errors of contacts add up, with a sign
 LEAST_DOUBT = 1.0e-15  # doubt of a step that means nothing
 FAINT = 1.0e-16  # Hertz acceleration, as a share of the external one, that is round-off
 SOON = 1.0e-7  # time in units of 1/rate for which an external acceleration is constant
@@ -171,7 +172,7 @@ def contact(side, watch, phase, now, stop):
         fast, deep = max(wall.speed * seen, abs(s)), depth_of(wall, root)
         granted = max(steps.tolerance, LEAST_GRANTED) / late
         if steps.tolerance < math.inf:
-            h = length_of(at, h, granted, fast)
+            h = length_of(at, h, LAST_TERMS * granted, fast)
         # Step to the release, to the end of the time or by h, until it ends inside the contact and
         # no more of it is doubted than is granted.
         step, stopped, inside, doubt, share = Step(phase, False, h), False, False, 0.0, 0.0

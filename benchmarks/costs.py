@@ -22,7 +22,7 @@ from nlds_vines.cli.markdown_tables import table
 from nlds_vines.cli.parser import Parser
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
-from nlds_vines.orbits.wants import possible_want
+from nlds_vines.orbits.records import possible_want
 
 SCENES = ("none", "tmd", "ssul-set6", "ssbl", "ssvi-b")
 RECORDED = ("section", "impacts", "energy", "peak", "clearance", "trajectory", "regime")

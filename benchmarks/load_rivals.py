@@ -22,7 +22,7 @@ import numpy as np
 from benchmarks.load_costs import Clock
 from benchmarks.rivals import RIVALS
 from benchmarks.rivals.rival import Asked, Flow
-from nlds_vines.accuracy.results import SolverFailure
+from nlds_vines.accuracy.measured_cases import SolverFailure
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.load_flight import fly, longest_cell

@@ -1,7 +1,7 @@
 """Results and curves whose order and cost are known because they are made up."""
 
 from benchmarks.accuracy.curves import Curve
-from nlds_vines.accuracy.results import Result, Setting
+from nlds_vines.accuracy.measured_cases import Result, Setting
 
 
 def result(value, error, seconds, *, method="rk4", ours=True, **more):

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from nlds_vines.accuracy.measured_cases import Case
 from nlds_vines.accuracy.reference import BELIEVED, Truth, truth_of
-from nlds_vines.accuracy.results import Case
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import response, steady_state

@@ -46,7 +46,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         from benchmarks.rivals import installed
         from benchmarks.rivals.rival import contenders_of
         from nlds_vines.accuracy.measure import comparison
-        from nlds_vines.accuracy.results import Case
+        from nlds_vines.accuracy.measured_cases import Case
 
         cases = suite() if options.suite else [Case.of(system)]
         rivals = () if options.no_peers else installed()
@@ -60,7 +60,7 @@ def _carry_out(options: argparse.Namespace) -> int:
 
     def lines(view: ArchiveView) -> Iterable[str]:
         from benchmarks.accuracy.page import page
-        from nlds_vines.accuracy.results import read_cases
+        from nlds_vines.accuracy.measured_cases import read_cases
 
         return written(partial(page, read_cases(view), every=not options.suite))
 

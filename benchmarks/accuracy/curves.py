@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nlds_vines.accuracy.measured_cases import Measured, Result
 from nlds_vines.accuracy.picture import front
-from nlds_vines.accuracy.results import Measured, Result
 
 DECADES = tuple(10.0**-k for k in range(3, 13))
 """Errors at which costs are compared, from 1e-3 to 1e-12."""

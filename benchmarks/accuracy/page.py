@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 from benchmarks.accuracy.curves import DECADES, Curve, above, curves_of
+from nlds_vines.accuracy.measured_cases import Measured
 from nlds_vines.accuracy.picture import family_of
-from nlds_vines.accuracy.results import Measured
 from nlds_vines.accuracy.tables import advice, duration, head, measurements, touches
 from nlds_vines.cli.markdown_tables import table
 

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from benchmarks.accuracy.cases import stored_section
 from benchmarks.stiffness.rigid import Rigid
-from nlds_vines.accuracy.results import Case
+from nlds_vines.accuracy.measured_cases import Case
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import flow_matrix, response

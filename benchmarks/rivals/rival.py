@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.accuracy import results as accuracy
+from nlds_vines.accuracy import measured_cases as accuracy
 from nlds_vines.accuracy.measure import Contender
-from nlds_vines.accuracy.results import Case, Setting, SolverFailure
+from nlds_vines.accuracy.measured_cases import Case, Setting, SolverFailure
 from nlds_vines.archives.provenance import version
 from nlds_vines.model.system import System
 

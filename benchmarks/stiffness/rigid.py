@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from nlds_vines.accuracy.results import Case
+from nlds_vines.accuracy.measured_cases import Case
 from nlds_vines.errors import RequestError
 from nlds_vines.model.linear_response import flow_matrix
 

@@ -14,8 +14,8 @@ from benchmarks.rivals.rival import Rival, contenders_of
 from benchmarks.stiffness.rigid import Rigid
 from benchmarks.stiffness.table import COLUMNS, SHAPE, Stiffened
 from nlds_vines.accuracy.measure import Contender, measured, ours
+from nlds_vines.accuracy.measured_cases import Case, Course, Known, Result
 from nlds_vines.accuracy.reference import Truth, truth_of
-from nlds_vines.accuracy.results import Case, Course, Known, Result
 from nlds_vines.archives.record_columns import Row, row_of
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.impact import impact

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from nlds_vines.accuracy.measured_cases import Known, Result, Setting
 from nlds_vines.accuracy.picture import family_of
-from nlds_vines.accuracy.results import Known, Result, Setting
 from nlds_vines.accuracy.tables import duration
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.record_columns import Column, columns

@@ -27,9 +27,9 @@ from nlds_vines.bifurcation.response_curves.request_file import CurveEntry, Pane
 from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.parser import Parser
 from nlds_vines.continuation.branch_table import datasets_of as of_branches
-from nlds_vines.continuation.curve_table import curve_datasets
 from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.continuation.request_file import load_continuation
+from nlds_vines.continuation.special_curve_table import curve_datasets
 from nlds_vines.loads.request import Decay
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.contact_laws import LAWS, of_second
@@ -40,15 +40,15 @@ from nlds_vines.model.ratios import RATIOS
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
 from nlds_vines.model.setting import settings_of
+from nlds_vines.orbits.records import WANTS, spectral
 from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import STATUS
-from nlds_vines.orbits.wants import WANTS, spectral
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.request_file import ColumnEntry, Times
-from nlds_vines.tuning.archive_table import Findings, contents
 from nlds_vines.tuning.request import Search, Surface, Tuning
 from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.tuning_table import Findings, contents
 
 DOCS = Path(__file__).resolve().parents[1]
 MARKED = re.compile(r"(<!-- made: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)

@@ -2,11 +2,11 @@
 
 In reading order:
 
-    results       what is measured, what came of it, and the table that holds it
-    scipy_solver  SciPy's solver, as everybody would use it first
-    reference     the true states, with witnesses
-    measure       the error and the cost of each method at each setting
-    tables        what was measured in words, and advice
-    picture       the same drawn
-    command       `python -m nlds_vines.accuracy`
+    measured_cases  what is measured, what came of it, and the table that holds it
+    scipy_solver    SciPy's solver, as everybody would use it first
+    reference       the true states, with witnesses
+    measure         the error and the cost of each method at each setting
+    tables          what was measured in words, and advice
+    picture         the same drawn
+    command         `python -m nlds_vines.accuracy`
 """

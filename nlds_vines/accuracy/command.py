@@ -83,7 +83,7 @@ def _carry_out(options: argparse.Namespace) -> int:
 
     def survey() -> Survey:
         from nlds_vines.accuracy import measure
-        from nlds_vines.accuracy.results import Case
+        from nlds_vines.accuracy.measured_cases import Case
         from nlds_vines.archives.provenance import version
 
         others = [] if options.no_peers else list(measure.scipy_contenders())
@@ -92,7 +92,7 @@ def _carry_out(options: argparse.Namespace) -> int:
 
     def lines(view: ArchiveView) -> Iterable[str]:
         from nlds_vines.accuracy import tables
-        from nlds_vines.accuracy.results import read_cases
+        from nlds_vines.accuracy.measured_cases import read_cases
 
         return (line for case in read_cases(view) for line in tables.lines(case, want))
 

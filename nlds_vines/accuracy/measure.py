@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.accuracy import scipy_solver
-from nlds_vines.accuracy.reference import Truth, followed, truth_of
-from nlds_vines.accuracy.results import (
+from nlds_vines.accuracy.measured_cases import (
     COLUMNS,
     SHAPE,
     Case,
@@ -23,6 +22,7 @@ from nlds_vines.accuracy.results import (
     Setting,
     SolverFailure,
 )
+from nlds_vines.accuracy.reference import Truth, followed, truth_of
 from nlds_vines.archives.record_columns import Row, row_of
 from nlds_vines.orbits.simulation import IntegrationError, simulate
 from nlds_vines.runs.survey import Survey, Task

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nlds_vines.accuracy.results import SHAPE, Measured, read_cases
+from nlds_vines.accuracy.measured_cases import SHAPE, Measured, read_cases
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled

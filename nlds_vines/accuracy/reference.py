@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.accuracy import scipy_solver
-from nlds_vines.accuracy.results import Case, Known, SolverFailure
+from nlds_vines.accuracy.measured_cases import Case, Known, SolverFailure
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.classification import classify
 from nlds_vines.orbits.simulation import IntegrationError, Orbit, simulate

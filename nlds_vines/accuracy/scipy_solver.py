@@ -11,7 +11,7 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from nlds_vines.accuracy.results import Course, SolverFailure
+from nlds_vines.accuracy.measured_cases import Course, SolverFailure
 from nlds_vines.model.system import System
 
 NAME = "SciPy DOP853"

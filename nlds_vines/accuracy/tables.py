@@ -6,7 +6,7 @@ import math
 import textwrap
 from collections.abc import Iterator
 
-from nlds_vines.accuracy.results import Measured, Result
+from nlds_vines.accuracy.measured_cases import Measured, Result
 from nlds_vines.cli.markdown_tables import table
 
 

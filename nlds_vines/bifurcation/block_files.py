@@ -28,7 +28,7 @@ from nlds_vines.bifurcation.late_attractors import completed
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.wants import ATTRACTOR
+from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.runs.folder import RunFolder, folder_of
 from nlds_vines.runs.manifest import NAME, Manifest, refuse_unless_scan
 from nlds_vines.runs.partfile import LEARNT, UNSOUND, Part, fetch, path_of, peek, store

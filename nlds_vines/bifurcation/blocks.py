@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
 from nlds_vines.model.quantities import RETRACED
 from nlds_vines.model.system import cell_type
-from nlds_vines.orbits.wants import noted, touches_noted
+from nlds_vines.orbits.records import noted, touches_noted
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:

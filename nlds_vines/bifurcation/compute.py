@@ -15,11 +15,11 @@ from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits import modulation, refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
+from nlds_vines.orbits.records import ATTRACTOR, plain
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.spectral_values import agreement, arrays_of
 from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.orbits.status_words import OK
-from nlds_vines.orbits.wants import ATTRACTOR, plain
 from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.words import parameters_in_words
 from nlds_vines.orbits.compilation import SECONDS as COMPILING
 from nlds_vines.orbits.compilation import kernels_of
-from nlds_vines.orbits.wants import ATTRACTOR
+from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.runs.progress import duration, size
 from nlds_vines.runs.threads import use_threads
 

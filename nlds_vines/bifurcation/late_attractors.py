@@ -16,8 +16,8 @@ from nlds_vines.bifurcation.attractors.attractor_numbering import NOT_PERIODIC, 
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.model.coexistence import finals
 from nlds_vines.model.labels import PERIODIC
+from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.orbits.status_words import OK
-from nlds_vines.orbits.wants import ATTRACTOR
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.blocks import Block

@@ -28,6 +28,14 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System
+from nlds_vines.orbits.records import (
+    ATTRACTOR,
+    USUAL,
+    WANTS,
+    checked_want,
+    refuse_impossible,
+    spectral,
+)
 from nlds_vines.orbits.solver_settings import (
     EFFORTS,
     FINENESS,
@@ -39,14 +47,6 @@ from nlds_vines.orbits.solver_settings import (
 from nlds_vines.orbits.spectral_records import SpectralRecords, checked_signals
 from nlds_vines.orbits.starts import AT_ANY_PHASE, Start
 from nlds_vines.orbits.tapers import TAPERS
-from nlds_vines.orbits.wants import (
-    ATTRACTOR,
-    USUAL,
-    WANTS,
-    checked_want,
-    refuse_impossible,
-    spectral,
-)
 from nlds_vines.runs.manifest import SCAN
 
 MOST_LANES = 10**8
@@ -79,7 +79,7 @@ class Scan(Request):
         title: one line for people.
         system: the parameters that do not vary.
         axes: one or two varied parameters, or initial conditions (`parameters.INITIAL`).
-        want: of `orbits.wants.WANTS`, kept in that order; nothing else is computed.
+        want: of `orbits.records.WANTS`, kept in that order; nothing else is computed.
         start: where the orbits of each cell begin.
 
     and what the fields say of themselves.

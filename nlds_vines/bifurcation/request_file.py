@@ -18,9 +18,9 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System, refuse_contradiction
 from nlds_vines.model.words import setting_in_words, symbol_of, system_in_words
+from nlds_vines.orbits.records import USUAL, possible_want, refuse_impossible
 from nlds_vines.orbits.solver_settings import FINENESS, chosen_settings, laid_over
 from nlds_vines.orbits.starts import STATE, Start
-from nlds_vines.orbits.wants import USUAL, possible_want, refuse_impossible
 
 FORM = Form(
     kind="scan",

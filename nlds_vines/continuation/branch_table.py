@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
-from nlds_vines.continuation.branch import ENDS
-from nlds_vines.continuation.branch_points import Track
+from nlds_vines.continuation.branch_arm import ENDS
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_points import KINDS, label_of_cycle
 from nlds_vines.continuation.start_orbits import states_of
+from nlds_vines.continuation.whole_branch import Track
 from nlds_vines.kernels.numerics.elementary import exp
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.quantities import BY_NAME

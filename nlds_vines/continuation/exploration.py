@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from nlds_vines.continuation.arclength import FIRST_STEP, LONGEST_STEP, Point, point_of
-from nlds_vines.continuation.branch import (
+from nlds_vines.continuation.branch_arm import (
     MOST_POINTS,
     SAME_ORBIT,
     Arm,
@@ -18,10 +18,10 @@ from nlds_vines.continuation.branch import (
     first_point,
     follow,
 )
-from nlds_vines.continuation.branch_points import Arrays, Track, packed, unpacked
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 from nlds_vines.continuation.shooting_phase import point_at_zero
 from nlds_vines.continuation.switching import doubled, other_branch
+from nlds_vines.continuation.whole_branch import Arrays, Track, packed, unpacked
 
 EVERY = 16
 """Every so many points, a branch is compared with those that are known."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.cli.markdown_tables import table
-from nlds_vines.continuation.branch import at_value
+from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.request import Orbit
 from nlds_vines.continuation.result import Branch, Continued, map_of

@@ -9,14 +9,14 @@ from pathlib import Path
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.continuation.branch import Bounds
-from nlds_vines.continuation.branch_points import Arrays
+from nlds_vines.continuation.branch_arm import Bounds
 from nlds_vines.continuation.branch_table import Tables, datasets_of, scales_of, tables_of
-from nlds_vines.continuation.curve_table import curve_datasets, curve_scales, curves_through
 from nlds_vines.continuation.exploration import Explorer, Search
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.result import map_of
+from nlds_vines.continuation.special_curve_table import curve_datasets, curve_scales, curves_through
 from nlds_vines.continuation.start_orbits import seeds_of
+from nlds_vines.continuation.whole_branch import Arrays
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete, tell_discarded
 from nlds_vines.runs.numbered_parts import NumberedParts

@@ -14,9 +14,9 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
+from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import Start, random_states, start_states
-from nlds_vines.orbits.wants import USUAL
 from nlds_vines.runs.progress import Tell
 
 TRANSIENT, PERIODS = 600, 120

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from nlds_vines.continuation.arclength import Point, close, length, point_of
-from nlds_vines.continuation.branch import half_of
+from nlds_vines.continuation.branch_arm import half_of
 from nlds_vines.continuation.section_map import SectionMap, bordered, closing
 
 FIRST_ASIDE, LEAST_ASIDE = 1.0e-2, 1.0e-6

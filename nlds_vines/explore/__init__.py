@@ -12,7 +12,7 @@ In reading order:
     recipes            what one sees as a portrait recipe, a scan file, a command line
     shared_map         what the command was given, shared by all pages
     map_meta           what the page's script must know of a map beside its numbers
-    look               the parts of a page that are files: style, script, frame
+    page_elements      the parts of a page that are files: style, script, frame
     map_figure         the map or diagram as a Bokeh figure
     orbit_figures      the figures of one orbit
     parameter_sliders  a slider for every parameter

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from bokeh.models import BoxSelectTool, ColumnDataSource, CustomJS, Model, Range1d, Span
 
-from nlds_vines.explore.look import plain_figure, roled
+from nlds_vines.explore.page_elements import plain_figure, roled
 
 HEIGHT, DIAGRAM_HEIGHT, STRIP = 520, 430, 14
 """Heights [pixels] of a map, of a diagram, and of the regimes of one start above a diagram."""

@@ -20,7 +20,7 @@ from bokeh.models import (
 
 from nlds_vines.explore.histories import Arrays
 from nlds_vines.explore.live_orbit import has
-from nlds_vines.explore.look import plain_figure, roled
+from nlds_vines.explore.page_elements import plain_figure, roled
 from nlds_vines.model.system import System
 
 WIDE = {

@@ -8,10 +8,10 @@ from bokeh.document import Document
 from bokeh.models import ColumnDataSource, CustomJS
 
 from nlds_vines.explore.histories import HISTORIES
-from nlds_vines.explore.look import frame, page_file
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.orbit_figures import WIDE, orbit_figures, orbit_sources, walls_of
+from nlds_vines.explore.page_elements import frame, page_file
 from nlds_vines.explore.parameter_sliders import sliders_of
 
 _DATA = ("asked", "told", "values", "lanes", "cells", "points", "touched")

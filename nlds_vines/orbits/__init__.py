@@ -3,7 +3,7 @@
 In reading order:
 
     solver_settings   methods, their fineness, the effort of a verdict
-    wants             what may be recorded
+    records           what may be recorded
     responses         what a response holds, with units
     modulation        amplitudes, and 1:1 capture by impacts a period
     status_words      how a computation ended

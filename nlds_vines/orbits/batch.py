@@ -21,8 +21,8 @@ from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import evidence, responses
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE, Settings
-from nlds_vines.orbits.wants import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Tell
 
@@ -34,7 +34,7 @@ PIECE_PERIODS = 1000
 class Wanted:
     """What is wanted of orbits of one scene, and how they are computed.
 
-    Arguments: the `scene`; `want`, of `wants.WANTS`; `method` of `settings.METHODS`; `effort` of
+    Arguments: the `scene`; `want`, of `records.WANTS`; `method` of `settings.METHODS`; `effort` of
     `settings.EFFORTS`, which a verdict may cost; the `settings` of the method.
     """
 

@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.wants import JUDGED
+from nlds_vines.orbits.records import JUDGED
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.machine import free_memory, processors
 from nlds_vines.runs.progress import Clock, Notice, Tell

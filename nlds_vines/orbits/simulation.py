@@ -25,9 +25,9 @@ from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.impact_rows import IMPACT, Violation
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.records import refuse_impossible
 from nlds_vines.orbits.solver_settings import METHODS, Settings, checked_steps, chosen_settings
 from nlds_vines.orbits.status_words import STATUS
-from nlds_vines.orbits.wants import refuse_impossible
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 """What `simulate` can record."""

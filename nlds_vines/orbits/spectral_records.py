@@ -46,7 +46,7 @@ class SpectralRecords:
     """What is recorded of the spectra of a scan's orbits.
 
     Attributes:
-        want: of `wants.SPECTRAL`.
+        want: of `records.SPECTRAL`.
         scene: of the scan.
         signals: of `recordable`; by default those of `USUAL` that the scene has.
         periods: sampled, `samples` states each.

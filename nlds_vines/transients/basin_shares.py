@@ -17,7 +17,7 @@ from nlds_vines.bifurcation.datasets import begins_at_sections
 from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, typed, unknown
 from nlds_vines.model.parameters import INITIAL, component_of, described
-from nlds_vines.orbits.wants import ATTRACTOR
+from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.transients.basin_measures import (
     BOX,
     FRACTAL,

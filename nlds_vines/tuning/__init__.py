@@ -11,7 +11,7 @@ In reading order:
     searches        differential evolution, CMA-ES, Nelder-Mead
     evaluations     every evaluation of a design, kept on the disk
     optima          distinct optima, and the changes that test their robustness
-    archive_table   the datasets of the archive
+    tuning_table    the datasets of the archive
     run             from request to archive
     result          `Tuned`: an archive read
     picture         the surface over two parameters

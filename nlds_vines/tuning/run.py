@@ -12,7 +12,7 @@ from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete, tell_discarded
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.threads import use_threads
-from nlds_vines.tuning import archive_table
+from nlds_vines.tuning import tuning_table
 from nlds_vines.tuning.evaluations import Journal, Log
 from nlds_vines.tuning.free_parameter import units_of, values_of
 from nlds_vines.tuning.objective import Trials
@@ -52,7 +52,7 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     )
 
 
-def _findings(tuning: Tuning, log: Log) -> archive_table.Findings:
+def _findings(tuning: Tuning, log: Log) -> tuning_table.Findings:
     """Search with every seed; disturb the optima, and compute the surface through the best."""
     spread = np.array([_search(tuning, log, seed) for seed in tuning.search.all_seeds])
     search = tuning.search
@@ -65,7 +65,7 @@ def _findings(tuning: Tuning, log: Log) -> archive_table.Findings:
     surface = _surface(tuning, log, points[chosen[0]]) if chosen.size else None
     finer = over_finer_bands(tuning) if chosen.size else None
     width = len(perturbed(tuning, points[0]).start)
-    return archive_table.Findings(
+    return tuning_table.Findings(
         columns=log.columns(),
         optima=rows[chosen],
         robustness=np.array(robustness).reshape(-1, width),
@@ -120,9 +120,9 @@ def _surface(
     return across, up, np.array(rows)
 
 
-def _made(tuning: Tuning, found: archive_table.Findings, journal: Journal, known: int) -> Made:
+def _made(tuning: Tuning, found: tuning_table.Findings, journal: Journal, known: int) -> Made:
     """Return what the archive holds; what is free has no value of its own."""
     spent = {"threads": journal.threads, "seconds": round(journal.seconds, 3), "replayed": known}
     derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
-    scales, contents = archive_table.scales(tuning, found), archive_table.contents(tuning, found)
+    scales, contents = tuning_table.scales(tuning, found), tuning_table.contents(tuning, found)
     return Made(scales, contents, spent, (*tuning.names, *derived))

@@ -4,7 +4,7 @@ In reading order:
 
     basin_report    basins of attraction in an archive measured
     edge_states     orbits between two basins, from a continuation
-    branch_picture  orbits of branches in the sections of a portrait
+    marks_picture   orbits of other archives in basins, in a portrait, beside a sweep
     status          how a scan under way stands
     plot            a finished archive drawn
     opening         what an archive holds, as the function returns it that has computed it

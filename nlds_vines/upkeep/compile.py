@@ -21,8 +21,7 @@ from nlds_vines.model.scenes import SCENES, scene_of
 from nlds_vines.model.system import check_law
 from nlds_vines.orbits import compilation
 from nlds_vines.orbits.compilation import Needed
-from nlds_vines.orbits.solver_settings import METHODS
-from nlds_vines.orbits.wants import (
+from nlds_vines.orbits.records import (
     SPECTRAL,
     WANTS,
     checked_want,
@@ -30,6 +29,7 @@ from nlds_vines.orbits.wants import (
     refuse_impossible,
     spectral,
 )
+from nlds_vines.orbits.solver_settings import METHODS
 from nlds_vines.runs.threads import check_environment
 
 _EXAMPLES = """\

@@ -17,9 +17,9 @@ from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.contact_laws import LAWS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import OneOf, settings_of
+from nlds_vines.orbits.records import WANTS
 from nlds_vines.orbits.solver_settings import TOLERANCES
 from nlds_vines.orbits.starts import POLICIES
-from nlds_vines.orbits.wants import WANTS
 from nlds_vines.portrait.request import PANELS, PortraitRequest
 from nlds_vines.tuning.request import Search
 

@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.bifurcation.datasets import begins_at_sections
 from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError
-from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
 from nlds_vines.transients.basin_shares import places_of
 
@@ -85,41 +83,6 @@ def lines_of(edges: list[EdgeState], components: Sequence[str]) -> Iterator[str]
             f"edge state {edge.label} of branch {edge.branch}: unstable multiplier "
             f"{edge.multiplier:.6g}; {point}"
         )
-
-
-def points_in(view: ArchiveView, branches: str | os.PathLike[str]) -> np.ndarray:
-    """Return the section points (count, components) of the edge states beside a plane of starts.
-
-    Raises `RequestError` where the archive holds no such plane at phase zero, and as `edge_states`.
-    """
-    _refuse_no_plane(view, "edge states are marked")
-    edges = edge_states(view, branches)
-    size = len(scan_of(view).system.scene.components)
-    return np.concatenate([np.empty((0, size)), *(edge.sections for edge in edges)])
-
-
-def section_in(view: ArchiveView, orbit: str | os.PathLike[str]) -> np.ndarray:
-    """Return the section points (count, components) of a portrait's orbit beside a plane of starts.
-
-    Arguments: the open archive of the plane; the path of the portrait's, of the same system.
-
-    Raises `RequestError` where the archive holds no such plane at phase zero, and for an orbit of
-    another system.
-    """
-    from nlds_vines.portrait.result import portrait_in
-
-    _refuse_no_plane(view, "a section is drawn")
-    found = portrait_in(orbit)
-    for one in found.views:
-        refuse_other(scan_of(view).system, one.column.system, str(orbit))
-    return np.concatenate([one.section for one in found.views])
-
-
-def _refuse_no_plane(view: ArchiveView, what: str) -> None:
-    """Raise `RequestError` unless an archive has basins in a plane of starts at phase zero."""
-    plane = len(view.axes) == 2 and set(view.axes) <= INITIAL.keys()
-    if "attractor" not in view or not plane or not begins_at_sections(view):
-        raise RequestError(f"{view.path}: {what} in basins over two initial conditions, at phase 0")
 
 
 def refuse_other(system: System, other: System, where: str) -> None:

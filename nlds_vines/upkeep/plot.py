@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,11 +17,10 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError, shown, typed
-from nlds_vines.runs.manifest import SCAN
+from nlds_vines.runs.manifest import DECAY, PORTRAIT, SCAN
 from nlds_vines.runs.task_registry import TASKS
 
 if TYPE_CHECKING:
-    import numpy as np
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -39,6 +39,8 @@ examples:
       of a map: regimes, coexisting, shares, share:LABEL or a recorded number
   nlds-vines plot figure8.h5 --frequency Hz -o hertz.png
       over f in Hz; `ratio` counts in the frequency of the structure
+  nlds-vines plot plane.h5 --mark branches.h5
+      over basins the edge states of a continuation; of a portrait the section of its orbit
   nlds-vines plot figure8.h5 --columns 1 --style grayscale -o narrow.pdf
       for one column of a paper, in a style sheet of matplotlib's
 exit status: 0 done; 2 the request is wrong
@@ -53,9 +55,7 @@ def plot(
     *,
     columns: int = 2,
     style: str | None = None,
-    edges: str | os.PathLike[str] | None = None,
-    section: str | os.PathLike[str] | None = None,
-    branches: str | os.PathLike[str] | None = None,
+    marks: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
     manifold: bool = False,
     frequency: str = "rad/s",
 ) -> Figure:
@@ -71,13 +71,11 @@ def plot(
         columns: 1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
         style: a style sheet of matplotlib's, by name or path.  What the user has set in
             `matplotlib.rcParams` or in a `matplotlibrc` stays as well.
-        edges: the archive of a continuation of the same system: of a plane of basins, the points
-            of its edge states are marked (`nlds-vines basins`).
-        section: the archive of a portrait of the same system: the Poincaré section of its orbit
-            is drawn over a plane of basins.
-        branches: the archive of a continuation of the same system: its orbits are marked in the
-            sections and phase planes of a portrait, open where they are unstable; or is drawn
-            beside the sweep of a decay (`--show sweep_energy`).
+        marks: an archive of the same system, or several, whose orbits are marked.  Of a
+            continuation: in a plane of basins the points of its edge states (`nlds-vines basins`),
+            in the sections and phase planes of a portrait its orbits, open where they are unstable;
+            beside the sweep of a decay its branches (`show="sweep_energy"`).  Of a portrait: its
+            Poincaré section, in a plane of basins.
         manifold: whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a
             map of omega and another parameter.
         frequency: what axes of the frequency count in: rad/s (omega), Hz (f), or ratio, omega over
@@ -90,31 +88,17 @@ def plot(
     from nlds_vines.plotting.inline_figures import let_figures_be_shown
     from nlds_vines.plotting.page import page_of, sheet
     from nlds_vines.plotting.save import drawn
+    from nlds_vines.upkeep.marks_picture import mark_branches
 
     let_figures_be_shown()
     page = page_of(columns)
+    others = [marks] if isinstance(marks, str | os.PathLike) else [*marks]
     with read(archive) as view, sheet(style):
-        figure = drawn(
-            view, lambda opened: _draw(opened, show, page, ax, (edges, section, manifold))
-        )
+        figure = drawn(view, lambda opened: _draw(opened, show, page, ax, (others, manifold)))
         count_in(figure, frequency, view)
-        if branches is not None:
-            _mark_branches(figure, view, branches, ax)
+        if view.content in (PORTRAIT, DECAY):
+            mark_branches(figure, view, others, own_page=ax is None)
         return figure
-
-
-def _mark_branches(
-    figure: Figure, view: ArchiveView, branches: str | os.PathLike[str], ax: Axes | None
-) -> None:
-    """Mark the orbits of branches on the page of a portrait, or draw them beside a sweep."""
-    from nlds_vines.runs.manifest import DECAY, PORTRAIT
-    from nlds_vines.upkeep.branch_picture import draw_beside_sweep, mark_branches
-
-    if view.content not in (PORTRAIT, DECAY) or ax is not None:
-        raise RequestError(
-            f"{view.path}: branches are marked on the page of a portrait, and beside a sweep"
-        )
-    (mark_branches if view.content == PORTRAIT else draw_beside_sweep)(figure, view, branches)
 
 
 def _draw(
@@ -122,42 +106,28 @@ def _draw(
     show: str | None,
     page: Page,
     ax: Axes | None,
-    over: tuple[str | os.PathLike[str] | None, str | os.PathLike[str] | None, bool],
+    over: tuple[Sequence[str | os.PathLike[str]], bool],
 ) -> Figure:
     """Return the picture of an open archive by what it holds.
 
-    `over`: the archives of edge states and of an orbit that are drawn over basins, None for none;
-    whether a closed form is drawn over a map.
+    `over`: the archives whose orbits are marked in basins; whether a closed form is drawn over a
+    map.
     """
-    edges, section, manifold = over
     from nlds_vines.plotting.chosen_panels import drawn_by
 
+    others, manifold = over
     if view.content == SCAN and not _is_ensemble(view, show):
         from nlds_vines.bifurcation.picture.drawing import draw
+        from nlds_vines.upkeep.marks_picture import marks_in_basins
 
-        return draw(view, show, page, ax, *_points(view, edges, section), manifold=manifold)
-    for path, word in ((edges, "edges are"), (section, "a section is")):
-        if path is not None:
-            raise RequestError(f"{view.path} holds a {view.content}: {word} for basins alone")
+        return draw(view, show, page, ax, marks_in_basins(view, others), manifold)
+    if others and view.content not in (PORTRAIT, DECAY):
+        raise RequestError(f"{view.path} holds a {view.content}: no orbits are marked in it")
     if manifold:
         raise RequestError(f"{view.path} holds a {view.content}: the manifold is for maps alone")
     if view.content not in TASKS:
         raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
     return drawn_by(_picture(view.content), view, show, page, ax)
-
-
-def _points(
-    view: ArchiveView,
-    edges: str | os.PathLike[str] | None,
-    section: str | os.PathLike[str] | None,
-) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Return the section points of edge states and of an orbit that are to be marked."""
-    from nlds_vines.upkeep.edge_states import points_in, section_in
-
-    return (
-        None if edges is None else points_in(view, edges),
-        None if section is None else section_in(view, section),
-    )
 
 
 def _is_ensemble(view: ArchiveView, show: str | None) -> bool:
@@ -231,9 +201,8 @@ def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
     from nlds_vines.plotting.save import save_figure
 
     figure = plot(
-        archive, options.show, columns=options.columns, style=options.style, edges=options.edges,
-        section=options.section, branches=options.branches, manifold=options.manifold,
-        frequency=options.frequency,
+        archive, options.show, columns=options.columns, style=options.style, marks=options.marks,
+        manifold=options.manifold, frequency=options.frequency,
     )  # fmt: skip
     with read(archive) as view, sheet(options.style):
         save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
@@ -246,13 +215,11 @@ def _declare(parser: Parser) -> None:
     add("--show", metavar="WHAT", help="panels; of a scan: quantities; ? names them")
     add("--columns", default=2, metavar="N", help="width: 1 or 2 columns of a paper [2]")
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
-    add("--edges", metavar="BRANCHES.h5", help="of basins: mark the edge states of a continuation")
-    add("--section", metavar="ORBIT.h5", help="of basins: draw the section of a portrait's orbit")
     add(
-        "--branches",
-        metavar="BRANCHES.h5",
-        help="of a portrait: mark their orbits in sections; of a sweep: drawn beside it",
-    )
+        "--mark", dest="marks", action="append", default=[], metavar="FILE.h5",
+        help="in basins: edge states of a continuation, section of a portrait; orbits of a "
+        "continuation in a portrait, its branches beside a sweep; several combine",
+    )  # fmt: skip
     add(
         "--manifold",
         action="store_true",

@@ -4,8 +4,8 @@ import made_up_curves as made
 import pytest
 from matplotlib.figure import Figure
 
+from nlds_vines.accuracy.measured_cases import COLUMNS, SHAPE, Known, Measured
 from nlds_vines.accuracy.picture import PICTURE, _fill_comparison, draw, family_of
-from nlds_vines.accuracy.results import COLUMNS, SHAPE, Known, Measured
 from nlds_vines.archives import archive
 from nlds_vines.archives.record_columns import row_of
 from nlds_vines.runs.survey import Survey, Task, run

@@ -7,7 +7,7 @@ from made_up_curves import curve
 
 from benchmarks.accuracy import page
 from nlds_vines.accuracy import tables
-from nlds_vines.accuracy.results import Measured, Result
+from nlds_vines.accuracy.measured_cases import Measured, Result
 
 
 def measured_case():

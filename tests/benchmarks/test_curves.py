@@ -6,8 +6,8 @@ import pytest
 from made_up_curves import curve, of_order, result
 
 from benchmarks.accuracy.curves import Curve, above
+from nlds_vines.accuracy.measured_cases import Result
 from nlds_vines.accuracy.picture import front
-from nlds_vines.accuracy.results import Result
 
 
 @pytest.mark.parametrize("p", [1.5, 2.5, 4.0])

@@ -7,8 +7,8 @@ import pytest
 from support import references
 
 from benchmarks.accuracy.cases import known_truth, near_grazing, stored_section, suite
+from nlds_vines.accuracy.measured_cases import Case
 from nlds_vines.accuracy.reference import truth_of
-from nlds_vines.accuracy.results import Case
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import steady_state
 from nlds_vines.orbits.simulation import simulate

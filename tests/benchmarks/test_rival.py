@@ -8,8 +8,8 @@ import pytest
 from benchmarks.rivals import RIVALS
 from benchmarks.rivals import rival as base
 from benchmarks.rivals.rival import Asked, SolverFailure, Track
+from nlds_vines.accuracy.measured_cases import Case
 from nlds_vines.accuracy.reference import FINEST, followed
-from nlds_vines.accuracy.results import Case
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.simulation import simulate
 

@@ -17,8 +17,8 @@ from benchmarks.accuracy.cases import near_grazing
 from benchmarks.rivals import RIVALS, installed, octave
 from benchmarks.rivals import rival as base
 from benchmarks.rivals.rival import Asked, SolverFailure
+from nlds_vines.accuracy.measured_cases import Case
 from nlds_vines.accuracy.reference import FINEST
-from nlds_vines.accuracy.results import Case
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.simulation import simulate
 

@@ -9,8 +9,8 @@ import pytest
 from benchmarks.stiffness import survey as stiffness
 from benchmarks.stiffness.rigid import EXPONENT, Rigid
 from benchmarks.stiffness.table import lines, page, read_stiffness, representatives
+from nlds_vines.accuracy.measured_cases import Case
 from nlds_vines.accuracy.picture import draw
-from nlds_vines.accuracy.results import Case
 from nlds_vines.archives import archive
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.impact.hertz_arc import choices_for

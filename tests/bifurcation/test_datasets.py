@@ -8,8 +8,8 @@ from support import unfilled
 
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.model.labels import FLAGS
+from nlds_vines.orbits.records import WANTS
 from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
-from nlds_vines.orbits.wants import WANTS
 
 
 def scan(system="ssul-set6", want=WANTS, start=None, vary=None):

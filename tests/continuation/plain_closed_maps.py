@@ -13,12 +13,12 @@ import pytest
 
 from nlds_vines.continuation import arclength, regime_borders, special_points
 from nlds_vines.continuation.arclength import angle_of, close, length, point_of
-from nlds_vines.continuation.branch import Bounds, at_value, first_point, follow, half_of
-from nlds_vines.continuation.branch_points import Track, packed, unpacked
+from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow, half_of
 from nlds_vines.continuation.exploration import Explorer, Search, Seed, crossings, is_same
 from nlds_vines.continuation.section_map import Cycle
 from nlds_vines.continuation.special_points import limit_of, narrowed_down, wall_of_change
 from nlds_vines.continuation.switching import doubled, null_vector, other_branch
+from nlds_vines.continuation.whole_branch import Track, packed, unpacked
 
 MU = 1.0 + sqrt(6.0)
 """Where the orbit 2T of the logistic map doubles."""

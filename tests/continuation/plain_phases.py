@@ -9,7 +9,7 @@ import pytest
 
 from nlds_vines import load_system
 from nlds_vines.continuation.arclength import point_of
-from nlds_vines.continuation.branch import Bounds, first_point, follow
+from nlds_vines.continuation.branch_arm import Bounds, first_point, follow
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.shooting_phase import better_map, is_symmetric, moved, point_at_zero
 

@@ -9,7 +9,7 @@ from benchmarks.boundary_values import Motion
 from benchmarks.shooting import Orbit, again
 from nlds_vines import RequestError, classify, continue_orbit, load_system, simulate
 from nlds_vines.continuation import arclength, special_points
-from nlds_vines.continuation.branch import Bounds, at_value, first_point, follow
+from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow
 from nlds_vines.continuation.section_map import SectionMap, closing
 from nlds_vines.continuation.start_orbits import place_of
 from nlds_vines.model.system import System
@@ -169,7 +169,7 @@ def test_a_broken_test_function_is_noticed(doubled, kind, monkeypatch):
         return plain.func(point) | {kind: 1.0}
 
     monkeypatch.setattr(arclength.Point, "tests", property(tests))
-    monkeypatch.setattr("nlds_vines.continuation.branch.unexplained", lambda a, b: False)
+    monkeypatch.setattr("nlds_vines.continuation.branch_arm.unexplained", lambda a, b: False)
     broken = [special.kind for special in follow(section_map, start, bounds).specials]
     assert kind not in broken
 
@@ -225,7 +225,7 @@ def test_a_broken_test_function_of_branch_points_is_noticed(monkeypatch):
     monkeypatch.setattr(
         arclength.Point, "tests", property(lambda point: plain.func(point) | {"BP": 1.0})
     )
-    monkeypatch.setattr("nlds_vines.continuation.branch.unexplained", lambda a, b: False)
+    monkeypatch.setattr("nlds_vines.continuation.branch_arm.unexplained", lambda a, b: False)
     path = continue_orbit(system, "P", (0.05, 5.0))
     assert "BP" not in path.special.kind  # two are there: see below
 

@@ -59,7 +59,7 @@ def test_branches_are_drawn_beside_a_sweep(branches, tmp_path, capsys):
     words = f"sweep:amplitude={P:g},first=7.0,last=7.3,length=60"
     asked = ["decay", "--system", SYSTEM, "--load", words, "--duration", "60", "--quiet"]
     assert console([*asked, "-o", str(path)]) == 0
-    figure = nv.plot(path, "sweep_energy", branches=branches.path)
+    figure = nv.plot(path, "sweep_energy", marks=branches.path)
     (axes,) = figure.axes
     branch = branches.branches[0]
     drawn = [line for line in axes.get_lines() if len(line.get_xdata()) == len(branch)]
@@ -67,7 +67,7 @@ def test_branches_are_drawn_beside_a_sweep(branches, tmp_path, capsys):
     assert np.array_equal(drawn[0].get_ydata(), branch.E1max)
     assert np.array_equal(np.isfinite(drawn[1].get_ydata()), branch.stable)
     assert axes.get_xlim() == (7.0, 7.3)
-    plot = ["plot", str(path), "--branches", str(branches.path), "-o", str(picture)]
+    plot = ["plot", str(path), "--mark", str(branches.path), "-o", str(picture)]
     assert console(plot) == 2
     assert "--show sweep_energy" in capsys.readouterr().err
     other = ["--set", "P=700", "--along", "omega=7.2:7.3", "-o", str(tmp_path / "other.h5")]

@@ -11,7 +11,7 @@ from nlds_vines.archives import archive
 from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.orbits.wants import WANTS, plain
+from nlds_vines.orbits.records import WANTS, plain
 
 PLAIN = plain(WANTS)
 

@@ -9,7 +9,7 @@ from made_up import MAP, arrays, cut, make_scan, results, same, write
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.wants import WANTS, plain
+from nlds_vines.orbits.records import WANTS, plain
 
 
 @pytest.fixture

@@ -558,7 +558,7 @@ def test_a_sweep_stands_beside_its_closed_form(tmp_path, capsys, monkeypatch):
         largest = 0.5 * np.maximum(p["k1"], p["m1"] * omega**2) * size**2
         np.testing.assert_allclose(steady.get_ydata(), size if name == "sweep" else largest)
     capsys.readouterr()
-    for words in (["explore", str(path)], ["plot", str(path), "--branches", str(path)]):
+    for words in (["explore", str(path)], ["plot", str(path), "--mark", str(path)]):
         assert console(words) == 2
         said = capsys.readouterr().err
         assert said.count("\n") == 1

@@ -36,7 +36,6 @@ WIDE = {
     "continuation.command.follow",
     "orbits.simulation.simulate",
     "transients.command.ensemble",
-    "upkeep.plot.plot",
 }
 """Public functions whose keywords are those of the command or of the paper's parameters."""
 

@@ -19,7 +19,7 @@ from nlds_vines.explore.cell_columns import columns, told
 from nlds_vines.explore.map_choices import shows_of
 from nlds_vines.explore.map_data import stored
 from nlds_vines.model.quantities import QUANTITIES
-from nlds_vines.orbits.wants import WANTS
+from nlds_vines.orbits.records import WANTS
 from nlds_vines.upkeep.export import main as export
 from nlds_vines.upkeep.plot import plot
 

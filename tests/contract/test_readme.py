@@ -31,9 +31,9 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES
+from nlds_vines.orbits.records import WANTS, possible_want
 from nlds_vines.orbits.starts import POLICIES
 from nlds_vines.orbits.status_words import STATUS
-from nlds_vines.orbits.wants import WANTS, possible_want
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"

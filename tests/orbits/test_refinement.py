@@ -14,9 +14,9 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.orbits import refinement
+from nlds_vines.orbits.records import possible_want
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.status_words import DIVERGED, OK
-from nlds_vines.orbits.wants import possible_want
 
 OMEGA = {"omega": {"values": [6.0, 6.5, 7.0]}}
 

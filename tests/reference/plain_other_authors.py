@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nlds_vines import load_system, simulate
-from nlds_vines.continuation.branch import at_value
+from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.start_orbits import place_of
 from nlds_vines.model.catalogue import catalogue

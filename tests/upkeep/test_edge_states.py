@@ -7,7 +7,7 @@ from planes import PLANE
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.errors import RequestError
-from nlds_vines.upkeep.edge_states import edge_states, section_in
+from nlds_vines.upkeep.edge_states import edge_states
 
 pytestmark = pytest.mark.kernels
 
@@ -49,7 +49,7 @@ def test_report_and_picture_show_it(folder, capsys):
     plane, branches = str(folder / "plane.h5"), str(folder / "branches.h5")
     assert main(["basins", plane, "--edges", branches]) == 0
     assert "edge state T,1 of branch" in capsys.readouterr().out
-    figure = nv.plot(plane, edges=branches)
+    figure = nv.plot(plane, marks=branches)
     texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert texts[-1] == "points of edge states"
     with nv.read(plane) as view:
@@ -57,7 +57,7 @@ def test_report_and_picture_show_it(folder, capsys):
     marked = [line.get_xydata()[0].tolist() for line in figure.axes[0].lines]
     assert edge.sections[0].tolist() in marked
     out = str(folder / "edges.png")
-    assert main(["plot", plane, "--edges", branches, "-o", out]) == 0
+    assert main(["plot", plane, "--mark", branches, "-o", out]) == 0
 
 
 def test_a_longer_orbit_has_all_its_sections():
@@ -82,14 +82,14 @@ def test_what_does_not_fit_is_refused(folder, tmp_path):
     )
     with nv.read(beyond) as view, pytest.raises(RequestError, match=r"P = 1\.1; allowed: 0\.35"):
         edge_states(view, branches)
-    with pytest.raises(RequestError, match="holds a scan, not a continuation"):
-        nv.plot(other, edges=other)
+    with pytest.raises(RequestError, match="holds a scan; allowed in basins"):
+        nv.plot(other, marks=other)
     line = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}}
     path = nv.bifurcation(line, tmp_path / "line.h5", quiet=True)
     with pytest.raises(RequestError, match="over two initial conditions"):
-        nv.plot(path, edges=branches)
-    with pytest.raises(RequestError, match="edges are for basins alone"):
-        nv.plot(branches, edges=branches)
+        nv.plot(path, marks=branches)
+    with pytest.raises(RequestError, match="holds a continuation: no orbits are marked in it"):
+        nv.plot(branches, marks=branches)
 
 
 @pytest.mark.kernels
@@ -102,21 +102,20 @@ def test_the_section_of_an_orbit_lies_over_the_basins(folder):
     with nv.read(plane) as view:
         low, high = ([view[name][end] for name in view.axes] for end in (0, -1))
         known = section[((section >= low) & (section <= high)).all(axis=1)]
-        assert section_in(view, orbit) == pytest.approx(section, abs=1e-9)
     assert len(known) > 30
-    figure = nv.plot(plane, section=orbit)
+    figure = nv.plot(plane, marks=orbit)
     texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert "section of an orbit" in texts
     drawn = [line.get_xydata() for line in figure.axes[0].lines]
     (dots,) = [points for points in drawn if len(points) == len(known)]
     np.testing.assert_allclose(dots, known, atol=1e-9)
     out = str(folder / "section.png")
-    assert main(["plot", plane, "--section", orbit, "-o", out, "--overwrite"]) == 0
+    assert main(["plot", plane, "--mark", orbit, "-o", out, "--overwrite"]) == 0
     nv.portray(system.with_(P=0.7), to=orbit, quiet=True, overwrite=True, windows=[(0, 4)])
     with pytest.raises(RequestError, match=r"is of another system: P = 0\.7, not 0\.6"):
-        nv.plot(plane, section=orbit)
-    with pytest.raises(RequestError, match="a section is for basins alone"):
-        nv.plot(orbit, section=orbit)
+        nv.plot(plane, marks=orbit)
+    with pytest.raises(RequestError, match="holds a portrait, not a continuation"):
+        nv.plot(orbit, marks=orbit)
 
 
 def test_orbits_of_branches_are_marked_in_a_section(folder, monkeypatch):
@@ -125,7 +124,7 @@ def test_orbits_of_branches_are_marked_in_a_section(folder, monkeypatch):
     orbit = ["portrait", *OF_OSCILLATOR, "--set", "P=0.6", "--panels", "phase1,section"]
     short = ["--transient", "200", "--periods", "20", "-o", "marked.h5", "--plot", "page.png"]
     assert main([*orbit, *short, "--quiet"]) == 0
-    figure = nv.plot("marked.h5", branches="branches.h5")
+    figure = nv.plot("marked.h5", marks="branches.h5")
     marks = [line for line in figure.axes[1].lines if line.get_marker() == "D"]
     system = nv.load_system("impact-oscillator", omega=1.5, P=0.6)
     for mark in marks:
@@ -138,11 +137,11 @@ def test_orbits_of_branches_are_marked_in_a_section(folder, monkeypatch):
     names = sorted(text.get_text() for text in figure.axes[1].texts if "T" in text.get_text())
     assert names == ["T,1", "T,1 unstable"]
     assert len(marks) == 2
-    assert main(["plot", "marked.h5", "--branches", "branches.h5", "-o", "marked.png"]) == 0
+    assert main(["plot", "marked.h5", "--mark", "branches.h5", "-o", "marked.png"]) == 0
     with pytest.raises(RequestError, match="is drawn in one of: section"):
-        nv.plot("marked.h5", show="displacement", branches="branches.h5")
-    with pytest.raises(RequestError, match="on the page of a portrait"):
-        nv.plot("plane.h5", branches="branches.h5")
+        nv.plot("marked.h5", show="displacement", marks="branches.h5")
+    with pytest.raises(RequestError, match="give no axes"):
+        nv.plot("marked.h5", "section", ax=figure.axes[1], marks="branches.h5")
     nv.portray("ssul-set6", to="other.h5", transient=10, periods=5, quiet=True)
     with pytest.raises(RequestError, match="is of another system"):
-        nv.plot("other.h5", branches="branches.h5")
+        nv.plot("other.h5", marks="branches.h5")

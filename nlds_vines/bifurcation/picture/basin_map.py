@@ -6,7 +6,7 @@ one regime the later ones are darker, then paler.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,6 +59,17 @@ class _Look(NamedTuple):
     colour: str
 
 
+class Marks(NamedTuple):
+    """Points (count, components) that are marked in a plane of starts.
+
+    `words` are what a legend says of them, `look` how they are drawn.
+    """
+
+    points: np.ndarray
+    words: str
+    look: Mapping[str, Any]
+
+
 def drawable(view: ArchiveView) -> bool:
     """Tell whether an archive has basins that can be drawn: planes, or shares along a parameter."""
     return not _why_not(view)
@@ -79,14 +90,12 @@ def _why_not(view: ArchiveView) -> str:
 def basin_picture(
     view: ArchiveView,
     page: Page = TWO_COLUMNS,
-    edges: np.ndarray | None = None,
-    section: np.ndarray | None = None,
+    marks: Sequence[Marks] = (),
 ) -> Figure:
     """Return the basins of a scan: over two initial conditions, or their shares along a parameter.
 
-    Over a parameter and an initial condition there are both, one above the other.  `edges` are
-    the section points (count, components) of edge states that are marked in a plane of initial
-    conditions, `section` those of an orbit.  Raises `RequestError` for any other scan.
+    Over a parameter and an initial condition there are both, one above the other.  In a plane of
+    initial conditions `marks` are drawn.  Raises `RequestError` for any other scan.
     """
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
@@ -99,7 +108,7 @@ def basin_picture(
     panels = []
     if map_:
         panels.append(map_panel(figure, height - HEAD - page.map_height, page))
-        fill_basins(panels[0], view, page, edges, section, legend=not shares)
+        fill_basins(panels[0], view, page, marks, legend=not shares)
     if shares:
         panels.append(map_panel(figure, foot, page))
         handles = fill_shares(panels[-1], view)
@@ -116,14 +125,13 @@ def fill(
     axes: Axes,
     view: ArchiveView,
     page: Page,
-    edges: np.ndarray | None = None,
-    section: np.ndarray | None = None,
+    marks: Sequence[Marks] = (),
 ) -> None:
     """Draw one panel of it into axes: the map, or else the shares; errors as `basin_picture`."""
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
     if len(view.axes) == 2:
-        fill_basins(axes, view, page, edges, section)
+        fill_basins(axes, view, page, marks)
     else:
         add_map_legend(axes, fill_shares(axes, view), "attractor", page)
 
@@ -132,15 +140,11 @@ def fill_basins(
     axes: Axes,
     view: ArchiveView,
     page: Page,
-    edges: np.ndarray | None = None,
-    section: np.ndarray | None = None,
+    marks: Sequence[Marks] = (),
     *,
     legend: bool = True,
 ) -> None:
-    """Fill every cell of a map with the colour of its attractor, and mark their points.
-
-    Those of `edges` and `section` (count, components), too, as `basin_picture` has them.
-    """
+    """Fill every cell of a map with the colour of its attractor; mark their points, and others."""
     looks = _looks(view)
     labels, numbers = _labels_of_cells(view), view["attractor"][..., 0]
     keys = [(int(k), str(label)) for k, label in zip(numbers.flat, labels.flat, strict=True)]
@@ -157,8 +161,7 @@ def fill_basins(
     handles: list[Any] = [*_patches([looks[key] for key in present])]
     if begins_at_sections(view) and not [name for name in view.axes if name not in INITIAL]:
         handles += _mark_points(axes, view, looks)
-        handles += _draw_section(axes, view, section)
-        handles += _mark_edges(axes, view, edges)
+        handles += [handle for one in marks for handle in _mark(axes, view, one)]
     if legend:
         add_map_legend(axes, handles, "attractor", page)
 
@@ -254,26 +257,13 @@ def _mark_points(
     return [Line2D([], [], markerfacecolor="white", label=text, **style)] if found else []
 
 
-def _draw_section(axes: Axes, view: ArchiveView, section: np.ndarray | None) -> list[Line2D]:
-    """Draw the section of an orbit over its basins; return the entry of the legend."""
-    points = [] if section is None else _within(view, section)
-    style: dict[str, Any] = {"color": "black", "markeredgecolor": "white", "markeredgewidth": 0.2}
-    style |= {"marker": "o", "linestyle": "none", "markersize": 2.0}
+def _mark(axes: Axes, view: ArchiveView, marks: Marks) -> list[Line2D]:
+    """Mark points as those of attractors are; return the entry of the legend."""
+    points, look = _within(view, marks.points), {"linestyle": "none", **marks.look}
     if not points:
         return []
-    axes.plot(*np.transpose(points), zorder=4, rasterized=True, **style)
-    return [Line2D([], [], label="section of an orbit" + _projected(view), **style)]
-
-
-def _mark_edges(axes: Axes, view: ArchiveView, edges: np.ndarray | None) -> list[Line2D]:
-    """Mark the points of edge states as `_mark_points`; return the entry of the legend."""
-    points = [] if edges is None else _within(view, edges)
-    style: dict[str, Any] = {"marker": "D", "linestyle": "none", "markeredgecolor": "black"}
-    style |= {"markersize": 4.5, "markeredgewidth": 0.9, "markerfacecolor": "#ffd700"}
-    for point in points:
-        axes.plot(*point, zorder=6, **style)
-    text = "points of edge states" + _projected(view)
-    return [Line2D([], [], label=text, **style)] if len(points) else []
+    axes.plot(*np.transpose(points), **look)
+    return [Line2D([], [], label=marks.words + _projected(view), **look)]
 
 
 def _within(view: ArchiveView, points: np.ndarray) -> list[np.ndarray]:

@@ -10,7 +10,7 @@ from nlds_vines.bifurcation.picture.ordinates import Quantity
 from nlds_vines.errors import RequestError, unknown
 from nlds_vines.model.quantities import drawn_in, held_in
 from nlds_vines.model.quantity import MAPS
-from nlds_vines.orbits.wants import ATTRACTOR
+from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.plotting.bands import is_list
 
 REGIMES, COEXISTING, SHARES, SHARE = "regimes", "coexisting", "shares", "share:"

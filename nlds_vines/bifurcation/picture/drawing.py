@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -43,8 +43,7 @@ def draw(
     show: str | None = None,
     page: Page = TWO_COLUMNS,
     ax: Axes | None = None,
-    edges: np.ndarray | None = None,
-    section: np.ndarray | None = None,
+    marks: Sequence[basin_map.Marks] = (),
     manifold: bool = False,
 ) -> Figure:
     """Return the picture of an open archive: a diagram of one varied parameter, a map of two.
@@ -55,9 +54,9 @@ def draw(
     Arguments: the archive; what to `show`: of a diagram quantities separated by commas
     (`quantities.quantities`), or the words of `choices.GROUPS`, or `regimes` for the strips alone;
     of a map what `regime_map` tells; `basins` where attractors are recorded; None for what is
-    usual; the `page`; axes to draw one panel into, None for a figure of its own; of basins, the
-    section points (count, components) of `edges` and of an orbit's `section` that are marked; of
-    maps over omega, whether the bounds of 1:1 motion in closed form are drawn (`manifold`).
+    usual; the `page`; axes to draw one panel into, None for a figure of its own; of basins, what
+    `marks` are drawn; of maps over omega, whether the bounds of 1:1 motion in closed form are
+    (`manifold`).
 
     Raises `RequestError` where the archive does not hold what to `show`.
     """
@@ -70,12 +69,10 @@ def draw(
     plain = len(values) == 1 or is_map(values)
     if show == BASINS or (show is None and plain and basin_map.drawable(view)):
         if ax is None:
-            return basin_map.basin_picture(view, page, edges, section)
-        return into(ax, lambda: basin_map.fill(ax, view, page, edges, section))
-    if edges is not None or section is not None:
-        raise RequestError(
-            f"{view.path}: edge states and sections are shown with show = 'basins' alone"
-        )
+            return basin_map.basin_picture(view, page, marks)
+        return into(ax, lambda: basin_map.fill(ax, view, page, marks))
+    if marks:
+        raise RequestError(f"{view.path}: orbits are marked with show = 'basins' alone")
     if not is_map(values):
         if manifold:
             raise RequestError(

@@ -38,7 +38,7 @@ from nlds_vines.model.setting import (
     reader,
     setting,
 )
-from nlds_vines.orbits.wants import USUAL
+from nlds_vines.orbits.records import USUAL
 
 _HEX = re.compile(r"#[0-9a-f]{6}")
 

@@ -19,8 +19,8 @@ from bokeh.models import ColumnDataSource
 from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.look import FONT, roled
 from nlds_vines.explore.map_data import Stored
+from nlds_vines.explore.page_elements import FONT, roled
 from nlds_vines.plotting.style import HUES
 
 _MARKERS = {"o": "circle", "^": "triangle", "s": "square", "X": "x", "D": "diamond"}

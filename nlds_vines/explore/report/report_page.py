@@ -14,10 +14,10 @@ from bokeh.resources import Resources
 
 from nlds_vines.continuation.result import Continued
 from nlds_vines.explore.cell_columns import columns, section_points
-from nlds_vines.explore.look import frame, page_file, plain_figure, roled
 from nlds_vines.explore.map_data import NUMBERS, Stored
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.map_meta import meta_of
+from nlds_vines.explore.page_elements import frame, page_file, plain_figure, roled
 from nlds_vines.explore.report.branch_lines import (
     Table,
     draw_branches,

@@ -1,23 +1,33 @@
-"""Orbits of branches in the sections of a portrait, and beside a sweep, stable or not."""
+"""What other archives of the same system add to a picture: their orbits, marked.
+
+In basins the edge states of a continuation and the section of a portrait; in a portrait the orbits
+of a continuation, stable or not; beside a sweep its branches.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.datasets import begins_at_sections
+from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError
+from nlds_vines.model.parameters import INITIAL
 from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.style import GREY, HUES
-from nlds_vines.upkeep.edge_states import refuse_other
+from nlds_vines.runs.manifest import CONTINUATION, DECAY, PORTRAIT
+from nlds_vines.upkeep.edge_states import edge_states, refuse_other
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from nlds_vines.archives.view import ArchiveView
+    from nlds_vines.bifurcation.picture.basin_map import Marks
     from nlds_vines.continuation.result import Crossing
 
 _BODIES: Mapping[str, int] = {"section": -1, "section1": 0, "phase1": 0, "phase2": 1}
@@ -35,8 +45,83 @@ _MARK: dict[str, Any] = {
 }
 
 
-@styled()
+_EDGES: dict[str, Any] = {
+    "marker": "D",
+    "markersize": 4.5,
+    "markerfacecolor": "#ffd700",
+    "markeredgecolor": "black",
+    "markeredgewidth": 0.9,
+    "zorder": 6,
+}
+_SECTION: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 2.0,
+    "color": "black",
+    "markeredgecolor": "white",
+    "markeredgewidth": 0.2,
+    "zorder": 4,
+    "rasterized": True,
+}
+
+
+def marks_in_basins(view: ArchiveView, paths: Sequence[str | os.PathLike[str]]) -> list[Marks]:
+    """Return what of other archives is marked in the basins of a scan.
+
+    Arguments: its open archive; the `paths` of continuations, whose edge states are marked, and of
+    portraits, whose sections are.
+
+    Raises `RequestError` for anything else and for another system, and where the scan has no basins
+    in a plane of starts at phase zero.
+    """
+    return [_mark_in_basins(view, path) for path in paths]
+
+
+def _mark_in_basins(view: ArchiveView, path: str | os.PathLike[str]) -> Marks:
+    from nlds_vines.bifurcation.picture.basin_map import Marks
+    from nlds_vines.portrait.result import portrait_in
+
+    plane = len(view.axes) == 2 and set(view.axes) <= INITIAL.keys()
+    if "attractor" not in view or not plane or not begins_at_sections(view):
+        raise RequestError(
+            f"{view.path}: orbits are marked in basins over two initial conditions, at phase 0; "
+            "on the page of a portrait; and beside a sweep"
+        )
+    with read(path) as other:
+        content = other.content
+    if content == CONTINUATION:
+        found = [np.empty((0, view["component"].size))]
+        found += [edge.sections for edge in edge_states(view, path)]
+        return Marks(np.concatenate(found), "points of edge states", _EDGES)
+    if content == PORTRAIT:
+        views = portrait_in(path).views
+        for one in views:
+            refuse_other(scan_of(view).system, one.column.system, str(path))
+        points = np.concatenate([one.section for one in views])
+        return Marks(points, "section of an orbit", _SECTION)
+    raise RequestError(
+        f"{path} holds a {content}; in basins are marked: a continuation, a portrait"
+    )
+
+
 def mark_branches(
+    figure: Figure,
+    view: ArchiveView,
+    paths: Sequence[str | os.PathLike[str]],
+    own_page: bool = True,
+) -> None:
+    """Mark the orbits of branches on the page of a portrait, or draw them beside a sweep.
+
+    Arguments: the `figure` and its open archive; the `paths` of continuations; whether the figure
+    is a page of its own, not axes of the user's.  Raises `RequestError` for such axes.
+    """
+    if paths and not own_page:
+        raise RequestError(f"{view.path}: orbits are marked on a page of its own: give no axes")
+    for path in paths:
+        (mark_in_portrait if view.content == PORTRAIT else draw_beside_sweep)(figure, view, path)
+
+
+@styled()
+def mark_in_portrait(
     figure: Figure, view: ArchiveView, branches: str | os.PathLike[str]
 ) -> list[Crossing]:
     """Mark the orbits of branches in the planes of a portrait's page, open where they are unstable.
@@ -88,7 +173,6 @@ def draw_beside_sweep(
     from nlds_vines.continuation.result import continued
     from nlds_vines.loads.picture import SWEEP_ENERGY
     from nlds_vines.loads.request_file import load_decay
-    from nlds_vines.runs.manifest import DECAY
 
     request, found = view.request(DECAY, load_decay), continued(branches)
     panels = [axes for axes in figure.axes if axes.get_label() == SWEEP_ENERGY]
@@ -107,8 +191,10 @@ def draw_beside_sweep(
             axes.plot(branch.parameter, stable, color=GREY, zorder=0, **_STABLE)
         ends = [first.first, first.last]
         axes.set_xlim(min(ends), max(ends))
+        _, named = axes.get_legend_handles_labels()
         for look, words in ((_STABLE, "stable branches"), (_UNSTABLE, "unstable branches")):
-            axes.plot([], [], color=GREY, label=words, **look)
+            if words not in named:
+                axes.plot([], [], color=GREY, label=words, **look)
         axes.legend(loc="upper right")
     return panels
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.continuation.arclength import Point
-from nlds_vines.continuation.branch import ENDS, Arm
+from nlds_vines.continuation.branch_arm import ENDS, Arm
 from nlds_vines.continuation.section_map import Cycle
 from nlds_vines.continuation.special_points import KINDS, Special
 

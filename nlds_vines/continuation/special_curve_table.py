@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
-from nlds_vines.continuation.branch_points import Arrays
 from nlds_vines.continuation.branch_table import KIND_FLAGS
 from nlds_vines.continuation.curve_tracer import ENDS, Curve, Tracer
 from nlds_vines.continuation.request import Continuation
@@ -15,6 +14,7 @@ from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_curves import trace_curve
 from nlds_vines.continuation.special_points import KINDS, Special
 from nlds_vines.continuation.start_orbits import states_of
+from nlds_vines.continuation.whole_branch import Arrays
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.orbits.solver_settings import Settings
 

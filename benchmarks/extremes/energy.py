@@ -25,7 +25,7 @@ SAMPLES = 1 << 17  # of a period in which powers are integrated
 PERIODS = 5
 PUSHED = 0.3  # [m/s] speed of the structure at the start of the free motions below
 CONSERVING: dict[str, Any] = {"nodes": 20, "contact_steps": 60.0}
-"""Settings at which contacts of every kind lose nothing; a stepped one costs twice its default."""
+"""Settings at which contacts of every kind lose nothing."""
 
 
 def _powers(system: System, times: np.ndarray, states: np.ndarray) -> np.ndarray:

@@ -9,15 +9,16 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nlds_vines.bifurcation.command import Job
+from nlds_vines.bifurcation import command as bifurcation
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import ScanArchive
-from nlds_vines.cli.command_main import DONE, LANES_FAILED, Command, complain, say
+from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.option_values import (
     add_system_options,
     chosen_system,
@@ -28,7 +29,6 @@ from nlds_vines.cli.paths import (
     check_plot,
     file_path,
     optional_path,
-    refuse_replacing,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
@@ -46,6 +46,7 @@ from nlds_vines.orbits.starts import Start
 from nlds_vines.transients.survival import DELAY
 
 if TYPE_CHECKING:
+    from nlds_vines.bifurcation.run import Report
     from nlds_vines.transients.ensemble import Ensemble
 
 _NAME = "transients"
@@ -109,8 +110,9 @@ def ensemble(
     delay = _checked_delay(delay)
     archive = ScanArchive.for_result(to, _NAME, resume, overwrite)
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
-    Job(scan, request_path(system), archive, None, how).run()
-    return _ensemble(archive, delay, None)
+    job = Job(scan, request_path(system), archive, None, how, delay=delay)
+    job.run()
+    return job.ensemble()
 
 
 @typed
@@ -132,50 +134,45 @@ def transients(
     found = ensemble(system, to=output, **options)
     if path is not None:
         how = RunOptions(resume=True)
-        with found.archive.read() as view:
-            refuse_replacing("picture", path, how, view.text("scan_hash"))
-        _ensemble(found.archive, found.delay, path)
+        Job(found.request, None, found.archive, path, how, delay=found.delay).run()
     return found
 
 
-def _carry_out(options: argparse.Namespace) -> int:
+@dataclass(frozen=True)
+class Job(bifurcation.Job):
+    """The scan of an ensemble and where it goes; `delay`, before lifetimes count in the law."""
+
+    delay: float = DELAY
+
+    def ensemble(self) -> Ensemble:
+        """Return the ensemble in the archive."""
+        from nlds_vines.transients.ensemble import ensemble_of
+
+        return ensemble_of(self.archive, delay=self.delay)
+
+    def draw(self, plot: Path, found: Report) -> None:
+        """Draw the ensemble."""
+        from nlds_vines.plotting.save import save_figure
+        from nlds_vines.transients.picture import draw_ensemble
+
+        scan = self.request
+        figure = draw_ensemble(self.ensemble(), scan.title)
+        save_figure(figure, plot, scan.title, ("scan_hash", scan.hash))
+
+    def lines(self, found: Report) -> list[str]:
+        """Return how long the starts took and where they ended."""
+        return [self.request.title, *self.ensemble().lines(), *found.tally.inadmissible()]
+
+
+def _job(options: argparse.Namespace) -> Job:
+    """Return the job that the command line means."""
     sampling = _SAMPLING | changed(options, Scan).get("sampling", {})
     with at("command line"):
         scan = _scan(chosen_system(options, _SYSTEM), options.starts, options.seed, sampling)
         delay = _checked_delay(options.delay)
     archive = file_path(options.output)
     plot = archive.with_suffix(".png") if options.plot is None else Path(options.plot)
-    check_plot(plot)
-    check_output(archive, plot)
-    job = Job(scan, None, archive, None, run_options(options))
-    refuse_replacing("picture", plot, job.how, scan.hash)
-    if options.dry_run:
-        return job.carry_out(_NAME, dry_run=True)
-    report = job.run()
-    found = _ensemble(archive, delay, plot)
-    if not job.how.quiet:
-        say(scan.title, *found.lines(), *report.tally.inadmissible(), archive, plot)
-    failed = sum(entry.count for entry in found.shares if entry.label == "failed")
-    if failed:
-        complain(_NAME, report.why_failed())
-    return LANES_FAILED if failed else DONE
-
-
-def _ensemble(archive: Path, delay: float, plot: Path | None) -> Ensemble:
-    """Return the ensemble in an archive; draw it where there is a path."""
-    from nlds_vines.archives.archive import read
-    from nlds_vines.transients.ensemble import ensemble_of
-
-    with read(archive) as view:
-        found = ensemble_of(view, delay=delay)
-        title, scan_hash = view.text("title"), view.text("scan_hash")
-    if plot is not None:
-        from nlds_vines.plotting.save import save_figure
-        from nlds_vines.transients.picture import draw_ensemble
-
-        origin = ("scan_hash", scan_hash)
-        save_figure(draw_ensemble(found, title), plot, title, origin)
-    return found
+    return Job(scan, None, archive, plot, run_options(options), delay=delay)
 
 
 def _scan(
@@ -227,6 +224,6 @@ COMMAND = Command(
     description="How long chaos lasts over an ensemble of starts, and where they end.",
     examples=_EXAMPLES,
     declare=_declare,
-    carry_out=_carry_out,
+    carry_out=lambda options: _job(options).carry_out(_NAME, options.dry_run),
 )
 main = COMMAND.main

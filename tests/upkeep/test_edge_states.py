@@ -82,7 +82,7 @@ def test_what_does_not_fit_is_refused(folder, tmp_path):
     )
     with nv.read(beyond) as view, pytest.raises(RequestError, match=r"P = 1\.1; allowed: 0\.35"):
         edge_states(view, branches)
-    with pytest.raises(RequestError, match="holds a scan; allowed in basins"):
+    with pytest.raises(RequestError, match="holds a scan; in basins are marked"):
         nv.plot(other, marks=other)
     line = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}}
     path = nv.bifurcation(line, tmp_path / "line.h5", quiet=True)

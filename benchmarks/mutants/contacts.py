@@ -171,7 +171,7 @@ MUTANTS = (
         "nlds_vines/kernels/scene/drive.py",
         (
             "drive: the phase stands still in a step",
-            "k[row + COSINE], k[row + SINE] = -ps.omega / n * sine, ps.omega / n * cosine",
+            "k[row + COSINE], k[row + SINE] = -turn * sine, turn * cosine",
             "k[row + COSINE], k[row + SINE] = 0.0 * sine, 0.0 * cosine",
             _T_ORDER + "test_stepped_contact_has_order_fourteen",
         ),

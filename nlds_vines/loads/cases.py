@@ -24,6 +24,7 @@ from nlds_vines.orbits.status_words import OK
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.numbered_parts import Arrays
 from nlds_vines.runs.pool import in_pieces
+from nlds_vines.runs.progress import Tell
 
 PIECE_BYTES = 1 << 26
 """Bytes of the loads of a piece of a scan, on each thread, if no two cases share theirs."""
@@ -35,18 +36,19 @@ Made = Callable[[range, np.ndarray], list[Cells]]
 """Makes the loads of some lanes, whose cells may be so long (lanes,) [s]."""
 
 
-def arrays_of(request: Decay, cases: range, stop: Stop) -> Arrays:
+def arrays_of(request: Decay, cases: range, stop: Stop, tell: Tell | None = None) -> Arrays:
     """Return what a range of cases tells, by name: arrays (cases, ...).
 
     The numbers of `OF_LOADS` and `status`; without a scan histories, too (`fall.HISTORIES`, what is
     dissipated).  What failed is NaN.  No number depends on the range that it is computed with.
+    `tell` takes what is waited for.
     """
     each, history = math.prod(request.shape), not request.vary
     found = []
     for which, numbers in groupby(cases, lambda case: case // each):
         scan = _Scan(request, request.systems[which], [number % each for number in numbers])
         found.append(
-            _flown(request, scan.scene, scan.cells, scan.starts, scan.loads, stop, history)
+            _flown(request, scan.scene, scan.cells, scan.starts, scan.loads, history, stop, tell)
         )
     return {name: np.concatenate([one[name] for one in found]) for name in found[0]}
 
@@ -69,7 +71,7 @@ def numbers_of(request: Decay, pairs: Sequence[tuple[System, Loading]]) -> Array
             found.append(made[key])
         return found
 
-    return _flown(request, pairs[0][0].scene, cells, starts, loads, None, False)
+    return _flown(request, pairs[0][0].scene, cells, starts, loads, False)
 
 
 class _Scan:
@@ -133,13 +135,13 @@ def _start(request: Decay, system: System) -> np.ndarray:
 
 def _flown(
     request: Decay, scene: Scene, cells: np.ndarray, starts: np.ndarray, loads: Made,
-    stop: Stop | None, history: bool,
+    history: bool, stop: Stop | None = None, tell: Tell | None = None,
 ) -> Arrays:  # fmt: skip
     """Follow an orbit for each of the cells (lanes,) of a scene, and return what they tell.
 
     Its histories are told as well where `history`.
     """
-    batch = LoadBatch(scene, request.load.shaken, request.tolerance)
+    batch = LoadBatch(scene, request.load.shaken, request.tolerance, tell)
     reach, found = _rounded(batch.longest(cells)), dict[int, Arrays]()
     asked = of_orbit.Asked(np.array(SHARES), request.level, request.settle)
 

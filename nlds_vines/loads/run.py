@@ -41,7 +41,8 @@ def run(request: Decay, output: Path, how: RunOptions | None = None) -> None:
     def work(folder: NumberedParts, progress: Progress, stop: Stop) -> Made:
         found = []
         for number, cases in enumerate(blocks):
-            found.append(folder.piece(number, partial(arrays_of, request, cases, stop), threads))
+            orbits = partial(arrays_of, request, cases, stop, progress.wait)
+            found.append(folder.piece(number, orbits, threads))
             progress.note(len(cases), request.case(cases[0])[0].name)
         seconds = round(time.monotonic() - began, 3)
         arrays = {name: np.concatenate([one[name] for one in found]) for name in found[0]}

@@ -39,6 +39,14 @@ def finished(folder, *arguments, **more):
 
 
 @pytest.mark.kernels
+def test_a_decay_says_what_it_compiles(tmp_path):
+    decay = ["decay", "--system", "none", "--impulse", "1000", "--duration", "1", "-o", "a.h5"]
+    status, _, err = finished(tmp_path, *decay)
+    assert status == 0
+    assert err.startswith("compiling the equations of none into machine code")
+
+
+@pytest.mark.kernels
 def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
     scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:2", "--record", "section"]
     scan += ["--transient", "1", "--periods", "2", "--overwrite", "-o", "a.h5"]

@@ -26,7 +26,7 @@ from nlds_vines.runs.threads import use_threads
 SHORT = {"duration": 12.0, "quiet": True}
 
 
-def made_up(request, cases, stop):
+def made_up(request, cases, stop, tell=None):
     """Return what nobody computed: all that is told of the cases is 1, or 0."""
     count, times = len(cases), 0 if request.vary else len(request.times)
     found = {entry.name: np.ones(count) for entry in OF_LOADS}
@@ -135,7 +135,7 @@ def test_contacts_that_dissipate_take_their_share():
 def test_a_damper_that_cannot_be_followed_is_told(capsys, tmp_path, monkeypatch):
     path, code = tmp_path / "decay.h5", max(STATUS)
 
-    def fails(request, cases, stop):
+    def fails(request, cases, stop, tell=None):
         found = made_up(request, cases, stop)
         if request.case(cases[0])[0].name == "ssbl":
             found = {name: np.full_like(values, np.nan, float) for name, values in found.items()}
@@ -178,7 +178,7 @@ def test_an_archive_is_written_drawn_opened_and_made_again(tmp_path, capsys):
 def test_an_interrupted_decay_goes_on(tmp_path, monkeypatch):
     path, whole, seen = tmp_path / "a.h5", tmp_path / "b.h5", []
 
-    def once(request, cases, stop):
+    def once(request, cases, stop, tell=None):
         seen.append(request.case(cases[0])[0].name)
         if len(seen) == 2:
             raise KeyboardInterrupt
@@ -391,7 +391,7 @@ def test_a_scan_holds_what_single_decays_tell(tmp_path, capsys):
 def test_a_scan_of_loads_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
     path, whole, seen = tmp_path / "a.h5", tmp_path / "b.h5", []
 
-    def once(request, cases, stop):
+    def once(request, cases, stop, tell=None):
         impulses = [request.case(case)[1].impulse for case in cases]
         seen.extend(impulses)
         if len(seen) == 6:

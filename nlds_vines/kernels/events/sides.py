@@ -26,12 +26,6 @@ from .elastic_contact import follow
 
 
 @jit
-def sign_of(mode):
-    """Return 1 at the near wall, -1 at the far one."""
-    return 1.0 if mode in (TOUCH_NEAR, LEAVING_NEAR) else -1.0
-
-
-@jit
 def structure_at(damper, x1, v1, r, s):
     """Return (x1, v1), which are r and s where walls limit the structure itself."""
     # of two that are integrated side by side, round-off must not make two

@@ -14,6 +14,7 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.errors import RequestError
 from nlds_vines.loads import run
 from nlds_vines.loads.cases import arrays_of, numbers_of
+from nlds_vines.loads.closed_form import closed_form
 from nlds_vines.loads.command import main
 from nlds_vines.loads.fall import HISTORIES
 from nlds_vines.loads.request_file import load_decay
@@ -449,6 +450,40 @@ def variance_in_a_band(system, density, high):
     band = sum(quad(square, *two, epsrel=1e-10)[0] for two in pairwise(pieces))
     white = solve_continuous_lyapunov(A, -2 * np.pi * density * np.outer(b, b))[0, 0]
     return 2 * density * band, white
+
+
+def rms_of_tmd(mu, ratio, zeta, high=600.0):
+    """Return the rms of x1, squared in units of pi S0 / (k1 m1 omega1), of an undamped structure.
+
+    The band ends at a hundred natural frequencies: beyond it is 1e-6 of the variance.
+    """
+    m1, k1 = 1000.0, 36000.0
+    m2, k2 = mu * m1, mu * ratio**2 * k1
+    c2, unit = 2 * zeta * math.sqrt(k2 * m2), math.pi / (k1 * math.sqrt(k1 * m1))
+    request = load_decay({
+        "systems": ["tmd"],
+        "set": {"m1": m1, "k1": k1, "c1": 0.0, "m2": m2, "k2": k2, "c2": c2},
+        "load": {"noise": {"rms": 1.0, "high": high, "tones": 30000}},
+        "sampling": {"duration": 1.0},
+    })  # fmt: skip
+    system, load = request.case(0)
+    unit *= request.load.noise[0].density
+    return closed_form(system, load)["x1_rms"] / math.sqrt(unit)
+
+
+@pytest.mark.parametrize("mu", [0.01, 0.05, 0.1])
+def test_the_variance_of_a_tmd_is_least_where_warburton_found_it(mu):
+    """White noise on an undamped structure: frequency, damping and variance in closed form.
+
+    Source: G. B. Warburton, Optimum absorber parameters for various combinations of response and
+    excitation parameters, Earthquake Engineering and Structural Dynamics 10 (1982) 381-401.
+    """
+    ratio = math.sqrt(1 + mu / 2) / (1 + mu)
+    zeta = math.sqrt(mu * (1 + 0.75 * mu) / (4 * (1 + mu) * (1 + mu / 2)))
+    best = rms_of_tmd(mu, ratio, zeta)
+    assert best**2 == pytest.approx(2 * math.sqrt((1 + 0.75 * mu) / (mu * (1 + mu))), rel=1e-4)
+    for factors in ((1.02, 1.0), (0.98, 1.0), (1.0, 1.1), (1.0, 0.9)):
+        assert rms_of_tmd(mu, ratio * factors[0], zeta * factors[1]) > best
 
 
 @pytest.mark.kernels

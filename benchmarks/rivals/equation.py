@@ -6,11 +6,15 @@ Shares no formula with the kernels. Walls are told apart by number: 0 near, 1 fa
 from __future__ import annotations
 
 import math
+from functools import partial
 
+import numba
 import numpy as np
 
-from nlds_vines.kernels.numerics.compiling import jit
 from nlds_vines.model.system import System
+
+jit = partial(numba.njit, error_model="numpy", nogil=True, cache=True)
+"""Numba's own: rivals compile their loops with it, and cannot link the package's inner kernels."""
 
 CONSTANTS = (
     "m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "K", "near", "far", "rest", "limit",

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from benchmarks.rivals.equation import constants, depth, derivative
+from benchmarks.rivals.equation import constants, depth, derivative, jit
 from benchmarks.rivals.rival import (
     Asked,
     Course,
@@ -19,7 +19,6 @@ from benchmarks.rivals.rival import (
     begun,
     touches_of,
 )
-from nlds_vines.kernels.numerics.compiling import jit
 from nlds_vines.model.system import System
 
 

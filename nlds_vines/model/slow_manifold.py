@@ -210,6 +210,35 @@ class SlowManifold:
         below, above = below[keep] * self.omega_joint, above[keep] * self.omega_joint
         return FrequencyResponse(xi[keep] * self.clearance, below, above)
 
+    def capture_time(self, xi: float) -> float:
+        """Return how long [s] a free motion that begins at amplitude xi stays in 1:1 resonance.
+
+        No force acts, and the motion has come to the manifold. It is left at xi_min.
+
+        In each half of a period an impact takes 2 m2 (1 - e) / (1 + e) u^2 from the energy, with
+        u = 2 omega theta clearance / pi the damper's speed between the walls:
+        d(xi^2) / dt = -omega (8 eps rho theta^2 / pi^2 + 2 D xi^2), omega that of `omega_joint`.
+
+        With s^2 = (1 + rho^2) xi^2 - rho^2 it is the integral of a smooth function of s.
+
+        Raises `RequestError` without loss in impacts, where it lasts for ever, and for an amplitude
+        below xi_min.
+        """
+        from scipy.integrate import quad
+
+        if self.rho == 0.0:
+            raise RequestError("e = 1: without loss in impacts free 1:1 motion lasts for ever")
+        if not xi >= self.least:
+            raise RequestError(f"xi = {xi!r}: there is 1:1 motion from xi_min = {self.least:g} on")
+        one = 1.0 + self.rho**2
+
+        def stay(s: float) -> float:
+            theta, square = (1.0 + s) / one, (s**2 + self.rho**2) / one
+            loss = 8.0 * self.share * self.rho / np.pi**2 * theta**2
+            return 2.0 * s / one / (self.omega_joint * (loss + 2.0 * self.damping * square))
+
+        return float(quad(stay, 0.0, np.sqrt(max(one * xi**2 - self.rho**2, 0.0)), epsabs=0.0)[0])
+
     def _end(self, inside: float, outside: float) -> float:
         """Return where, between an amplitude that is reached and one that is not, it ends."""
         for _ in range(60):

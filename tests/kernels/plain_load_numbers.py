@@ -19,29 +19,37 @@ from nlds_vines.kernels.cells.load_passages import (
     above_in_cell,
     fill_passages,
 )
-from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, WALL, Impacts
 
 
-def impacts_at(touches, lasting=0.01):
+def impacts_at(touches, lasting=0.01, walls=0):
     data = np.zeros((len(touches), IMPACT_COLUMNS))
     data[:, TOUCH], data[:, RELEASE] = touches, np.asarray(touches) + lasting
+    data[:, WALL] = walls
     return Impacts(data, np.array([len(touches)]))
 
 
-def capture_of(touches, walls, period, end):
-    found = np.empty(3)
-    fill_capture(impacts_at(touches), walls, period, end, found)
+def capture_of(touches, walls, end):
+    """Return how long the longest capture lasts, its beginning and end; a period lasts 1.
+
+    walls: how many there are, or which one each of the touches is on.
+    """
+    found, two = np.empty(3), np.size(walls) > 1
+    impacts = impacts_at(touches, walls=walls if two else 0)
+    fill_capture(impacts, 2 if two else walls, 1.0, end, found)
     return found.tolist()
 
 
-def test_captures_are_the_longest_stretch_of_impacts_in_each_period():
-    touches = [0.0, 5.0, 6.0, 7.0, 8.002, 9.1, 11.0]
-    assert capture_of(touches, 1, 1.0, 20.0) == [8.002 - 5.0, 5.0, 8.002]
-    lasted, begin, end = capture_of(np.arange(0.3, 9.9, 0.5), 2, 1.0, 10.0)
+def test_captures_are_the_longest_stretch_of_impacts_in_each_cycle():
+    touches = [0.0, 5.0, 6.0, 7.02, 8.5, 10.1, 11.0]
+    assert capture_of(touches, 1, 20.0) == [8.5 - 5.0, 5.0, 8.5]
+    lasted, begin, end = capture_of(np.arange(0.3, 9.9, 0.5), np.arange(20) % 2, 10.0)
     assert (lasted, begin) == (pytest.approx(9.5), 0.3)
     assert math.isnan(end)
+    one_sided = np.repeat([0, 1, 0], [2, 16, 2])  # the other wall is left alone meanwhile
+    assert capture_of(np.arange(0.3, 9.9, 0.5), one_sided, 10.0)[0] <= 2.0
     for few in ([], touches[:1]):
-        lasted, begin, end = capture_of(few, 1, 1.0, 20.0)
+        lasted, begin, end = capture_of(few, 1, 20.0)
         assert lasted == 0.0
         assert math.isnan(begin)
         assert math.isnan(end)
@@ -51,13 +59,17 @@ def test_captures_of_random_touches_are_those_of_all_stretches():
     rng = np.random.default_rng(5)
     for walls in (1, 2):
         for _ in range(50):
-            touches = np.cumsum(rng.uniform(0.2, 1.6 / walls, 30))
-            lasted, begin, end = capture_of(touches, walls, 1.0, 1000.0)
+            touches = np.cumsum(rng.uniform(0.1, 2.0 / walls, 30))
+            struck = rng.integers(0, walls, 30)
+            lasted, begin, end = capture_of(touches, struck if walls == 2 else 1, 1000.0)
             best = 0.0
             for i in range(30):
                 for j in range(i + walls, 30):
-                    own = touches[i : j + 1]
-                    if (own[walls:] - own[:-walls] <= 2.0 / 1.99).all():
+                    own, on = touches[i : j + 1], struck[i : j + 1]
+                    gaps = [
+                        np.diff([own[0], *own[on == wall], own[-1]]).max() for wall in range(walls)
+                    ]
+                    if max(gaps) <= 1.5 and len(set(on)) == walls:
                         best = max(best, own[-1] - own[0])
             assert lasted == best
             if best:

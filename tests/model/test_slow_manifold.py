@@ -57,6 +57,45 @@ def test_beyond_the_best_clearance_there_is_no_response():
     assert not nv.slow_manifold(with_clearance(1.001 * best)).response().amplitude.size
 
 
+def free(e, c1=0.0):
+    return nv.slow_manifold(nv.load_system("vi-nes", e=e, c1=c1))
+
+
+def test_the_time_of_capture_without_damping_is_elementary():
+    """Of s^2 = (1 + rho^2) xi^2 - rho^2 the integral of 2 s / (1 + s)^2 is a logarithm."""
+    for e, xi in ((0.8, 0.5), (0.5, 2.0), (0.1, 10.0)):
+        manifold = free(e)
+        rho = manifold.rho
+        s = np.sqrt((1 + rho**2) * xi**2 - rho**2)
+        lasted = np.pi**2 * (1 + rho**2) / (4 * 0.02 * rho) * (np.log1p(s) + 1 / (1 + s) - 1)
+        assert manifold.capture_time(xi) == pytest.approx(lasted, rel=1e-7)
+    assert free(0.5, c1=0.01).capture_time(2.0) < free(0.5).capture_time(2.0)
+    assert free(0.5).capture_time(free(0.5).least) == 0.0
+    for manifold, xi, said in ((free(1.0), 2.0, "for ever"), (free(0.5), 0.1, "xi_min = 0.2")):
+        with pytest.raises(RequestError, match=said):
+            manifold.capture_time(xi)
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize(("c1", "xi"), [(0.0, 1.5), (0.0, 2.0), (0.002, 2.0)])
+def test_a_struck_structure_leaves_the_resonance_when_the_manifold_says(c1, xi):
+    """From a state on the manifold, at an impact, with e = 0.5: 1:1 motion is stable there.
+
+    The last cycles last longer than the manifold has it, of whose end they know nothing.
+    """
+    manifold = free(0.5, c1=c1)
+    gap, theta = manifold.clearance, float(manifold.theta(np.array(xi)))
+    x1, speed = (theta - 1) * gap, 2 * theta / np.pi * gap
+    start = [x1, -np.pi / 2 * manifold.rho * speed, x1 + 2 * gap * (1 - 1e-9), speed]
+    system, lasts = nv.load_system("vi-nes", e=0.5, c1=c1), manifold.capture_time(xi)
+    fall = nv.decay(system, start={"state": start}, duration=500.0, quiet=True)["vi-nes"]
+    assert 0.0 < fall.numbers["captured"] - lasts < 15.0  # two cycles or so
+    for share in (0.25, 0.5, 0.75):
+        cycle = abs(fall.time - share * lasts) < np.pi
+        there = abs(fall.x1[cycle]).max() / gap
+        assert manifold.capture_time(there) == pytest.approx((1 - share) * lasts, abs=0.04 * lasts)
+
+
 def test_without_loss_in_impacts_every_amplitude_is_sustained():
     manifold = nv.slow_manifold(with_clearance(50.0, e=1.0))
     assert manifold.least == 0.0

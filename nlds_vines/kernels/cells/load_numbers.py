@@ -22,11 +22,11 @@ from ..scene.arguments import CellBuffers
 from ..scene.codes import OK, RESPONSE_COLUMNS
 from ..scene.drive import Moment
 from ..scene.scene import accelerations, damper_of, joined, unloaded
-from ..watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts
+from ..watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, WALL, Impacts
 from .load_orbit import EDGE_SUMS, Load, fly_under, structure_moved
 from .load_passages import STATISTICS, fill_passages
 
-CAPTURED = 1.99  # impacts in a natural period, of two walls, from which on the motion is captured
+CYCLE = 1.5  # natural periods in which a wall is struck again while the motion is captured
 PARTS = 64  # of a cell in which a last time lies, each time that it is looked at more closely
 LOOKS = 2  # how often that is, where there is a contact
 MOST_AGAIN = 64  # impacts of such a cell that are noted
@@ -288,22 +288,34 @@ def last_above(parts, cell, load, level, buffers):
 def fill_capture(impacts, walls, period, end, capture):
     """Fill in how long [s] the longest 1:1 resonance lasts, when it begins and when it ends.
 
-    It is a stretch in which one impact on each wall follows within a natural period [s], lengthened
-    by half a per cent: `CAPTURED`. It has no end where it lasts to that of the orbit, and no
-    beginning where there is none.
+    It is a stretch in which no wall is left alone for more than `CYCLE` natural periods [s]: each
+    is struck in every cycle, which the damper's mass makes longer than that period. It has no end
+    where it lasts to that of the orbit, and no beginning where there is none.
     """
     capture[0], capture[1], capture[2] = 0.0, math.nan, math.nan
-    data, count, longest = impacts.data, impacts.filled[0], 2.0 / CAPTURED * period
-    begin = 0
-    for j in range(walls, count + 1):
-        if j < count and data[j, TOUCH] - data[j - walls, TOUCH] <= longest:
-            continue
-        lasted = data[j - 1, TOUCH] - data[begin, TOUCH]
-        if j - 1 - begin >= walls and lasted > capture[0]:
-            capture[0], capture[1], capture[2] = lasted, data[begin, TOUCH], data[j - 1, TOUCH]
-            if j == count and end - capture[2] <= longest:
-                capture[2] = math.nan
-        begin = j - walls + 1
+    data, count, longest = impacts.data, impacts.filled[0], CYCLE * period
+    begin, last = 0, np.full(walls, -1)  # the stretch's first impact; the last one of each wall
+    for j in range(count):
+        begin = begin_of_stretch(data, data[j, TOUCH], longest, begin, last)
+        last[int(data[j, WALL]) if walls == 2 else 0] = j
+        lasted = data[j, TOUCH] - data[begin, TOUCH]
+        if last.min() >= begin and j - begin >= walls and lasted > capture[0]:
+            capture[0], capture[1], capture[2] = lasted, data[begin, TOUCH], data[j, TOUCH]
+    still = begin_of_stretch(data, end, longest, begin, last) == begin
+    if still and capture[0] > 0.0 and capture[1] == data[begin, TOUCH]:
+        capture[2] = math.nan
+
+
+@jit
+def begin_of_stretch(data, time, longest, begin, last):
+    """Return the first impact from which on no wall is left alone for too long up to a time [s].
+
+    begin, last: that up to an earlier time, and the last impact on each wall before `time`. A wall
+    that is not struck after the stretch's first impact is left alone from there on.
+    """
+    while begin <= last.max() and time - data[max(begin, last.min()), TOUCH] > longest:
+        begin = max(begin, last.min()) + 1
+    return begin
 
 
 @jit

@@ -128,3 +128,41 @@ def within_its_tier(request):
             pytest.fail(f"it compiles {'.'.join(kernel.place)} for other arguments: mark `kernels`")
     if not fresh and not request.node.get_closest_marker("slow") and seconds > BUSY * SECONDS:
         pytest.fail(f"it took {seconds:.1f} s of the processor: mark `slow`, or `kernels`")
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """Return the working folder, which is empty."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def ask(capsys):
+    """Return a function that gives `nlds-vines` its words, and returns what is said (out, err)."""
+
+    def printed(*words, status=0):
+        from nlds_vines.__main__ import main
+
+        assert main([str(word) for word in words]) == status
+        return capsys.readouterr()
+
+    return printed
+
+
+@pytest.fixture
+def answer(ask):
+    """Return a function that gives `nlds-vines` its words and returns what it prints."""
+    return lambda *words, status=0: ask(*words, status=status).out
+
+
+@pytest.fixture
+def refusal(ask):
+    """Return a function that gives `nlds-vines` words that it refuses, and returns its line."""
+
+    def line(*words):
+        out, err = ask(*words, status=2)
+        assert (out, err.count("\n")) == ("", 1)
+        return err
+
+    return line

@@ -23,19 +23,17 @@ SHORT = ["--no-peers", "--periods", "3", "--quiet"]
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(here, monkeypatch):
     """Work in an empty folder, with three settings of each method."""
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(measure, "EXACT", (1e-4, 1e-9, 1e-12))
     monkeypatch.setattr(measure, "RK4", (256, 512, 1024))
-    return tmp_path
+    return here
 
 
 @pytest.fixture
-def measured(folder, capsys):
+def measured(folder, answer):
     """The output of a short run that wrote an archive and a picture."""
-    assert main([*SHORT, "--want", "1e-6"]) == 0
-    return capsys.readouterr().out
+    return answer("accuracy", *SHORT, "--want", "1e-6")
 
 
 @pytest.mark.kernels
@@ -75,13 +73,12 @@ def test_what_is_advised_is_what_a_scan_and_python_take(measured):
 
 
 @pytest.mark.kernels
-def test_an_archive_of_measurements_is_one_like_others(measured, capsys):
+def test_an_archive_of_measurements_is_one_like_others(measured, capsys, refusal):
     assert console(["verify", "accuracy.h5"]) == 0
     before = Path("accuracy.h5").read_bytes()
     capsys.readouterr()
     for command in (["status", "accuracy.h5"], ["rerun", "accuracy.h5", "-o", "again.h5"]):
-        assert console(command) == 2
-        assert "holds a survey, not a scan" in capsys.readouterr().err
+        assert "holds a survey, not a scan" in refusal(*command)
     assert main(SHORT) == 2  # it is there already
     assert main([*SHORT, "--resume"]) == 0  # and complete
     assert Path("accuracy.h5").read_bytes() == before
@@ -102,16 +99,14 @@ def test_a_dry_run_says_what_would_be_measured(folder, capsys):
 
 
 @pytest.mark.kernels
-def test_of_a_scan_the_middle_is_taken(folder, capsys):
+def test_of_a_scan_the_middle_is_taken(folder, answer):
     Path("own.toml").write_text(
         'title = "own"\nsystem = "tmd"\n[vary]\nomega = { start = 5.0, stop = 7.0, num = 3 }\n'
         '[record]\nwant = ["section"]\n'
     )
-    assert main(["own.toml", *SHORT, "-o", "own.h5"]) == 0
-    assert "6 rad/s" in capsys.readouterr().out
+    assert "6 rad/s" in answer("accuracy", "own.toml", *SHORT, "-o", "own.h5")
 
 
 @pytest.mark.kernels
-def test_a_structure_alone_is_measured_too(folder, capsys):
-    assert main(["--system", "none", *SHORT]) == 0
-    assert "rk4" in capsys.readouterr().out
+def test_a_structure_alone_is_measured_too(folder, answer):
+    assert "rk4" in answer("accuracy", "--system", "none", *SHORT)

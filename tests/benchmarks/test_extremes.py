@@ -89,100 +89,83 @@ def test_a_lost_joule_is_seen():
     assert short > 1e-4
 
 
-@pytest.mark.kernels
-def test_an_orbit_of_another_system_is_seen(monkeypatch):
-    follow = reference.follow
-
-    def another(system, periods, start=None):
-        return follow(system.with_(k1=system.parameters["k1"] * (1 + 1e-6)), periods, start)
-
-    monkeypatch.setattr(contacts, "follow", another)
-    assert not contacts.preloaded().passed
+def stiffer(system, *how):
+    """Follow an orbit of another system, by a millionth."""
+    return reference.follow(system.with_(k1=system.parameters["k1"] * (1 + 1e-6)), *how)
 
 
-@pytest.mark.kernels
-def test_a_wrong_closed_form_is_seen(monkeypatch):
-    steady = flights.steady_state
-    monkeypatch.setattr(flights, "steady_state", lambda system: steady(system) * (1 + 1e-9))
-    assert not flights.far_wall().passed
+def longer(system, power):
+    return bounds.load_system(system.name, C=system.parameters["C"] * 1.001)
 
 
-@pytest.mark.kernels
-def test_what_passes_for_a_result_is_seen(monkeypatch):
-    monkeypatch.setattr(bounds, "NAMES", ("none", "tmd"))
-    monkeypatch.setattr(bounds, "BEYOND", (1e100,))
-    finding = bounds.overflow()
-    assert not finding.passed
-    assert finding.measured > 10
+def wrong_if_exact(system, periods, method, follow=bounds.orbit_of):
+    if method == "exact" and system.parameters["P"] != load_system("ssul-set6").parameters["P"]:
+        system = system.with_(C=system.parameters["C"] * 1.001)
+    return follow(system, periods, method=method)
 
 
-def test_a_bad_number_that_is_let_in_is_seen(monkeypatch):
-    monkeypatch.setattr(bounds, "_outside", lambda parameter: iter([1.0]))
-    assert not bounds.refused_at_the_door().passed
-
-
-@pytest.mark.kernels
-def test_a_wrong_length_of_one_method_is_not_covered_by_the_other(monkeypatch):
-    follow, usual = bounds.orbit_of, load_system("ssul-set6").parameters["P"]
-
-    def wrong_if_exact(system, periods, method):
-        if method == "exact" and system.parameters["P"] != usual:
-            system = system.with_(C=system.parameters["C"] * 1.001)
-        return follow(system, periods, method=method)
-
-    monkeypatch.setattr(bounds, "orbit_of", wrong_if_exact)
-    finding = bounds.lengths()
-    assert not finding.passed
-    assert "exact" in finding.words
+def heavier(system, *how, exact=proportions.linear_sections, **options):
+    if system.name == "none":
+        system = system.with_(m1=system.parameters["m1"] * 1.001)
+    return exact(system, *how, **options)
 
 
 def refused(*arguments, **options):
     raise IntegrationError("too_stiff")
 
 
-def test_orbits_that_all_end_show_no_rigid_impact(monkeypatch):
-    monkeypatch.setattr(bounds, "orbit_of", refused)
-    finding = bounds.rigid_beyond_numbers()
+steady, stored = flights.steady_state, cases.stored_section
+MOVED = {"cases.stored_section": lambda case: stored(case) * (1 + 1e-6)}
+FAULTS = {  # what is wrong: the check that must see it, where it is put, and words of the finding
+    "an orbit of another system": (contacts.preloaded, {"contacts.follow": stiffer}, ""),
+    "a closed form": (
+        flights.far_wall, {"flights.steady_state": lambda system: steady(system) * (1 + 1e-9)}, "",
+    ),
+    "what passes for a result": (
+        bounds.overflow, {"bounds.NAMES": ("none", "tmd"), "bounds.BEYOND": (1e100,)}, "",
+    ),
+    "a length, of one method": (bounds.lengths, {"bounds.orbit_of": wrong_if_exact}, "exact"),
+    "an order of magnitude": (bounds.lengths, {"bounds.enlarged": longer}, ""),
+    "a damper that is not welded": (
+        proportions.enormous_damping, {"proportions.linear_sections": heavier}, "",
+    ),
+    "a stored state, across contacts": (impacts.order_across_contacts, MOVED, ""),
+    "a stored state, in impacts": (impacts.nodes_of_short_impacts, MOVED, ""),
+    "a trace": (labels.volumes, {"labels._trace": lambda system: -1.35}, ""),
+}  # fmt: skip
+LIGHT = {
+    "a bad number that is let in": (
+        bounds.refused_at_the_door, {"bounds._outside": lambda parameter: iter([1.0])}, "",
+    ),
+    "no orbit that shows a rigid impact": (
+        bounds.rigid_beyond_numbers, {"bounds.orbit_of": refused}, "0 of 10 orbits ran",
+    ),
+    "no orbit that shows a proportion": (
+        bounds.out_of_all_proportion, {"bounds.simulate": refused}, "exact: 0 ran",
+    ),
+    "an unconfirmed refinement": (
+        impacts.order_of_stepped_contacts, {"impacts.follow": stiffer}, "",
+    ),
+    "a lane that is not marked": (
+        repetition.bad_lanes,
+        {"repetition.MUST_BE_FINITE": (), "repetition.MUST_BE_POSITIVE": (),
+         "repetition.MUST_NOT_BE_NEGATIVE": ("near",)},  # preloaded: allowed
+        "",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "fault", [*(pytest.param(fault, marks=pytest.mark.kernels) for fault in FAULTS), *LIGHT]
+)
+def test_what_is_wrong_is_seen(fault, monkeypatch):
+    check, places, words = (FAULTS | LIGHT)[fault]
+    for place, value in places.items():
+        monkeypatch.setattr(f"benchmarks.extremes.{place}", value)
+    finding = check()
     assert not finding.passed
-    assert "0 of 10 orbits ran" in finding.words
-
-
-def test_orbits_that_all_end_show_no_proportion(monkeypatch):
-    monkeypatch.setattr(bounds, "simulate", refused)
-    finding = bounds.out_of_all_proportion()
-    assert not finding.passed
-    assert "exact: 0 ran" in finding.words
-
-
-@pytest.mark.kernels
-def test_a_damper_that_is_not_welded_is_seen(monkeypatch):
-    exact = proportions.linear_sections
-
-    def heavier(system, start, periods, **options):
-        if system.name == "none":
-            system = system.with_(m1=system.parameters["m1"] * 1.001)
-        return exact(system, start, periods, **options)
-
-    monkeypatch.setattr(proportions, "linear_sections", heavier)
-    assert not proportions.enormous_damping().passed
-
-
-def test_an_unconfirmed_refinement_is_seen(monkeypatch):
-    follow = reference.follow
-
-    def another(system, periods):
-        return follow(system.with_(k1=system.parameters["k1"] * (1 + 1e-6)), periods)
-
-    monkeypatch.setattr(impacts, "follow", another)
-    assert not impacts.order_of_stepped_contacts().passed
-
-
-@pytest.mark.kernels
-def test_a_wrong_stored_state_is_seen(monkeypatch):
-    stored = cases.stored_section
-    monkeypatch.setattr(cases, "stored_section", lambda case: stored(case) * (1 + 1e-6))
-    assert not impacts.order_across_contacts().passed
-    assert not impacts.nodes_of_short_impacts().passed
+    assert words in finding.words
+    assert fault != "what passes for a result" or finding.measured > 10
 
 
 def test_what_is_not_stored_is_told():
@@ -194,28 +177,6 @@ def test_the_threads_that_were_used_are_told():
     most = most_threads()
     counts = sorted({min(threads, most) for threads in repetition.THREADS})
     assert f"(threads: {', '.join(map(str, counts))})" in repetition.whatever_the_order().words
-
-
-def test_a_lane_that_is_not_marked_is_seen(monkeypatch):
-    monkeypatch.setattr(repetition, "MUST_BE_FINITE", ())
-    monkeypatch.setattr(repetition, "MUST_BE_POSITIVE", ())
-    monkeypatch.setattr(repetition, "MUST_NOT_BE_NEGATIVE", ("near",))  # preloaded: allowed
-    assert not repetition.bad_lanes().passed
-
-
-@pytest.mark.kernels
-def test_another_order_of_magnitude_is_seen(monkeypatch):
-    def longer(system, power):
-        return bounds.load_system(system.name, C=system.parameters["C"] * 1.001)
-
-    monkeypatch.setattr(bounds, "enlarged", longer)
-    assert not bounds.lengths().passed
-
-
-@pytest.mark.kernels
-def test_a_wrong_trace_is_seen(monkeypatch):
-    monkeypatch.setattr(labels, "_trace", lambda system: -1.35)
-    assert not labels.volumes().passed
 
 
 def test_a_wrong_order_is_fitted_as_such():
@@ -293,7 +254,7 @@ def raising(error):
     return Entry(2, "second thing", "The second thing holds.", check)
 
 
-def test_a_check_that_raises_is_a_broken_promise_and_the_next_follows(folder, monkeypatch, capsys):
+def test_a_check_that_raises_is_a_broken_promise_and_the_next_follows(here, monkeypatch, capsys):
     error = IntegrationError("too_stiff at lane 3.\nRaise omega")
     monkeypatch.setattr(extremes, "CATALOGUE", (KEPT, raising(error), raising(KeyError()), KEPT))
     assert main(["--quiet"]) == 1
@@ -310,13 +271,7 @@ def test_an_interrupt_is_no_finding():
         list(extremes.findings([raising(KeyboardInterrupt())]))
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def test_a_broken_promise_is_status_1_and_the_page_is_written(folder, monkeypatch, capsys):
+def test_a_broken_promise_is_status_1_and_the_page_is_written(here, monkeypatch, capsys):
     monkeypatch.setattr(extremes, "CATALOGUE", (KEPT, BROKEN, LENGTHY))
     assert main(["--quiet", "--markdown", "extremes.md"]) == 1
     out, err = capsys.readouterr()
@@ -327,7 +282,7 @@ def test_a_broken_promise_is_status_1_and_the_page_is_written(folder, monkeypatc
     assert "third thing" not in text
 
 
-def test_kept_promises_are_status_0_and_are_told_as_they_come(folder, monkeypatch, capsys):
+def test_kept_promises_are_status_0_and_are_told_as_they_come(here, monkeypatch, capsys):
     monkeypatch.setattr(extremes, "CATALOGUE", (KEPT, LENGTHY))
     assert main(["--long"]) == 0
     out, err = capsys.readouterr()
@@ -338,7 +293,7 @@ def test_kept_promises_are_status_0_and_are_told_as_they_come(folder, monkeypatc
     ]
 
 
-def test_a_dry_run_lists_and_checks_nothing(folder, monkeypatch, capsys):
+def test_a_dry_run_lists_and_checks_nothing(here, monkeypatch, capsys):
     def never():
         raise AssertionError
 
@@ -347,6 +302,6 @@ def test_a_dry_run_lists_and_checks_nothing(folder, monkeypatch, capsys):
     assert capsys.readouterr().out == "1 first thing\n"
 
 
-def test_a_page_that_cannot_be_written_is_refused_before_anything_is_checked(folder, capsys):
+def test_a_page_that_cannot_be_written_is_refused_before_anything_is_checked(here, capsys):
     assert main(["--markdown", "no/x.md"]) == 2
     assert "--markdown" in capsys.readouterr().err

@@ -29,9 +29,11 @@ SWEEPS = {
 }
 
 
-@pytest.mark.parametrize("policy", ["up", "down"])
+@pytest.mark.parametrize(
+    ("policy", "method"), [("up", "exact"), ("down", "exact"), ("down", "rk4")]
+)
 @pytest.mark.parametrize("case", SWEEPS)
-def test_every_link_begins_where_the_one_before_ended(case, policy):
+def test_every_link_begins_where_the_one_before_ended(case, policy, method):
     name, parameter, values = SWEEPS[case]
     walls = bool(nv.load_system(name).scene.walls)
     scan = nv.load_scan(
@@ -39,7 +41,7 @@ def test_every_link_begins_where_the_one_before_ended(case, policy):
             "system": name,
             "vary": {parameter: {"values": values}},
             "start": {"policy": policy},
-            "sampling": {"transient": TRANSIENT, "periods": PERIODS},
+            "sampling": {"transient": TRANSIENT, "periods": PERIODS, "method": method},
             "record": {"want": WANT if walls else ["section", "energy"]},
         }
     )
@@ -49,7 +51,7 @@ def test_every_link_begins_where_the_one_before_ended(case, policy):
     for i in order if policy == "up" else reversed(order):
         system = nv.load_system(name, **{parameter: values[i]})
         orbit = nv.simulate(
-            system, PERIODS, transient=TRANSIENT, start=state,
+            system, PERIODS, transient=TRANSIENT, start=state, method=method,
             record=RECORD if walls else ("section", "energy"),
         )  # fmt: skip
         state = orbit.state

@@ -183,7 +183,7 @@ def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
 
 
 @pytest.mark.kernels
-def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path, capsys):
+def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path, ask, refusal):
     path = tmp_path / "plane.h5"
     scan = tmp_path / "plane.toml"
     scan.write_text(nv.load_scan(PLANE).to_toml())
@@ -196,10 +196,8 @@ def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path,
     assert (parts / LEARNT).read_bytes() == kept
     (parts / LEARNT).write_bytes(kept[:-9] + b"123456789")
     assert any(LEARNT in line for line in problems(parts))
-    assert main(["consolidate", str(path)]) == 2
-    assert f"{LEARNT} cannot be used" in capsys.readouterr().err
-    assert main([*command, "--resume"]) == 0
-    assert f"{LEARNT} is made again" in capsys.readouterr().err
+    assert f"{LEARNT} cannot be used" in refusal("consolidate", path)
+    assert f"{LEARNT} is made again" in ask(*command, "--resume").err
     assert not parts.exists()
     assert not compare(plane, path).different
     assert nv.verify(path) == []
@@ -281,16 +279,14 @@ def test_a_wrong_request_is_refused(changes, said):
     assert said in str(caught.value)
 
 
-def test_a_state_on_the_command_line(capsys):
+def test_a_state_on_the_command_line(refusal):
     command = ["bifurcation", "--vary", "x2_0=0:0.1:3", "--record", "attractor", "--dry-run"]
-    assert main([*command, "--start", "0,0,0.1"]) == 2
-    assert "must be a list of 4 numbers" in capsys.readouterr().err
-    assert main([*command, "--start", "0,one,0,0"]) == 2
-    assert "must be a number" in capsys.readouterr().err
+    assert "must be a list of 4 numbers" in refusal(*command, "--start", "0,0,0.1")
+    assert "must be a number" in refusal(*command, "--start", "0,one,0,0")
 
 
 @pytest.mark.kernels
-def test_measures_of_a_plane(plane, capsys):
+def test_measures_of_a_plane(plane, answer):
     found = nv.basin_measures(plane, side=10)
     assert [basin.label for basin in found.basins] == ["T,0", "T,1"]
     assert sum(basin.share for basin in found.basins) == pytest.approx(1.0)
@@ -308,19 +304,16 @@ def test_measures_of_a_plane(plane, capsys):
             for n, p, w in zip(("x_0", "v_0"), point, way, strict=True)
         )
         assert view["attractor"][x, v, 0] == 1
-    assert main(["basins", str(plane), "--box", "10", "--by", "20"]) == 0
-    said = capsys.readouterr().out
+    said = answer("basins", plane, "--box", "10", "--by", "20")
     assert "attractor 0, T,0" in said
     assert "boundary entropy" in said
     assert "arrived by 20 T" in said
 
 
 @pytest.mark.kernels
-def test_measures_along_a_parameter(along, capsys):
-    assert main(["basins", str(along)]) == 0
-    assert "P = 0.3: 1.0000 T,0 (number 0)" in capsys.readouterr().out
-    assert main(["basins", str(along), "--at", "P=0.51"]) == 0
-    assert "attractor 1, T,1" in capsys.readouterr().out
+def test_measures_along_a_parameter(along, answer):
+    assert "P = 0.3: 1.0000 T,0 (number 0)" in answer("basins", along)
+    assert "attractor 1, T,1" in answer("basins", along, "--at", "P=0.51")
     with pytest.raises(RequestError, match="P is missing"):
         nv.basin_measures(along)
     with pytest.raises(RequestError, match="unknown varied parameter"):

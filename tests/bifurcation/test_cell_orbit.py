@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.cell_orbit import cell_orbit
 
 SCAN = {
@@ -116,30 +115,26 @@ def test_a_wrong_cell_is_one_line(archive, case):
 
 
 @pytest.mark.kernels
-def test_the_command_draws_a_cell(archive, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_command_draws_a_cell(archive, here, answer, refusal):
     file, at = str(archive("random")), ["--at", "omega=7.5,K=3e7"]
-    assert main(["portrait", file, *at, "--start", "random 2", "--samples", "64"]) == 0
-    out = capsys.readouterr().out
+    out = answer("portrait", file, *at, "--start", "random 2", "--samples", "64")
     assert out.startswith("SSul NES, Set 6, K = 3e+07")
     assert "start random 2" in out
     assert "periods 150 to 190" in out
     name = "random-omega=7.5-K=3e7-start=random_2.png"  # not that of the map's own picture
-    assert (tmp_path / name).stat().st_size > 0
+    assert (here / name).stat().st_size > 0
     for more, words in (
         (["--set", "P=700"], "set beside an archive"),
         (["--tolerance", "1e-6"], "tolerance beside an archive"),
         (["--start", "0,0,0,0"], "unknown start '0,0,0,0'"),
     ):
-        assert main(["portrait", file, *at, *more]) == 2
-        assert words in capsys.readouterr().err
-    assert main(["portrait", "--at", "omega=7"]) == 2
-    assert "give the archive" in capsys.readouterr().err
+        assert words in refusal("portrait", file, *at, *more)
+    assert "give the archive" in refusal("portrait", "--at", "omega=7")
 
 
-def test_a_state_may_begin_with_a_minus(capsys):
-    assert main(["portrait", "--start", "-0.03,0.1,.2,0", "--dry-run"]) == 0
-    assert "from (-0.03, 0.1, 0.2, 0.0)" in capsys.readouterr().out
-    assert main(["portrait", "--start", "-.03,0.1,0,0", "--dry-run"]) == 0
-    assert main(["portrait", "--strat", "-0.03"]) == 2
-    assert "'--start'" in capsys.readouterr().err
+def test_a_state_may_begin_with_a_minus(answer, refusal):
+    assert "from (-0.03, 0.1, 0.2, 0.0)" in answer(
+        "portrait", "--start", "-0.03,0.1,.2,0", "--dry-run"
+    )
+    assert answer("portrait", "--start", "-.03,0.1,0,0", "--dry-run")
+    assert "'--start'" in refusal("portrait", "--strat", "-0.03")

@@ -219,15 +219,14 @@ def test_a_wrong_phase_is_refused(change, said):
 
 
 @pytest.mark.kernels
-def test_the_command_takes_phases(tmp_path, capsys):
+def test_the_command_takes_phases(tmp_path, answer):
     from nlds_vines.bifurcation.command import _start
 
     assert _start("rest@1.5") == {"policy": "rest", "phase": 1.5}
     assert _start("0.1,0@1.5") == {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}
     asked = ["--system", "impact-oscillator", "--vary", "phase=0:6:3", "--vary", "v_0=-1:1:4"]
     asked += ["--record", "attractor", "-o", str(tmp_path / "x.h5"), "--dry-run"]
-    assert main(["bifurcation", *asked]) == 0
-    assert "12 (3 x 4 cells" in capsys.readouterr().out
+    assert "12 (3 x 4 cells" in answer("bifurcation", *asked)
 
 
 @pytest.mark.parametrize(
@@ -237,6 +236,5 @@ def test_the_command_takes_phases(tmp_path, capsys):
         (["--start", "rest@1.5", "--vary", "phase=0:6:4"], "phase is varied, and phase = 1.5"),
     ],
 )
-def test_a_phase_is_given_once_and_with_a_start(start, line, capsys):
-    assert main(["bifurcation", "--dry-run", *start]) == 2
-    assert line in capsys.readouterr().err
+def test_a_phase_is_given_once_and_with_a_start(start, line, refusal):
+    assert line in refusal("bifurcation", "--dry-run", *start)

@@ -15,7 +15,7 @@ from nlds_vines.model.scenes import scene_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import arrays_of, objectives_of, quantities_of
 from nlds_vines.orbits.simulation import simulate
-from nlds_vines.tuning.command import main, tune
+from nlds_vines.tuning.command import tune
 from nlds_vines.tuning.request_file import load_tuning
 
 OMEGAS = [6.0, 6.28]
@@ -130,13 +130,13 @@ def test_a_tuning_without_an_objective_is_as_before():
     assert load_tuning(other.document()) == other
 
 
-def test_an_objective_that_there_is_not_is_refused(capsys):
-    assert main(["--system", "tmd", "--objective", "force_max", "--dry-run"]) == 2
-    error = capsys.readouterr().err
+def test_an_objective_that_there_is_not_is_refused(answer, refusal):
+    error = refusal("tuning", "--system", "tmd", "--objective", "force_max", "--dry-run")
     assert "'force_max'" in error
     assert "a1_rms" in error
-    assert main(["--system", "tmd", "--objective", "a1_rms", "--dry-run"]) == 0
-    assert "largest a1_rms of all cases: one orbit, from rest" in capsys.readouterr().out
+    assert "largest a1_rms of all cases: one orbit, from rest" in answer(
+        "tuning", "--system", "tmd", "--objective", "a1_rms", "--dry-run"
+    )
 
 
 # ---- a ground that moves -------------------------------------------------------------------------

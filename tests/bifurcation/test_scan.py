@@ -193,9 +193,7 @@ def test_contradictions_name_their_places(below, above, message):
 @pytest.mark.parametrize(
     ("axes", "message"),
     [
-        ((), "varied parameters: none"),
         ((Axis("P", [1]), Axis("P", [2])), "varied parameters: P, P"),
-        (tuple(Axis(name, [1]) for name in ("P", "C", "V")), "P, C, V; allowed"),
         ((Axis("D", [1]),), "kind 'ssul' has no parameter 'D'"),
         ((Axis("omega", [-1, 1]),), "omega = -1.0 is not allowed"),
     ],

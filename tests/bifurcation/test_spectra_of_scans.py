@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS, KEPT
@@ -48,12 +47,15 @@ def test_a_sine_has_one_line_with_the_amplitude_and_phase_of_the_closed_form(tmp
 
 
 @pytest.mark.kernels
-def test_a_disagreement_of_spectra_and_labels_is_told(tmp_path, capsys):
+def test_a_disagreement_of_spectra_and_labels_is_told(tmp_path, answer):
     """An orbit that settles slowly: by its multipliers T,0, but its section does not recur yet."""
     options = ["--set", "c1=2", "--vary", "omega=6:6.3:2", "--transient", "20", "--periods", "24"]
     command = ["bifurcation", "--system", "none", *options, "--record", "regime,broadband"]
-    assert console([*command, "-o", str(tmp_path / "slow.h5")]) == 0
-    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("spectra")]
+    told = [
+        line
+        for line in answer(*command, "-o", tmp_path / "slow.h5").splitlines()
+        if line.startswith("spectra")
+    ]
     with nv.read(tmp_path / "slow.h5") as found:
         labels, spectral = found["label"].ravel(), found["spectral_label"].ravel()
         agree, words = found["spectra_agree"].ravel(), found.flags("spectra_agree")

@@ -1,13 +1,11 @@
 """The values of options that commands share: what they mean, and one line where they mean none."""
 
 import argparse
-import re
 
 import pytest
 
 from nlds_vines.cli.option_values import (
     add_system_options,
-    assignments,
     chosen_system,
     comma_separated,
     given,
@@ -31,23 +29,6 @@ def test_ranges_and_lists():
     assert comma_separated(" a,b ,, c") == ["a", "b", "c"]
     assert comma_separated(None) is None
     assert given({"a": None, "b": 0}) == {"b": 0}
-
-
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda: spaced("--vary P", "1:2"), "--vary P = '1:2' must be START:STOP:NUM"),
-        (lambda: spaced("--band", "1:2", "LOW:HIGH:NUM"), "--band = '1:2' must be LOW:HIGH:NUM"),
-        (lambda: spaced("--vary P", "1:b:3"), "--vary P = 'b' must be a number"),
-        (lambda: spaced("--vary P", "1:2:3.5"), "--vary P = '3.5' must be a whole number"),
-        (lambda: interval("--free k2", "5"), "--free k2 = '5' must be LOW:HIGH"),
-        (lambda: assignments("--set", ["P"], "NAME=VALUE"), "--set 'P' must be NAME=VALUE"),
-        (lambda: assignments("--set", ["P=1", "P=2"], ""), "--set P is given twice: 1 and 2"),
-    ],
-)
-def test_another_form_is_one_line(call, said):
-    with pytest.raises(RequestError, match=f"^{re.escape(said)}$"):
-        call()
 
 
 def test_system_and_settings():

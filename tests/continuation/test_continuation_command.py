@@ -144,20 +144,18 @@ def verify_parts(folder):
 
 
 @pytest.mark.kernels
-def test_an_archive_repeats_itself(archive, tmp_path, capsys):
+def test_an_archive_repeats_itself(archive, tmp_path, answer):
     again = tmp_path / "again.h5"
-    assert main(["rerun", str(archive), "-o", str(again)]) == 0
-    assert "parameters and results are the same" in capsys.readouterr().out
+    assert "parameters and results are the same" in answer("rerun", archive, "-o", again)
     assert main(["rerun", str(archive), "-o", str(again), "--shard", "1/2"]) == 2
 
 
 @pytest.mark.kernels
-def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, capsys):
+def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, answer):
     path, plot = folder / "over.h5", folder / "over.png"
     arguments = ["--from", str(scan), "--along", "omega=7.3:7.8", "--unstable", "40"]
     arguments += ["--over", str(scan), "--plot", str(plot), "-o", str(path)]
-    assert main(["continuation", *arguments]) == 0
-    text = capsys.readouterr().out
+    text = answer("continuation", *arguments)
     assert "borders between regimes" in text
     assert plot.stat().st_size > 20_000
     found = continued(path)
@@ -210,8 +208,7 @@ def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():
         assert np.allclose(end, curve.states[i], rtol=0, atol=1e-9)
 
 
-def test_it_says_what_it_would_do(capsys, tmp_path):
-    assert main(["continuation", "--dry-run", "--all", "-o", str(tmp_path / "b.h5")]) == 0
-    text = capsys.readouterr().out
+def test_it_says_what_it_would_do(answer, tmp_path):
+    text = answer("continuation", "--dry-run", "--all", "-o", tmp_path / "b.h5")
     assert "100 random starts" in text
     assert list(tmp_path.iterdir()) == []

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import pytest
 
-from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.continuation.request import Begin, Continuation
@@ -177,7 +176,7 @@ def tried(said):
     return CHECKED[key]
 
 
-def refusal(call, *arguments, **keywords):
+def error_of(call, *arguments, **keywords):
     """Return the line of the error with which a function refuses its arguments."""
     with pytest.raises(RequestError) as refused:
         call(*arguments, **keywords)
@@ -206,7 +205,7 @@ def test_in_a_file_and_above_it_the_place_is_named(kind):
                 (word_of(kind), ({**task.least, **wrong},)),
                 ("changes", (task.least, wrong)),
             ):
-                line = refusal(task.read, *layers)
+                line = error_of(task.read, *layers)
                 assert line.startswith(f"{place}: ")
                 assert line.count(f"{place}: ") == 1
                 assert f"[{said.table}]: " in line
@@ -217,11 +216,11 @@ def test_in_a_file_and_above_it_the_place_is_named(kind):
 def test_a_key_that_is_none_is_told_from_those_there_are(kind):
     task = TASKS[kind]
     for said in task.settings:
-        line = refusal(task.read, {**task.least, said.table: {f"{said.key}x": 1}})
+        line = error_of(task.read, {**task.least, said.table: {f"{said.key}x": 1}})
         assert f"[{said.table}]: unknown key '{said.key}x'; did you mean '{said.key}'" in line
-        line = refusal(task.read, {**task.least, said.table: 3})
+        line = error_of(task.read, {**task.least, said.table: 3})
         assert f"[{said.table}]: {said.table} = 3 must be a table" in line
-        line = refusal(task.read, {**task.least, f"{said.table}x": {}})
+        line = error_of(task.read, {**task.least, f"{said.table}x": {}})
         assert line.startswith(
             f"{word_of(kind)}: unknown key '{said.table}x'; did you mean '{said.table}'"
         )
@@ -235,7 +234,7 @@ def test_in_python_a_request_and_its_parts_check_themselves(kind):
         part = request if isinstance(request, owner) else PARTS.get(owner)
         for name, said in settings_of(owner).items() if part else ():
             for value, words in tried(said):
-                assert words in refusal(dataclasses.replace, part, **{name: value})
+                assert words in error_of(dataclasses.replace, part, **{name: value})
 
 
 PARTS = {Start: Start(), Search: Search(), Surface: Surface(("k2", "c2")), Begin: Begin()}
@@ -268,16 +267,12 @@ def texts(said):
 
 
 @every_task
-def test_an_option_is_refused_in_its_own_words(kind, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_an_option_is_refused_in_its_own_words(kind, here, answer, refusal):
     command, *usual = TASKS[kind].command.split()
-    assert main([command, "--help"]) == 0
-    told = capsys.readouterr().out
+    told = answer(command, "--help")
     for said in TASKS[kind].settings:
         for text, words in texts(said) if said.has_option and said.flag in told else ():
-            assert main([command, *usual, f"{said.flag}={text}"]) == 2
-            out, err = capsys.readouterr()
-            assert (out, err.count("\n")) == ("", 1)
+            err = refusal(command, *usual, f"{said.flag}={text}")
             assert words in err
             assert said.flag in err or ("command line: " in err and f"[{said.table}]: " in err)
-    assert list(tmp_path.iterdir()) == []
+    assert list(here.iterdir()) == []

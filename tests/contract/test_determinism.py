@@ -213,14 +213,12 @@ def test_asking_for_the_error_changes_nothing_else(want, start, tmp_path):
     assert (found < 1e-8).all()
 
 
-def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, cut, capsys):
+def test_an_interrupted_command_says_how_to_go_on(here, monkeypatch, cut, ask):
     scan = nv.load_scan(document())
-    (tmp_path / "scan.toml").write_text(scan.to_toml())
-    monkeypatch.chdir(tmp_path)
+    (here / "scan.toml").write_text(scan.to_toml())
     cut(2)
     go_on = stop_after(monkeypatch, 4)
-    assert main(["scan.toml", "--quiet"]) == 130
-    out, err = capsys.readouterr()
+    out, err = ask("bifurcation", "scan.toml", "--quiet", status=130)
     assert (out, err.count("\n")) == ("", 1)
     assert "--resume" in err
     assert main(["scan.toml", "--quiet"]) == 2  # what is kept is not lost unasked
@@ -308,11 +306,9 @@ def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(
     assert set(beside["label_kept"][-1]) == {-1}
 
 
-def test_failed_lanes_give_status_1_and_a_remedy(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "scan.toml").write_text(nv.load_scan(document()).to_toml())
-    assert main(["scan.toml", "--vary", "P=800:1e200:2", "--quiet"]) == 1
-    out, err = capsys.readouterr()
+def test_failed_lanes_give_status_1_and_a_remedy(here, ask):
+    (here / "scan.toml").write_text(nv.load_scan(document()).to_toml())
+    out, err = ask("bifurcation", "scan.toml", "--vary", "P=800:1e200:2", "--quiet", status=1)
     assert out == ""
     assert "1 of 2 orbits failed" in err
     for option in ("--overwrite", "--resume"):  # computed again, and only looked at

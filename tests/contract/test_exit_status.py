@@ -24,7 +24,7 @@ USUAL = {
 
 
 @pytest.fixture
-def calls(tmp_path, monkeypatch):
+def calls(here, monkeypatch):
     """Stand in for the computing and the pictures; returns what they were asked for."""
     asked = SimpleNamespace(runs=[], plots=[], failed=0, error=None)
 
@@ -47,7 +47,6 @@ def calls(tmp_path, monkeypatch):
     stand_in(monkeypatch, "run", run=run)
     stand_in(monkeypatch, "estimate", estimate=estimate)
     stand_in(monkeypatch, "picture.drawing", save=lambda *what: asked.plots.append(what))
-    monkeypatch.chdir(tmp_path)
     return asked
 
 
@@ -111,10 +110,9 @@ def test_every_option_arrives(calls):
     assert calls.plots == [(Path("map.h5"), Path("map.svg"), "E1max")]
 
 
-def test_failed_orbits_give_status_1_even_when_quiet(calls, capsys):
+def test_failed_orbits_give_status_1_even_when_quiet(calls, ask):
     calls.failed = 3
-    assert main(["--quiet"]) == 1
-    out, err = capsys.readouterr()
+    out, err = ask("bifurcation", "--quiet", status=1)
     assert out == ""
     assert "3 of 1201 orbits failed" in err
     assert calls.plots  # what succeeded is drawn
@@ -124,10 +122,9 @@ def test_failed_orbits_give_status_1_even_when_quiet(calls, capsys):
     ("error", "status"),
     [(Interrupted("resume with --resume", 143), 143), (KeyboardInterrupt(), 130)],
 )
-def test_an_interrupt_gives_the_status_of_its_signal(calls, capsys, error, status):
+def test_an_interrupt_gives_the_status_of_its_signal(calls, ask, error, status):
     calls.error = error
-    assert main([]) == status
-    assert str(error) in capsys.readouterr().err
+    assert str(error) in ask("bifurcation", status=status).err
     assert calls.plots == []
 
 
@@ -147,22 +144,17 @@ def test_a_shard_names_what_joins_it_and_draws_nothing(calls, capsys):
         (PermissionError(), "PermissionError"),
     ],
 )
-def test_what_the_operating_system_refuses_is_one_line(calls, capsys, error, said):
+def test_what_the_operating_system_refuses_is_one_line(calls, refusal, error, said):
     calls.error = error
-    assert main([]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
+    err = refusal("bifurcation")
     assert said in err
     assert calls.plots == []
 
 
-def test_a_dry_run_only_tells(calls, capsys, tmp_path):
-    assert main(["--dry-run", "--threads", "2"]) == 0
-    assert capsys.readouterr().out == "1201 orbits\n2 threads\n"
+def test_a_dry_run_only_tells(calls, answer, refusal, tmp_path):
+    assert answer("bifurcation", "--dry-run", "--threads", "2") == "1201 orbits\n2 threads\n"
     (tmp_path / "figure8.h5").write_bytes(b"old")
-    assert main(["--dry-run", "--threads", "2"]) == 2  # as the run would
-    assert "exists" in capsys.readouterr().err
+    assert "exists" in refusal("bifurcation", "--dry-run", "--threads", "2")
     assert calls.runs == calls.plots == []
 
 
@@ -200,8 +192,7 @@ def test_help_shows_an_example_that_works(program, calls, capsys):
     assert len(calls.runs) == 5
 
 
-def test_console_help_names_the_commands(capsys):
+def test_console_help_names_the_commands(capsys, answer):
     assert console([]) == console(["--help"]) == 0
     assert "bifurcation" in capsys.readouterr().out
-    assert console(["--version"]) == 0
-    assert capsys.readouterr().out.startswith("nlds-vines ")
+    assert answer("--version").startswith("nlds-vines ")

@@ -30,10 +30,9 @@ ESCAPE = "red \x1b[31m, \x9b2J, \u202edlo, \u2028 and a bell \a"
 
 
 @pytest.fixture
-def path(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def path(here, monkeypatch):
     monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
-    return tmp_path / "scan.h5"
+    return here / "scan.h5"
 
 
 # ---- a file under the archive's name -------------------------------------------------------------
@@ -123,7 +122,7 @@ def begun(path):
     return parts.folder
 
 
-def test_verify_names_every_damage_whatever_lies_there(begun, capsys):
+def test_verify_names_every_damage_whatever_lies_there(begun, ask):
     first, second, third = sorted(begun.glob("block-*"))
     first.unlink()
     first.mkdir()
@@ -132,8 +131,7 @@ def test_verify_names_every_damage_whatever_lies_there(begun, capsys):
     third.write_bytes(third.read_bytes()[:-7])
     (begun / "block-000007.part").mkdir()
     other = write(begun.with_name("other.h5"), make_scan())
-    assert main(["verify", "no.h5", str(begun), str(other)]) == 2
-    out, err = capsys.readouterr()
+    out, err = ask("verify", "no.h5", begun, other, status=2)
     assert err.count("\n") == 1
     assert "'no.h5'" in err
     for name in (first.name, second.name, third.name, "block-000007.part"):
@@ -142,12 +140,11 @@ def test_verify_names_every_damage_whatever_lies_there(begun, capsys):
     assert main(["verify", str(begun)]) == 1
 
 
-def test_a_folder_in_the_place_of_a_part_is_named_and_kept(begun, path, capsys):
+def test_a_folder_in_the_place_of_a_part_is_named_and_kept(begun, path, answer):
     part = min(begun.glob("block-*"))
     part.unlink()
     (part / "precious").mkdir(parents=True)
-    assert main(["status", str(path)]) == 0
-    assert "1 unreadable" in capsys.readouterr().out
+    assert "1 unreadable" in answer("status", path)
     with (
         Parts.open(path, make_scan(), resume=True) as parts,
         pytest.raises(RequestError, match=r"block-000000\.part is a folder"),
@@ -172,7 +169,7 @@ def test_a_lock_that_is_a_pipe_does_not_hang(begun, path, capsys):
     assert main(["status", str(path)]) == 0
 
 
-def test_parts_with_odd_headers_are_damaged_and_no_more(begun, capsys):
+def test_parts_with_odd_headers_are_damaged_and_no_more(begun, ask):
     part = min(begun.glob("block-*"))
     head = json.loads(durable.read(part).split(b"\n", 1)[0])
     for change in (
@@ -184,8 +181,7 @@ def test_parts_with_odd_headers_are_damaged_and_no_more(begun, capsys):
     ):
         durable.write(part, json.dumps(head | change).encode() + b"\n")
         for command, status in (("verify", 1), ("status", 0)):
-            assert main([command, str(begun)]) == status
-            out, err = capsys.readouterr()
+            out, err = ask(command, begun, status=status)
             assert err == ""
             assert all(printable(line) == line for line in out.splitlines())
     durable.write(part, b"[" * 100_000 + b"\n")
@@ -398,7 +394,7 @@ def test_truncated_archives_are_told_in_one_line(path, capsys, no_estimate, left
     assert assert_in_words(path, other, capsys)[0] == 1
 
 
-def test_escape_sequences_do_not_reach_the_terminal(path, capsys, no_estimate):
+def test_escape_sequences_do_not_reach_the_terminal(path, capsys, ask, no_estimate):
     scan = make_scan(("energy", "regime"))
     other = write(path.with_name("other.h5"), scan)
     write(path, scan)
@@ -412,8 +408,7 @@ def test_escape_sequences_do_not_reach_the_terminal(path, capsys, no_estimate):
 
     changed(path, change)
     assert_in_words(path, other, capsys)
-    assert main(["status", str(path)]) == 0
-    out, _ = capsys.readouterr()
+    out, _ = ask("status", path)
     assert "\\x1b[31m" in out
     assert "\x1b" not in out
 

@@ -50,10 +50,9 @@ REAL = {
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def folder(here, monkeypatch):
     monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
-    return tmp_path
+    return here
 
 
 # ---- how a scan stands ---------------------------------------------------------------------------
@@ -63,7 +62,7 @@ def everything(folder):
     return {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in folder.rglob("*.*")}
 
 
-def test_the_standing_of_a_scan_is_told_and_nothing_is_touched(folder, capsys):
+def test_the_standing_of_a_scan_is_told_and_nothing_is_touched(folder, answer):
     scan = make_scan()
     blocks = list(blocks_of(scan))
     with Parts.open("a.h5", scan) as parts:
@@ -71,24 +70,21 @@ def test_the_standing_of_a_scan_is_told_and_nothing_is_touched(folder, capsys):
             parts.write(block, results(scan, block), seconds=0.1)
             time.sleep(0.02)
         before = everything(parts.folder)
-        assert main(["status", "a.h5"]) == 0
-        running = capsys.readouterr().out
+        running = answer("status", "a.h5")
         assert everything(parts.folder) == before
     assert "blocks:   2 of 3" in running
     assert "orbits:   8 of 13" in running
     assert "at work:  a run" in running
     assert " to go" in running
     assert "T,1" in running
-    assert main(["status", "a.h5.parts"]) == 0
-    assert "no run that can be seen from here" in capsys.readouterr().out
+    assert "no run that can be seen from here" in answer("status", "a.h5.parts")
     with Parts.open("a.h5", scan, shard=Shard(2, 3)):
         assert standing(Path("a.h5.parts")).workers == ["shard 2/3"]
 
 
-def test_the_standing_of_a_finished_scan_and_of_none(folder, capsys):
+def test_the_standing_of_a_finished_scan_and_of_none(folder, answer):
     write("a.h5", make_scan())
-    assert main(["status", "a.h5"]) == 0
-    assert "13, complete" in capsys.readouterr().out
+    assert "13, complete" in answer("status", "a.h5")
     assert main(["status", "b.h5"]) == 2
     os.mkdir("b.h5.parts")
     assert main(["status", "b.h5"]) == 2
@@ -274,24 +270,21 @@ def test_what_is_built_knows_its_commit_and_what_is_built_of_that(hook, tmp_path
 # ---- repeated and compared -----------------------------------------------------------------------
 
 
-def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, capsys):
+def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, answer, refusal):
     nv.bifurcation(REAL, "a.h5")
-    assert main(["rerun", "a.h5"]) == 0
-    assert "parameters and results are the same" in capsys.readouterr().out
-    assert main(["rerun", "a.h5"]) == 2  # which exists
-    assert "a-rerun.h5' exists" in capsys.readouterr().err
-    assert main(["rerun", "a.h5", "-o", "b.h5", "--threads", "1", "--quiet"]) == 0
-    assert capsys.readouterr().out == ""
-    assert main(["diff", "a.h5", "b.h5"]) == 0
-    assert "are the same" in capsys.readouterr().out
+    assert "parameters and results are the same" in answer("rerun", "a.h5")
+    assert "a-rerun.h5' exists" in refusal("rerun", "a.h5")
+    assert answer("rerun", "a.h5", "-o", "b.h5", "--threads", "1", "--quiet") == ""
+    assert "are the same" in answer("diff", "a.h5", "b.h5")
     with h5py.File("a.h5", "r+") as file:
         file["E1max"][3, 0] += 0.25
-    assert main(["rerun", "a.h5", "-o", "c.h5", "--quiet"]) == 1
-    assert "result: E1max: 1 of 13 values differ by up to 0.25" in capsys.readouterr().out
+    assert "result: E1max: 1 of 13 values differ by up to 0.25" in answer(
+        "rerun", "a.h5", "-o", "c.h5", "--quiet", status=1
+    )
 
 
 @pytest.mark.kernels
-def test_errors_are_repeated_compared_and_verified_too(folder, capsys):
+def test_errors_are_repeated_compared_and_verified_too(folder, capsys, answer):
     want = [*REAL["record"]["want"], "error"]
     nv.bifurcation({**REAL, "record": {"want": want}}, "a.h5")
     assert main(["rerun", "a.h5", "--quiet"]) == 0
@@ -300,21 +293,19 @@ def test_errors_are_repeated_compared_and_verified_too(folder, capsys):
     with h5py.File("a.h5", "r+") as file:
         file["refined_label"][2, 0] = "7T,7"
         file["error"][5, 0] *= 2
-    assert main(["diff", "a.h5", "a-rerun.h5"]) == 1
-    said = capsys.readouterr().out
+    said = answer("diff", "a.h5", "a-rerun.h5", status=1)
     assert "result: error: 1 of 13 values differ by up to" in said
     assert "result: refined_label: 1 of 13 values differ" in said
 
 
-def test_what_differs_is_told(folder, capsys):
+def test_what_differs_is_told(folder, answer):
     write("a.h5", make_scan())
     write("b.h5", make_scan(P=801.0))
     with h5py.File("b.h5", "r+") as file:
         file["section"][4, 0, 2, 1] = 1e9
         file["label"][7, 0] = "5T,5"
         file["status"][2:4] = 9
-    assert main(["diff", "a.h5", "b.h5"]) == 1
-    said = capsys.readouterr().out.splitlines()
+    said = answer("diff", "a.h5", "b.h5", status=1).splitlines()
     assert said[0] == "parameter: system.parameters.P: 800.0 -> 801.0"
     assert len(said) == 4
     (section,) = [line for line in said if "section: 1 of" in line]
@@ -323,20 +314,18 @@ def test_what_differs_is_told(folder, capsys):
     assert any("status: 2 of 13" in line for line in said)
 
 
-def test_other_grids_and_other_records_are_told(folder, capsys):
+def test_other_grids_and_other_records_are_told(folder, answer):
     write("a.h5", make_scan(("energy",)))
     write("b.h5", make_scan(("regime",), vary={"omega": {"start": 5.0, "stop": 6.0, "num": 3}}))
-    assert main(["diff", "a.h5", "b.h5"]) == 1
-    said = capsys.readouterr().out
+    said = answer("diff", "a.h5", "b.h5", status=1)
     assert "record.want: ['energy'] -> ['regime']" in said
     assert "result: E1max is only in a.h5" in said
     assert "status has 13 omega x 1 start in one and 3 omega x 1 start in the other" in said
     assert "vary.omega.values: 13 values from 5.0 to 8.0" in said
 
 
-def test_a_scan_that_means_something_else_by_now_is_refused(folder, capsys):
+def test_a_scan_that_means_something_else_by_now_is_refused(folder, refusal):
     write("a.h5", make_scan())
     with h5py.File("a.h5", "r+") as file:
         file.attrs["scan"] = file.attrs["scan"].replace("800.0", "801.0")
-    assert main(["rerun", "a.h5"]) == 2
-    assert "its scan is damaged" in capsys.readouterr().err
+    assert "its scan is damaged" in refusal("rerun", "a.h5")

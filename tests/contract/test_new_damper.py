@@ -58,17 +58,16 @@ values = { k2 = 600.0, c2 = 262.0, D = 0.5 }
 
 
 @pytest.fixture
-def caged(tmp_path, monkeypatch):
+def caged(here, monkeypatch):
     """Add the file and the entry; work in an empty folder."""
-    (tmp_path / "caged.py").write_text(MODULE)
-    monkeypatch.syspath_prepend(tmp_path)
+    (here / "caged.py").write_text(MODULE)
+    monkeypatch.syspath_prepend(here)
     scene = importlib.import_module("caged").SCENE
     monkeypatch.setitem(SCENES, scene.kind, scene)
     original = catalogue_module.resource_text
     monkeypatch.setattr(catalogue_module, "resource_text", lambda name: original(name) + ENTRY)
-    monkeypatch.chdir(tmp_path)
     catalogue.cache_clear()
-    yield tmp_path
+    yield here
     catalogue.cache_clear()
 
 
@@ -102,9 +101,10 @@ def test_its_cage_is_symmetric(caged):
     np.testing.assert_array_equal(one.impacts["depth"], other.impacts["depth"])
 
 
-def test_it_is_refused_in_words_like_any_other(caged, capsys):
-    assert main(["--system", "caged-one", "--set", "C=1"]) == 2
-    assert "kind 'caged' has no parameter 'C'" in capsys.readouterr().err
+def test_it_is_refused_in_words_like_any_other(caged, refusal):
+    assert "kind 'caged' has no parameter 'C'" in refusal(
+        "bifurcation", "--system", "caged-one", "--set", "C=1"
+    )
 
 
 def test_a_scene_that_would_go_wrong_silently_is_refused():

@@ -26,11 +26,10 @@ def archive(tmp_path_factory):
 
 
 @pytest.fixture
-def here(archive, tmp_path, monkeypatch):
+def here(archive, here):
     """An empty folder but for that archive, `a.h5`, and the current one."""
-    (tmp_path / "a.h5").write_bytes(archive.read_bytes())
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+    (here / "a.h5").write_bytes(archive.read_bytes())
+    return here
 
 
 def everything(here):

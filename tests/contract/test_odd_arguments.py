@@ -5,7 +5,6 @@ from importlib import import_module
 import pytest
 from made_up import make_scan, write
 
-from nlds_vines.__main__ import main
 from nlds_vines.cli.commands import COMMANDS
 from nlds_vines.cli.parser import Parser
 
@@ -20,16 +19,16 @@ def values_of(name):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_two_dashes_are_no_value_of_an_option(name, capsys):
+def test_two_dashes_are_no_value_of_an_option(name, refusal):
     for option in values_of(name):
-        assert main([name, f"{option}=--"]) == 2
-        assert capsys.readouterr().err.endswith(f"{option}: expected one argument, not '--'\n")
+        assert refusal(name, f"{option}=--").endswith(
+            f"{option}: expected one argument, not '--'\n"
+        )
 
 
 @pytest.mark.parametrize("argument", ["-o--", "-o=--"])
-def test_nor_of_a_short_one(argument, capsys):
-    assert main(["bifurcation", argument]) == 2
-    assert capsys.readouterr().err.endswith("-o: expected one argument, not '--'\n")
+def test_nor_of_a_short_one(argument, refusal):
+    assert refusal("bifurcation", argument).endswith("-o: expected one argument, not '--'\n")
 
 
 @pytest.mark.parametrize("path", ["", ".", "/"])
@@ -38,15 +37,12 @@ def test_nor_of_a_short_one(argument, capsys):
     [["status"], ["consolidate"], ["export"], ["transients", "--dry-run", "-o"]],
     ids=lambda words: words[0],
 )
-def test_a_path_without_a_name_is_refused(words, path, capsys):
-    assert main([*words, path]) == 2
-    assert f"{path!r} is no name of a file" in capsys.readouterr().err
+def test_a_path_without_a_name_is_refused(words, path, refusal):
+    assert f"{path!r} is no name of a file" in refusal(*words, path)
 
 
 @pytest.mark.parametrize("style", ["/dev/zero", "large.mplstyle", ".", "no.mplstyle"])
-def test_a_style_sheet_is_a_small_file(style, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    write(tmp_path / "scan.h5", make_scan())
-    (tmp_path / "large.mplstyle").write_text("#" * 2_000_000)
-    assert main(["plot", "scan.h5", "--style", style]) == 2
-    assert f"style {style!r} is no file" in capsys.readouterr().err
+def test_a_style_sheet_is_a_small_file(style, here, refusal):
+    write(here / "scan.h5", make_scan())
+    (here / "large.mplstyle").write_text("#" * 2_000_000)
+    assert f"style {style!r} is no file" in refusal("plot", "scan.h5", "--style", style)

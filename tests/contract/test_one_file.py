@@ -35,8 +35,7 @@ record = { want = ["energy"] }
 
 
 @pytest.fixture
-def scan(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def scan(here):
     Path("scan.toml").write_text(SCAN)
     return "scan.toml"
 
@@ -49,9 +48,8 @@ def test_all_that_some_file_may_hold_is_known():
 
 
 @pytest.mark.parametrize("command", ["portrait", "tuning", "continuation"])
-def test_a_file_with_vary_lends_its_system_and_its_title(command, scan, capsys):
-    assert main([command, scan, "--dry-run"]) == 0
-    said = capsys.readouterr()
+def test_a_file_with_vary_lends_its_system_and_its_title(command, scan, ask):
+    said = ask(command, scan, "--dry-run")
     assert said.out.startswith("My damper\n")
     assert said.err.count("\n") == 1
     assert "scan.toml: left aside here: [vary], [start], [record]" in said.err
@@ -67,15 +65,13 @@ def test_and_its_sampling(scan):
     assert (tuning.transient, tuning.periods) == (333, 77)
 
 
-def test_quiet_says_nothing(scan, capsys):
-    assert main(["portrait", scan, "--dry-run", "--quiet"]) == 0
-    assert capsys.readouterr().err == ""
+def test_quiet_says_nothing(scan, ask):
+    assert ask("portrait", scan, "--dry-run", "--quiet").err == ""
 
 
 @pytest.mark.parametrize("path", sorted(SCANS.glob("*.toml")), ids=lambda path: path.stem)
 @pytest.mark.parametrize("command", ["portrait", "tuning", "continuation"])
-def test_all_files_serve_all_commands(command, path, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_all_files_serve_all_commands(command, path, capsys, here):
     status = main([command, str(path), "--dry-run"])
     said = capsys.readouterr().err
     assert "unknown key" not in said
@@ -91,10 +87,9 @@ def test_tables_of_its_own_are_taken(scan):
     assert found.panels == ("energy",)
 
 
-def test_a_misspelt_table_is_refused(scan, capsys):
+def test_a_misspelt_table_is_refused(scan, refusal):
     Path(scan).write_text(SCAN.replace("record", "recrod"))
-    assert main(["portrait", scan, "--dry-run"]) == 2
-    assert "unknown key 'recrod'" in capsys.readouterr().err
+    assert "unknown key 'recrod'" in refusal("portrait", scan, "--dry-run")
 
 
 def test_a_title_stays_whatever_is_overridden(scan):

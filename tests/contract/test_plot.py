@@ -132,11 +132,10 @@ def _archive(kind, folder):
 @pytest.mark.parametrize(
     "kind", ["transients", "tuning", "accuracy", "continuation", "response-curves"]
 )
-def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(kind, tmp_path, capsys):
+def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(kind, tmp_path, capsys, answer):
     path, names = _archive(kind, tmp_path)
     capsys.readouterr()
-    assert console(["plot", str(path), "--show", "?"]) == 0
-    listed = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    listed = [line.split()[0] for line in answer("plot", path, "--show", "?").splitlines()]
     assert listed[: len(names)] == names
     wide, narrow = nv.plot(path), nv.plot(path, columns=1)
     assert narrow.get_figwidth() == pytest.approx(8.4 / 2.54)
@@ -173,38 +172,37 @@ def test_what_users_set_in_matplotlib_stays(small):
         nv.plot(small, style="nosuch")
 
 
-def test_the_command_draws_names_what_there_is_and_keeps_pictures(small, tmp_path, capsys):
+def test_the_command_draws_names_what_there_is_and_keeps_pictures(
+    small, tmp_path, capsys, answer, refusal
+):
     picture = tmp_path / "v.pdf"
     assert console(["plot", str(small), "--show", "v1", "-o", str(picture)]) == 0
     first = picture.read_bytes()
     capsys.readouterr()
-    assert console(["plot", str(small), "--show", "v2", "-o", str(picture)]) == 2
-    assert "exists: --overwrite replaces it" in capsys.readouterr().err
+    assert "exists: --overwrite replaces it" in refusal(
+        "plot", small, "--show", "v2", "-o", picture
+    )
     assert picture.read_bytes() == first
     assert console(["plot", str(small), "--show", "v2", "-o", str(picture), "--overwrite"]) == 0
     assert picture.read_bytes() != first
     capsys.readouterr()
-    assert console(["plot", str(small), "--show", "?"]) == 0
-    listed = capsys.readouterr().out
+    listed = answer("plot", small, "--show", "?")
     assert "E1max" in listed
     assert "[m/s]" in listed
-    assert console(["plot", str(small), "--show", "x9", "-o", str(tmp_path / "a.png")]) == 2
-    assert "did you mean 'x" in capsys.readouterr().err
+    assert "did you mean 'x" in refusal("plot", small, "--show", "x9", "-o", tmp_path / "a.png")
 
 
-def test_an_archive_where_toml_is_wanted_is_told_the_way(small, capsys):
-    assert main([str(small), "--show", "regimes"]) == 2
-    err = capsys.readouterr().err
+def test_an_archive_where_toml_is_wanted_is_told_the_way(small, refusal):
+    err = refusal("bifurcation", small, "--show", "regimes")
     assert "is an archive (HDF5)" in err
     assert "nlds-vines plot" in err
 
 
-def test_a_run_keeps_the_picture_of_another_and_resuming_draws_its_own(small, tmp_path, capsys):
+def test_a_run_keeps_the_picture_of_another_and_resuming_draws_its_own(small, tmp_path, refusal):
     archive, picture = tmp_path / "a.h5", tmp_path / "a.png"
     picture.write_bytes(b"of something else")
     command = [*SMALL, "-o", str(archive), "--plot", str(picture)]
-    assert main(command) == 2
-    assert "exists: --overwrite replaces it" in capsys.readouterr().err
+    assert "exists: --overwrite replaces it" in refusal("bifurcation", *command)
     assert not archive.exists()  # refused before anything is computed
     assert main([*command, "--overwrite"]) == 0
     drawn = picture.read_bytes()

@@ -75,17 +75,16 @@ def rows(text):
 
 
 @pytest.fixture
-def own(tmp_path, monkeypatch):
+def own(here):
     """Work in a folder that holds the scan file of the pages, and the request files of a clone."""
     for page in PAGES:
         for kind, name, text in walk.steps(page.read_text(encoding="utf-8")):
             if kind == "file":
-                assert not (tmp_path / name).exists(), "two pages save different files so"
-                (tmp_path / name).write_text(text)
-    (tmp_path / "scans").symlink_to(ROOT / "scans")
-    (tmp_path / "docs").mkdir()
-    monkeypatch.chdir(tmp_path)
-    return tmp_path / "own.toml"
+                assert not (here / name).exists(), "two pages save different files so"
+                (here / name).write_text(text)
+    (here / "scans").symlink_to(ROOT / "scans")
+    (here / "docs").mkdir()
+    return here / "own.toml"
 
 
 def test_the_scan_file_means_what_its_comments_say(own):

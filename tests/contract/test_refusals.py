@@ -418,33 +418,32 @@ def archive(tmp_path_factory):
 
 
 @pytest.fixture
-def folder(archive, tmp_path, monkeypatch):
+def folder(archive, here):
     """A working folder with a good scan, a map, and things that are in the way."""
-    (tmp_path / "scan.toml").write_text(GOOD)
-    (tmp_path / "curves.toml").write_text(GOOD + '[[curves]]\nlabel = "a\\u0000b"\n')
+    (here / "scan.toml").write_text(GOOD)
+    (here / "curves.toml").write_text(GOOD + '[[curves]]\nlabel = "a\\u0000b"\n')
     column = 'system = "tmd"\n[[column]]\nname = "a\\u0000b"\nwindow = [0, 2]\n'
-    (tmp_path / "column.toml").write_text(column)
-    (tmp_path / "map.h5").write_bytes(archive)
-    (tmp_path / "old.h5").write_bytes(b"precious")
-    (tmp_path / "link.h5").symlink_to("nowhere")
-    (tmp_path / "nowhere.h5").symlink_to("no/x.h5")
-    os.link(tmp_path / "scan.toml", tmp_path / "hard.h5")
-    os.mkfifo(tmp_path / "pipe.toml")
+    (here / "column.toml").write_text(column)
+    (here / "map.h5").write_bytes(archive)
+    (here / "old.h5").write_bytes(b"precious")
+    (here / "link.h5").symlink_to("nowhere")
+    (here / "nowhere.h5").symlink_to("no/x.h5")
+    os.link(here / "scan.toml", here / "hard.h5")
+    os.mkfifo(here / "pipe.toml")
     for name in ("folder", "folder.png", "folder.toml", "empty.h5.parts"):
-        (tmp_path / name).mkdir()
+        (here / name).mkdir()
     for name in ("loop.h5", "loop.toml", "loop.png"):
-        (tmp_path / name).symlink_to(name)
+        (here / name).symlink_to(name)
     for name in ("piped", "folded", "typed", "nested"):
-        (tmp_path / f"{name}.h5.parts").mkdir()
-    os.mkfifo(tmp_path / "piped.h5.parts" / "manifest.json")
-    (tmp_path / "folded.h5.parts" / "manifest.json").mkdir()
+        (here / f"{name}.h5.parts").mkdir()
+    os.mkfifo(here / "piped.h5.parts" / "manifest.json")
+    (here / "folded.h5.parts" / "manifest.json").mkdir()
     words = {"title": 1, "scan_hash": "", "toml": 3, "argv": [], "began": ""}
-    durable.write(tmp_path / "typed.h5.parts" / "manifest.json", json.dumps(words).encode())
-    durable.write(tmp_path / "nested.h5.parts" / "manifest.json", b"[" * 100_000)
-    monkeypatch.chdir(tmp_path)
+    durable.write(here / "typed.h5.parts" / "manifest.json", json.dumps(words).encode())
+    durable.write(here / "nested.h5.parts" / "manifest.json", b"[" * 100_000)
     with socket.socket(socket.AF_UNIX) as server:
         server.bind("socket.toml")
-        yield tmp_path
+        yield here
 
 
 @pytest.fixture(autouse=True)

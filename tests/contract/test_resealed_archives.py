@@ -69,11 +69,10 @@ def sound(tmp_path_factory):
 
 
 @pytest.fixture(params=[True, False], ids=["diagram", "map"])
-def path(request, sound, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def path(request, sound, here):
     for name in ("a.h5", "o.h5"):
-        (tmp_path / name).write_bytes(sound[request.param].read_bytes())
-    return tmp_path / "a.h5"
+        (here / name).write_bytes(sound[request.param].read_bytes())
+    return here / "a.h5"
 
 
 def reseal(path, change):

@@ -38,10 +38,9 @@ def whole(tmp_path_factory):
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    (tmp_path / "scan.toml").write_text(nv.load_scan(SCAN).to_toml())
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+def folder(here):
+    (here / "scan.toml").write_text(nv.load_scan(SCAN).to_toml())
+    return here
 
 
 def start(*arguments):
@@ -94,7 +93,7 @@ def begin(path, scan, shard):
         fill(parts, scan, [block for block in cut(scan) if shard.has(block.index)])
 
 
-def test_missing_shards_are_named_and_nothing_is_lost(folder, capsys, monkeypatch):
+def test_missing_shards_are_named_and_nothing_is_lost(folder, answer, refusal, monkeypatch):
     scan, path = make_scan(), Path("a.h5")
     monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
     expected = arrays(write("whole.h5", scan, list(blocks_of(scan))))
@@ -105,30 +104,26 @@ def test_missing_shards_are_named_and_nothing_is_lost(folder, capsys, monkeypatc
             fill(parts, scan, blocks_of(scan, shard))
     with Parts.open(path, scan, shard=Shard(2, 3)):
         pass
-    assert main(["consolidate", "a.h5"]) == 2
-    assert "1 of 3 blocks are missing, of the shards 2/3" in capsys.readouterr().err
+    assert "1 of 3 blocks are missing, of the shards 2/3" in refusal("consolidate", "a.h5")
     with Parts.open(path, scan, shard=Shard(2, 3)) as parts:
         fill(parts, scan, blocks_of(scan, Shard(2, 3)))
-    assert main(["consolidate", "a.h5"]) == 0
+    assert answer("consolidate", "a.h5")
     assert same(arrays("a.h5"), expected)
-    assert main(["consolidate", "a.h5"]) == 2
-    assert "no parts" in capsys.readouterr().err
+    assert "no parts" in refusal("consolidate", "a.h5")
 
 
 @pytest.mark.kernels
-def test_a_shard_without_blocks_says_so(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_shard_without_blocks_says_so(here, capsys, answer):
     scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:3", "--transient", "1"]
     scan += ["--periods", "2", "--record", "section", "-o", "a.h5"]
     assert main([*scan, "--shard", "3/7"]) == 0
     words = "shard 3/7 is empty: 0 of 1 block; shards 1 to 1 have them all"
     assert words in capsys.readouterr().out.splitlines()
-    assert main([*scan, "--shard", "3/7", "--dry-run"]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == words
-    assert main([*scan, "--shard", "1/7", "--dry-run"]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "shard 1/7: 1 of 1 block"
-    assert main([*scan, "--shard", "1/7"]) == 0
-    assert "empty" not in capsys.readouterr().out
+    assert answer(*scan, "--shard", "3/7", "--dry-run").splitlines()[-1] == words
+    assert (
+        answer(*scan, "--shard", "1/7", "--dry-run").splitlines()[-1] == "shard 1/7: 1 of 1 block"
+    )
+    assert "empty" not in answer(*scan, "--shard", "1/7")
 
 
 def test_a_shard_never_shares_its_share_nor_a_folder_held_by_a_run(tmp_path):
@@ -240,10 +235,9 @@ def test_workers_killed_three_times_end_in_the_same_bits(folder, whole):
 
 
 @dask
-def test_a_cluster_that_is_not_there_is_one_line(folder, monkeypatch, capsys):
+def test_a_cluster_that_is_not_there_is_one_line(folder, monkeypatch, refusal):
     monkeypatch.setattr("nlds_vines.bifurcation.cluster.CONNECT_SECONDS", 0.2)
-    assert main(["bifurcation", "scan.toml", "--scheduler", "tcp://127.0.0.1:9"]) == 2
-    err = capsys.readouterr().err
+    err = refusal("bifurcation", "scan.toml", "--scheduler", "tcp://127.0.0.1:9")
     assert err.count("\n") == 1
     assert "--scheduler 'tcp://127.0.0.1:9' cannot be reached" in err
 
@@ -324,12 +318,11 @@ def test_a_worker_of_another_version_is_refused_before_it_computes(folder):
 @pytest.mark.kernels
 @dask
 def test_a_cluster_without_workers_is_waited_for_and_given_up(
-    folder, scheduler, whole, monkeypatch, capsys
+    folder, scheduler, whole, monkeypatch, ask
 ):
     for name, value in {"STALL_SECONDS": 0.3, "MOST_STALLS": 1, "POLL_SECONDS": 0.1}.items():
         monkeypatch.setattr(f"nlds_vines.bifurcation.cluster.{name}", value)
-    assert main(["bifurcation", "scan.toml", "--scheduler", scheduler]) == 2
-    said = capsys.readouterr().err.splitlines()
+    said = ask("bifurcation", "scan.toml", "--scheduler", scheduler, status=2).err.splitlines()
     assert said[0] == "no progress: 0 workers; submitting again"
     assert "--resume goes on" in said[1]
     assert len(said) == 2

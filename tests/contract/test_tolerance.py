@@ -167,12 +167,10 @@ COMMANDS = ("bifurcation", "portrait", "transients", "tuning")
 
 
 @pytest.mark.parametrize("command", ["bifurcation", "portrait", "transients"])
-def test_commands_refuse_it_beside_rk4(command, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main([command, "--method", "rk4", "--tolerance", "fine"]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+def test_commands_refuse_it_beside_rk4(command, here, refusal):
+    (line,) = refusal(command, "--method", "rk4", "--tolerance", "fine").splitlines()
     assert "tolerance is of method 'exact'; 'rk4' has period_steps" in line
-    assert list(tmp_path.iterdir()) == []
+    assert list(here.iterdir()) == []
 
 
 SHORT = ["--transient", "1", "--periods", "1"]
@@ -186,14 +184,12 @@ DRY = {
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("command", COMMANDS)
-def test_commands_take_numbers_and_presets(command, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_commands_take_numbers_and_presets(command, here, capsys, answer):
     for text in ("1e-6", "draft"):
         assert main([command, *DRY[command], "--tolerance", text, "--dry-run"]) == 0
     capsys.readouterr()
-    assert main([command, "--help"]) == 0
     assert "draft (1e-06), standard (1e-09), fine (1e-12)" in " ".join(
-        capsys.readouterr().out.split()
+        answer(command, "--help").split()
     )
 
 
@@ -208,8 +204,7 @@ def test_commands_take_numbers_and_presets(command, tmp_path, monkeypatch, capsy
                                     "a.h5", **given),
     ],
 )  # fmt: skip
-def test_functions_refuse_it_in_one_line(function, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_functions_refuse_it_in_one_line(function, here):
     for value in (-1e-9, "drft", 1.0):
         with pytest.raises(
             RequestError, match=r"tolerance = .*; allowed: 1e-13 to 0\.001, or draft"
@@ -219,7 +214,7 @@ def test_functions_refuse_it_in_one_line(function, tmp_path, monkeypatch):
         function(tolerance=float("nan"))
     with pytest.raises(RequestError, match="tolerance is of method 'exact'"):
         function(tolerance="draft", method="rk4")
-    assert list(tmp_path.iterdir()) == []
+    assert list(here.iterdir()) == []
 
 
 @pytest.mark.kernels
@@ -247,20 +242,20 @@ def without_tolerance(path, changed=None):
 
 
 @pytest.mark.kernels
-def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(here, capsys, answer):
     nv.bifurcation(SMALL, "a.h5", tolerance="draft")
     with nv.read("a.h5") as view:
         assert tomllib.loads(view.text("scan"))["sampling"]["tolerance"] == 1e-6
     assert main(["rerun", "a.h5", "--quiet"]) == 0
-    assert nv.open(tmp_path / "a.h5").request.tolerance == 1e-6
+    assert nv.open(here / "a.h5").request.tolerance == 1e-6
     with pytest.raises(RequestError, match="holds another scan: --resume cannot continue it"):
         nv.bifurcation(SMALL, "a.h5", resume=True)
     nv.bifurcation(SMALL, "a.h5", tolerance=1e-6, resume=True)
     nv.bifurcation(SMALL, "b.h5")
     capsys.readouterr()
-    assert main(["diff", "a.h5", "b.h5"]) == 1
-    assert "parameter: sampling.tolerance: 1e-06 -> 1e-09" in capsys.readouterr().out
+    assert "parameter: sampling.tolerance: 1e-06 -> 1e-09" in answer(
+        "diff", "a.h5", "b.h5", status=1
+    )
 
 
 @pytest.mark.kernels

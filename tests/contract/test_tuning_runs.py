@@ -93,15 +93,14 @@ def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path):
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("batches", [0, 1, 4, 15, 22])
-def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, interrupt, capsys):
+def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, interrupt, ask):
     whole = interrupt(None)
     reference = tune(tmp_path / "a.h5", *TMD)
     assert len(whole) > 22
     total = sum(whole)
     path = tmp_path / "b.h5"
     interrupt(batches)
-    assert main([*TMD, "-o", str(path), "--quiet"]) == 130
-    said = capsys.readouterr().err
+    said = ask("tuning", *TMD, "-o", path, "--quiet", status=130).err
     assert "--resume" in said
     assert said.count("\n") == 1
     assert not path.exists()
@@ -168,7 +167,7 @@ def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monk
 
 
 @pytest.mark.kernels
-def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch, capsys):
+def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch, capsys, answer):
     monkeypatch.setattr("nlds_vines.tuning.evaluations.FLUSH_EVERY", 0.0)
     path = tmp_path / "b.h5"
     interrupt(6)
@@ -181,17 +180,16 @@ def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch,
     part = tmp_path / "b.h5.parts" / "block-000001.part"
     kept = part.read_bytes()
     part.write_bytes(kept[:-1])
-    assert console(["verify", folder]) == 1
-    assert "block-000001.part is damaged" in capsys.readouterr().out
+    assert "block-000001.part is damaged" in answer("verify", folder, status=1)
     part.rename(part.with_name("block-000031.part"))
-    assert console(["verify", folder]) == 1
-    said = capsys.readouterr().out
+    said = answer("verify", folder, status=1)
     assert "block-000001.part is missing" in said
     assert "block-000031.part is out of order" in said
     interrupt(None)
     assert main([*TMD, "-o", str(path), "--quiet", "--resume"]) == 0
-    assert console(["rerun", str(path), "-o", str(tmp_path / "again.h5")]) == 0
-    assert "parameters and results are the same" in capsys.readouterr().out
+    assert "parameters and results are the same" in answer(
+        "rerun", path, "-o", tmp_path / "again.h5"
+    )
     assert console(["diff", str(path), str(path)]) == 0
 
 
@@ -213,11 +211,10 @@ def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, cap
 
 
 @pytest.mark.kernels
-def test_an_existing_archive_is_only_touched_when_told_to(tmp_path, interrupt, capsys):
+def test_an_existing_archive_is_only_touched_when_told_to(tmp_path, interrupt, refusal):
     path = tmp_path / "a.h5"
     first = tune(path, *TMD)
-    assert main([*TMD, "-o", str(path)]) == 2
-    assert "--overwrite replaces it" in capsys.readouterr().err
+    assert "--overwrite replaces it" in refusal("tuning", *TMD, "-o", path)
     calls = interrupt(None)
     assert tune(path, *TMD, "--resume") == first
     assert calls == []
@@ -287,10 +284,11 @@ def test_a_full_disk_leaves_the_journal(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.kernels
-def test_nothing_admissible_is_told(tmp_path, capsys):
+def test_nothing_admissible_is_told(tmp_path, ask):
     stiff = ["--system", "tmd", *SMALL, "--free", "k2=1e13:1e14"]
-    assert main([*stiff, "-o", str(tmp_path / "a.h5"), "--plot", str(tmp_path / "a.png")]) == 1
-    out, err = capsys.readouterr()
+    out, err = ask(
+        "tuning", *stiff, "-o", tmp_path / "a.h5", "--plot", tmp_path / "a.png", status=1
+    )
     assert "designs were inadmissible" in out
     assert "no design was admissible" in err
     assert "optimum_objective" not in bits(tmp_path / "a.h5")
@@ -298,21 +296,19 @@ def test_nothing_admissible_is_told(tmp_path, capsys):
 
 
 @pytest.mark.kernels
-def test_a_parameter_that_does_nothing_is_called_so(tmp_path, capsys):
+def test_a_parameter_that_does_nothing_is_called_so(tmp_path, answer):
     path = str(tmp_path / "a.h5")
-    assert main([*SSUL, "--free", "V", "-o", path]) == 0
-    assert "V does not enter the dynamics" in capsys.readouterr().out
-    assert main(["--free", "V", "--dry-run"]) == 0
-    assert "V from 0 to 0.5 (does not enter the dynamics" in capsys.readouterr().out
+    assert "V does not enter the dynamics" in answer("tuning", *SSUL, "--free", "V", "-o", path)
+    assert "V from 0 to 0.5 (does not enter the dynamics" in answer(
+        "tuning", "--free", "V", "--dry-run"
+    )
 
 
-def test_a_dry_run_writes_nothing(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["--band", "5:8:61", "--dry-run", "--plot", "a.png"]) == 0
-    said = capsys.readouterr().out
+def test_a_dry_run_writes_nothing(here, answer):
+    said = answer("tuning", "--band", "5:8:61", "--dry-run", "--plot", "a.png")
     assert "61 values of omega" in said
     assert "k2 from 10 to 10000, logarithmic" in said
-    assert list(tmp_path.iterdir()) == []
+    assert list(here.iterdir()) == []
 
 
 @pytest.mark.kernels

@@ -22,12 +22,6 @@ def scan(**more):
     )  # fmt: skip
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def test_a_scan_in_memory_leaves_no_file(here):
     found = scan()
     assert os.listdir(here) == []

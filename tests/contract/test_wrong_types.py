@@ -62,13 +62,12 @@ def replaced(request, **parts):
 
 
 @pytest.mark.parametrize("case", CALLS)
-def test_an_argument_of_another_type_is_named_in_one_line(case, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_an_argument_of_another_type_is_named_in_one_line(case, here):
     with pytest.raises(nv.RequestError) as told:
         CALLS[case]()
     assert "\n" not in str(told.value)
     assert case.split()[0] in str(told.value)
-    assert not list(tmp_path.iterdir())
+    assert not list(here.iterdir())
 
 
 def test_a_style_that_is_no_name_is_refused(tmp_path):

@@ -145,18 +145,16 @@ def test_a_large_map_fits_into_a_mail(sides, count):
     assert "holds" in report.left_out
 
 
-def test_the_command_writes_the_page_and_says_its_size(small_map, tmp_path, capsys):
+def test_the_command_writes_the_page_and_says_its_size(small_map, tmp_path, answer):
     output = tmp_path / "page.html"
-    assert main(["report", str(small_map), "-o", str(output)]) == 0
-    assert "MB" in capsys.readouterr().out
+    assert "MB" in answer("report", small_map, "-o", output)
     assert "a small map" in output.read_text(encoding="utf-8")
     assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
 
 
-def test_what_are_no_branches_is_one_line(small_map, tmp_path, capsys):
+def test_what_are_no_branches_is_one_line(small_map, tmp_path, refusal):
     output = tmp_path / "x.html"
-    assert main(["report", str(small_map), "--branches", str(small_map), "-o", str(output)]) == 2
-    found = capsys.readouterr().err
+    found = refusal("report", small_map, "--branches", small_map, "-o", output)
     assert found.count("\n") == 1
     assert "not a continuation" in found
     assert not output.exists()
@@ -173,14 +171,10 @@ def branches(folder):
 @pytest.mark.kernels
 @pytest.mark.parametrize("name", ["diagram", "map"])
 def test_branches_and_special_points_are_on_the_page(
-    name, branches, folder, small_map, small_diagram, capsys
+    name, branches, folder, small_map, small_diagram, ask
 ):
     output = folder / f"{name}-branches.html"
-    assert (
-        main(["report", str(folder / f"{name}.h5"), "--branches", str(branches), "-o", str(output)])
-        == 0
-    )
-    assert capsys.readouterr().err == ""
+    assert ask("report", folder / f"{name}.h5", "--branches", branches, "-o", output).err == ""
     html = output.read_text(encoding="utf-8")
     special = nv.continued(branches).special
     assert len(special)
@@ -191,13 +185,12 @@ def test_branches_and_special_points_are_on_the_page(
 
 
 @pytest.mark.kernels
-def test_branches_of_another_parameter_are_refused(branches, folder, capsys):
+def test_branches_of_another_parameter_are_refused(branches, folder, refusal):
     vary = {
         "P": {"start": 700.0, "stop": 900.0, "num": 3},
         "C": {"start": 0.06, "stop": 0.07, "num": 2},
     }
     path = nv.bifurcation({**MAP, "vary": vary}, folder / "PC.h5")
-    assert (
-        main(["report", str(path), "--branches", str(branches), "-o", str(folder / "x.html")]) == 2
+    assert "continues along omega" in refusal(
+        "report", path, "--branches", branches, "-o", folder / "x.html"
     )
-    assert "continues along omega" in capsys.readouterr().err

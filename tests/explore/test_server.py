@@ -9,7 +9,6 @@ import pytest
 
 import nlds_vines as nv
 from benchmarks.explore import Served
-from nlds_vines.__main__ import main
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
@@ -159,12 +158,10 @@ def test_ctrl_c_does_not_wait_for_pages_that_are_asked_for(small_map):
     assert 1 <= sum("a small map" in text for text in answers) < MOST_PAGES  # others are empty
 
 
-def test_a_map_of_too_many_orbits_is_refused_in_one_line(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_map_of_too_many_orbits_is_refused_in_one_line(here, refusal):
     scan = nv.load_scan("ssul-set6", {"vary": PLANE})
-    (tmp_path / "large.toml").write_text(scan.to_toml())
-    assert main(["explore", "large.toml", "--no-browser", "--port", "0"]) == 2
-    found = capsys.readouterr().err
+    (here / "large.toml").write_text(scan.to_toml())
+    found = refusal("explore", "large.toml", "--no-browser", "--port", "0")
     assert found.count("\n") == 1
     assert "has 100000000 orbits; a page shows up to 4000000" in found
 
@@ -188,14 +185,12 @@ def test_a_signal_ends_it(number, status, small_map):
         assert running.end(number) == (status, "")
 
 
-def test_a_busy_port_is_one_line(server, small_map, capsys):
-    assert main(["explore", str(small_map), "--no-browser", "--port", str(server.port)]) == 2
-    found = capsys.readouterr().err
+def test_a_busy_port_is_one_line(server, small_map, refusal):
+    found = refusal("explore", small_map, "--no-browser", "--port", server.port)
     assert found.count("\n") == 1
     assert f"--port {server.port}" in found
 
 
 @pytest.mark.parametrize("name", ["ssul-set6", "vi-nes", "none", "bouncing-ball", "ssbl"])
-def test_every_system_has_a_diagram_to_explore(name, capsys):
-    assert main(["explore", "--system", name, "--dry-run"]) == 0
-    assert "401 cells" in capsys.readouterr().out
+def test_every_system_has_a_diagram_to_explore(name, answer):
+    assert "401 cells" in answer("explore", "--system", name, "--dry-run")

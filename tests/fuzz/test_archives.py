@@ -58,18 +58,17 @@ def reseal(rng, path):
     return "resealed", name, attribute, value
 
 
-def test_no_archive_breaks_the_rule(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write(tmp_path / "o.h5", make_scan(("section", "energy", "regime"), vary=MAP))
+def test_no_archive_breaks_the_rule(here):
+    write(here / "o.h5", make_scan(("section", "energy", "regime"), vary=MAP))
     rng, wrong = random.Random(3), []
     for number in range(CASES):
-        path = tmp_path / "a.h5"
+        path = here / "a.h5"
         shutil.copy("o.h5", path)
         done = (spoil if rng.random() < 0.5 else reseal)(rng, path)
         name, *rest = rng.choice(ASKED)
-        if found := broken_by(command([name, "a.h5", *rest]), tmp_path):
+        if found := broken_by(command([name, "a.h5", *rest]), here):
             wrong.append(f"case {number}: {name} after {short(done)}: {found}")
-        for each in tmp_path.iterdir():
+        for each in here.iterdir():
             if each.name not in ("o.h5", "a.h5"):
                 each.unlink()
     assert not wrong, "\n".join(wrong)

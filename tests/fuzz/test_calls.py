@@ -36,9 +36,8 @@ SOUND = {
 """What must be given."""
 
 
-def test_no_call_breaks_the_rule(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write(tmp_path / "m.h5", make_scan(("energy", "regime"), vary=MAP))
+def test_no_call_breaks_the_rule(here):
+    write(here / "m.h5", make_scan(("energy", "regime"), vary=MAP))
     rng, wrong = random.Random(4), []
     for number in range(CASES):
         name = rng.choice(sorted(CALLS))
@@ -46,7 +45,7 @@ def test_no_call_breaks_the_rule(tmp_path, monkeypatch):
         keywords = dict(SOUND.get(name, {}))
         keywords |= {other: rng.choice(ODD) for other in others if rng.random() < 0.4}
         given = rng.choice(ODD)
-        if found := broken_by(call(getattr(nv, name), given, **keywords), tmp_path):
+        if found := broken_by(call(getattr(nv, name), given, **keywords), here):
             wrong.append(
                 f"case {number}: {name}({first}={short(given)}, {short(keywords)}): {found}"
             )

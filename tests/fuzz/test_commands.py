@@ -33,9 +33,8 @@ def options_of(name):
     return [action for action in parser._actions if "--help" not in action.option_strings]
 
 
-def test_no_command_line_breaks_the_rule(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write(tmp_path / "a.h5", make_scan(("energy", "regime"), vary=MAP))
+def test_no_command_line_breaks_the_rule(here):
+    write(here / "a.h5", make_scan(("energy", "regime"), vary=MAP))
     rng, wrong = random.Random(1), []
     names = sorted(set(COMMANDS) - LEFT_OUT)
     for number in range(CASES):
@@ -51,9 +50,9 @@ def test_no_command_line_breaks_the_rule(tmp_path, monkeypatch):
                 option = action.option_strings[-1]
                 words += rng.choice([[option, value], [f"{option}={value}"]])
         lines = len(words) if name == "verify" else 1
-        if found := broken_by(command([name, *words]), tmp_path, lines):
+        if found := broken_by(command([name, *words]), here, lines):
             wrong.append(f"case {number}: {name} {short(words)}: {found}")
-        for path in tmp_path.iterdir():
+        for path in here.iterdir():
             if path.name != "a.h5":
                 path.unlink()
     assert not wrong, "\n".join(wrong)

@@ -1,7 +1,5 @@
 """Requests in layers: which layer counts, and the place that every message names."""
 
-import re
-
 import pytest
 
 from nlds_vines.errors import RequestError, whole
@@ -27,28 +25,6 @@ def test_the_upper_layer_overrides_entry_by_entry():
     assert both.table("set") == {}
     assert both.holder("sampling") is both.above
     assert both.holder("set") is both.below  # none has it
-
-
-@pytest.mark.parametrize(
-    ("document", "said"),
-    [
-        ({"tilte": ""}, "test: unknown key 'tilte'; did you mean 'title'?"),
-        ({"sampling": {"period": 1}}, "test: [sampling]: unknown key 'period'"),
-        ({"sampling": 3}, "test: [sampling]: sampling = 3 must be a table"),
-    ],
-)
-def test_keys_are_checked_when_a_layer_is_made(document, said):
-    with pytest.raises(RequestError, match=f"^{re.escape(said)}"):
-        FORM.open(document)
-
-
-@pytest.mark.parametrize("which", ["below", "above"])
-def test_a_value_is_refused_where_it_stands(which):
-    wrong = {"sampling": {"periods": 0}}
-    both = layers(*((wrong, {}) if which == "below" else ({}, wrong)))
-    place = "test" if which == "below" else "command line"
-    with pytest.raises(RequestError, match=rf"^{place}: \[sampling\]: periods = 0"):
-        both.values("sampling")
 
 
 def test_a_path_a_system_and_a_name_are_sources(tmp_path):

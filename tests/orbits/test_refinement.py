@@ -192,18 +192,20 @@ def test_where_every_orbit_failed_there_is_nothing_to_tell(tmp_path):
 
 
 @pytest.mark.kernels
-def test_the_command_ends_with_the_summary(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_command_ends_with_the_summary(here, answer):
     options = ["--system", "tmd", "--vary", "omega=6:7:3", "--transient", "3", "--periods", "5"]
     options += ["--method", "rk4", "-o", "a.h5"]
-    assert main([*options, "--record", "energy,error"]) == 0
-    assert "\nrefined: largest error over a period " in capsys.readouterr().out
-    assert main([*options, "--record", "energy,error", "--resume"]) == 0
-    assert "\nrefined: largest error over a period " in capsys.readouterr().out
+    assert "\nrefined: largest error over a period " in answer(
+        "bifurcation", *options, "--record", "energy,error"
+    )
+    assert "\nrefined: largest error over a period " in answer(
+        "bifurcation", *options, "--record", "energy,error", "--resume"
+    )
     assert main([*options, "--record", "energy,error", "--overwrite", "--quiet"]) == 0
     assert main([*options, "--record", "energy", "--overwrite"]) == 0
-    assert main([*options, "--record", "energy,error", "-o", "b.h5", "--shard", "1/1"]) == 0
-    assert "refined" not in capsys.readouterr().out
+    assert "refined" not in answer(
+        "bifurcation", *options, "--record", "energy,error", "-o", "b.h5", "--shard", "1/1"
+    )
 
 
 # ---- what cannot be had --------------------------------------------------------------------------

@@ -27,11 +27,10 @@ def test_the_page_has_the_diagram_and_every_claim(tmp_path, monkeypatch):
     assert "not computed" in table
 
 
-def test_a_page_without_its_figure_is_refused(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_page_without_its_figure_is_refused(here, capsys):
     assert main(["--only", "3", "--page", "page.html"]) == 2
     assert "--page shows figure 8" in capsys.readouterr().err
-    (tmp_path / "page.html").write_text("mine")
+    (here / "page.html").write_text("mine")
     assert main(["--page", "page.html"]) == 2
     assert "page.html" in capsys.readouterr().err
-    assert (tmp_path / "page.html").read_text() == "mine"
+    assert (here / "page.html").read_text() == "mine"

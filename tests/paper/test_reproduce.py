@@ -45,11 +45,10 @@ base = true
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def here(here):
     """Work in an empty folder that holds a small request."""
-    (tmp_path / "page.toml").write_text(PAGE)
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+    (here / "page.toml").write_text(PAGE)
+    return here
 
 
 @pytest.fixture

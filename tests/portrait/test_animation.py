@@ -11,7 +11,6 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.impact_rows import IMPACT
 from nlds_vines.orbits.spectrum import spectrum_of
 from nlds_vines.portrait import animation
-from nlds_vines.portrait.command import main
 from nlds_vines.portrait.picture import OBSTACLE
 from nlds_vines.portrait.request import Column, Window
 from nlds_vines.portrait.request_file import load_portrait
@@ -88,7 +87,7 @@ def test_a_film_has_a_second_for_each_period_and_is_whole(tmp_path):
 
 
 def test_films_that_cannot_be_made_are_one_line_and_nothing_is_written(
-    tmp_path, monkeypatch, capsys
+    tmp_path, monkeypatch, refusal
 ):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(animation.films.writers, "is_available", lambda name: name == "pillow")
@@ -97,13 +96,11 @@ def test_films_that_cannot_be_made_are_one_line_and_nothing_is_written(
         ("a.mp4", "needs the program ffmpeg, which is not here; take a .gif"),
         ("no/a.gif", "there is no folder"),
     ):
-        assert main(["--animate", name]) == 2
-        error = capsys.readouterr().err
+        error = refusal("portrait", "--animate", name)
         assert words in error
         assert error.count("\n") == 1
     (tmp_path / "mine.gif").write_text("notes")
-    assert main(["--animate", "mine.gif"]) == 2
-    assert "mine.gif" in capsys.readouterr().err
+    assert "mine.gif" in refusal("portrait", "--animate", "mine.gif")
     assert [item.name for item in tmp_path.iterdir()] == ["mine.gif"]
     with pytest.raises(RequestError, match="a film is one of"):
         animation.check_film(tmp_path / "a.png")

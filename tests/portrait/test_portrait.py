@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main as console
 from nlds_vines.errors import RequestError
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
@@ -437,24 +436,21 @@ def test_a_request_in_python_is_checked_too():
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    (tmp_path / "good.toml").write_text('system = "tmd"\n[sampling]\nperiods = 4\ntransient = 0\n')
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+def folder(here):
+    (here / "good.toml").write_text('system = "tmd"\n[sampling]\nperiods = 4\ntransient = 0\n')
+    return here
 
 
-def test_a_dry_run_says_what_would_be_done_and_does_nothing(folder, capsys):
-    assert console(["portrait", "good.toml", "--dry-run", "--start", "rest"]) == 0
-    out = capsys.readouterr().out
+def test_a_dry_run_says_what_would_be_done_and_does_nothing(folder, answer):
+    out = answer("portrait", "good.toml", "--dry-run", "--start", "rest")
     assert "4 periods from rest; 4096 states" in out
     assert "picture: good.png" in out
     assert not (folder / "good.png").exists()
 
 
 @pytest.mark.kernels
-def test_a_run_draws_and_says_what_was_seen(folder, capsys):
-    assert main(["good.toml", "--start", "0,0,0.1,0"]) == 0
-    out = capsys.readouterr().out
+def test_a_run_draws_and_says_what_was_seen(folder, answer, refusal):
+    out = answer("portrait", "good.toml", "--start", "0,0,0.1,0")
     assert "periods 0 to 4" in out
     assert "largest E2" in out
     with Image.open(folder / "good.png") as image:
@@ -465,12 +461,10 @@ def test_a_run_draws_and_says_what_was_seen(folder, capsys):
             == load_portrait("good.toml", {"start": {"state": [0, 0, 0.1, 0]}}).hash
         )
     drawn = (folder / "good.png").read_bytes()
-    assert main(["good.toml", "--quiet"]) == 2  # another request: its picture is not replaced
-    assert "exists: --overwrite replaces it" in capsys.readouterr().err
+    assert "exists: --overwrite replaces it" in refusal("portrait", "good.toml", "--quiet")
     assert (folder / "good.png").read_bytes() == drawn
     assert main(["good.toml", "--start", "0,0,0.1,0", "--quiet"]) == 0  # the same one
-    assert main(["good.toml", "--quiet", "--overwrite"]) == 0
-    assert capsys.readouterr().out == ""
+    assert answer("portrait", "good.toml", "--quiet", "--overwrite") == ""
 
 
 @pytest.mark.kernels
@@ -489,9 +483,10 @@ def test_vectors_stay_small_and_repeat_to_the_byte(suffix, folder):
 
 
 @pytest.mark.kernels
-def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, capsys):
-    assert main(["good.toml", "--method", "rk4", "--set", "k2=1e9", "--quiet"]) == 1
-    out, err = capsys.readouterr()
+def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, ask):
+    out, err = ask(
+        "portrait", "good.toml", "--method", "rk4", "--set", "k2=1e9", "--quiet", status=1
+    )
     assert out == ""
     assert err.count("\n") == 1
     assert "too_stiff" in err

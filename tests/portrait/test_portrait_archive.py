@@ -96,8 +96,7 @@ def test_parseval_holds_in_the_archive(archive):
 
 
 @pytest.mark.slow("two pages are drawn")
-def test_the_picture_is_that_of_the_orbit_itself(archive, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_picture_is_that_of_the_orbit_itself(archive, here):
     nv.portray(DOCUMENT, to="direct.png", quiet=True)
     figure = nv.portray(DOCUMENT, to="orbit.h5", quiet=True)
     figure.savefig("archived.png")
@@ -136,7 +135,7 @@ def test_in_one_column_all_stands_below_one_another(archive):
     assert first.get_ylim() == second.get_ylim()  # windows can be compared
 
 
-def test_histories_as_rows(archive, tmp_path, capsys):
+def test_histories_as_rows(archive, tmp_path, refusal):
     frame = nv.open(archive).to_dataframe()
     assert {"time", "x1", "v1", "x2", "v2", "E1", "E2", "force"} <= {*frame.columns}
     assert len(frame) == (6 + 12) * 32
@@ -150,12 +149,10 @@ def test_histories_as_rows(archive, tmp_path, capsys):
     assert [*rows[0]][:6] == ["state", "time", "x1", "v1", "x2", "v2"]
     assert [float(row["x2"]) for row in rows] == frame["x2"].tolist()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["two.csv", "two.png", "two.toml"]
-    assert main([*told, "--quiet"]) == 2
-    assert "--overwrite replaces it" in capsys.readouterr().err
+    assert "--overwrite replaces it" in refusal(*told, "--quiet")
 
 
-def test_a_second_run_resumes_and_repeats(archive, tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_second_run_resumes_and_repeats(archive, here, answer, refusal):
     shutil.copy(archive, "orbit.h5")
     before = Path("orbit.h5").read_bytes()
     Path("two.toml").write_text(load_portrait(DOCUMENT).to_toml())
@@ -163,11 +160,9 @@ def test_a_second_run_resumes_and_repeats(archive, tmp_path, capsys, monkeypatch
     assert main([*told, "--dry-run"]) == 2
     assert main([*told, "--resume"]) == 0
     assert Path("orbit.h5").read_bytes() == before
-    assert main(["rerun", "orbit.h5"]) == 0
-    assert "results are the same" in capsys.readouterr().out
+    assert "results are the same" in answer("rerun", "orbit.h5")
     more = ["--samples", "64", "--plot", "more.png", "--resume"]
-    assert main(["portrait", "two.toml", "-o", "orbit.h5", *more]) == 2
-    assert "holds another portrait" in capsys.readouterr().err
+    assert "holds another portrait" in refusal("portrait", "two.toml", "-o", "orbit.h5", *more)
 
 
 @pytest.mark.parametrize(
@@ -180,16 +175,13 @@ def test_a_second_run_resumes_and_repeats(archive, tmp_path, capsys, monkeypatch
         (["-o", "a.h5", "--resume", "--overwrite"], "not allowed with"),
     ],
 )
-def test_what_is_refused_leaves_nothing(told, reason, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["portrait", *told]) == 2
-    assert reason in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
+def test_what_is_refused_leaves_nothing(told, reason, here, refusal):
+    assert reason in refusal("portrait", *told)
+    assert list(here.iterdir()) == []
 
 
 @pytest.mark.kernels
-def test_the_orbit_of_a_cell_names_its_scan(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_orbit_of_a_cell_names_its_scan(here, capsys, refusal):
     scan = ["--vary", "omega=7:7.4:3", "--transient", "30", "--periods", "8", "--quiet"]
     assert main(["bifurcation", *scan, "-o", "scan.h5"]) == 0
     told = ["portrait", "scan.h5", "--at", "omega=7.2", "--samples", "16", "-o", "cell.h5"]
@@ -199,6 +191,5 @@ def test_the_orbit_of_a_cell_names_its_scan(tmp_path, monkeypatch, capsys):
         assert np.array_equal(found.views[0].section, view["section"][1, 0])
     assert nv.verify("cell.h5") == []
     capsys.readouterr()
-    assert main(["rerun", "cell.h5"]) == 2
-    assert "portrait SCAN.h5 --at omega=7.2 --start rest" in capsys.readouterr().err
+    assert "portrait SCAN.h5 --at omega=7.2 --start rest" in refusal("rerun", "cell.h5")
     assert main(["plot", "cell.h5"]) == 0

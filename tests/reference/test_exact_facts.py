@@ -1,7 +1,5 @@
 """What is known without a simulation: steady states, energies, symmetries, admissibility."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -20,7 +18,6 @@ from support import (
     steady_state,
     system_of,
 )
-from twin import follow, model_of
 
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.simulation import simulate
@@ -192,40 +189,6 @@ def test_energy_is_constant_without_damping_and_forcing(K):
     assert len(orbit.impacts) > 5000
     drift = mechanical_energy(p, orbit.section) / mechanical_energy(p, start) - 1
     assert np.abs(drift).max() <= 1e-9
-
-
-INSIDE = {"K": 1e3, "C": 0.02}  # long soft contacts: both energies are largest inside one
-
-
-@cache
-def seen_by_twin(**changes):
-    """Return the twin's course from rest."""
-    p = {**SET6, **changes}
-    return follow(model_of(p), (0.0, 0.0, p["V"] + p["C"], 0.0), 12)
-
-
-@pytest.mark.kernels
-@pytest.mark.parametrize(
-    "changes",
-    [{}, {"omega": 5.7}, {"omega": 7.45}, {"K": 1e4, "omega": 4.0}, {"K": STEEL}, INSIDE],
-)
-@pytest.mark.parametrize("method", ["exact", "rk4"])
-def test_largest_energies_against_the_twin(changes, method):
-    p = {**SET6, **changes}
-    options = {"period_steps": 2048.0} if method == "rk4" else {}
-    orbit = simulate(system_of("ssul", p), 12, record=FULL, method=method, **options)
-    course, bound = seen_by_twin(**changes), 1e-6 if method == "rk4" else 1e-8
-    assert orbit.E1max == pytest.approx(course.E1max, rel=bound)
-    assert orbit.E2max == pytest.approx(course.E2max, rel=bound)
-    closest = -course.misses[:, 2].max(initial=-np.inf)
-    assert orbit.clearance == pytest.approx(closest, abs=0.1 * bound)
-
-
-def test_energies_are_largest_inside_a_contact():
-    """So that the comparison above has such a case."""
-    course = seen_by_twin(**INSIDE)
-    assert course.E1max_inside == course.E1max
-    assert course.E2max_inside == course.E2max
 
 
 @pytest.mark.kernels

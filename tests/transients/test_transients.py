@@ -12,7 +12,6 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.status_words import DIVERGED
 from nlds_vines.runs.interrupts import Interrupted
-from nlds_vines.transients.command import main
 from nlds_vines.transients.ensemble import Ensemble, ensemble_of
 from nlds_vines.transients.picture import draw_ensemble
 
@@ -28,12 +27,6 @@ OPTIONS += ["--periods", "40", "--effort", "quick"]
 
 def ensemble(delay=50.0):
     return Ensemble(LABELS, SETTLING, WATCHED, delay)
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def test_what_has_a_lifetime_counts_and_what_was_watched_is_censored():
@@ -108,9 +101,8 @@ def test_without_lifetimes_only_the_shares_are_drawn():
 
 
 @pytest.mark.kernels
-def test_the_command_stores_tells_and_draws(here, capsys):
-    assert main([*OPTIONS, "-o", "a.h5"]) == 0
-    told = capsys.readouterr().out
+def test_the_command_stores_tells_and_draws(here, answer):
+    told = answer("transients", *OPTIONS, "-o", "a.h5")
     assert "K = 2.5e+07 N/m^1.5: 40 starts" in told
     assert told.endswith("a.h5\na.png\n")
     with nv.read("a.h5") as archive:
@@ -160,20 +152,19 @@ def test_an_archive_without_verdicts_is_refused(here):
         ensemble_of(archive)
 
 
-def test_an_interrupted_ensemble_says_how_to_go_on(here, capsys, monkeypatch):
+def test_an_interrupted_ensemble_says_how_to_go_on(here, ask, monkeypatch):
     def stop(*_, **__):
         raise Interrupted("interrupted: --resume goes on from there")
 
     monkeypatch.setattr(scan_run, "run", stop)
-    assert main([*OPTIONS, "--quiet"]) == 130
-    out, err = capsys.readouterr()
+    out, err = ask("transients", *OPTIONS, "--quiet", status=130)
     assert (out, err.count("\n")) == ("", 1)
     assert "--resume" in err
     assert list(here.iterdir()) == []
 
 
 @pytest.mark.kernels
-def test_failed_orbits_are_told_by_the_status(here, capsys, monkeypatch):
+def test_failed_orbits_are_told_by_the_status(here, ask, monkeypatch):
     block = Computer.block
 
     def two_failed(*arguments):
@@ -183,5 +174,7 @@ def test_failed_orbits_are_told_by_the_status(here, capsys, monkeypatch):
         return arrays
 
     monkeypatch.setattr(Computer, "block", two_failed)
-    assert main([*OPTIONS, "--quiet"]) == 1
-    assert "2 of 40 orbits failed: 2 diverged (Check masses" in capsys.readouterr().err
+    assert (
+        "2 of 40 orbits failed: 2 diverged (Check masses"
+        in ask("transients", *OPTIONS, "--quiet", status=1).err
+    )

@@ -62,14 +62,12 @@ def test_the_options_with_words_are_options():
     assert set(VALUES) <= known
 
 
-def test_the_command_prints_it(capsys):
-    assert main(["completion"]) == 0
-    assert capsys.readouterr().out == script() + "\n"
+def test_the_command_prints_it(answer):
+    assert answer("completion") == script() + "\n"
 
 
 @pytest.mark.kernels
-def test_an_archive_is_exported(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_an_archive_is_exported(here, answer, refusal):
     scan = {
         "system": "none",
         "vary": {"omega": {"values": [6.0, 6.5]}},
@@ -77,18 +75,15 @@ def test_an_archive_is_exported(tmp_path, monkeypatch, capsys):
         "record": {"want": ["section", "energy"]},
     }
     nv.bifurcation(scan, "a.h5", quiet=True)
-    assert main(["export", "a.h5"]) == 0
-    assert capsys.readouterr().out == "a.csv\n"
-    (first, _) = csv.DictReader(io.StringIO((tmp_path / "a.csv").read_text()))
+    assert answer("export", "a.h5") == "a.csv\n"
+    (first, _) = csv.DictReader(io.StringIO((here / "a.csv").read_text()))
     assert float(first["E1max"]) == nv.read("a.h5")["E1max"][0, 0]
-    assert main(["export", "a.h5"]) == 2
-    assert "'a.csv' exists: --overwrite" in capsys.readouterr().err
+    assert "'a.csv' exists: --overwrite" in refusal("export", "a.h5")
     assert main(["export", "a.h5", "section", "-o", "b.csv", "--quiet"]) == 0
-    assert (tmp_path / "b.csv").read_text().splitlines()[0] == "omega,start,cycle,x1,v1"
+    assert (here / "b.csv").read_text().splitlines()[0] == "omega,start,cycle,x1,v1"
     for wrong, words in (
         (["nothing"], "unknown dataset"),
         (["-o", "b.h5"], "must end in .csv"),
         (["-o", "no/b.csv"], "there is no folder"),
     ):
-        assert main(["export", "a.h5", *wrong, "--overwrite"]) == 2
-        assert words in capsys.readouterr().err
+        assert words in refusal("export", "a.h5", *wrong, "--overwrite")

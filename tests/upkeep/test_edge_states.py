@@ -45,10 +45,9 @@ def test_the_edge_state_divides_the_basins(folder):
     assert len(orbit.impacts) == 1
 
 
-def test_report_and_picture_show_it(folder, capsys):
+def test_report_and_picture_show_it(folder, answer):
     plane, branches = str(folder / "plane.h5"), str(folder / "branches.h5")
-    assert main(["basins", plane, "--edges", branches]) == 0
-    assert "edge state T,1 of branch" in capsys.readouterr().out
+    assert "edge state T,1 of branch" in answer("basins", plane, "--edges", branches)
     figure = nv.plot(plane, marks=branches)
     texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert texts[-1] == "points of edge states"

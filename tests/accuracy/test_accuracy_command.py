@@ -18,6 +18,8 @@ from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.solver_settings import Settings
 
+pytestmark = pytest.mark.kernels
+
 VARY = {"omega": {"values": [6.28]}}
 SHORT = ["--no-peers", "--periods", "3", "--quiet"]
 
@@ -36,7 +38,6 @@ def measured(folder, answer):
     return answer("accuracy", *SHORT, "--want", "1e-6")
 
 
-@pytest.mark.kernels
 def test_one_command_leaves_archive_picture_and_table(measured):
     with read(Path("accuracy.h5")) as view:
         methods, errors = view["method"][...], view["error"][...]
@@ -50,7 +51,6 @@ def test_one_command_leaves_archive_picture_and_table(measured):
     assert measured.count("\n| exact |") == measured.count("\n| rk4 |") == 3
 
 
-@pytest.mark.kernels
 def test_the_advice_is_a_setting_that_was_measured_good_enough(measured):
     (line,) = re.findall(
         r"^The cheapest setting with an error of at most 1e-06: .*$", measured, re.M
@@ -60,7 +60,6 @@ def test_the_advice_is_a_setting_that_was_measured_good_enough(measured):
     assert 'method = "exact"' in line
 
 
-@pytest.mark.kernels
 def test_what_is_advised_is_what_a_scan_and_python_take(measured):
     """Notices: advice in words of which a scan knows nothing."""
     advised = re.findall(r"`(method = .*?)`", measured)
@@ -72,7 +71,6 @@ def test_what_is_advised_is_what_a_scan_and_python_take(measured):
         assert simulate(load_system("ssul-set6"), 1, **settings).section.shape == (1, 4)
 
 
-@pytest.mark.kernels
 def test_an_archive_of_measurements_is_one_like_others(measured, capsys, refusal):
     assert console(["verify", "accuracy.h5"]) == 0
     before = Path("accuracy.h5").read_bytes()
@@ -84,21 +82,12 @@ def test_an_archive_of_measurements_is_one_like_others(measured, capsys, refusal
     assert Path("accuracy.h5").read_bytes() == before
 
 
-@pytest.mark.kernels
 def test_a_changed_number_is_found(measured):
     with h5py.File("accuracy.h5", "r+") as file:
         file["error"][0] *= 1.0 + 1e-15
     assert console(["verify", "accuracy.h5"]) == 1
 
 
-def test_a_dry_run_says_what_would_be_measured(folder, capsys):
-    assert main(["--dry-run"]) == 0
-    methods = ("exact", "rk4", "SciPy DOP853")
-    assert capsys.readouterr().out.splitlines() == [f"ssul-set6: {name}" for name in methods]
-    assert list(folder.iterdir()) == []
-
-
-@pytest.mark.kernels
 def test_of_a_scan_the_middle_is_taken(folder, answer):
     Path("own.toml").write_text(
         'title = "own"\nsystem = "tmd"\n[vary]\nomega = { start = 5.0, stop = 7.0, num = 3 }\n'
@@ -107,6 +96,5 @@ def test_of_a_scan_the_middle_is_taken(folder, answer):
     assert "6 rad/s" in answer("accuracy", "own.toml", *SHORT, "-o", "own.h5")
 
 
-@pytest.mark.kernels
 def test_a_structure_alone_is_measured_too(folder, answer):
     assert "rk4" in answer("accuracy", "--system", "none", *SHORT)

@@ -130,11 +130,3 @@ def test_the_command_draws_a_cell(archive, here, answer, refusal):
     ):
         assert words in refusal("portrait", file, *at, *more)
     assert "give the archive" in refusal("portrait", "--at", "omega=7")
-
-
-def test_a_state_may_begin_with_a_minus(answer, refusal):
-    assert "from (-0.03, 0.1, 0.2, 0.0)" in answer(
-        "portrait", "--start", "-0.03,0.1,.2,0", "--dry-run"
-    )
-    assert answer("portrait", "--start", "-.03,0.1,0,0", "--dry-run")
-    assert "'--start'" in refusal("portrait", "--strat", "-0.03")

@@ -37,6 +37,8 @@ def test_options_arrive_and_the_status_is_returned():
     [
         (RequestError("wrong"), 2, "error: wrong"),
         (OSError(28, "No space left on device", "a.h5"), 2, "error: a.h5: No space left on device"),
+        (OSError("over\nmany\nlines"), 2, "error: over many lines"),
+        (PermissionError(), 2, "error: PermissionError"),
         (Interrupted("goes on with --resume", 143), 143, "goes on with --resume"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],

@@ -27,6 +27,8 @@ from nlds_vines.continuation.whole_branch import packed, unpacked
 from nlds_vines.model.linear_response import response
 from nlds_vines.runs.interrupts import Interrupted, Stopped
 
+pytestmark = pytest.mark.kernels
+
 QUICK = ["--along", "omega=7.3:7.8", "--doublings", "1", "--unstable", "30", "--quiet"]
 
 
@@ -52,7 +54,6 @@ def scan(folder):
     return path
 
 
-@pytest.mark.kernels
 def test_an_archive_is_sound_and_opens_elsewhere(archive):
     assert verify(archive) == []
     with xarray.open_dataset(archive, engine="h5netcdf") as data:
@@ -62,7 +63,6 @@ def test_an_archive_is_sound_and_opens_elsewhere(archive):
         assert data["multipliers"].attrs["units"] == "1"
 
 
-@pytest.mark.kernels
 def test_an_archive_holds_what_python_returns(archive):
     found = continued(archive)
     request = load_continuation(found.request.document())
@@ -72,7 +72,6 @@ def test_an_archive_holds_what_python_returns(archive):
         assert np.array_equal(values, again[name], equal_nan=values.dtype.kind == "f"), name
 
 
-@pytest.mark.kernels
 def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
     figure = branch_diagram(continued(archive))
     figure.draw_without_rendering()
@@ -83,7 +82,6 @@ def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
     assert max(box.y1 for box in words) < title.get_window_extent().y0
 
 
-@pytest.mark.kernels
 def test_tracks_are_the_same_from_their_arrays():
     request = load_continuation("ssul-set6", {"along": {"omega": {"start": 7.3, "stop": 7.5}}})
     kept = []
@@ -95,7 +93,6 @@ def test_tracks_are_the_same_from_their_arrays():
             assert np.array_equal(values, again[name]), name
 
 
-@pytest.mark.kernels
 def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
     """Stopped after each branch in turn, and resumed, it ends with the same results."""
     path, count = tmp_path / "branches.h5", 0
@@ -122,7 +119,6 @@ def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
         assert np.array_equal(values, pieces[name], equal_nan=values.dtype.kind == "f"), name
 
 
-@pytest.mark.kernels
 def test_a_signal_stops_it_and_resume_finishes(tmp_path):
     path = tmp_path / "branches.h5"
     command = [sys.executable, "-m", "nlds_vines.continuation", "--doublings", "4", "-o", str(path)]
@@ -143,14 +139,12 @@ def verify_parts(folder):
     return main(["verify", str(folder)])
 
 
-@pytest.mark.kernels
 def test_an_archive_repeats_itself(archive, tmp_path, answer):
     again = tmp_path / "again.h5"
     assert "parameters and results are the same" in answer("rerun", archive, "-o", again)
     assert main(["rerun", str(archive), "-o", str(again), "--shard", "1/2"]) == 2
 
 
-@pytest.mark.kernels
 def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, answer):
     path, plot = folder / "over.h5", folder / "over.png"
     arguments = ["--from", str(scan), "--along", "omega=7.3:7.8", "--unstable", "40"]
@@ -168,7 +162,6 @@ def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, answer)
     assert first.events[0][1] == pytest.approx(7.362158433, abs=1e-8)
 
 
-@pytest.mark.kernels
 def test_curves_in_a_plane(folder, scan):
     """The curve of grazing is that of the linear response; PD and LP meet it nowhere else."""
     path, plot = folder / "plane.h5", folder / "plane.svg"
@@ -195,7 +188,6 @@ def test_curves_in_a_plane(folder, scan):
         save(path, over, scan)
 
 
-@pytest.mark.kernels
 def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():
     """V shifts x2 alone: along a curve in (omega, V), each state is an orbit of its own system."""
     path = continue_orbit("ssul-set6", "omega", (7.2, 7.6), plane=("V", 0.05, 0.2))
@@ -206,9 +198,3 @@ def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():
         there = load_system("ssul-set6", omega=omega, V=V)
         end = simulate(there, 1, start=curve.states[i], tolerance="fine").state
         assert np.allclose(end, curve.states[i], rtol=0, atol=1e-9)
-
-
-def test_it_says_what_it_would_do(answer, tmp_path):
-    text = answer("continuation", "--dry-run", "--all", "-o", tmp_path / "b.h5")
-    assert "100 random starts" in text
-    assert list(tmp_path.iterdir()) == []

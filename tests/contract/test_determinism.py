@@ -213,20 +213,6 @@ def test_asking_for_the_error_changes_nothing_else(want, start, tmp_path):
     assert (found < 1e-8).all()
 
 
-def test_an_interrupted_command_says_how_to_go_on(here, monkeypatch, cut, ask):
-    scan = nv.load_scan(document())
-    (here / "scan.toml").write_text(scan.to_toml())
-    cut(2)
-    go_on = stop_after(monkeypatch, 4)
-    out, err = ask("bifurcation", "scan.toml", "--quiet", status=130)
-    assert (out, err.count("\n")) == ("", 1)
-    assert "--resume" in err
-    assert main(["scan.toml", "--quiet"]) == 2  # what is kept is not lost unasked
-    go_on()
-    assert main(["scan.toml", "--quiet", "--resume"]) == 0
-    assert bits("scan.h5") == compute("whole.h5", scan)
-
-
 def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, monkeypatch, cut):
     scan = nv.load_scan(document({"omega": {"values": [1e-6, 6.0, 6.28, 6.5]}}))
     path = tmp_path / "a.h5"

@@ -10,7 +10,6 @@ import nlds_vines.bifurcation as module
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.command import bifurcation, main
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.shard import Shard
 
 USUAL = {
@@ -118,36 +117,10 @@ def test_failed_orbits_give_status_1_even_when_quiet(calls, ask):
     assert calls.plots  # what succeeded is drawn
 
 
-@pytest.mark.parametrize(
-    ("error", "status"),
-    [(Interrupted("resume with --resume", 143), 143), (KeyboardInterrupt(), 130)],
-)
-def test_an_interrupt_gives_the_status_of_its_signal(calls, ask, error, status):
-    calls.error = error
-    assert str(error) in ask("bifurcation", status=status).err
-    assert calls.plots == []
-
-
 def test_a_shard_names_what_joins_it_and_draws_nothing(calls, capsys):
     assert main(["--shard", "2/7"]) == 0
     assert calls.runs[0][2] == {**USUAL, "shard": Shard(2, 7), "quiet": False}
     assert "nlds-vines consolidate figure8.h5" in capsys.readouterr().out
-    assert calls.plots == []
-
-
-@pytest.mark.parametrize(
-    ("error", "said"),
-    [
-        (FileNotFoundError(2, "No such file or directory", "deep/a.h5"), "deep/a.h5: No such file"),
-        (OSError(28, "No space left on device"), "No space left on device"),
-        (OSError("over\nmany\nlines"), "over many lines"),
-        (PermissionError(), "PermissionError"),
-    ],
-)
-def test_what_the_operating_system_refuses_is_one_line(calls, refusal, error, said):
-    calls.error = error
-    err = refusal("bifurcation")
-    assert said in err
     assert calls.plots == []
 
 

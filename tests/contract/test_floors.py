@@ -96,31 +96,28 @@ FOR_TYPES = (
 )
 
 
-@pytest.mark.parametrize("hidden", [IN_A_FUNCTION, FOR_TYPES])
-def test_a_hidden_circle_of_files_is_caught(copy, hidden):
-    with (copy / "runs" / "partfile.py").open("a") as file:
-        file.write(hidden.format("runs", "folder"))  # folder imports partfile
-    status, report = linted(copy.parent)
-    assert status == 1
-    assert "No cycles are allowed in nlds_vines.runs" in report
+BROKEN = {  # where an import is hidden -> what it imports, and what is said
+    "runs/partfile.py": (("runs", "folder"), "No cycles are allowed in nlds_vines.runs"),
+    "cli/paths.py": (
+        ("plotting.save", "FORMATS"),
+        "nlds_vines.cli is not allowed to import nlds_vines.plotting",
+    ),
+    "archives/archive.py": (
+        ("bifurcation.request", "Scan"),
+        "nlds_vines.archives is not allowed to import nlds_vines.bifurcation",
+    ),
+}
 
 
 @pytest.mark.parametrize("hidden", [IN_A_FUNCTION, FOR_TYPES])
-def test_a_hidden_arrow_to_a_neighbour_is_caught(copy, hidden):
-    with (copy / "cli" / "paths.py").open("a") as file:
-        file.write(hidden.format("plotting.save", "FORMATS"))
+@pytest.mark.parametrize("where", BROKEN)
+def test_a_hidden_circle_or_arrow_is_caught(copy, where, hidden):
+    imported, said = BROKEN[where]
+    with (copy / where).open("a") as file:
+        file.write(hidden.format(*imported))
     status, report = linted(copy.parent)
     assert status == 1
-    assert "nlds_vines.cli is not allowed to import nlds_vines.plotting" in report
-
-
-@pytest.mark.parametrize("hidden", [IN_A_FUNCTION, FOR_TYPES])
-def test_a_hidden_arrow_up_is_caught(copy, hidden):
-    with (copy / "archives" / "archive.py").open("a") as file:
-        file.write(hidden.format("bifurcation.request", "Scan"))
-    status, report = linted(copy.parent)
-    assert status == 1
-    assert "nlds_vines.archives is not allowed to import nlds_vines.bifurcation" in report
+    assert said in report
 
 
 def test_a_wing_on_no_floor_is_caught(copy):

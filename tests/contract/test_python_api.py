@@ -41,32 +41,6 @@ def test_names_paths_and_systems_mean_the_same(tmp_path):
     assert nv.load_scan("ssbl").axes[0].name == nv.load_scan().axes[0].name
 
 
-WRONG = {
-    "a number for a system": (lambda: nv.simulate(7, 1), ["system = 7", "ssul-set6"]),
-    "a number to load": (lambda: nv.load_system(7), ["system = 7", "TOML"]),
-    "a name that is none": (lambda: nv.classify("ssul-set66"), ["did you mean 'ssul-set6'"]),
-    "a scan of no system": (lambda: nv.load_scan("ssull"), ["unknown system 'ssull'"]),
-    "a branch of none": (
-        lambda: nv.continue_orbit("ssull", "omega", (5.0, 6.0)),
-        ["unknown system 'ssull'"],
-    ),
-    "words for a start": (lambda: nv.simulate("tmd", 1, start="here"), ["start = 'here'", "x1"]),
-    "a word in a start": (lambda: nv.simulate("tmd", 1, start=[0, "a", 0, 0]), ["4 finite"]),
-    "a number for records": (lambda: nv.simulate("tmd", 1, record=7), ["record = 7", "section"]),
-    "a name for an orbit": (lambda: nv.spectrum("tmd"), ["orbit = 'tmd'", "simulate"]),
-    "a number for a path": (lambda: nv.read(7), ["archive = 7"]),
-}
-
-
-@pytest.mark.parametrize("case", WRONG)
-def test_what_is_wrong_is_told_in_one_line(case):
-    call, words = WRONG[case]
-    with pytest.raises(nv.RequestError) as told:
-        call()
-    assert "\n" not in str(told.value)
-    assert all(word in str(told.value) for word in words)
-
-
 # ---- archives ------------------------------------------------------------------------------------
 
 

@@ -327,29 +327,6 @@ def test_the_gate_walks_the_readme_and_the_tutorial():
     assert any("-m sphinx -W" in line for line in lines)
 
 
-def written_by(line):
-    """Return the files that a command of the console script names as its output."""
-    words = shlex.split(line)
-    found = [words[i + 1] for i, word in enumerate(words) if word in ("-o", "--plot")]
-    if words[-2:] == [".venv/bin/nlds-vines", "bifurcation"]:
-        return ["figure8.h5", "figure8.png"]
-    if "continuation" in words and "-o" not in words:
-        found.append("branches.h5")
-    return found
-
-
-def test_no_two_commands_write_the_same_file():
-    lines = [
-        line
-        for page in WALKED
-        for kind, line, _ in walk.steps(text_of(f"../{page}"))
-        if kind == "sh" and "--dry-run" not in line
-    ]
-    found = [name for line in lines for name in written_by(line)]
-    assert len(found) >= 14
-    assert len(set(found)) == len(found)
-
-
 def test_what_is_walked_is_understood(own):
     for line in sister_commands(text_of("tutorial.md")):
         if line[0] not in ("verify", "rerun"):

@@ -17,6 +17,8 @@ from nlds_vines.tuning.command import main
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.objective import Objective
 
+pytestmark = pytest.mark.kernels
+
 SMALL = ["--population", "8", "--generations", "5", "--polish", "12", "--optima", "2"]
 TMD = ["--system", "tmd", *SMALL, "--band", "5.5:7:4", "--surface", "k2,c2", "--surface-size", "3"]
 SSUL = ["--transient", "40", "--periods", "20", "--free", "k2=100:1500", *SMALL]
@@ -53,7 +55,6 @@ def interrupt(monkeypatch):
     return after
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("arguments", [TMD, SSUL], ids=["tmd", "ssul"])
 def test_threads_do_not_matter_and_seeds_do(arguments, tmp_path):
     first = tune(tmp_path / "a.h5", *arguments, "--threads", "1")
@@ -63,7 +64,6 @@ def test_threads_do_not_matter_and_seeds_do(arguments, tmp_path):
     assert nv.verify(tmp_path / "a.h5") == []
 
 
-@pytest.mark.kernels
 def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path):
     """With eight times the steps it is that of a scan of the best design over these values."""
     band = [*TMD[:-4], "--band", "5.5:7:7"]
@@ -91,7 +91,6 @@ def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path):
     assert np.isnan(nv.open(tmp_path / "b.h5").best.finer)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("batches", [0, 1, 4, 15, 22])
 def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, interrupt, ask):
     whole = interrupt(None)
@@ -114,7 +113,6 @@ def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, inter
     assert not path.with_name("b.h5.parts").exists()
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize(("asked", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_who_asks_to_stop_is_heard_between_two_batches(
     asked, status, tmp_path, monkeypatch, capsys
@@ -136,7 +134,6 @@ def test_who_asks_to_stop_is_heard_between_two_batches(
     assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
 
 
-@pytest.mark.kernels
 def test_a_killed_search_resumes_to_the_same_bits(tmp_path):
     long = ["--system", "tmd", *SMALL, "--seeds", "4", "--periods", "3000"]
     reference, path = tune(tmp_path / "a.h5", *long), tmp_path / "b.h5"
@@ -154,7 +151,6 @@ def test_a_killed_search_resumes_to_the_same_bits(tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.h5", "b.h5"]
 
 
-@pytest.mark.kernels
 def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monkeypatch, capsys):
     reference = tune(tmp_path / "a.h5", *TMD)
     interrupt(6)
@@ -166,7 +162,6 @@ def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monk
     assert "another version" in capsys.readouterr().err
 
 
-@pytest.mark.kernels
 def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch, capsys, answer):
     monkeypatch.setattr("nlds_vines.tuning.evaluations.FLUSH_EVERY", 0.0)
     path = tmp_path / "b.h5"
@@ -193,7 +188,6 @@ def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch,
     assert console(["diff", str(path), str(path)]) == 0
 
 
-@pytest.mark.kernels
 def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, capsys):
     monkeypatch.setattr("nlds_vines.tuning.evaluations.FLUSH_EVERY", 0.0)
     reference = tune(tmp_path / "a.h5", *TMD)
@@ -210,7 +204,6 @@ def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, cap
         assert view.attrs["replayed"] == 16
 
 
-@pytest.mark.kernels
 def test_an_existing_archive_is_only_touched_when_told_to(tmp_path, interrupt, refusal):
     path = tmp_path / "a.h5"
     first = tune(path, *TMD)
@@ -222,7 +215,6 @@ def test_an_existing_archive_is_only_touched_when_told_to(tmp_path, interrupt, r
     assert tune(path, *TMD, "--seed", "5", "--overwrite") != first
 
 
-@pytest.mark.kernels
 def test_every_evaluation_is_logged_with_what_it_found(tmp_path, interrupt):
     calls = interrupt(None)
     tune(tmp_path / "a.h5", *TMD, "--seeds", "2")
@@ -240,7 +232,6 @@ def test_every_evaluation_is_logged_with_what_it_found(tmp_path, interrupt):
         assert orbit.E1max == found["objective"][i]
 
 
-@pytest.mark.kernels
 def test_the_result_is_what_the_archive_says(tmp_path):
     search = {"population": 8, "generations": 5, "polish": 12, "seeds": 3}
     found = nv.tune("tmd", tmp_path / "a.h5", search=search, over={"P": {"values": [600, 900]}})
@@ -258,7 +249,6 @@ def test_the_result_is_what_the_archive_says(tmp_path):
     assert tune(tmp_path / "b.h5", str(tmp_path / "again.toml")) == bits(found.path)
 
 
-@pytest.mark.kernels
 def test_what_is_free_has_no_value_among_the_attributes(tmp_path):
     tune(tmp_path / "a.h5", *SSUL, "--free", "E2")
     with nv.read(tmp_path / "a.h5") as view:
@@ -267,7 +257,6 @@ def test_what_is_free_has_no_value_among_the_attributes(tmp_path):
         assert set(view["optimum_E2"] > 0) == {True}
 
 
-@pytest.mark.kernels
 def test_a_full_disk_leaves_the_journal(tmp_path, monkeypatch, capsys):
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -283,7 +272,6 @@ def test_a_full_disk_leaves_the_journal(tmp_path, monkeypatch, capsys):
         assert view.attrs["replayed"] == view["objective"].size
 
 
-@pytest.mark.kernels
 def test_nothing_admissible_is_told(tmp_path, ask):
     stiff = ["--system", "tmd", *SMALL, "--free", "k2=1e13:1e14"]
     out, err = ask(
@@ -295,23 +283,11 @@ def test_nothing_admissible_is_told(tmp_path, ask):
     assert not (tmp_path / "a.png").exists()
 
 
-@pytest.mark.kernels
 def test_a_parameter_that_does_nothing_is_called_so(tmp_path, answer):
     path = str(tmp_path / "a.h5")
     assert "V does not enter the dynamics" in answer("tuning", *SSUL, "--free", "V", "-o", path)
-    assert "V from 0 to 0.5 (does not enter the dynamics" in answer(
-        "tuning", "--free", "V", "--dry-run"
-    )
 
 
-def test_a_dry_run_writes_nothing(here, answer):
-    said = answer("tuning", "--band", "5:8:61", "--dry-run", "--plot", "a.png")
-    assert "61 values of omega" in said
-    assert "k2 from 10 to 10000, logarithmic" in said
-    assert list(here.iterdir()) == []
-
-
-@pytest.mark.kernels
 @pytest.mark.parametrize("form", ["png", "svg"])
 def test_the_surface_is_drawn_alike_every_time(form, tmp_path):
     tune(tmp_path / "a.h5", *TMD)
@@ -321,7 +297,6 @@ def test_the_surface_is_drawn_alike_every_time(form, tmp_path):
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
-@pytest.mark.kernels
 def test_the_surface_shows_parameters_values_and_optima(tmp_path):
     tune(tmp_path / "a.h5", *TMD)
     with nv.read(tmp_path / "a.h5") as view:
@@ -340,7 +315,6 @@ def test_the_surface_shows_parameters_values_and_optima(tmp_path):
     assert axes.get_xscale() == axes.get_yscale() == "log"
 
 
-@pytest.mark.kernels
 def test_a_tuning_of_one_parameter_is_a_curve_through_all_designs(tmp_path):
     path = tmp_path / "a.h5"
     tune(path, "--system", "tmd", "--set", "c2=112", "--plot", str(tmp_path / "a.png"), *SMALL)
@@ -359,7 +333,6 @@ def test_a_tuning_of_one_parameter_is_a_curve_through_all_designs(tmp_path):
     assert axes.get_xlabel().endswith("$k_2$ [N/m]")
 
 
-@pytest.mark.kernels
 def test_contours_have_values_that_hide_neither_each_other_nor_the_optimum(tmp_path):
     path = tmp_path / "a.h5"
     tune(path, "--system", "tmd", "--surface", "k2,c2", "--surface-size", "15", *SMALL)
@@ -376,14 +349,12 @@ def test_contours_have_values_that_hide_neither_each_other_nor_the_optimum(tmp_p
     assert min(apart) >= 0.3 * figure.dpi
 
 
-@pytest.mark.kernels
 def test_a_tuning_without_a_surface_is_not_drawn(tmp_path):
     tune(tmp_path / "a.h5", "--system", "tmd", *SMALL)
     with pytest.raises(nv.RequestError, match="holds no surface"):
         drawn.PICTURE.save(tmp_path / "a.h5", tmp_path / "a.png")
 
 
-@pytest.mark.kernels
 def test_xarray_opens_it(tmp_path):
     xarray = pytest.importorskip("xarray")
     tune(tmp_path / "a.h5", *TMD)

@@ -18,6 +18,16 @@ PARTS = {
 """Requests by their parts, of which a test exchanges one."""
 
 CALLS = {
+    "system = 7; of simulate": lambda: nv.simulate(7, 1),
+    "system = 7 of load_system": lambda: nv.load_system(7),
+    "'ssul-set6' for ssul-set66": lambda: nv.classify("ssul-set66"),
+    "'ssull' of load_scan": lambda: nv.load_scan("ssull"),
+    "'ssull' of continue_orbit": lambda: nv.continue_orbit("ssull", "omega", (5.0, 6.0)),
+    "'here' for a start": lambda: nv.simulate("tmd", 1, start="here"),
+    "start with a word": lambda: nv.simulate("tmd", 1, start=[0, "a", 0, 0]),
+    "record of simulate": lambda: nv.simulate("tmd", 1, record=7),
+    "orbit of spectrum": lambda: nv.spectrum("tmd"),
+    "archive of read": lambda: nv.read(7),
     "start of simulate": lambda: nv.simulate("tmd", 1, start=10**400),
     "along of continue_orbit": lambda: nv.continue_orbit("tmd", ["omega"], (5.0, 6.0)),
     "plane of continue_orbit": lambda: nv.continue_orbit("tmd", "omega", (5.0, 6.0), plane=3),

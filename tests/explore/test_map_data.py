@@ -110,17 +110,6 @@ def test_any_other_file_is_refused_in_one_line(kind, small_map, tmp_path):
     assert "other.h5" in str(caught.value)
 
 
-def test_damage_within_a_dataset_is_told(small_map, tmp_path):
-    bytes_ = bytearray(small_map.read_bytes())
-    with h5py.File(small_map) as file:
-        place = file["E1max"].id.get_chunk_info(0).byte_offset
-    bytes_[place + 4] ^= 0xFF
-    path = tmp_path / "damaged.h5"
-    path.write_bytes(bytes_)
-    with pytest.raises(RequestError, match="E1max is damaged"):
-        stored(path)
-
-
 def test_what_a_map_of_several_starts_shows(small_map):
     names = [show.name for show in shows_of(stored(small_map))]
     assert names[:3] == ["regimes", "regimes of a start", "coexisting"]

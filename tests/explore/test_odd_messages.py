@@ -28,6 +28,8 @@ MESSAGES = {
     "words for a cell": {"do": "cell", "cell": ["a", "b"], "start": 0},
     "infinity for a cell": {"do": "cell", "cell": [float("inf"), 0], "start": 0},
     "three places of a cell": {"do": "cell", "cell": [1, 2, 3], "start": 0},
+    "a cell beyond the last": {"do": "cell", "cell": [6, 0], "start": 0},
+    "a cell before the first": {"do": "cell", "cell": [-1, 0], "start": 0},
     "nothing for a start": {"do": "cell", "cell": [0, 0], "start": None},
     "no number of a message": {"do": "cell", "cell": [0, 0], "start": 0, "number": "x"},
     "infinity for a number": {"do": "original", "number": float("inf")},

@@ -79,27 +79,6 @@ def test_of_many_clicks_the_last_one_is_shown(page, small_map):
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize("cell", [(6, 0), (-1, 0), (0, 4)])
-def test_a_cell_that_is_not_there_is_refused(page, cell):
-    page.ask("cell", cell=cell, start=0)
-    assert "no cell" in page.told["trouble"]
-
-
-@pytest.mark.kernels
-@pytest.mark.parametrize(
-    "message",
-    [{"do": "nothing"}, {"do": "cell"}, {"do": "finer", "ranges": []}, {"do": "save", "what": "x"}],
-)
-def test_a_message_that_means_nothing_changes_nothing(page, message):
-    page.ask(message.pop("do"), **message)
-    page.settle()
-    assert page.told["trouble"]
-    page.ask("cell", cell=(1, 1), start=0)
-    page.settle()
-    assert page.told["orbit"]["label"]
-
-
-@pytest.mark.kernels
 def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(page):
     page.ask("cell", cell=(2, 2), start=0)
     page.settle()

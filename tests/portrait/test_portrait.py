@@ -441,13 +441,6 @@ def folder(here):
     return here
 
 
-def test_a_dry_run_says_what_would_be_done_and_does_nothing(folder, answer):
-    out = answer("portrait", "good.toml", "--dry-run", "--start", "rest")
-    assert "4 periods from rest; 4096 states" in out
-    assert "picture: good.png" in out
-    assert not (folder / "good.png").exists()
-
-
 @pytest.mark.kernels
 def test_a_run_draws_and_says_what_was_seen(folder, answer, refusal):
     out = answer("portrait", "good.toml", "--start", "0,0,0.1,0")

@@ -60,6 +60,17 @@ def _of_blow(system: System, A: np.ndarray, speed: float) -> dict[str, float]:
     return found
 
 
+def energy_after_blow(system: System, load: Loading, times: np.ndarray) -> np.ndarray:
+    """Return E1 [J] at times [s] where `closed_form` has the E1max of a blow: z = exp(A t) z0."""
+    from scipy.linalg import expm
+
+    m1, k1, _ = system.structure
+    size = 4 if system.scene.damper else 2
+    flows = expm(times[:, np.newaxis, np.newaxis] * flow_matrix(system)[:size, :size])
+    x1, v1 = load.blows[0][1] / struck(system).mass * flows[:, :2, 1].T
+    return 0.5 * (m1 * v1**2 + k1 * x1**2)
+
+
 def _rms(system: System, A: np.ndarray, load: Loading) -> float:
     """Return the rms of x1 [m] in the steady state under noise."""
     push = np.zeros(len(A))

@@ -11,11 +11,12 @@ import numpy as np
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.errors import RequestError, choice, typed
-from nlds_vines.loads.closed_form import closed_form
+from nlds_vines.loads.closed_form import closed_form, energy_after_blow
 from nlds_vines.loads.fall import HISTORIES, Fall
 from nlds_vines.loads.request import Decay
 from nlds_vines.loads.request_file import load_decay
 from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
+from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.status_words import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
@@ -80,7 +81,7 @@ class Decays(Drawable):
             went = ", ".join(f"{way} {share:.1%}" for way, share in shares_of(fall).items())
             most = f"x1 up to {fall.numbers['x1_max']:.4g} m"
             yield f"{system_in_words(system)}: {most}; E1 above {last}; dissipated by {went}"
-            if exact := _beside(fall, closed_form(system, self.request.load), self.request):
+            if exact := _beside(fall, system, self.request):
                 yield f"  in closed form: {exact}"
 
 
@@ -122,16 +123,20 @@ class LoadScan(Drawable):
             yield f"{system_in_words(system)}: {name} from {span} in {of_it.size} orbits"
 
 
-def _beside(fall: Fall, exact: Mapping[str, float], request: Decay) -> str:
+def _beside(fall: Fall, system: System, request: Decay) -> str:
     """Return what has a closed form, in words, with what was computed beside it."""
-    if request.state:
-        return ""
-    told = ("E1max", "x1_max", "x1_rms", "share_c1", "share_c2")
-    return ", ".join(
+    exact = {} if request.state else closed_form(system, request.load)
+    told = [
         f"{name} {exact[name]:.6g} (here {fall.numbers[name]:.6g})"
-        for name in told
+        for name in ("E1max", "x1_max", "x1_rms", "share_c1", "share_c2")
         if name in exact
-    )
+    ]
+    if "E1max" in exact:
+        some = slice(None, None, 1 + fall.time.size // 500)
+        found = energy_after_blow(system, request.load, fall.time[some])
+        off = abs(fall.E1[some] - found).max()
+        told.append(f"E1 over time (here but for {off / exact['E1max']:.0e} of E1max)")
+    return ", ".join(told)
 
 
 def shares_of(fall: Fall) -> dict[str, float]:

@@ -1,13 +1,14 @@
 """Closed forms beside what is computed under loads: of blows and of noise, on linear systems."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import nlds_vines as nv
-from nlds_vines.loads.closed_form import closed_form
+from nlds_vines.loads.closed_form import closed_form, energy_after_blow
 from nlds_vines.loads.picture import envelope
 from nlds_vines.model.loads.loading import loading_of
 
@@ -35,7 +36,10 @@ def test_energies_after_a_blow_against_another_integrator(name):
 
     told = solve_ivp(rates, (0, 120), [0, 0, speed, 0, 0, 0], rtol=1e-11, atol=1e-14, max_step=0.05)
     energy = 0.5 * p["m1"] * speed**2
-    found = closed_form(system, loading_of({"impulse": speed * p["m1"]}))
+    load = loading_of({"impulse": speed * p["m1"]})
+    found, (x1, _, v1, _) = closed_form(system, load), told.y[:4, ::100]
+    over_time = energy_after_blow(system, load, told.t[::100])
+    assert over_time == pytest.approx(0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2), abs=1e-8 * energy)
     assert found["E1max"] == found["energy_in"] == pytest.approx(energy, rel=1e-14)
     assert found["share_c1"] == pytest.approx(told.y[4, -1] / energy, abs=1e-8)
     assert found.get("share_c2", 0.0) == pytest.approx(told.y[5, -1] / energy, abs=1e-8)
@@ -78,7 +82,8 @@ def test_a_report_has_them_beside_what_was_computed():
     found = nv.decay(["none", "tmd", "ssbl"], impulse=1000.0, duration=30.0, quiet=True)
     lines = list(found.lines())
     assert [line.startswith("  in closed form: E1max") for line in lines] == [0, 0, 1, 0, 1, 0]
-    for name in ("none", "tmd"):
+    for name, line in (("none", lines[2]), ("tmd", lines[4])):
+        assert float(re.search(r"but for (\S+) of E1max", line)[1]) < 1e-12
         exact = closed_form(nv.load_system(name), found.request.load)
         for key, value in exact.items():
             assert found[name].numbers[key] == pytest.approx(value, abs=3e-6), (name, key)

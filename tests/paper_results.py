@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from support import unfilled
 
-from nlds_vines.bifurcation.block_files import Block, Parts
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
@@ -20,6 +18,7 @@ from paper.claims import Data
 from paper.claims.measured import Breadth, Motion, curve_of
 from paper.request import FigureRequest
 from paper.request_file import packaged_figures
+from scans import archived, unfilled
 
 PATTERN = ((2, 2), (3, 2), (4, 2), (1, 0), (2, 1), (0, 5))  # above T,1
 SPECIAL = {7.375: (3, 3), 7.4: (0, 90), 7.575: (1, 0)}
@@ -272,7 +271,4 @@ def write_archive(path: Path, scan: Scan, numbers: dict[str, np.ndarray]) -> Pat
             array[...] = np.expand_dims(numbers[name], len(scan.shape))  # the only start
         elif name == "status":
             array[...] = 0
-    block = Block(0, tuple((0, size) for size in scan.shape))
-    with Parts.open(path, scan) as parts:
-        parts.write(block, found)
-        return parts.consolidate([block], {})
+    return archived(path, scan, found)

@@ -274,14 +274,3 @@ def counts_by_period(touches: np.ndarray, omega: float, periods: int) -> np.ndar
     """Return how many touches lie before t = T, 2T, ..."""
     ends = 2 * np.pi / omega * np.arange(1, periods + 1)
     return np.searchsorted(np.sort(touches), ends)
-
-
-def unfilled(scan):
-    """Return the arrays of a scan's archive by name, everywhere the fill value."""
-    table = scan.table
-    return {
-        name: np.full(
-            table.shape(name), entry.fill, object if entry.dtype == "str" else entry.dtype
-        )
-        for name, entry in table.datasets.items()
-    }

@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.block_files import Block
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.kernels.scene.arguments import LaneBuffers, Span
 from nlds_vines.kernels.scene.codes import OK, TOO_STIFF
 from nlds_vines.orbits.batch import run
 from nlds_vines.orbits.kernel_inputs import parts_of
+from scans import computed, scan_of
 
 TRANSIENT, PERIODS = 3, 4
-WANT = ["section", "impacts", "energy", "clearance"]
 RECORD = ("section", "impacts", "energy", "clearance")
 LINKS = [(50.0, 0.1), (1e12, 0.2), (60.0, 0.3)]  # dashpot and place of the wall; one is too stiff
 SWEEPS = {
@@ -36,23 +34,15 @@ SWEEPS = {
 def test_every_link_begins_where_the_one_before_ended(case, policy, method):
     name, parameter, values = SWEEPS[case]
     walls = bool(nv.load_system(name).scene.walls)
-    scan = nv.load_scan(
-        {
-            "system": name,
-            "vary": {parameter: {"values": values}},
-            "start": {"policy": policy},
-            "sampling": {"transient": TRANSIENT, "periods": PERIODS, "method": method},
-            "record": {"want": WANT if walls else ["section", "energy"]},
-        }
-    )
-    found = Computer(scan).block(Block(0, ((0, len(values)),)))
+    record = RECORD if walls else ("section", "energy")
+    sampling = {"transient": TRANSIENT, "periods": PERIODS, "method": method}
+    found = computed(scan_of(name, record, {parameter: values}, policy, **sampling))
     assert (found["status"] == OK).all()
     state, order = None, range(len(values))
     for i in order if policy == "up" else reversed(order):
         system = nv.load_system(name, **{parameter: values[i]})
         orbit = nv.simulate(
-            system, PERIODS, transient=TRANSIENT, start=state, method=method,
-            record=RECORD if walls else ("section", "energy"),
+            system, PERIODS, transient=TRANSIENT, start=state, method=method, record=record
         )  # fmt: skip
         state = orbit.state
         np.testing.assert_allclose(found["section"][i, 0], orbit.section, rtol=0, atol=1e-10)
@@ -77,15 +67,8 @@ def test_after_a_link_that_failed_the_next_begins_at_rest():
 
 
 def test_impacts_are_counted_by_wall():
-    scan = nv.load_scan(
-        {
-            "system": "ssbl",
-            "vary": {"omega": {"values": [6.0, 6.28]}},
-            "sampling": {"transient": 60, "periods": 9},
-            "record": {"want": ["impacts"]},
-        }
-    )
-    found = Computer(scan).block(Block(0, ((0, 2),)))
+    vary = {"omega": [6.0, 6.28]}
+    found = computed(scan_of("ssbl", ["impacts"], vary, transient=60, periods=9))
     for i, omega in enumerate((6.0, 6.28)):
         system = nv.load_system("ssbl", omega=omega)
         walls = nv.simulate(system, 9, transient=60, record=("impacts",)).impacts["wall"]

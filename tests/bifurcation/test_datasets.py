@@ -4,24 +4,15 @@ import re
 
 import numpy as np
 import pytest
-from support import unfilled
 
-from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.orbits.records import WANTS
 from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
+from scans import scan_of, unfilled
 
 
-def scan(system="ssul-set6", want=WANTS, start=None, vary=None):
-    return load_scan(
-        {
-            "system": system,
-            "vary": vary or {"omega": {"values": [5.0, 6.0, 7.0]}},
-            "start": start or {"policy": "rest"},
-            "sampling": {"transient": 1, "periods": 4},
-            "record": {"want": list(want)},
-        }
-    )
+def scan(system="ssul-set6", want=WANTS, start="rest", vary=None):
+    return scan_of(system, want, vary, start, transient=1, periods=4)
 
 
 def names(*args, **keywords):

@@ -11,16 +11,14 @@ from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from PIL import Image
-from support import unfilled
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.block_files import Block, Parts
 from nlds_vines.bifurcation.picture import dot_panel
 from nlds_vines.bifurcation.picture import drawing as figures
-from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette
+from scans import archived, scan_of, unfilled
 
 WINDOWS = (
     *((7.36, "T,1"), (7.40, "2T,2"), (7.44, "chaos"), (7.50, "3T,2"), (7.58, "undetermined")),
@@ -44,15 +42,8 @@ CHAOS_OF_ARCHIVE = "chaos (for 3013 T)"
 
 def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fill=None):
     """Write an archive of made-up results that look like those of Figure 8."""
-    scan = load_scan(
-        {
-            "title": "a test of pictures",
-            "system": system,
-            "vary": vary,
-            "start": start or {"policy": "rest"},
-            "sampling": {"transient": 1, "periods": 12},
-            "record": {"want": list(want)},
-        }
+    scan = scan_of(
+        system, want, vary, start or "rest", "a test of pictures", transient=1, periods=12
     )
     found = unfilled(scan)
     omega = scan.axes[0].values
@@ -66,10 +57,7 @@ def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fil
             fill(name, array)
     if "regime" in found:
         found["regime"][...] = FLAGS["periodic"]
-    block = Block(0, tuple((0, size) for size in scan.shape))
-    with Parts.open(path, scan) as parts:
-        parts.write(block, found)
-        return parts.consolidate([block], {})
+    return archived(path, scan, found)
 
 
 @pytest.fixture(scope="module")

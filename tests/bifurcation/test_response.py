@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.block_files import Block
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
@@ -17,25 +15,15 @@ from nlds_vines.orbits.responses import arrays_of, objectives_of, quantities_of
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.tuning.command import tune
 from nlds_vines.tuning.request_file import load_tuning
+from scans import computed, scan_of
 
 OMEGAS = [6.0, 6.28]
 BASE = {"base_displacement": 0.01}
 
 
-def scan_of(system="tmd", vary=None, want=("response", "section"), **tables):
-    return load_scan(
-        {
-            "system": system,
-            "vary": vary or {"omega": {"values": OMEGAS}},
-            "sampling": {"transient": 30, "periods": 4},
-            "record": {"want": list(want)},
-            **tables,
-        }
-    )
-
-
-def block_of(scan):
-    return Computer(scan).block(Block(0, tuple((0, n) for n in scan.shape)))
+def request_of(system="tmd", vary=None, given=None):
+    vary = vary or {"omega": OMEGAS}
+    return scan_of(system, ("response", "section"), vary, given=given, transient=30, periods=4)
 
 
 def force_of(system, omega, Y):
@@ -48,8 +36,8 @@ def force_of(system, omega, Y):
 
 @pytest.mark.kernels
 def test_a_scan_records_what_simulate_returns():
-    scan = scan_of()
-    found = block_of(scan)
+    scan = request_of()
+    found = computed(scan)
     for i, omega in enumerate(OMEGAS):
         orbit = simulate(load_system("tmd", omega=omega), 4, transient=30, record=("response",))
         assert orbit.response.keys() <= found.keys()
@@ -68,14 +56,14 @@ def test_what_is_recorded_depends_on_what_the_scene_has():
     rigid = [q.name for q in quantities_of(scene_of("ssbl/restitution"))]
     assert "impulse_max" in rigid
     assert not {"force_max", "a1_max"} & set(rigid)
-    two = scan_of("ssbl").table
+    two = request_of("ssbl").table
     assert two.datasets["force_max"].dims[-1] == "wall"
-    assert scan_of("ssul-set6").table.datasets["force_max"].dims == ("omega", "start")
+    assert request_of("ssul-set6").table.datasets["force_max"].dims == ("omega", "start")
 
 
 @pytest.mark.kernels
 def test_a_reduction_compares_with_the_structure_alone():
-    found = block_of(scan_of())
+    found = computed(request_of())
     for i, omega in enumerate(OMEGAS):
         alone = abs(response(load_system("none"), np.array([omega])).X1[0])
         for power, name in enumerate(("x1", "v1", "a1")):
@@ -89,8 +77,8 @@ def test_a_reduction_compares_with_the_structure_alone():
 @pytest.mark.kernels
 def test_a_failed_orbit_has_no_response():
     """Numbers whose squares are beyond all numbers, and an orbit that is not followed at all."""
-    scan = scan_of(vary={"P": {"values": [800.0, 1e200]}})
-    found = block_of(scan)
+    scan = request_of(vary={"P": [800.0, 1e200]})
+    found = computed(scan)
     assert found["status"][0, 0] == 0
     assert found["status"][1, 0] != 0
     assert np.isfinite(found["x1_rms"][0, 0])
@@ -160,8 +148,8 @@ def test_all_ways_to_give_the_ground_mean_the_same():
 @pytest.mark.kernels
 def test_the_force_follows_what_it_depends_on():
     vary = {"omega": {"values": OMEGAS}, "k1": {"values": [3e4, 4e4]}}
-    scan = scan_of(vary=vary, set={"P": BASE})
-    found = block_of(scan)
+    scan = request_of(vary=vary, given={"P": BASE})
+    found = computed(scan)
     for i, omega in enumerate(OMEGAS):
         for j, k1 in enumerate((3e4, 4e4)):
             force = force_of(load_system("tmd", k1=k1), omega, 0.01)
@@ -177,13 +165,13 @@ def test_the_force_follows_what_it_depends_on():
 @pytest.mark.parametrize("system", ["tmd", load_system("tmd", **BASE)])
 def test_the_motion_of_the_ground_may_vary_itself(system):
     values = [0.005, 0.01]
-    found = block_of(scan_of(system, {"base_displacement": {"values": values}}))
+    found = computed(request_of(system, {"base_displacement": {"values": values}}))
     twice = found["foot_max"][:, 0]
     assert twice[1] == pytest.approx(2 * twice[0], rel=1e-12)
     assert found["transmissibility"][0, 0] == pytest.approx(found["transmissibility"][1, 0])
-    alone = block_of(scan_of("tmd", {"omega": {"values": [6.28]}}, set=BASE))
+    alone = computed(request_of("tmd", {"omega": {"values": [6.28]}}, given=BASE))
     assert alone["foot_max"][0, 0] == found["foot_max"][1, 0]
-    force = block_of(scan_of(load_system("tmd", **BASE), {"P": {"values": [700.0, 800.0]}}))
+    force = computed(request_of(load_system("tmd", **BASE), {"P": {"values": [700.0, 800.0]}}))
     assert "foot_max" not in force
     assert force["x1_max"][1, 0] == pytest.approx(8 / 7 * force["x1_max"][0, 0])
 
@@ -239,7 +227,7 @@ def test_a_ground_that_cannot_be_is_refused_in_one_line(given, message):
 def test_force_and_ground_do_not_vary_together():
     vary = {"P": {"values": [1.0, 2.0]}, "base_displacement": {"values": [0.0, 1.0]}}
     with pytest.raises(RequestError, match="P beside base_displacement"):
-        scan_of(vary=vary)
+        request_of(vary=vary)
 
 
 def test_round_off_carries_no_displacement_beyond_a_rigid_stop():

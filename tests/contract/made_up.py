@@ -10,24 +10,15 @@ import numpy as np
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.records import WANTS, plain
+from scans import scan_of
 
 PLAIN = plain(WANTS)
 
 
-def make_scan(want=PLAIN, vary=None, start=None, system="ssul-set6", **settings):
-    return load_scan(
-        {
-            "title": "a test",
-            "system": system,
-            "set": settings,
-            "vary": vary or {"omega": {"start": 5.0, "stop": 8.0, "num": 13}},
-            "start": start or {"policy": "rest"},
-            "sampling": {"transient": 1, "periods": 3},
-            "record": {"want": list(want)},
-        }
-    )
+def make_scan(want=PLAIN, vary=None, start="rest", system="ssul-set6", **settings):
+    vary = vary or {"omega": {"start": 5.0, "stop": 8.0, "num": 13}}
+    return scan_of(system, want, vary, start, given=settings, transient=1, periods=3)
 
 
 MAP = {

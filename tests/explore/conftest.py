@@ -1,13 +1,11 @@
 """Archives of small scans, computed once for all tests of the pages."""
 
 import pytest
-from support import unfilled
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.block_files import Parts
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.status_words import OK
+from scans import archived, unfilled
 
 WANT = ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]
 
@@ -52,10 +50,7 @@ def made_up(document, path):
     found = unfilled(scan)
     found["label"][...] = "undetermined"
     found["status"][...] = OK
-    block = Block(0, tuple((0, size) for size in scan.shape))
-    with Parts.open(path, scan) as parts:
-        parts.write(block, found)
-        return parts.consolidate([block], {})
+    return archived(path, scan, found)
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,6 @@ import zlib
 import numpy as np
 import pytest
 from conftest import MAP
-from support import unfilled
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
@@ -16,6 +15,7 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.explore.cell_columns import columns
 from nlds_vines.explore.map_choices import label_words
 from nlds_vines.explore.map_data import Stored, stored
+from scans import unfilled
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 

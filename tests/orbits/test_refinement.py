@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from support import unfilled
 
 import nlds_vines as nv
+import scans
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.block_files import Block, Parts
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.orbit_counts import refinement_summary
@@ -17,25 +16,19 @@ from nlds_vines.orbits import refinement
 from nlds_vines.orbits.records import possible_want
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.status_words import DIVERGED, OK
+from scans import archived, scan_of, unfilled
 
 OMEGA = {"omega": {"values": [6.0, 6.5, 7.0]}}
 
 
 def free(want=("energy", "error"), transient=3, periods=5, system="tmd", start="rest"):
     """Return a scan without walls by rk4, which is compiled in no time."""
-    return load_scan(
-        {
-            "system": system,
-            "vary": OMEGA,
-            "start": {"policy": start},
-            "sampling": {"transient": transient, "periods": periods, "method": "rk4"},
-            "record": {"want": list(want)},
-        }
-    )
+    method = {"transient": transient, "periods": periods, "method": "rk4"}
+    return scan_of(system, want, OMEGA, start, **method)
 
 
 def computed(scan, settings=None):
-    found = Computer(scan, settings).block(Block(0, ((0, 3),)))
+    found = scans.computed(scan, settings)
     return {name: values[:, 0] for name, values in found.items()}
 
 
@@ -142,13 +135,7 @@ def test_a_label_is_kept_where_kind_and_final_orbit_are(one, other, same):
 
 def archive_of(path, want=("energy", "regime", "error"), fill=None):
     """Write an archive of five orbits: four settled, one of them unkept, and one that failed."""
-    scan = load_scan(
-        {
-            "system": "ssul-set6",
-            "vary": {"omega": {"values": [5.0, 6.0, 7.0, 7.5, 8.0]}},
-            "record": {"want": list(want)},
-        }
-    )
+    scan = scan_of("ssul-set6", want, {"omega": [5.0, 6.0, 7.0, 7.5, 8.0]})
     found = unfilled(scan)
     found["status"][:, 0] = [OK, OK, OK, OK, DIVERGED]
     found["error"][:4, 0] = [1e-12, 3e-11, 2e-9, 5e-13]
@@ -159,10 +146,7 @@ def archive_of(path, want=("energy", "regime", "error"), fill=None):
         found["label_kept"][:4, 0] = [KEPT[word] for word in ("yes", "yes", "no", "no")]
     if fill is not None:
         fill(found)
-    with Parts.open(path, scan) as parts:
-        block = Block(0, ((0, 5),))
-        parts.write(block, found)
-        return parts.consolidate([block], {})
+    return archived(path, scan, found)
 
 
 def told(path):

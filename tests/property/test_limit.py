@@ -15,15 +15,13 @@ import pytest
 from support import BOTH, kernel_cell, run_cell_rows, system_of
 from twin import follow_all, model_of
 
-from nlds_vines.bifurcation.block_files import Block
-from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.system import System
 from nlds_vines.orbits.impact_rows import Violation
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.status_words import OK
+from scans import computed, scan_of
 
 pytestmark = pytest.mark.kernels
 
@@ -238,32 +236,27 @@ def test_a_start_in_violation_is_refused(kind, reach):
     simulate(system, 1, start=(0.3 + reach - 1e-9, 0.0, 0.3, 0.0), record=BOTH)
 
 
-def scan_of(**document):
-    usual = {"sampling": {"transient": 20, "periods": 10}, "record": {"want": ["section"]}}
-    return load_scan({**usual, **document})
-
-
 @pytest.mark.parametrize(
     ("kind", "vary"),
-    [("ssvi-b", {"D": {"values": [0.1, 0.0]}}), ("ssvi-c", {"D": {"values": [0.0, 0.1]}})],
+    [("ssvi-b", {"D": [0.1, 0.0]}), ("ssvi-c", {"D": [0.0, 0.1]})],
 )
 def test_a_rest_state_in_violation_is_refused(kind, vary):
     numbers = dict(system_of(kind, {**SSBL, "L": 0.0}).parameters)
     with pytest.raises(RequestError, match=r"D = 0\.0: a damper") as refused:
-        scan_of(system={"kind": kind, **numbers}, vary=vary).cells()
+        scan_of({"kind": kind, **numbers}, ["section"], vary).cells()
     assert "\n" not in str(refused.value)
     with pytest.raises(RequestError, match=r"D = 0\.0: a damper"):
         System(kind, {**numbers, "D": 0.0})
 
 
-def lanes(policy, values, **want):
+def lanes(policy, values):
     system = {"kind": "ssvi-b", **system_of("ssvi-b", SSBL).parameters}
-    scan = scan_of(system=system, vary=values, start={"policy": policy}, **want)
-    return scan, Computer(scan).block(Block(0, ((0, scan.lanes),)))
+    scan = scan_of(system, ["section"], values, policy, transient=20, periods=10)
+    return scan, computed(scan)
 
 
 def test_a_lane_with_violations_is_reported_and_has_not_failed():
-    scan, found = lanes("rest", {"omega": {"values": [5.0, 6.0, 6.3, 12.0]}})
+    scan, found = lanes("rest", {"omega": [5.0, 6.0, 6.3, 12.0]})
     assert (found["status"] == OK).all()
     assert np.isfinite(found["section"]).all()
     for i, omega in enumerate(scan.axes[0].values):
@@ -279,7 +272,7 @@ def test_a_sweep_that_carries_a_state_beyond_the_limit_says_so(policy):
     """The state at the end of a cell may violate the next cell's constraint at once."""
     far, near = 0.05, 1e-4
     order = [far, near] if policy == "up" else [near, far]
-    scan, found = lanes(policy, {"D": {"values": order}})
+    scan, found = lanes(policy, {"D": order})
     begun = found["first_violation"][order.index(near), 0]
     before = simulate(scan.system.with_(D=far), 30, record=BOTH)
     x1, _, x2, _ = before.state

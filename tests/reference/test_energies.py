@@ -7,13 +7,10 @@ import pytest
 from scipy.linalg import expm
 from support import BOTH, fitted_order, linear_flow, references, system_of
 
-from nlds_vines.bifurcation.block_files import Block
-from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.bifurcation.run import blocks_of
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits.simulation import simulate
+from scans import computed, scan_of
 
 SET6 = references()["ssul-set6"].numbers
 STEEL = references()["ssul-set6-steel"].numbers["K"]
@@ -153,15 +150,7 @@ def test_a_start_may_be_the_peak(method):
 
 @pytest.mark.kernels
 def test_a_scan_stores_both():
-    scan = load_scan(
-        {
-            "system": "tmd",
-            "vary": {"omega": {"values": [6.0, 6.28]}},
-            "sampling": {"transient": 40, "periods": 3},
-            "record": {"want": list(PEAKS)},
-        }
-    )
-    found = Computer(scan).block(Block(0, ((0, 2),)))
+    found = computed(scan_of("tmd", PEAKS, {"omega": [6.0, 6.28]}, transient=40, periods=3))
     for i, omega in enumerate((6.0, 6.28)):
         orbit = simulate(load_system("tmd", omega=omega), 3, transient=40, record=PEAKS)
         for name in ("E1max", "E2max", "E1peak", "E2peak"):
@@ -171,16 +160,9 @@ def test_a_scan_stores_both():
 
 @pytest.mark.kernels
 def test_the_reduction_is_measured_by_the_structure_alone():
-    scan = load_scan(
-        {
-            "system": "tmd",
-            "vary": {"omega": {"values": [6.21, 6.28]}, "P": {"values": [0.0, 800.0]}},
-            "sampling": {"transient": 100, "periods": 2},
-            "record": {"want": ["energy"]},
-        }
-    )
-    (block,) = blocks_of(scan)
-    found = Computer(scan).block(block)["reduction"][..., 0]
+    vary = {"omega": [6.21, 6.28], "P": [0.0, 800.0]}
+    scan = scan_of("tmd", ["energy"], vary, transient=100, periods=2)
+    found = computed(scan)["reduction"][..., 0]
     assert found[1, 1] == pytest.approx(1.0 - 635.107 / 1568.00, abs=1e-6)
     assert np.isnan(found[:, 0]).all()  # nothing moves: there is nothing to reduce
     alone = energy_alone(scan.cells())

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from support import references, system_of
 
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.model.labels import KEPT
 from nlds_vines.orbits import solver_settings
 from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import MOST_NODES, TOLERANCE, Settings
+from scans import computed, scan_of
 
 pytestmark = pytest.mark.kernels
 
@@ -39,23 +38,13 @@ ROUND_OFF = 1e-12  # of a period; below it round-off has its share
 FACTOR = 1.25
 
 
-def scan_of(system, method, want, **sampling):
-    omega = {"values": [system.parameters["omega"]]}
-    return load_scan(
-        {
-            "system": system.to_table(),
-            "vary": {"omega": omega},
-            "sampling": {"method": method, **sampling},
-            "record": {"want": want},
-        }
-    )
-
-
 def true_and_estimated(name, method, settings):
     """Return the error of each period of a reference orbit, and what a scan says of it."""
     reference = references()[name]
     system = system_of("ssbl" if "D" in reference.numbers else "ssul", reference.numbers)
-    scan = scan_of(system, method, ["section", "error"], transient=0, periods=1)
+    omega, want = {"omega": [system.parameters["omega"]]}, ["section", "error"]
+    table = system.to_table()
+    scan = scan_of(table, want, omega, method=method, transient=0, periods=1)
     cell, begins = scan.cells(), reference.states[:-1]
     starts = np.array([start_state(system, cell["rest"][0], begin)[:4] for begin in begins])
     chains = np.repeat(cell, len(begins))[:, np.newaxis]
@@ -120,15 +109,8 @@ OMEGA = [6.0, 6.28, 7.45, 7.8, 7.95]
 
 
 def labelled(method, want):
-    scan = load_scan(
-        {
-            "system": "ssul-set6",
-            "vary": {"omega": {"values": OMEGA}},
-            "sampling": {"method": method, "transient": 240, "periods": 60, "effort": "quick"},
-            "record": {"want": want},
-        }
-    )
-    found = Computer(scan).block(Block(0, ((0, len(OMEGA)),)))
+    sampling = {"method": method, "transient": 240, "periods": 60, "effort": "quick"}
+    found = computed(scan_of("ssul-set6", want, {"omega": OMEGA}, **sampling))
     return {name: values[:, 0] for name, values in found.items()}
 
 

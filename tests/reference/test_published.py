@@ -5,13 +5,11 @@ import pytest
 from scipy.optimize import brentq
 from support import counts_by_period, references, shortening, steady_state, system_of
 
-from nlds_vines.bifurcation.block_files import Block
-from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Batch
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.status_words import OK
+from scans import computed, scan_of
 
 pytestmark = pytest.mark.kernels
 
@@ -76,7 +74,6 @@ def test_rest_leads_to_the_impact_free_orbit(omega):
     np.testing.assert_allclose(orbit.section, expected, rtol=0, atol=1e-10)
 
 
-@pytest.mark.kernels
 def test_regimes_of_the_bilateral_damper():
     """From rest; by wall where they strike (structure, obstacle)."""
     expected = {
@@ -85,15 +82,8 @@ def test_regimes_of_the_bilateral_damper():
         **dict.fromkeys((6.5, 6.55, 6.6), ("2T,1", [1, 0])),
         **dict.fromkeys((6.7, 6.8, 6.9, 7.0), ("3T,1", [1, 0])),
     }
-    scan = load_scan(
-        {
-            "system": "ssbl",
-            "vary": {"omega": {"values": list(expected)}},
-            "sampling": {"transient": 400, "periods": 60},
-            "record": {"want": ["impacts", "regime"]},
-        }
-    )
-    found = Computer(scan).block(Block(0, ((0, scan.lanes),)))
+    want, vary = ["impacts", "regime"], {"omega": list(expected)}
+    found = computed(scan_of("ssbl", want, vary, transient=400, periods=60))
     assert (found["status"] == OK).all()
     walls = found["impacts_by_wall"][:, 0].tolist()
     labels = dict(zip(expected, zip(found["label"][:, 0], walls, strict=True), strict=True))
@@ -122,7 +112,6 @@ def curves():
     return {name: largest_energies(name, BAND) for name in names}
 
 
-@pytest.mark.kernels
 def test_the_ranking_of_the_peaks(curves):
     peaks = {name: curve.max() for name, curve in curves.items()}
     assert peaks["ssul-set6"] < peaks["ssbl"] < peaks["tmd"] < peaks["none"]

@@ -1,0 +1,55 @@
+"""Scans, their results and their archives, as many tests need them."""
+
+import numpy as np
+
+from nlds_vines.bifurcation.block_files import Block, Parts
+from nlds_vines.bifurcation.request_file import load_scan
+
+
+def scan_of(system, want, vary=None, start="rest", title="a test", given=None, **sampling):
+    """Return a scan from rest over three frequencies, where nothing else is said.
+
+    vary: a table of each axis, or its values; start: a policy, or a table; given: what is set.
+    """
+    axes = vary or {"omega": [5.0, 6.0, 7.0]}
+    return load_scan(
+        {
+            "title": title,
+            "system": system,
+            "set": given or {},
+            "vary": {k: v if isinstance(v, dict) else {"values": list(v)} for k, v in axes.items()},
+            "start": {"policy": start} if isinstance(start, str) else start,
+            "sampling": sampling,
+            "record": {"want": list(want)},
+        }
+    )
+
+
+def whole(scan):
+    """Return the block that is all of a scan."""
+    return Block(0, tuple((0, size) for size in scan.shape))
+
+
+def computed(scan, settings=None):
+    """Return the arrays of a scan that is computed in one block."""
+    from nlds_vines.bifurcation.compute import Computer  # which loads the kernels
+
+    return Computer(scan, settings).block(whole(scan))
+
+
+def archived(path, scan, found):
+    """Write an archive of a scan that holds these arrays; return its path."""
+    with Parts.open(path, scan) as parts:
+        parts.write(whole(scan), found)
+        return parts.consolidate([whole(scan)], {})
+
+
+def unfilled(scan):
+    """Return the arrays of a scan's archive by name, everywhere the fill value."""
+    table = scan.table
+    return {
+        name: np.full(
+            table.shape(name), entry.fill, object if entry.dtype == "str" else entry.dtype
+        )
+        for name, entry in table.datasets.items()
+    }

@@ -1,22 +1,17 @@
 """The section at impact of scans, beside closed forms: rigid orbits, a chattering ball, grazing."""
 
-import json
 import math
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from rigid import CASES, RIGID, start_of
 from scipy.optimize import brentq
-from support import REPO
 
 import nlds_vines as nv
-from nlds_vines.model.linear_response import flow_matrix
-from nlds_vines.model.system import System
 
 pytestmark = pytest.mark.kernels
 
-RIGID = json.loads((REPO / "data" / "reference" / "rigid.json").read_text())
-ORBITS = [(case, orbit) for case in RIGID["cases"] for orbit in case["orbits"]]
+ORBITS = [(case, orbit) for case in CASES for orbit in case["orbits"]]
 
 
 def sections(path, system, changes, vary, transient, periods, start="rest"):
@@ -36,18 +31,6 @@ def sections(path, system, changes, vary, transient, periods, start="rest"):
 
 
 # ---- orbits of rigid bodies in closed form -------------------------------------------------------
-
-
-def start_of(case, known):
-    """Return (x, v) at the end of the period of the impact, by the solution after it."""
-    numbers = {"m": 1.0, "k": RIGID["k"], "c": RIGID["c"], "C": RIGID["d"], "e": case["e"]}
-    system = System(
-        "oscillator", numbers | {"omega": case["omega"], "P": known["A"]}, law="restitution"
-    )
-    phase = known["phase"]
-    behind = np.array([RIGID["d"], -case["e"] * known["speed"], 0, 0, 0, 0])
-    behind[4:] = math.cos(phase), math.sin(phase)
-    return (expm(flow_matrix(system) * ((2 * np.pi - phase) / case["omega"])) @ behind)[:2]
 
 
 @pytest.mark.parametrize("pair", ORBITS, ids=lambda pair: f"{pair[0]['omega']}-{pair[1]['A']}")

@@ -1,11 +1,10 @@
 """Branches against closed forms: rigid oscillators, grazing of the motion without impacts."""
 
 import itertools
-import json
 
 import numpy as np
 import pytest
-from support import REPO
+from rigid import CASES, RIGID, oscillator, start_of
 
 from nlds_vines import continue_orbit, load_system
 from nlds_vines.continuation.section_map import SectionMap
@@ -15,43 +14,9 @@ from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 
-RIGID = json.loads((REPO / "data" / "reference" / "rigid.json").read_text())
-CASES = RIGID["cases"]
-
 
 def named(case):
     return f"{case['omega']}-{case['e']}"
-
-
-def oscillator(case, P, **law):
-    numbers = {"m": 1.0, "k": RIGID["k"], "c": RIGID["c"], "C": RIGID["d"], "omega": case["omega"]}
-    law = law or {"law": "restitution", "e": case["e"]}
-    name = law.pop("law")
-    return System("oscillator", {**numbers, "P": P, **law}, law=name)
-
-
-def start_of(case, orbit):
-    """Return the state at phase zero of a closed-form orbit, back from its impact in flight."""
-    system, omega = oscillator(case, orbit["A"]), case["omega"]
-    far = system.with_(C=1e6)  # the free motion: nothing is touched
-    free = response(far, np.array(omega)).X1
-    phase, c, k = orbit["phase"], RIGID["c"], RIGID["k"]
-    damped = np.sqrt(k - 0.25 * c * c)
-
-    # before the impact at t = phase/omega, x = x_p + e^{-ct/2}(a cos + b sin) with x = d, v = speed
-    def forced(t):
-        z = complex(free) * np.exp(1j * omega * t)
-        return z.real, (1j * omega * z).real
-
-    t = phase / omega
-    x, v = forced(t)
-    dx, dv = RIGID["d"] - x, orbit["speed"] - v
-    back = -t
-    decay, cos, sin = np.exp(-0.5 * c * back), np.cos(damped * back), np.sin(damped * back)
-    u = decay * (dx * cos + (dv + 0.5 * c * dx) / damped * sin)
-    w = decay * (dv * cos - (k * dx + 0.5 * c * dv) / damped * sin)
-    x0, v0 = forced(0.0)
-    return [float(x0 + u), float(v0 + w)]
 
 
 def free_motion(system):

@@ -35,6 +35,14 @@ def bits(path):
         return {name: view[name].tolist() for name in view.names}
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the archive of a search that nothing has disturbed."""
+    path = tmp_path_factory.mktemp("whole") / "a.h5"
+    tune(path, *TMD)
+    return path
+
+
 @pytest.fixture
 def interrupt(monkeypatch):
     """Return a function that lets the next search be interrupted at its n-th batch."""
@@ -64,7 +72,7 @@ def test_threads_do_not_matter_and_seeds_do(arguments, tmp_path):
     assert nv.verify(tmp_path / "a.h5") == []
 
 
-def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path):
+def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path, whole):
     """With eight times the steps it is that of a scan of the best design over these values."""
     band = [*TMD[:-4], "--band", "5.5:7:7"]
     assert main([*band, "-o", str(tmp_path / "a.h5"), "--quiet"]) == 0
@@ -86,9 +94,8 @@ def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path):
     assert best.finer > best.objective
     assert "E1max is the largest of 7 values of omega; finer: of 49" in said
     assert f"{best.objective:11.5g}  {best.finer:11.5g}" in said
-    point = tune(tmp_path / "b.h5", *TMD)
-    assert "optimum_finer" not in point  # four values are no band
-    assert np.isnan(nv.open(tmp_path / "b.h5").best.finer)
+    assert "optimum_finer" not in bits(whole)  # four values are no band
+    assert np.isnan(nv.open(whole).best.finer)
 
 
 @pytest.mark.parametrize("batches", [0, 1, 4, 15, 22])
@@ -115,9 +122,8 @@ def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, inter
 
 @pytest.mark.parametrize(("asked", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_who_asks_to_stop_is_heard_between_two_batches(
-    asked, status, tmp_path, monkeypatch, capsys
+    asked, status, tmp_path, whole, monkeypatch, capsys
 ):
-    reference = tune(tmp_path / "a.h5", *TMD)
     real, calls = Objective.results, []
 
     def results(self, trials):
@@ -131,7 +137,7 @@ def test_who_asks_to_stop_is_heard_between_two_batches(
         assert main([*TMD, "-o", str(tmp_path / "b.h5"), "--quiet"]) == status
     assert len(calls) == 5  # that batch was finished, and kept
     assert "--resume" in capsys.readouterr().err
-    assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
+    assert tune(tmp_path / "b.h5", *TMD, "--resume") == bits(whole)
 
 
 def test_a_killed_search_resumes_to_the_same_bits(tmp_path):
@@ -151,14 +157,15 @@ def test_a_killed_search_resumes_to_the_same_bits(tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.h5", "b.h5"]
 
 
-def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monkeypatch, capsys):
-    reference = tune(tmp_path / "a.h5", *TMD)
+def test_a_journal_of_other_versions_is_computed_again(
+    tmp_path, whole, interrupt, monkeypatch, capsys
+):
     interrupt(6)
     with monkeypatch.context() as patch:
         patch.setattr("nlds_vines.runs.partfile.makers", lambda: {"source": "another"})
         assert main([*TMD, "-o", str(tmp_path / "b.h5"), "--quiet"]) == 130
     interrupt(None)
-    assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
+    assert tune(tmp_path / "b.h5", *TMD, "--resume") == bits(whole)
     assert "another version" in capsys.readouterr().err
 
 
@@ -188,9 +195,8 @@ def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch,
     assert console(["diff", str(path), str(path)]) == 0
 
 
-def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, capsys):
+def test_a_damaged_journal_is_not_believed(tmp_path, whole, interrupt, monkeypatch, capsys):
     monkeypatch.setattr("nlds_vines.tuning.evaluations.FLUSH_EVERY", 0.0)
-    reference = tune(tmp_path / "a.h5", *TMD)
     interrupt(6)
     assert main([*TMD, "-o", str(tmp_path / "b.h5"), "--quiet"]) == 130
     part = tmp_path / "b.h5.parts" / "block-000002.part"
@@ -198,7 +204,7 @@ def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, cap
     data[len(data) // 2] ^= 1
     part.write_bytes(data)
     interrupt(None)
-    assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
+    assert tune(tmp_path / "b.h5", *TMD, "--resume") == bits(whole)
     assert "block-000002.part and what follows is computed again" in capsys.readouterr().err
     with nv.read(tmp_path / "b.h5") as view:
         assert view.attrs["replayed"] == 16
@@ -289,17 +295,15 @@ def test_a_parameter_that_does_nothing_is_called_so(tmp_path, answer):
 
 
 @pytest.mark.parametrize("form", ["png", "svg"])
-def test_the_surface_is_drawn_alike_every_time(form, tmp_path):
-    tune(tmp_path / "a.h5", *TMD)
+def test_the_surface_is_drawn_alike_every_time(form, whole, tmp_path):
     pictures = [tmp_path / f"{name}.{form}" for name in "ab"]
     for picture in pictures:
-        drawn.PICTURE.save(tmp_path / "a.h5", picture)
+        drawn.PICTURE.save(whole, picture)
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
-def test_the_surface_shows_parameters_values_and_optima(tmp_path):
-    tune(tmp_path / "a.h5", *TMD)
-    with nv.read(tmp_path / "a.h5") as view:
+def test_the_surface_shows_parameters_values_and_optima(whole):
+    with nv.read(whole) as view:
         axes, bar = drawn.tuning_surface(view).axes
         (mesh,) = (
             item
@@ -355,10 +359,9 @@ def test_a_tuning_without_a_surface_is_not_drawn(tmp_path):
         drawn.PICTURE.save(tmp_path / "a.h5", tmp_path / "a.png")
 
 
-def test_xarray_opens_it(tmp_path):
+def test_xarray_opens_it(whole):
     xarray = pytest.importorskip("xarray")
-    tune(tmp_path / "a.h5", *TMD)
-    with xarray.open_dataset(tmp_path / "a.h5", engine="h5netcdf") as data:
+    with xarray.open_dataset(whole, engine="h5netcdf") as data:
         assert data["surface"].dims == ("surface_k2", "surface_c2")
         assert data["objective"].dims == ("evaluation",)
         assert data["robustness"].sel(optimum=0).size == 4 + 4 + 4

@@ -29,8 +29,7 @@ class Page:
         self.session = Session(self.document, opened)
         self.told = {}
         self.session._data["told"].on_change("data", self._note)
-        self.ask("ready")
-        self.settle()
+        self.do("ready")
 
     def _note(self, attribute, old, new):
         for text in new["message"]:
@@ -38,6 +37,11 @@ class Page:
 
     def ask(self, do, **more):
         self.session._data["asked"].data = {"message": [json.dumps({"do": do, **more})]}
+
+    def do(self, what, **more):
+        """Ask for something, and wait until it is done."""
+        self.ask(what, **more)
+        self.settle()
 
     def settle(self, until=lambda page: not page.session._queue.busy, seconds=60.0):
         """Run what threads have left for the document until a condition holds."""
@@ -62,8 +66,7 @@ def page(small_map):
 def test_a_click_shows_the_orbit_of_the_cell(page, small_map):
     found = stored(small_map)
     for cell in ((0, 0), (5, 3), (3, 2)):
-        page.ask("cell", cell=cell, start=1, number=7)
-        page.settle()
+        page.do("cell", cell=cell, start=1, number=7)
         assert page.told["orbit"]["label"] == found.arrays["label"][(*cell, 1)]
         assert page.told["orbit"]["number"] == 7
         assert page.told["sliders"]["omega"] == found.values_of(cell)["omega"]
@@ -80,16 +83,13 @@ def test_of_many_clicks_the_last_one_is_shown(page, small_map):
 
 @pytest.mark.kernels
 def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(page):
-    page.ask("cell", cell=(2, 2), start=0)
-    page.settle()
-    page.ask("slider", name="P", value=333.0)
-    page.settle()
+    page.do("cell", cell=(2, 2), start=0)
+    page.do("slider", name="P", value=333.0)
     assert page.session._orbit.view.column.system.parameters["P"] == 333.0
     page.ask("slider", name="m1", value=-1.0)
     assert "m1" in page.told["trouble"]
     assert page.told["sliders"]["m1"] > 0
-    page.ask("original")
-    page.settle()
+    page.do("original")
     assert (
         page.session._orbit.view.column.system.parameters["P"]
         == page.session._found.values_of((2, 2))["P"]
@@ -98,8 +98,7 @@ def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(page):
 
 @pytest.mark.kernels
 def test_a_click_in_a_phase_plane_begins_an_orbit_there(page):
-    page.ask("plane", plane="phase2", x=0.3, v=-0.25)
-    page.settle()
+    page.do("plane", plane="phase2", x=0.3, v=-0.25)
     start = page.session._orbit.request.start
     assert start[2:] == (0.3, -0.25)
     assert page.told["orbit"]["where"] == "from a start of your own"
@@ -113,15 +112,12 @@ def test_a_history_from_the_start_is_shown_until_another_is_chosen(page):
         )
         return page.session._data["values"].data["values"][first:stop]
 
-    page.ask("history", name="whole")
-    page.settle()
+    page.do("history", name="whole")
     assert times()[0] < 1
     assert times()[-1] > 60
-    page.ask("cell", cell=(1, 1), start=0)
-    page.settle()
+    page.do("cell", cell=(1, 1), start=0)
     assert times()[0] < 1
-    page.ask("history", name="settled")
-    page.settle()
+    page.do("history", name="settled")
     assert times()[0] > 60
     page.ask("history", name="all of it")
     assert "history" in page.told["trouble"]
@@ -147,8 +143,7 @@ def test_an_orbit_that_fails_is_told_and_nothing_of_the_one_before_remains(page,
         raise IntegrationError("it stuck to the wall")
 
     monkeypatch.setattr("nlds_vines.explore.orbit_queue.live_orbit", fails)
-    page.ask("cell", cell=(1, 1), start=0)
-    page.settle()
+    page.do("cell", cell=(1, 1), start=0)
     assert page.told["trouble"] == "it stuck to the wall"
     assert (page.told["orbit"]["label"], page.told["orbit"]["layout"]) == ("no orbit", [])
 
@@ -170,14 +165,12 @@ def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):
 
 @pytest.mark.kernels
 def test_what_is_saved_is_what_is_seen(page, tmp_path):
-    page.ask("cell", cell=(1, 2), start=1)
-    page.settle()
+    page.do("cell", cell=(1, 2), start=1)
     page.ask("save", what="portrait")
     path = tmp_path / page.told["file"]["name"]
     path.write_text(page.told["file"]["text"])
     assert load_portrait(path).start == page.session._orbit.request.start
-    page.ask("slider", name="C", value=0.05)
-    page.settle()
+    page.do("slider", name="C", value=0.05)
     page.ask("save", what="scan")
     path.write_text(page.told["file"]["text"])
     assert load_scan(path).system.parameters["C"] == 0.05

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from nlds_vines import classify, load_system, simulate
-from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.request_file import load_scan
+from scans import computed, scan_of
 
 NOTED = 4096  # periods of a transient whose section is kept
 
@@ -72,17 +71,10 @@ def test_chaos_is_watched_for_as_long_as_the_effort_allows(effort):
 
 @pytest.mark.kernels
 def test_a_quick_scan_knows_how_long_it_watched():
-    scan = load_scan(
-        {
-            "system": "ssul-set6",
-            "set": {"K": 2.5e7},
-            "vary": {"omega": {"values": [6.28, 7.4]}},
-            "sampling": {"transient": 300, "periods": 60, "effort": "quick"},
-            "record": {"want": ["regime", "evidence"]},
-        }
+    vary, sampling = {"omega": [6.28, 7.4]}, {"transient": 300, "periods": 60, "effort": "quick"}
+    arrays = computed(
+        scan_of("ssul-set6", ["regime", "evidence"], vary, given={"K": 2.5e7}, **sampling)
     )
-    computer = Computer(scan)
-    arrays = computer.lanes(computer._cells[:, np.newaxis], np.zeros((2, 4)))
     np.testing.assert_array_equal(arrays["watched"].ravel(), [360, 360])
     assert list(arrays["label"].ravel()) == ["T,1", "undetermined"]
 
@@ -138,23 +130,15 @@ def test_a_flight_without_impact_is_not_yet_a_periodic_orbit():
 
 
 @pytest.mark.kernels
-@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 def test_what_is_recorded_changes_no_orbit(method):
     """Chaos shows it: a difference in the last bit grows to the size of the attractor."""
 
     def section(*want):
-        scan = load_scan(
-            {
-                "system": "ssul-set6",
-                "set": {"K": 2.5e7},
-                "vary": {"omega": {"values": [7.4]}},
-                "sampling": {"transient": 1000, "periods": 500, "method": method},
-                "record": {"want": ["section", *want]},
-            }
-        )
-        computer = Computer(scan)
-        return computer.lanes(computer._cells[:, np.newaxis], np.zeros((1, 4)))["section"]
+        sampling = {"transient": 1000, "periods": 500, "method": method}
+        vary, given = {"omega": [7.4]}, {"K": 2.5e7}
+        scan = scan_of("ssul-set6", ["section", *want], vary, given=given, **sampling)
+        return computed(scan)["section"]
 
     alone = section()
     for also in (["energy"], ["peak"], ["clearance", "impacts"]):

@@ -75,8 +75,6 @@ def test_of_many_points_the_colour_tells_how_many_are_near():
 def test_a_scene_without_walls_has_no_section_at_impact():
     with pytest.raises(RequestError, match="cannot be filled for kind 'tmd'"):
         load_portrait("tmd", {"portrait": {"panels": ["impact-section"]}})
-    with pytest.raises(RequestError, match=r"section_phase = 1\.5; allowed: 0 to 1"):
-        load_portrait("tmd", {"portrait": {"section_phase": 1.5}})
 
 
 def test_the_phase_of_a_section_is_of_the_hash_where_it_is_not_zero():

@@ -27,7 +27,6 @@ def folder(tmp_path_factory):
     return found
 
 
-@pytest.mark.kernels
 def test_the_edge_state_divides_the_basins(folder):
     with nv.read(folder / "plane.h5") as view:
         (edge,) = edge_states(view, folder / "branches.h5")
@@ -91,7 +90,6 @@ def test_what_does_not_fit_is_refused(folder, tmp_path):
         nv.plot(branches, marks=branches)
 
 
-@pytest.mark.kernels
 def test_the_section_of_an_orbit_lies_over_the_basins(folder):
     """Of a T,1 orbit its own point, at the end of each period; of another system none."""
     plane, orbit = str(folder / "plane.h5"), str(folder / "orbit.h5")

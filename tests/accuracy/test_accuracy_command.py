@@ -11,7 +11,6 @@ import pytest
 
 from nlds_vines.__main__ import main as console
 from nlds_vines.accuracy import measure
-from nlds_vines.accuracy.command import main
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.model.catalogue import load_system
@@ -71,14 +70,13 @@ def test_what_is_advised_is_what_a_scan_and_python_take(measured):
         assert simulate(load_system("ssul-set6"), 1, **settings).section.shape == (1, 4)
 
 
-def test_an_archive_of_measurements_is_one_like_others(measured, capsys, refusal):
-    assert console(["verify", "accuracy.h5"]) == 0
+def test_an_archive_of_measurements_is_one_like_others(measured, refusal, ask):
+    ask("verify", "accuracy.h5")
     before = Path("accuracy.h5").read_bytes()
-    capsys.readouterr()
     for command in (["status", "accuracy.h5"], ["rerun", "accuracy.h5", "-o", "again.h5"]):
         assert "holds a survey, not a scan" in refusal(*command)
-    assert main(SHORT) == 2  # it is there already
-    assert main([*SHORT, "--resume"]) == 0  # and complete
+    ask("accuracy", *SHORT, status=2)  # it is there already
+    ask("accuracy", *SHORT, "--resume")  # and complete
     assert Path("accuracy.h5").read_bytes() == before
 
 

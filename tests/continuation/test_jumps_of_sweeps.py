@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main as console
 from nlds_vines.loads.picture import envelope
 
 SYSTEM, P, PERIODS = "ssul-set5", 800.0, 20
@@ -54,11 +53,11 @@ def test_a_slow_sweep_jumps_behind_the_fold_and_nearer_to_it_the_slower_it_is(br
 
 
 @pytest.mark.kernels
-def test_branches_are_drawn_beside_a_sweep(branches, tmp_path, capsys, refusal):
+def test_branches_are_drawn_beside_a_sweep(branches, tmp_path, refusal, ask):
     path, picture = tmp_path / "sweep.h5", tmp_path / "sweep.png"
     words = f"sweep:amplitude={P:g},first=7.0,last=7.3,length=60"
     asked = ["decay", "--system", SYSTEM, "--load", words, "--duration", "60", "--quiet"]
-    assert console([*asked, "-o", str(path)]) == 0
+    ask(*asked, "-o", path)
     figure = nv.plot(path, "sweep_energy", marks=branches.path)
     (axes,) = figure.axes
     branch = branches.branches[0]
@@ -70,8 +69,7 @@ def test_branches_are_drawn_beside_a_sweep(branches, tmp_path, capsys, refusal):
     plot = ["plot", str(path), "--mark", str(branches.path), "-o", str(picture)]
     assert "--show sweep_energy" in refusal(*plot)
     other = ["--set", "P=700", "--along", "omega=7.2:7.3", "-o", str(tmp_path / "other.h5")]
-    assert console(["continuation", "--system", SYSTEM, *other, "--quiet"]) == 0
-    capsys.readouterr()
+    ask("continuation", "--system", SYSTEM, *other, "--quiet")
     plot[3] = str(tmp_path / "other.h5")
     assert "P = 700.0, not 800.0" in refusal(*plot, "--show", "sweep_energy")
     assert not picture.exists()

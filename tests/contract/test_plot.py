@@ -102,7 +102,7 @@ def test_it_draws_into_given_axes(small):
         nv.plot(small, "x1,x2", ax=one)
 
 
-def _archive(kind, folder):
+def _archive(kind, folder, ask):
     """Return a small archive of a kind, and the names of the panels of its picture."""
     path = folder / f"{kind}.h5"
     quiet = ["-o", str(path), "--quiet"]
@@ -124,7 +124,7 @@ def _archive(kind, folder):
         values = ["--vary", "omega=6:6.5:3"]
         command = [kind, "--system", "tmd", "--system", "ssul-set6", *values, *sampling]
         names = ["energies", "reduction"]
-    assert console([*command, *quiet]) == 0
+    ask(*command, *quiet)
     return path, names
 
 
@@ -132,9 +132,8 @@ def _archive(kind, folder):
 @pytest.mark.parametrize(
     "kind", ["transients", "tuning", "accuracy", "continuation", "response-curves"]
 )
-def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(kind, tmp_path, capsys, answer):
-    path, names = _archive(kind, tmp_path)
-    capsys.readouterr()
+def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(kind, tmp_path, ask, answer):
+    path, names = _archive(kind, tmp_path, ask)
     listed = [line.split()[0] for line in answer("plot", path, "--show", "?").splitlines()]
     assert listed[: len(names)] == names
     wide, narrow = nv.plot(path), nv.plot(path, columns=1)
@@ -173,19 +172,17 @@ def test_what_users_set_in_matplotlib_stays(small):
 
 
 def test_the_command_draws_names_what_there_is_and_keeps_pictures(
-    small, tmp_path, capsys, answer, refusal
+    small, tmp_path, answer, refusal, ask
 ):
     picture = tmp_path / "v.pdf"
-    assert console(["plot", str(small), "--show", "v1", "-o", str(picture)]) == 0
+    ask("plot", small, "--show", "v1", "-o", picture)
     first = picture.read_bytes()
-    capsys.readouterr()
     assert "exists: --overwrite replaces it" in refusal(
         "plot", small, "--show", "v2", "-o", picture
     )
     assert picture.read_bytes() == first
-    assert console(["plot", str(small), "--show", "v2", "-o", str(picture), "--overwrite"]) == 0
+    ask("plot", small, "--show", "v2", "-o", picture, "--overwrite")
     assert picture.read_bytes() != first
-    capsys.readouterr()
     listed = answer("plot", small, "--show", "?")
     assert "E1max" in listed
     assert "[m/s]" in listed

@@ -19,9 +19,8 @@ from made_up import MAP, make_scan, write
 
 from nlds_vines.__main__ import main
 from nlds_vines.archives import durable
-from nlds_vines.bifurcation.command import bifurcation
 from nlds_vines.cli.commands import COMMANDS
-from nlds_vines.errors import RequestError, printable
+from nlds_vines.errors import printable
 
 ODD = "a\udcff"  # how Python keeps the bytes a\xff
 SLOW = 2.0  # s of computing: far less than what is refused would take, and kernels are not loaded
@@ -533,20 +532,4 @@ def test_the_process_answers_likewise(line, folder):
     before = contents(folder)
     done = python("-W", "error", "-m", "nlds_vines.bifurcation", *shlex.split(line))
     assert_one_line(done.returncode, done.stdout, done.stderr, SHARED[line])
-    assert contents(folder) == before
-
-
-def test_the_function_refuses_as_the_command_does(folder):
-    before = contents(folder)
-    for given, words in (
-        (("scan.toml", "old.h5"), r"old\.h5' exists"),
-        ((3,), "scan = 3 must be"),
-        ((None, f"{ODD}.h5"), "UTF-8"),
-    ):
-        with pytest.raises(RequestError, match=words):
-            bifurcation(*given)
-    with pytest.raises(RequestError, match="exclude each other"):
-        bifurcation("scan.toml", resume=True, overwrite=True)
-    with pytest.raises(RequestError, match="threads = 0"):
-        bifurcation("scan.toml", threads=0)
     assert contents(folder) == before

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main
 from nlds_vines.archives.toml import toml_text
 from nlds_vines.bifurcation.command import bifurcation
 from nlds_vines.bifurcation.compute import Computer
@@ -184,10 +183,9 @@ DRY = {
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("command", COMMANDS)
-def test_commands_take_numbers_and_presets(command, here, capsys, answer):
+def test_commands_take_numbers_and_presets(command, here, answer, ask):
     for text in ("1e-6", "draft"):
-        assert main([command, *DRY[command], "--tolerance", text, "--dry-run"]) == 0
-    capsys.readouterr()
+        ask(command, *DRY[command], "--tolerance", text, "--dry-run")
     assert "draft (1e-06), standard (1e-09), fine (1e-12)" in " ".join(
         answer(command, "--help").split()
     )
@@ -242,24 +240,23 @@ def without_tolerance(path, changed=None):
 
 
 @pytest.mark.kernels
-def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(here, capsys, answer):
+def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(here, answer, ask):
     nv.bifurcation(SMALL, "a.h5", tolerance="draft")
     with nv.read("a.h5") as view:
         assert tomllib.loads(view.text("scan"))["sampling"]["tolerance"] == 1e-6
-    assert main(["rerun", "a.h5", "--quiet"]) == 0
+    ask("rerun", "a.h5", "--quiet")
     assert nv.open(here / "a.h5").request.tolerance == 1e-6
     with pytest.raises(RequestError, match="holds another scan: --resume cannot continue it"):
         nv.bifurcation(SMALL, "a.h5", resume=True)
     nv.bifurcation(SMALL, "a.h5", tolerance=1e-6, resume=True)
     nv.bifurcation(SMALL, "b.h5")
-    capsys.readouterr()
     assert "parameter: sampling.tolerance: 1e-06 -> 1e-09" in answer(
         "diff", "a.h5", "b.h5", status=1
     )
 
 
 @pytest.mark.kernels
-def test_an_archive_without_a_tolerance_means_the_nodes_and_steps_of_its_time(tmp_path, capsys):
+def test_an_archive_without_a_tolerance_means_the_nodes_and_steps_of_its_time(tmp_path):
     """It stays readable, and is repeated; what is said of it wrongly is found."""
     path = nv.bifurcation(SMALL, tmp_path / "old.h5")
     without_tolerance(path)

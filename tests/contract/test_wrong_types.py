@@ -6,6 +6,7 @@ from made_up import make_scan, write
 
 import nlds_vines as nv
 from nlds_vines.errors import typed
+from nlds_vines.portrait.request_file import load_portrait
 from paper.command import reproduce_paper
 
 SCAN, TUNING, BRANCHES = nv.load_scan(), nv.load_tuning(), nv.load_continuation()
@@ -57,6 +58,14 @@ CALLS = {
     "output of response_curves": lambda: nv.response_curves(output=None),
     "to of portray": lambda: nv.portray(to=7),
     "start of portrait": lambda: nv.portrait(start=7),
+    "portrait = 3": lambda: nv.portrait(3),
+    "'x.gif' to portray": lambda: nv.portray("tmd", to="x.gif"),
+    "'pannels' of portrait": lambda: nv.portrait("tmd", pannels=["energy"]),
+    "show beside a request": lambda: nv.portrait(load_portrait("tmd"), show=3),
+    "scan = 3": lambda: nv.bifurcation(3),
+    "UTF-8 of an output": lambda: nv.bifurcation(None, "a\udcff.h5"),
+    "threads of bifurcation": lambda: nv.bifurcation(threads=0),
+    "resume beside overwrite": lambda: nv.bifurcation(resume=True, overwrite=True),
     "system of Scan": lambda: replaced(nv.Scan, system="tmd"),
     "axes of Scan": lambda: replaced(nv.Scan, axes=("omega",)),
     "start of Scan": lambda: replaced(nv.Scan, start="rest"),

@@ -484,15 +484,3 @@ def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, ask):
     assert err.count("\n") == 1
     assert "too_stiff" in err
     assert not (folder / "good.png").exists()
-
-
-def test_the_function_refuses_as_the_command_does(folder):
-    with pytest.raises(RequestError, match=r"'x\.gif'"):
-        nv.portrait("tmd", "x.gif")
-    with pytest.raises(RequestError, match="unknown key 'pannels'"):
-        nv.portrait("tmd", pannels=["energy"])
-    with pytest.raises(RequestError, match="portrait = 3"):
-        nv.portrait(3)
-    with pytest.raises(RequestError, match="show given beside a PortraitRequest"):
-        nv.portrait(load_portrait("tmd"), show=3)
-    assert not list(folder.glob("x*"))

@@ -181,15 +181,14 @@ def test_what_is_refused_leaves_nothing(told, reason, here, refusal):
 
 
 @pytest.mark.kernels
-def test_the_orbit_of_a_cell_names_its_scan(here, capsys, refusal):
+def test_the_orbit_of_a_cell_names_its_scan(here, refusal, ask):
     scan = ["--vary", "omega=7:7.4:3", "--transient", "30", "--periods", "8", "--quiet"]
-    assert main(["bifurcation", *scan, "-o", "scan.h5"]) == 0
+    ask("bifurcation", *scan, "-o", "scan.h5")
     told = ["portrait", "scan.h5", "--at", "omega=7.2", "--samples", "16", "-o", "cell.h5"]
-    assert main([*told, "--quiet"]) == 0
+    ask(*told, "--quiet")
     found = nv.open("cell.h5")
     with nv.read("scan.h5") as view:
         assert np.array_equal(found.views[0].section, view["section"][1, 0])
     assert nv.verify("cell.h5") == []
-    capsys.readouterr()
     assert "portrait SCAN.h5 --at omega=7.2 --start rest" in refusal("rerun", "cell.h5")
-    assert main(["plot", "cell.h5"]) == 0
+    ask("plot", "cell.h5")

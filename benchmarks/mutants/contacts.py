@@ -72,7 +72,7 @@ MUTANTS = (
         ),
         (
             "restitution: energies of a damper that stays are not looked at",
-            "    note_cell(side.ps, side.damper, watch, grid, phase, begin, end)\n",
+            "    watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)\n",
             "    pass\n",
             _T_RESTITUTION + "test_a_damper_pressed_to_the_wall_comes_to_rest_there[0.5]",
         ),
@@ -81,8 +81,8 @@ MUTANTS = (
         "nlds_vines/kernels/laws/hertz.py",
         (
             "force law: variations see no stiffness of the contact",
-            "1.5 * wall.K * q",
-            "1.0 * wall.K * q",
+            "1.5 * wall.K * k",
+            "1.0 * wall.K * k",
             _T_VARIATIONS + "test_monodromy_is_the_derivative_of_the_flow[an impact a period-rk4]",
         ),
         (
@@ -429,8 +429,8 @@ MUTANTS = (
         ),
         (
             "fixed_step: energies and the limit are watched at the starts of steps alone",
-            "note_cell(ps, damper, watch, grid, (c, d), j + x, length)",
-            "note_cell(ps, damper, watch, grid, (c, d), j + x, 0.0)",
+            "watch_piece(ps, damper, watch, grid, (c, d), j + x, length)",
+            "watch_piece(ps, damper, watch, grid, (c, d), j + x, 0.0)",
             _PLAIN_METHODS + "test_an_excursion_beyond_a_limit_may_be_short",
             _PLAIN_METHODS + "test_both_methods_note_the_same[tmd]",
         ),

@@ -161,9 +161,15 @@ MUTANTS = (
     *of(
         "nlds_vines/kernels/watch/peaks.py",
         (
+            "peaks: a step of a contact holds no more than its ends",
+            "i, part = COEF + 4 * n, n * (n - 1.0) * sag",
+            "i, part = COEF + 4 * n, 0.0 * sag",
+            _PLAIN_METHODS + "test_the_largest_energies_are_those_of_many_samples",
+        ),
+        (
             "peaks: a factor of the damper's energy takes it for the structure",
-            "f += mass * rise * (w[i + 5] - w[i + 7])",
-            "f += mass * rise * w[i + 5]",
+            "x - w[i + 2], v - w[i + 3], a - ds",
+            "x - w[i + 2], v - w[i + 3], a",
             _T_ENERGIES + "test_the_peak_of_a_linear_transient",
         ),
         (
@@ -198,20 +204,20 @@ MUTANTS = (
         ),
         (
             "peaks: a piece that holds a single root is passed over",
-            "note_at(ps, damper, energy, grid, root(grid.table, x, x + width, f, g))",
-            "note_at(ps, damper, energy, grid, x + width)",
+            "note_at(noter, root(w, x, x + width, f, g))",
+            "note_at(noter, x + width)",
             _PLAIN_PEAKS + "test_the_largest_of_a_piece_are_those_of_its_samples",
         ),
         (
             "peaks: a factor's polynomial forgets the spring",
-            "f = spring * w[i] + (",
-            "f = (",
+            "mass * a + spring * x",
+            "mass * a",
             _PLAIN_PEAKS + "test_the_polynomial_of_a_factor_is_the_factor",
         ),
         (
             "peaks: the bound from a factor's polynomial counts its first terms alone",
-            "bend += k * (k - 1.0) * abs(f)",
-            "bend += abs(f) if k == 2 else 0.0",
+            "bend += n * (n - 1.0) * abs(w[FACTOR + n])",
+            "bend += abs(w[FACTOR + n]) if n == 2 else 0.0",
             _PLAIN_PEAKS + "test_the_polynomial_of_a_factor_is_the_factor",
         ),
         (
@@ -273,8 +279,8 @@ MUTANTS = (
         ),
         (
             "exact: times of the limit are those of the cell's start",
-            "note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)",
-            "note_limit(grid.table, limit_log, j, grid.h, place, bounds.bend, bounds.jerk)",
+            "limit_log, (j + x, grid.h), place",
+            "limit_log, (j, grid.h), place",
             _PLAIN_METHODS + "test_a_fast_damper_strikes_several_times_in_a_cell",
         ),
     ),

@@ -42,25 +42,6 @@ MUTANTS = (
             "x1 - r, v1 - s",
             _T_EXACT_FACTS + "test_impact_free_orbit",
         ),
-        (
-            "observe: the power on the damper forgets the contact",
-            "n2 = onto_damper(ps, damper, drive, damper.k2 * x1 + pull)",
-            "n2 = onto_damper(ps, damper, drive, damper.k2 * x1 + damper.c2 * s)",
-            _PLAIN_METHODS + "test_the_largest_energies_are_those_of_many_samples",
-        ),
-        (
-            "observe: no turn of an energy is looked for in a contact",
-            "        if opposite(before[which], after[which]) and start[body] + gain * time > energy[body]:",
-            "        if opposite(before[which], after[which]) and start[body] > energy[body]:",
-            _PLAIN_METHODS + "test_the_largest_energies_are_those_of_many_samples",
-        ),
-        (
-            "observe: a turn of an energy ends the search of a step",
-            "            raise_energies(energy, energies_in(side, int(NEW)))\n"
-            "            restore(k)",
-            "            raise_energies(energy, energies_in(side, int(NEW)))",
-            _PLAIN_METHODS + "test_the_largest_energies_are_those_of_many_samples",
-        ),
     ),
     *of(
         "nlds_vines/kernels/laws/hertz.py",

@@ -91,7 +91,7 @@ def test_the_polynomial_of_a_factor_is_the_factor(which):
     values = []
     for x in SAMPLES:
         drive = cosine * math.cos(turn * x) - sine * math.sin(turn * x)
-        values.append(powers_at(ps, damper, *at(grid.table, x), drive, 0.0)[which])
+        values.append(powers_at(ps, damper, *at(grid.table, x), drive)[which])
     found = [factor_at(grid.table, x) for x in SAMPLES]
     np.testing.assert_allclose(found, values, rtol=0, atol=1e-12 * np.abs(values).max())
     second = np.diff(values, 2) / (SAMPLES[1] - SAMPLES[0]) ** 2

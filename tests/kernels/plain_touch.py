@@ -136,7 +136,7 @@ def watched(*pieces):
     log[[observe.LIMIT, observe.FIRST_VIOLATION, observe.ORIGIN]] = LEVEL, np.nan, 10.0
     for j, excess in enumerate(pieces):
         cell, bend, jerk = prepared(Polynomial([LEVEL]) + excess)
-        note_limit(cell, log, float(j), 0.5, 1.0, bend, jerk)
+        note_limit(cell, log, (float(j), 0.5), 1.0, bend, jerk)
     return log
 
 

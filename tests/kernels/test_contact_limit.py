@@ -8,17 +8,18 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support import BOTH, contact_parts, kernel_cell, side_of, system_of
+from support import BOTH, NOTHING, contact_parts, kernel_cell, side_of, system_of
 from twin import follow, model_of
 
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.impact.hertz_arc import make_arc
-from nlds_vines.kernels.motion.taylor import advance, expand
+from nlds_vines.kernels.motion.taylor import advance, expand, piece_of
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.arguments import CellBuffers, Parts, Span, Step
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.contact_series import NEW, OLD
 from nlds_vines.kernels.watch import limit, observe
+from nlds_vines.kernels.watch.response import watch_piece
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.orbits.kernel_inputs import WALLS
 from nlds_vines.orbits.simulation import simulate
@@ -135,6 +136,12 @@ def test_a_limit_in_the_way_into_a_near_wall(level, method):
 # ---- one step ------------------------------------------------------------------------------------
 
 
+def note_limit_step(side, log, step, begun):
+    """Note in the log the limit over a step."""
+    piece, watch = piece_of(side, step.h, begun), NOTHING._replace(limit_log=log)
+    watch_piece(side.ps, side.damper, watch, piece, step.phase, begun, 1.0)
+
+
 def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
     """Return the log of one step of a damper without forces in a wall without stiffness.
 
@@ -150,7 +157,7 @@ def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
     k[OLD], k[OLD + 1] = q, s
     expand(side, None, step.phase, h)
     advance(side, None, step)
-    limit.note_limit_step(side, log, step, begun)
+    note_limit_step(side, log, step, begun)
     return log, k[NEW] ** 2, k[NEW + 4]
 
 
@@ -215,7 +222,7 @@ def turning_step(level, beyond=0.0, share=0.02, K=1e6):
     step = Step((1.0, 0.0), False, h)
     advance(side, None, step)
     end = k[NEW : NEW + 5].copy()
-    limit.note_limit_step(side, log, step, 0.0)
+    note_limit_step(side, log, step, 0.0)
     np.testing.assert_array_equal(k[NEW : NEW + 5], end)
     return log, z, deepest
 
@@ -237,37 +244,11 @@ def test_a_passage_and_a_return_within_one_step():
     assert log[observe.EXCESS] == pytest.approx(0.05 + deepest, rel=1e-9)
 
 
-# ---- the bounds ----------------------------------------------------------------------------------
+# ---- a short impact ------------------------------------------------------------------------------
 
 NO_FORCES = dict.fromkeys(("k1", "c1", "k2", "c2", "P"), 0.0)
 PHASE = (1.0, 0.0)
 BODIES = {"m1": 1000.0, "m2": 60.0, "omega": 6.28, "K": 1e6, "near": 0.1}
-
-
-def bend(q, s, v1, duration, **forces):
-    parts = contact_parts(**{**BODIES, **NO_FORCES, **forces})
-    side = side_of(parts)
-    side.k[OLD], side.k[OLD + 1], side.k[OLD + 3] = q, s, v1
-    return limit.bend_in_contact(side, PHASE, duration), parts
-
-
-@pytest.mark.kernels
-def test_the_bound_of_the_bend_is_reached_by_each_of_its_parts():
-    """Notices: the contact's push, its approach, the force, or what the force adds, left out."""
-    found, (ps, damper, wall) = bend(0.1, 0.0, 0.0, 0.0)
-    assert found == pytest.approx(wall.kappa * 0.1**3, rel=1e-12)  # at rest at a depth of 0.01
-    found, _ = bend(0.1, 0.0, 0.0, 0.01)
-    reach = 0.01 + wall.speed * 0.01**1.25 * 0.01  # what its energy allows it to go on
-    assert found == pytest.approx(wall.kappa * reach**1.5, rel=1e-12)
-    share = damper.share  # of s in v1: the centre of both masses stays at rest
-    found, _ = bend(0.0, 2.0, 2.0 * share, 0.01)
-    assert found == pytest.approx(wall.kappa * 0.02**1.5, rel=1e-12)  # as deep as speed and time
-    found, (ps, *_) = bend(0.0, 0.0, 0.0, 0.0, P=800.0)
-    assert found == pytest.approx(0.8, rel=1e-12)
-    found, (ps, damper, _) = bend(0.0, 0.0, 0.0, 1e-3, P=800.0, c1=500.0)
-    by_force = limit.bend_of(ps, damper) * 0.8 * np.sqrt(1000.0) * 1e-3
-    assert found > 0.8 + by_force
-    assert found == pytest.approx(0.8 + by_force, rel=0.3)
 
 
 @pytest.mark.kernels

@@ -20,6 +20,7 @@ from ..motion.taylor import (
     defect_of,
     expand,
     length_of,
+    piece_of,
     restore,
     save,
 )
@@ -40,10 +41,9 @@ from ..scene.law import (
     weight_of,
 )
 from ..scene.scene import accelerations
-from ..watch.limit import note_limit_step
-from ..watch.observe import note_step
-from ..watch.response_steps import add_row, tally_step
-from .contact_step import deepest, is_positive, note_push, to_end, up_to_switch
+from ..watch.peaks import note_push
+from ..watch.response import tally_push, tally_rest, watch_piece
+from .contact_step import deepest, is_positive, to_end, up_to_switch
 from .contact_variations import begin_along, ride, vary_on
 
 MOST_STEPS = 1_000_000  # steps of one contact between two sections: beyond it, EXHAUSTED
@@ -89,7 +89,7 @@ def start_at_rest(side, watch, phase):
     if watch.tangent is not None:
         vary_on(side, watch.tangent, (x1, v1, wall.gap + z, s), c, t)
     if watch.tally is not None:
-        add_row(side, watch.tally, phase, int(OLD), t)
+        tally_rest(ps, watch.tally, (x1, v1, wall.gap + z, s), dv, phase, t)
     return t
 
 
@@ -113,24 +113,33 @@ def shrunk_by(doubt, share):
 def noted(side, watch, step, elapsed, depth):
     """Note what is wanted of the step from row Y to row NEW; return the greatest depth so far [m].
 
-    Energies are raised to their maxima over the step. `depth`, that of the steps before, is raised
-    to the greatest depth within the step, if s changes sign there from + to -.
+    `depth`, that of the steps before, is raised to the greatest depth within the step, if s changes
+    sign there from + to -.
     """
-    k = side.k
-    if watch.limit_log is not None:
-        note_limit_step(side, watch.limit_log, step, elapsed)
-    if watch.energy is not None:
-        note_step(side, watch.energy, step)
-    if watch.tally is not None:
-        tally_step(side, watch.tally, step)
-    if watch.impacts is not None:
-        if side.wall.damping is not None:
-            note_push(side, watch.impacts, step)
-        if k[OLD + 1] > 0.0 and k[NEW + 1] <= 0.0:
-            save(k)
-            depth = max(depth, deepest(side, step))
-            restore(k)
+    k, wall = side.k, side.wall
+    if asks_of_steps(watch, wall):
+        piece = piece_of(side, step.h, elapsed)
+        watch_piece(side.ps, side.damper, watch, piece, step.phase, elapsed, 1.0)
+        if watch.tally is not None:
+            tally_push(wall, watch.tally, piece)
+        if watch.impacts is not None and wall.damping is not None:
+            note_push(watch.impacts, piece)
+    if watch.impacts is not None and k[OLD + 1] > 0.0 and k[NEW + 1] <= 0.0:
+        save(k)
+        depth = max(depth, deepest(side, step))
+        restore(k)
     return depth
+
+
+@jit
+def asks_of_steps(watch, wall):
+    """Tell whether what is watched asks of a step what its polynomials tell.
+
+    Without damping the force of a contact is greatest where it is deepest.
+    """
+    if watch.impacts is not None and wall.damping is not None:
+        return True
+    return not (watch.energy is None and watch.limit_log is None and watch.tally is None)
 
 
 @jit
@@ -167,7 +176,7 @@ def contact(side, watch, phase, now, stop):
         late, h = 1.0 + way / LONG, 1.0 / (per_theta * steps.per_impact)
         # What the last terms of the polynomial allow of that.
         at = side_with(side, ps, side.damper, acting(wall, positive), steps)
-        if side.rk4 is None or tangent is not None:
+        if side.rk4 is None or tangent is not None or asks_of_steps(watch, wall):
             expand(at, tangent, phase, h)
         fast, deep = max(wall.speed * seen, abs(s)), depth_of(wall, root)
         granted = max(steps.tolerance, LEAST_GRANTED) / late

@@ -1,7 +1,7 @@
 """Where a step of a contact ends, and what is found within it: all on the step's own polynomial.
 
 Its end is the release, an instant that is asked for, or the place where the force becomes another
-function (`law.switching`). Within it are the deepest point and the greatest force.
+function (`law.switching`). Within it is the deepest point.
 """
 
 from __future__ import annotations
@@ -16,12 +16,10 @@ from ..scene.law import (
     depth_of,
     force_of,
     rate_of_switching,
-    rise_of,
     switching,
     weight_of,
 )
 from ..scene.scene import accelerations
-from ..watch.observe import note_force
 
 MOST_TURNS = 60  # of a search in a step: some five find a deepest point, some thirty a switch
 NEAR_TURN = 1.0e-6  # error of the place of a turn in a step
@@ -205,39 +203,3 @@ def least_margin(side, now, positive, step):
         low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
     restore(k)
     return x, least
-
-
-@jit
-def push_at(side, phase, row):
-    """Return (F, its rate but for a positive factor) of a row within a step."""
-    wall, k = side.wall, side.k
-    q, s = k[row], k[row + 1]
-    z, _, ds = motion_at(side, phase, row)
-    return force_of(wall, q, z, s), rise_of(wall, q, z, s, ds)
-
-
-@jit
-def note_push(side, impacts, step):
-    """Raise the greatest force to its maximum in the step from row Y to row NEW, which is kept.
-
-    Of a damped contact: otherwise it is at the greatest depth. It is where the sign of
-    its rate changes from + to -.
-    """
-    k = side.k
-    low, high = 0.0, 1.0
-    push, f0 = push_at(side, step.phase, int(OLD))
-    note_force(impacts, push)
-    push, f1 = push_at(side, step.phase, int(NEW))
-    note_force(impacts, push)
-    if not (f0 > 0.0 and f1 < 0.0):
-        return
-    save(k)
-    for _ in range(MOST_TURNS):
-        x = secant(low, high, f0, f1)
-        advance(side, None, part_of(step, x))
-        push, f = push_at(side, step.phase, int(NEW))
-        note_force(impacts, push)
-        if f == 0.0 or min(x - low, high - x) < NEAR_TURN:
-            break
-        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
-    restore(k)

@@ -20,7 +20,7 @@ from ..scene.drive import drive_now
 from ..scene.scene import scale_of
 from ..watch.observe import LIMIT
 from ..watch.peaks import may_set_a_record, note_peaks, record_breakers, work_at
-from ..watch.response import tally_cell
+from ..watch.response import tally_piece
 from ..watch.touch import (
     CLEAR,
     LOST,
@@ -194,7 +194,7 @@ def fly(flight, watch, begun, stop, y):
                 x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LIMIT]
             ):
                 filled = fill(grid, phase, now, filled)
-                note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)
+                note_limit(grid.table, limit_log, (j + x, grid.h), place, bounds.bend, bounds.jerk)
             if (
                 clearance is not None
                 and clearance[0] > 0.0
@@ -204,7 +204,7 @@ def fly(flight, watch, begun, stop, y):
                 note_misses(near, far, clearance, grid, place, bounds, event != SECTION)
             if tally is not None:
                 filled = fill(grid, phase, now, filled)
-                tally_cell(tally, grid, phase, place)
+                tally_piece(ps, tally, grid, phase, place)
             # Go on from the touch or the end of the cell.
             x1, v1, r, s = y
             if event == SECTION:

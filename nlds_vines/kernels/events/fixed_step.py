@@ -21,7 +21,7 @@ from ..numerics.roots import guarded, narrowed, secant
 from ..scene.codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from ..scene.scene import accelerations, joined
 from ..watch.observe import opposite
-from ..watch.response import note_cell
+from ..watch.response import watch_piece
 
 
 class FixedGrid(NamedTuple):
@@ -219,7 +219,7 @@ def fly_fixed(flight, watch, begun, stop, y):
             c, d = phase_in_step(grid, j, x)
             begin = y[0], y[1], y[2], y[3], c, d
             expand(ps, damper, grid.h, begin, grid.table, int(COEF))
-            note_cell(ps, damper, watch, grid, (c, d), j + x, length)
+            watch_piece(ps, damper, watch, grid, (c, d), j + x, length)
         # (a step that ends at a wall may have turned back before the other)
         if clearance is not None and (event == SECTION or (event == TOUCH_NEAR) == (y[3] < 0.0)):
             note_miss(step, near, far, clearance)

@@ -147,8 +147,8 @@ def where_peaks_are(side, energy, phase, ahead):
     ps, damper, gap = side.ps, side.damper, side.wall.gap
     took, (s, x, v), (u, y, w) = ahead.took, ahead.touch, ahead.release
     after, _ = rotated(phase[0], phase[1], ps.omega * took)
-    f = powers_of(ps, damper, x, v, gap, s, phase[0], 0.0)
-    g = powers_of(ps, damper, y, w, gap, u, after, 0.0)
+    f = powers_of(ps, damper, x, v, gap, s, phase[0])
+    g = powers_of(ps, damper, y, w, gap, u, after)
     e0, e1 = energies_of(ps, damper, x, v, gap, s), energies_of(ps, damper, y, w, gap, u)
     deep = took * max(s, -u) / LASTING
     early, late, longest = False, False, 0.0

@@ -150,12 +150,6 @@ def at_depth(wall, stiffness, depth):
 
 
 @jit
-def steepness(wall, q):
-    """Return 3/2 K sqrt(z)."""
-    return 1.5 * wall.K * q
-
-
-@jit
 def stored(wall, stiffness, z, q):
     """Return 2/5 of stiffness z^(5/2)."""
     return 0.4 * stiffness * z * z * q

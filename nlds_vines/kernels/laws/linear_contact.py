@@ -40,7 +40,7 @@ from ..scene.codes import CLEARED, RELEASED, RETURNED
 from ..scene.scene import Damper, Ground, Structure, mirrored_load
 from ..watch.observe import note_depth, note_force
 from ..watch.peaks import factor_at, root
-from ..watch.response import bend_in_rows, note_cell, raise_within
+from ..watch.response import raise_within, watch_piece
 from ..watch.touch import AT_R
 from ..watch.walk import first_rise, local_grid, walk
 
@@ -235,7 +235,7 @@ def end_of_leaving(leaving, sign, w, end):
 def note_piece(motion, side, watch, grid, phase, begin, end):
     """Note what is watched of a piece, of a contact depth and force, too."""
     if is_a(motion, Leaving):
-        return note_cell(side.ps, side.damper, watch, grid, phase, begin, end)
+        return watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
     return note_pressed(motion, side, watch, grid, phase, begin, end)
 
 
@@ -249,7 +249,7 @@ def note_pressed(pressed, side, watch, grid, phase, begin, end):
         note_force(watch.impacts, greatest(wall.kc, wall.cc, balance, sign, w, end))
     w[AT_R] += shift
     w[COEF] += of_balance(side.damper, shift)
-    note_cell(side.ps, side.damper, watch, grid, phase, begin, end)
+    watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
     if watch.tally is not None:
         tally_force(wall, side.sign, watch.tally, grid, end)
 
@@ -388,4 +388,4 @@ def tally_force(wall, sign, tally, grid, end):
     """Raise the largest force to that in [0, end] of a cell in contact, whose rows hold r."""
     row = tally.row
     fill_force(row, grid.table, wall, sign)
-    raise_within(tally, grid, place_of(int(OF_FORCE), sign), bend_in_rows(row), end)
+    raise_within(tally, grid.table, place_of(int(OF_FORCE), sign), end)

@@ -175,12 +175,6 @@ def drag_term(wall, k, n):
 
 
 @jit
-def steepness(wall, q):
-    """Return n K z^(n - 1) by the power of q."""
-    return wall.exponent * wall.K * power(q, wall.high - wall.root, wall.fraction)
-
-
-@jit
 def stored(wall, stiffness, z, q):
     """Return stiffness z^(n + 1) / (n + 1)."""
     return elastic(wall, stiffness, q, z) * z / (wall.exponent + 1.0)
@@ -195,20 +189,6 @@ def damped(wall, s):
     if wall.damping is None:
         return 1.0
     return wall.damping.acts + wall.damping.a * s
-
-
-@jit
-def drag_of(wall, q, z, s):
-    """Return dF/ds [N s/m]."""
-    if wall.damping is None:
-        return 0.0
-    return wall.damping.a * elastic(wall, wall.K, q, z)
-
-
-@jit
-def rise_of(wall, q, z, s, ds):
-    """Return n s (1 + a s) + z a ds/dt, the rate of K z^n (1 + a s) over K z^(n - 1)."""
-    return wall.exponent * s * damped(wall, s) + z * wall.damping.a * ds
 
 
 @jit

@@ -54,7 +54,7 @@ from ..scene.scene import (
     with_shaking,
     without_shaking,
 )
-from ..watch.response import note_cell
+from ..watch.response import watch_piece
 from ..watch.touch import AT_R
 from ..watch.walk import first_rise, local_grid, walk
 
@@ -336,7 +336,7 @@ def ending(stuck, side, w, phase, end):
 def note_piece(stuck, side, watch, grid, phase, begin, end):
     """Note what is watched of a piece, in which the damper keeps still."""
     keep_still(grid.table, side.sign * side.wall.gap)
-    note_cell(side.ps, side.damper, watch, grid, phase, begin, end)
+    watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
 
 
 # ---- what parameters drive, and responses --------------------------------------------------------

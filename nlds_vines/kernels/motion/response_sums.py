@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..scene.drive import Moment, drive_now, falling_apart
-from ..scene.scene import accelerations, unloaded, without_shaking
+from ..scene.drive import Moment
 from .flight import FACTOR
 
 # Places of a tally's row:
@@ -114,15 +113,23 @@ def place_of(which, sign):
 
 
 @jit
-def motion_of(tally, ps, damper, y, phase, force, push):
-    """Return the six quantities of a state (x1, v1, r, s) that may be largest, and their rates.
+def add_state(row, dt, y, a1, drive, phase):
+    """Add `dt` [s] in a state (x1, v1, r, s) to the integrals, and what the foot has to do with.
 
-    phase: the instant (`drive`); force, push: that of the contact [N] and its rate [N/s].
+    a1: dv1/dt as it is felt; drive: the force at the instant; phase: one that tells of what sort.
     """
     x1, v1, r, s = y
-    a1, ds = accelerations(ps, damper, x1, v1, r, s, drive_now(phase), force)
-    jerk, _ = accelerations(unloaded(ps), damper, v1, a1, s, ds, 0.0, push)
-    jerk -= falling_apart(ps, phase)
-    gone, rate = from_foot(tally.foot, x1, v1, phase)
-    felt = without_shaking(ps, a1, drive_now(phase))
-    return (x1, v1, felt, r, gone, force), (v1, a1, jerk, s, rate, push)
+    row[X2] += dt * x1 * x1
+    row[V2] += dt * v1 * v1
+    row[A2] += dt * a1 * a1
+    row[R2] += dt * r * r
+    row[S2] += dt * s * s
+    row[CV] += dt * drive * v1
+    row[CX] += dt * drive * beside(phase, x1, s)
+
+
+@jit
+def add_from_foot(row, dt, gone, rate):
+    """Add `dt` [s] of a motion from the foot, x1 - y, and of its rate."""
+    row[Y2] += dt * gone * gone
+    row[U2] += dt * rate * rate

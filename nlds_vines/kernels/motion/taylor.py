@@ -25,7 +25,7 @@ from ..numerics.deciding import is_a
 from ..numerics.elementary import exp, log, whole_power
 from ..numerics.fours import four, four_at, number_of, put_four
 from ..numerics.roots import guarded
-from ..scene.arguments import Step
+from ..scene.arguments import Step, StepPiece
 from ..scene.contact_series import (
     AT_Q,
     AT_S,
@@ -40,6 +40,7 @@ from ..scene.contact_series import (
     ELASTIC,
     FORCE,
     HIGHEST,
+    LENGTHS,
     NEW,
     OLD,
     ORDER_OF_RK4,
@@ -57,6 +58,7 @@ from ..scene.contact_series import (
     VOLUME,
     WEIGHT,
     WIDTH,
+    fill_lengths,
     product,
     unit_near,
 )
@@ -73,6 +75,7 @@ from ..scene.law import (
 )
 from ..scene.scene import accelerations, unloaded
 from .driven import Driven, drive_terms
+from .flight import COEF
 from .runge_kutta import runge_kutta
 
 MOST_NEWTON = 80  # of the search for a release: it needs some five
@@ -304,6 +307,23 @@ def to_release(side, step):
         x = guarded(guess, low, high)
     k[NEW] = 0.0
     return Step(step.phase, True, x)
+
+
+@jit
+def piece_of(side, h, begun):
+    """Return the step h from row Y as a `StepPiece`; begun: time [s] of row Y in the contact.
+
+    Of the rates, too, the last coefficient is filled, which the step itself has no need of.
+    """
+    k, sign = side.k, side.sign
+    fill_rates(side, order_of(side.rk4))
+    fill_lengths(k, h)
+    for n in range(HIGHEST + 1):
+        row, i, part = SERIES + COLUMNS * n, COEF + 4 * n, sign * k[LENGTHS + n]
+        k[i], k[i + 1] = part * k[row + AT_X], part * k[row + AT_V]
+        k[i + 2], k[i + 3] = part * k[row + DEPTH], part * k[row + AT_S]
+    k[COEF + 2] += sign * side.wall.gap
+    return StepPiece(k, sign, begun)
 
 
 @jit

@@ -96,6 +96,14 @@ class Step(NamedTuple):
     h: float  # of theta
 
 
+class StepPiece(NamedTuple):
+    """A step of a contact as a piece of motion, as a grid with an expanded cell is one."""
+
+    table: Any  # the scratch of the contact, in which COEF and POWERS are filled
+    sign: float  # of the wall: what is in the series is mirrored, what is in COEF is not
+    begun: float  # time [s] of row Y since the contact began
+
+
 class Span(NamedTuple):
     """Forcing periods: `first`, `first` + 1, ...; a cell passes over those before as transient."""
 

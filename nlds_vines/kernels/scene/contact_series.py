@@ -14,10 +14,11 @@ from __future__ import annotations
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, exponent_of, log, power_of_two
 
-# The scratch array k of a contact: rows of ROW numbers, each a state, before a step, after it, and
-# one to keep; from SERIES on a row of COLUMNS for each power of theta; AHEAD, what is ahead of an
-# orbit inside an impact that is solved (`inside.Ahead`); and SHRUNK, the logarithm by which
-# contacts have shrunk volumes of variations, and UNIT.
+# The scratch array k of a contact: the table of a step as a piece of motion (`flight`: FACTOR and
+# COEF); rows of ROW numbers, each a state, before a step, after it, and one to keep; from SERIES on
+# a row of COLUMNS for each power of theta; AHEAD, what is ahead of an orbit inside an impact that
+# is solved (`inside.Ahead`); SHRUNK, the logarithm by which contacts have shrunk volumes of
+# variations; UNIT; and from LENGTHS on, those of a step's length in that unit.
 #
 #   in a row of a state    0  1  2   3   4    5    6    7    8     9 ... 20
 #                          q  s  x1  v1  tau  (x1  v1   r    s)    (...) (...) (...)
@@ -27,7 +28,8 @@ from ..numerics.elementary import exp, exponent_of, log, power_of_two
 # A name is the place of a row's first number, so that k[NEW + 1] is s after a step.
 WIDTH = 5  # numbers of a state: q, s, x1, v1, tau
 ROW = 24  # distance of the rows
-OLD, NEW, SAVE = 0, ROW, 2 * ROW
+TABLE = 100  # `flight`'s COEF + TERMS
+OLD, NEW, SAVE = TABLE, TABLE + ROW, TABLE + 2 * ROW
 VOLUME = 23
 HIGHEST, ORDER_OF_RK4 = 14, 4  # highest powers
 # Columns: what a step changes; what is multiplied by dt/dtheta, COSINE and SINE being those of
@@ -37,11 +39,12 @@ HIGHEST, ORDER_OF_RK4 = 14, 4  # highest powers
 AT_Q, AT_S, AT_X, TAU, DS, DV, AT_V, COSINE = range(8)
 SINE, WEIGHT, DEPTH, ELASTIC, FORCE, STEEP, STIFF, DRAG, LOGARITHM, SHRINKS = range(8, 18)
 POWERS_OF_Q, VARIED, RATES, LOADED, COLUMNS = 20, 40, 56, 72, 92
-SERIES = 3 * ROW
+SERIES = TABLE + 3 * ROW
 AHEAD = SERIES + COLUMNS * (HIGHEST + 1)
 SHRUNK = AHEAD + 9
 UNIT = SHRUNK + 1
-SCRATCH = UNIT + 1
+LENGTHS = UNIT + 1
+SCRATCH = LENGTHS + HIGHEST + 1
 LEAST_UNIT, LARGEST_UNIT = -1000, 1000  # powers of two
 
 
@@ -49,6 +52,30 @@ LEAST_UNIT, LARGEST_UNIT = -1000, 1000  # powers of two
 def unit_near(h):
     """Return the `UNIT` of a step of a length h."""
     return power_of_two(min(max(exponent_of(h), LEAST_UNIT), LARGEST_UNIT))
+
+
+@jit
+def fill_lengths(k, h):
+    """Fill LENGTHS for a step h."""
+    power = 1.0
+    for n in range(HIGHEST + 1):
+        k[LENGTHS + n] = power
+        power *= h / k[UNIT]
+
+
+@jit
+def term_of(k, column, n):
+    """Return coefficient n of a column by the place in the step whose LENGTHS stand in k."""
+    return k[LENGTHS + n] * k[SERIES + COLUMNS * n + column]
+
+
+@jit
+def column_at(k, column, x):
+    """Return the value of a column at a place of that step, from 0 to 1."""
+    found = 0.0
+    for n in range(HIGHEST, -1, -1):
+        found = found * x + term_of(k, column, n)
+    return found
 
 
 @jit

@@ -199,21 +199,10 @@ def drag_term(wall, k, n):
     return 0.0
 
 
-@by_wall(needed=True)
-def steepness(wall, q):
-    """Return the derivative of the elastic force by z [N/m]."""
-
-
 @by_wall
 def damped(wall, s):
     """Return the factor by which damping changes the elastic force where dz/dt = s."""
     return 1.0
-
-
-@by_wall
-def drag_of(wall, q, z, s):
-    """Return dF/ds [N s/m]."""
-    return 0.0
 
 
 @jit
@@ -222,28 +211,6 @@ def force_of(wall, q, z, s):
     if wall.damping is None:
         return elastic(wall, wall.K, q, z)
     return elastic(wall, wall.K, q, z) * damped(wall, s)
-
-
-@jit
-def stiffness_of(wall, q, s):
-    """Return dF/dz [N/m]."""
-    if wall.damping is None:
-        return steepness(wall, q)
-    return steepness(wall, q) * damped(wall, s)
-
-
-@jit
-def pushed_by(wall, stiffness, q, z, s, r, u):
-    """Return the change [N] of the contact force that a variation (r, u) of (z, s) makes."""
-    if wall.damping is None:
-        return stiffness * r
-    return stiffness * r + drag_of(wall, q, z, s) * u
-
-
-@by_wall
-def rise_of(wall, q, z, s, ds):
-    """Return the rate of the force of a damped contact, but for a positive factor."""
-    return stiffness_of(wall, q, s) * s + drag_of(wall, q, z, s) * ds
 
 
 @by_wall

@@ -2,11 +2,10 @@
 
 In reading order:
 
-    observe          what is noted along an orbit: impacts, energies, sections, a limit
-    touch            the first touch in a cell, certified; near misses; a limit
-    peaks            the largest energies in a piece of motion
-    response         the response over the sampled periods: largest values, rms, powers
-    walk             a motion on a wall that is linear, to what ends it
-    response_steps   a response over steps of a contact
-    limit            a limit inside a contact
+    observe    what is noted along an orbit: impacts, energies, sections, a limit
+    touch      the first touch in a cell, certified; near misses; a limit
+    peaks      the largest energies in a piece of motion
+    response   the response over the sampled periods: largest values, rms, powers
+    walk       a motion on a wall that is linear, to what ends it
+    limit      a limit at a contact
 """

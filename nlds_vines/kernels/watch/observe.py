@@ -13,14 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..motion.taylor import advance, part_of, restore, save
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..numerics.roots import ROOT_STEPS, narrowed, secant
 from ..scene.codes import AT_PHASE, AT_SPEED, AT_WALL
-from ..scene.contact_series import NEW, OLD
-from ..scene.drive import after, drive_now
-from ..scene.law import depth_of, force_of
 from ..scene.scene import under
 
 
@@ -38,7 +33,6 @@ class Touches(NamedTuple):
     filled: np.ndarray  # (1,) impacts, also beyond the capacity
 
 
-NEAR_PEAK = 1.0e-7  # error of the place of a peak in a step or cell: its height errs by the square
 # Columns of `Impacts.data`:
 #   0 WALL     0 near, 1 far                        4 IMPACT_FORCE    greatest force [N]
 #   1 TOUCH    time [s]                             5 IMPACT_DEPTH    greatest depth [m]
@@ -156,10 +150,10 @@ def note_section(damper, section, row, x1, v1, r, s):
 
 
 @jit
-def powers_of(ps, damper, x1, v1, r, s, drive, force):
+def powers_of(ps, damper, x1, v1, r, s, drive):
     """Return `powers_at` of a structure with a damper, of one state or of four."""
     n1 = ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1)
-    pull = damper.c2 * s + force
+    pull = damper.c2 * s
     n2 = onto_damper(ps, damper, drive, damper.k2 * x1 + pull)
     return v1, n1 - damper.k2 * r - pull, v1 - s, n2
 
@@ -173,32 +167,14 @@ def onto_damper(ps, damper, drive, force):
 
 
 @jit
-def powers_at(ps, damper, x1, v1, r, s, drive, force):
-    """Return the factors of dE1/dt = v1 n1 and dE2/dt = v2 n2 under a contact force [N].
+def powers_at(ps, damper, x1, v1, r, s, drive):
+    """Return the factors of dE1/dt = v1 n1 and dE2/dt = v2 n2 in flight.
 
     n1 and n2 are the forces on the two bodies beside those of the springs in their energies.
     """
     if damper is None:
         return v1, ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1), 0.0, 0.0
-    return powers_of(ps, damper, x1, v1, r, s, drive, force)
-
-
-@jit
-def powers(side, phase, row):
-    """Return `powers_at` of a row (q, s, x1, v1, tau) of a contact; phase: that at tau = 0."""
-    ps, wall, k = side.ps, side.wall, side.k
-    q, s = k[row], k[row + 1]
-    z, drive = depth_of(wall, q), drive_now(after(ps, phase, k[row + 4]))
-    force = force_of(wall, q, z, s)
-    return powers_at(ps, side.damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force)
-
-
-@jit
-def energies_in(side, row):
-    """Return (E1, E2) [J] of a row (q, s, x1, v1) of a contact."""
-    wall, k = side.wall, side.k
-    r = wall.gap + depth_of(wall, k[row])
-    return energies(side.ps, side.damper, k[row + 2], k[row + 3], r, k[row + 1])
+    return powers_of(ps, damper, x1, v1, r, s, drive)
 
 
 @jit
@@ -206,42 +182,3 @@ def raise_energies(energy, found):
     """Raise the largest energies to those of one state."""
     energy[0] = max(energy[0], found[0])
     energy[1] = max(energy[1], found[1])
-
-
-@jit
-def step_to_root(side, step, which, f0, f1):
-    """Write row NEW where the factor `which` of `powers` vanishes within a step.
-
-    f0, f1: its values at the beginning and the end of the step.
-    """
-    low, high = 0.0, 1.0
-    for _ in range(ROOT_STEPS):
-        x = secant(low, high, f0, f1)
-        advance(side, None, part_of(step, x))
-        f = powers(side, step.phase, int(NEW))[which]
-        before, behind = low, high
-        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
-        if f == 0.0 or (low - before) + (behind - high) < NEAR_PEAK:  # one end moved so little
-            return
-
-
-@jit
-def note_step(side, energy, step):
-    """Raise the largest energies to their maxima over the contact step from row Y to row NEW.
-
-    E1 can turn only where v1 or the force beside the spring's vanishes, E2 likewise; a turn is
-    located only where it could exceed the largest so far.
-    """
-    k = side.k
-    raise_energies(energy, energies_in(side, int(NEW)))
-    before, after = powers(side, step.phase, int(OLD)), powers(side, step.phase, int(NEW))
-    start, time = energies_in(side, int(OLD)), k[NEW + 4]
-    save(k)
-    for which in range(4):
-        body = which // 2
-        gain = abs(before[2 * body] * before[2 * body + 1])
-        gain += abs(after[2 * body] * after[2 * body + 1])
-        if opposite(before[which], after[which]) and start[body] + gain * time > energy[body]:
-            step_to_root(side, step, which, before[which], after[which])
-            raise_energies(energy, energies_in(side, int(NEW)))
-            restore(k)

@@ -12,6 +12,7 @@ piece holds none is proven from the values at its two ends and a bound of the se
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 from ..motion.flight import COEF, FACTOR, OF_E2, ORDER, at
 from ..motion.load_cells import Loaded
@@ -19,9 +20,28 @@ from ..motion.response_sums import PLACE, Tally, raise_to
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.roots import ROOT_STEPS, highest, narrowed, only_rises, secant
-from .observe import NEAR_PEAK, alike, energies, note_energy, powers_at
+from ..scene.arguments import StepPiece
+from ..scene.contact_series import DS, DV, FORCE, column_at, term_of
+from .observe import alike, energies, note_energy, note_force, powers_at
 
+NEAR_PEAK = 1.0e-7  # error of the place of a peak in a piece: its height errs by the square
 SHORTEST_PIECE = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
+
+
+class OfEnergies(NamedTuple):
+    """What looks for the largest energies at places of a piece."""
+
+    ps: Any
+    damper: Any
+    energy: Any  # (2,) the largest so far [J]
+    table: Any  # of the piece, with COEF
+
+
+class OfPush(NamedTuple):
+    """What looks for the greatest force at places of a contact's step."""
+
+    impacts: Any
+    table: Any  # of the `StepPiece`
 
 
 @jit
@@ -38,7 +58,7 @@ def proves_no_root(f, g, bend):
 def work_at(ps, damper, y, drive):
     """Return (E1, E2, dE1/dt, dE2/dt) of a state y in flight; drive: cos of the forcing's phase."""
     e1, e2 = energies(ps, damper, y[0], y[1], y[2], y[3])
-    v1, n1, v2, n2 = powers_at(ps, damper, y[0], y[1], y[2], y[3], drive, 0.0)
+    v1, n1, v2, n2 = powers_at(ps, damper, y[0], y[1], y[2], y[3], drive)
     return e1, e2, v1 * n1, v2 * n2
 
 
@@ -132,26 +152,40 @@ def body_of(ps, damper, body):
 
 
 @jit
-def factor_polynomial(ps, damper, grid, which):
+def accelerations_in(piece, n):
+    """Return coefficient n of dv1/dt and of ds/dt over a piece, by the place in it."""
+    w = piece.table
+    if is_a(piece, StepPiece):
+        return piece.sign * term_of(w, int(DV), n), piece.sign * term_of(w, int(DS), n)
+    if n == ORDER:
+        return 0.0, 0.0
+    rise, i = (n + 1.0) / piece.h, COEF + 4 * n + 4
+    return rise * w[i + 1], rise * w[i + 3]
+
+
+@jit
+def factor_polynomial(ps, damper, piece, which):
     """Fill the rows FACTOR with the Taylor coefficients of one factor over a piece.
 
     The factors are v1, m1 dv1/dt + k1 x1, v2 and m2 dv2/dt + k2 (x1 - r): of the motion alone,
     whatever forces make it. Returns a bound of the second derivative.
     """
-    w, bend = grid.table, 0.0
-    mass, spring = body_of(ps, damper, which // 2)
-    for k in range(ORDER + 1):
-        i = COEF + 4 * k
-        rise, f = (k + 1.0) / grid.h, w[i + 1]
-        if which == 1:
-            f = spring * w[i] + (mass * rise * w[i + 5] if k < ORDER else 0.0)
-        elif which == 2:
-            f -= w[i + 3]
-        elif which == 3:
-            f = spring * (w[i] - w[i + 2])
-            f += mass * rise * (w[i + 5] - w[i + 7]) if k < ORDER else 0.0
-        w[FACTOR + k] = f
-        bend += k * (k - 1.0) * abs(f)
+    w, (mass, spring) = piece.table, body_of(ps, damper, which // 2)
+    for n in range(ORDER + 1):
+        i, (a, ds) = COEF + 4 * n, accelerations_in(piece, n)
+        x, v = w[i], w[i + 1]
+        if which >= 2:
+            x, v, a = x - w[i + 2], v - w[i + 3], a - ds
+        w[FACTOR + n] = v if which % 2 == 0 else mass * a + spring * x
+    return bend_in(w)
+
+
+@jit
+def bend_in(w):
+    """Return a bound of the second derivative of the polynomial in the rows FACTOR."""
+    bend = 0.0
+    for n in range(2, ORDER + 1):
+        bend += n * (n - 1.0) * abs(w[FACTOR + n])
     return bend
 
 
@@ -174,21 +208,23 @@ def factor_at(w, x):
 
 
 @jit
-def note_at(ps, damper, energy, grid, x):
-    """Raise the largest energies, or that of a tally's quantities which is looked at, at place x.
+def note_at(noter, x):
+    """Note what a noter looks for at place x of the piece.
 
-    Of the expanded cell; the tally's rows FACTOR hold the quantity (`response`).
+    `OfEnergies`, `OfPush`, or a tally, whose rows FACTOR hold one of its quantities (`response`).
     """
-    if is_a(energy, Tally):
-        return raise_to(energy.row, int(energy.row[PLACE]), factor_at(energy.row, x))
-    return note_energy_at(ps, damper, energy, grid, x)
+    if is_a(noter, Tally):
+        return raise_to(noter.row, int(noter.row[PLACE]), factor_at(noter.row, x))
+    if is_a(noter, OfPush):
+        return note_force(noter.impacts, column_at(noter.table, int(FORCE), x))
+    return note_energy_at(noter, x)
 
 
 @jit
-def note_energy_at(ps, damper, energy, grid, x):
-    """Raise the largest energies to those at place x of the expanded cell."""
-    y = at(grid.table, x)
-    note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
+def note_energy_at(noter, x):
+    """Raise the largest energies to those at place x of the piece."""
+    y = at(noter.table, x)
+    note_energy(noter.ps, noter.damper, noter.energy, y[0], y[1], y[2], y[3])
 
 
 @jit
@@ -205,42 +241,81 @@ def root(w, low, high, f0, f1):
 
 
 @jit
-def note_roots(ps, damper, energy, grid, bend, end):
-    """Raise the energies at all roots in [0, end] of the polynomial in the rows FACTOR."""
+def note_roots(noter, w, bend, end):
+    """Note what a noter looks for at all roots in [0, end] of the polynomial in the rows FACTOR."""
     x, width = 0.0, end
-    f, g = grid.table[FACTOR], factor_at(grid.table, end)
+    f, g = w[FACTOR], factor_at(w, end)
     while x < end:
         sag = bend * width * width
         if not alike(f, g) and abs(g - f) > sag:  # monotone: one root
-            note_at(ps, damper, energy, grid, root(grid.table, x, x + width, f, g))
+            note_at(noter, root(w, x, x + width, f, g))
         elif not proves_no_root(f, g, sag):
             if (
                 width > SHORTEST_PIECE * end and 0.0 < sag < math.inf
             ):  # not zero throughout, nor overflown
                 width *= 0.5
-                g = factor_at(grid.table, x + width)
+                g = factor_at(w, x + width)
                 continue
-            note_at(ps, damper, energy, grid, x + width)
+            note_at(noter, x + width)
         x, f = x + width, g
         width = min(2.0 * width, end - x)
-        g = factor_at(grid.table, x + width)
+        g = factor_at(w, x + width)
 
 
 @jit
-def note_peaks(ps, damper, energy, grid, end, bodies):
+def note_peaks(ps, damper, energy, piece, end, bodies):
     """Raise the largest energies to their maxima inside [0, end] of a piece.
 
     bodies: whose energies may set a record (`record_breakers`).
     """
     for which in range(4):
         if bodies & (1 << which // 2):
-            bend = factor_polynomial(ps, damper, grid, which)
-            note_roots(ps, damper, energy, grid, bend, end)
+            bend = factor_polynomial(ps, damper, piece, which)
+            note_roots(OfEnergies(ps, damper, energy, piece.table), piece.table, bend, end)
 
 
 @jit
-def note_energies(ps, damper, energy, grid, end):
+def bodies_within(ps, damper, energy, w, end):
+    """Return whose energy may exceed the largest so far in [0, end] of a piece (`note_peaks`).
+
+    A coordinate or velocity is nowhere larger than at the ends by more than an eighth of what its
+    second derivative may be.
+    """
+    x, v, p, u, sag = 0.0, 0.0, 0.0, 0.0, 0.125 * end * end
+    for n in range(2, ORDER + 1):
+        i, part = COEF + 4 * n, n * (n - 1.0) * sag
+        x, v = x + part * abs(w[i]), v + part * abs(w[i + 1])
+        p, u = p + part * abs(w[i] - w[i + 2]), u + part * abs(w[i + 1] - w[i + 3])
+    y, z = at(w, 0.0), at(w, end)
+    x, v = x + max(abs(y[0]), abs(z[0])), v + max(abs(y[1]), abs(z[1]))
+    p += max(abs(y[0] - y[2]), abs(z[0] - z[2]))
+    u += max(abs(y[1] - y[3]), abs(z[1] - z[3]))
+    found = 0
+    mass, spring = body_of(ps, damper, 0)
+    if 0.5 * (mass * v * v + spring * x * x) > energy[0]:
+        found = 1
+    mass, spring = body_of(ps, damper, 1)
+    if 0.5 * (mass * u * u + spring * p * p) > energy[1]:
+        found += 2
+    return found
+
+
+@jit
+def note_energies(ps, damper, energy, piece, end):
     """Raise the largest energies to those in [0, end] of a piece, both ends included."""
-    note_peaks(ps, damper, energy, grid, end, 3)
-    note_energy_at(ps, damper, energy, grid, 0.0)
-    note_energy_at(ps, damper, energy, grid, end)
+    noter = OfEnergies(ps, damper, energy, piece.table)
+    note_energy_at(noter, 0.0)
+    note_energy_at(noter, end)
+    note_peaks(ps, damper, energy, piece, end, bodies_within(ps, damper, energy, piece.table, end))
+
+
+@jit
+def note_push(impacts, piece):
+    """Raise the greatest force of an impact to that in a step: at its ends or where it turns."""
+    k, noter = piece.table, OfPush(impacts, piece.table)
+    note_at(noter, 0.0)
+    note_at(noter, 1.0)
+    for n in range(ORDER):
+        k[FACTOR + n] = (n + 1.0) * term_of(k, int(FORCE), n + 1)
+    k[FACTOR + ORDER] = 0.0
+    note_roots(noter, k, bend_in(k), 1.0)

@@ -1,12 +1,11 @@
 """The response over the sampled periods: what of it is largest, its rms, and mean powers.
 
 It is summed up piece by piece while an orbit is followed, and nothing of that changes the orbit.
-Where the motion is linear a piece is a Taylor polynomial: products of states are integrated at
-Gauss points, so many that the error is below round-off in the longest cell (1.4^12 / 6e15: products
-turn twice as fast). A quantity is largest where its rate, a polynomial too, vanishes: such roots
-are looked for where bends allow the largest value so far to be exceeded, and proven to be all of
-them (`peaks.note_roots`). Only a contact that is not linear is gone through once more, when it is
-over (`response_steps`).
+A piece, be it a cell of a flight or a step of a contact, is a Taylor polynomial: products of states
+are integrated at Gauss points, so many that the error is below round-off in the longest cell
+(1.4^12 / 6e15: products turn twice as fast). A quantity is largest where its rate, a polynomial
+too, vanishes: such roots are looked for where bends allow the largest value so far to be exceeded,
+and proven to be all of them (`peaks.note_roots`).
 
 Power comes in by the force P cos(omega t), or, where the foot moves, by what moves it. It is
 dissipated by the dashpots and by contacts: by the force that is not elastic, or as rigid bodies
@@ -33,6 +32,7 @@ from ..motion.response_sums import (
     MOST_FORCE,
     OF_A,
     OF_FOOT,
+    OF_FORCE,
     OF_R,
     OF_V,
     PLACE,
@@ -46,21 +46,36 @@ from ..motion.response_sums import (
     X2,
     Y2,
     Tally,
-    beside,
+    add_from_foot,
+    add_state,
     foot_of,
+    from_foot,
     place_of,
     raise_to,
 )
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.fours import bare, four, four_at, larger_of, number_of
+from ..scene.arguments import StepPiece
 from ..scene.codes import OF_FORCES, OF_IMPULSES, POWERS
-from ..scene.drive import Moment
-from ..scene.scene import joined
-from .peaks import factor_at, note_energies, note_roots
+from ..scene.contact_series import (
+    AT_S,
+    COSINE,
+    ELASTIC,
+    FORCE,
+    LENGTHS,
+    SINE,
+    UNIT,
+    WEIGHT,
+    column_at,
+    term_of,
+)
+from ..scene.drive import drive_now
+from ..scene.scene import joined, without_shaking
+from .peaks import accelerations_in, bend_in, factor_at, note_energies, note_roots
 from .touch import note_limit
 
-# ---- a cell --------------------------------------------------------------------------------------
+# ---- a piece -------------------------------------------------------------------------------------
 
 
 @jit
@@ -86,63 +101,68 @@ def fill_state(row, w, component):
 
 
 @jit
-def fill_acceleration(row, w, h):
-    """Fill them with the structure's acceleration, the derivative of v1 by time."""
-    for k in range(ORDER):
-        row[FACTOR + k] = (k + 1.0) / h * w[COEF + 4 * (k + 1) + 1]
-    row[FACTOR + ORDER] = 0.0
+def drive_in(piece, phase, n):
+    """Return coefficient n of the force over a piece; phase: the instant of its start."""
+    if is_a(piece, StepPiece):
+        return piece.sign * term_of(piece.table, int(COSINE), n)
+    return drive_term(piece.table, phase, n)
 
 
 @jit
-def leave_shaking(row, grid, phase):
-    """Take from them what shakes both bodies: the ground's acceleration, from which x1 counts."""
-    if is_a(phase, Moment) and grid.begun.shaking != 0.0:
-        for k in range(ORDER + 1):
-            row[FACTOR + k] -= grid.begun.shaking * drive_term(grid.table, phase, k)
+def pace_at(piece, x):
+    """Return the derivative of the time by the place in a piece [s]."""
+    if is_a(piece, StepPiece):
+        k = piece.table
+        return k[UNIT] * k[LENGTHS + 1] * column_at(k, int(WEIGHT), x)
+    return piece.h
 
 
 @jit
-def fill_from_foot(row, foot, w, phase):
-    """Fill them with x1 - y; phase: (cos, sin) at the start of the cell."""
-    cosine = foot.cosine * phase[0] + foot.sine * phase[1]
-    sine = foot.cosine * phase[1] - foot.sine * phase[0]
-    for k in range(ORDER + 1):
-        turned = cosine if k % 2 == 0 else sine
-        row[FACTOR + k] = w[COEF + 4 * k] - w[DRIVE + k] * turned
+def fill_acceleration(ps, row, piece, phase):
+    """Fill them with the structure's acceleration, as it is felt.
+
+    Without what shakes both bodies: the ground's acceleration, from which x1 counts.
+    """
+    for n in range(ORDER + 1):
+        a1, _ = accelerations_in(piece, n)
+        row[FACTOR + n] = without_shaking(ps, a1, drive_in(piece, phase, n))
 
 
 @jit
-def raise_within(tally, grid, place, bend, end):
+def motion_of_foot(foot, piece, phase, n):
+    """Return coefficient n of the motion of the foot over a piece."""
+    if is_a(piece, StepPiece):
+        k = piece.table
+        cosine, sine = term_of(k, int(COSINE), n), term_of(k, int(SINE), n)
+        return piece.sign * (foot.cosine * cosine + foot.sine * sine)
+    turned = foot.cosine * phase[0] + foot.sine * phase[1]
+    if n % 2 == 1:
+        turned = foot.cosine * phase[1] - foot.sine * phase[0]
+    return piece.table[DRIVE + n] * turned
+
+
+@jit
+def raise_within(tally, w, place, end):
     """Raise a maximum to that in [0, end] of the quantity in the tally's rows FACTOR.
 
-    bend: a bound of its second derivative by the place.
+    w: the table of the piece.
     """
     row = tally.row
     f, g = row[FACTOR], factor_at(row, end)
     raise_to(row, place, f)
     raise_to(row, place, g)
-    if max(abs(f), abs(g)) + 0.125 * bend * end * end > row[place]:
+    if max(abs(f), abs(g)) + 0.125 * bend_in(row) * end * end > row[place]:
         row[PLACE] = place
-        note_roots(None, None, tally, grid, fill_rate(row, grid.table), end)
+        note_roots(tally, w, fill_rate(row, w), end)
 
 
 @jit
-def bend_in_rows(row):
-    """Return a bound of the second derivative of what is in the tally's rows FACTOR."""
-    bend = 0.0
-    for k in range(2, ORDER + 1):
-        bend += k * (k - 1.0) * abs(row[FACTOR + k])
-    return bend
-
-
-@jit
-def raise_state(tally, grid, y, z, end):
+def raise_state(tally, w, y, z, end):
     """Raise the maxima of x1, v1 and r to those in [0, end] of the expanded cell.
 
     y, z: (x1, v1, r, s) at its ends.
     """
-    row, w = tally.row, grid.table
-    none = four(0.0)
+    row, none = tally.row, four(0.0)
     bends = none
     for k in range(2, ORDER + 1):
         bends = bends + (k * (k - 1.0)) * larger_of(none, four_at(w, COEF + 4 * k))
@@ -156,64 +176,88 @@ def raise_state(tally, grid, y, z, end):
         top = max(abs(y[component]), abs(z[component])) + 0.125 * bend * end * end
         if top > row[place]:
             fill_state(row, w, component)
-            raise_within(tally, grid, place, bend, end)
+            raise_within(tally, w, place, end)
 
 
 @jit
-def tally_foot(foot, tally, grid, phase, end):
+def tally_foot(foot, tally, piece, phase, end):
     """Add what concerns the motion from the foot, if it moves."""
     if foot is None:
         return None
-    row, w, h = tally.row, grid.table, grid.h
-    fill_from_foot(row, foot, w, phase)
+    row, w = tally.row, piece.table
+    for n in range(ORDER + 1):
+        row[FACTOR + n] = w[COEF + 4 * n] - motion_of_foot(foot, piece, phase, n)
     fill_rate(row, w)
     for i in range(6):
-        gone = factor_at(row, end * POINTS[i])
-        rate = factor_at(w, end * POINTS[i]) / h
-        row[Y2] += WEIGHTS[i] * end * h * gone * gone
-        row[U2] += WEIGHTS[i] * end * h * rate * rate
-    raise_within(tally, grid, place_of(int(OF_FOOT), 1.0), bend_in_rows(row), end)
+        x = end * POINTS[i]
+        pace = pace_at(piece, x)
+        add_from_foot(row, WEIGHTS[i] * (end * pace), factor_at(row, x), factor_at(w, x) / pace)
+    raise_within(tally, w, place_of(int(OF_FOOT), 1.0), end)
 
 
 @jit
-def tally_cell(tally, grid, phase, end):
-    """Add [0, end] of the expanded cell.
+def tally_piece(ps, tally, piece, phase, end):
+    """Add [0, end] of a piece: a grid with an expanded cell, or a step of a contact.
 
-    grid: with a bare table; phase: (cos, sin) at its start.
+    Its tables are bare; phase: the instant of its start.
     """
-    row, w, h = tally.row, grid.table, grid.h
-    fill_acceleration(row, w, h)
-    leave_shaking(row, grid, phase)
-    raise_within(tally, grid, place_of(int(OF_A), 1.0), bend_in_rows(row), end)
-    for k in range(ORDER + 1):
-        w[FACTOR + k] = drive_term(w, phase, k)
+    row, w = tally.row, piece.table
+    fill_acceleration(ps, row, piece, phase)
+    raise_within(tally, w, place_of(int(OF_A), 1.0), end)
+    for n in range(ORDER + 1):
+        w[FACTOR + n] = drive_in(piece, phase, n)
     for i in range(6):
         x = end * POINTS[i]
-        x1, v1, r, s = at(w, x)
-        a1, cosine, dt = factor_at(row, x), factor_at(w, x), WEIGHTS[i] * (end * h)
-        row[X2] += dt * x1 * x1
-        row[V2] += dt * v1 * v1
-        row[A2] += dt * a1 * a1
-        row[R2] += dt * r * r
-        row[S2] += dt * s * s
-        row[CV] += dt * cosine * v1
-        row[CX] += dt * cosine * beside(phase, x1, s)
-    raise_state(tally, grid, at(w, 0.0), at(w, end), end)
-    tally_foot(tally.foot, tally, grid, phase, end)
+        a1, drive, dt = factor_at(row, x), factor_at(w, x), WEIGHTS[i] * (end * pace_at(piece, x))
+        add_state(row, dt, at(w, x), a1, drive, phase)
+    raise_state(tally, w, at(w, 0.0), at(w, end), end)
+    tally_foot(tally.foot, tally, piece, phase, end)
 
 
 @jit
-def note_cell(ps, damper, watch, grid, phase, begin, end):
-    """Note all that is watched of [0, end] of the expanded cell: energies, a limit, a response.
+def tally_push(wall, tally, piece):
+    """Add what only a contact has over its step: the force, and what of it is not elastic."""
+    row, k = tally.row, piece.table
+    for n in range(ORDER + 1):
+        row[FACTOR + n] = term_of(k, int(FORCE), n)
+    raise_within(tally, k, place_of(int(OF_FORCE), piece.sign), 1.0)
+    if wall.damping is not None:
+        for i in range(6):
+            x = POINTS[i]
+            loses = column_at(k, int(FORCE), x) - wall.K * column_at(k, int(ELASTIC), x)
+            row[LOSS] += WEIGHTS[i] * pace_at(piece, x) * loses * column_at(k, int(AT_S), x)
+
+
+@jit
+def tally_rest(ps, tally, y, a1, phase, dt):
+    """Add a short time dt [s] in which a state (x1, v1, r, s) rests; a1: dv1/dt."""
+    drive = drive_now(phase)
+    add_state(tally.row, dt, y, without_shaking(ps, a1, drive), drive, phase)
+    gone, rate = from_foot(tally.foot, y[0], y[1], phase)
+    add_from_foot(tally.row, dt, gone, rate)
+
+
+@jit
+def clock_of(piece, begin):
+    """Return what tells the times in a piece (`touch.time_at`)."""
+    if is_a(piece, StepPiece):
+        return piece
+    return (begin, piece.h)
+
+
+@jit
+def watch_piece(ps, damper, watch, piece, phase, begin, end):
+    """Note all that is watched of [0, end] of a piece: energies, a limit, a response.
 
     phase: the instant of its start; begin: cells from where the log of the limit counts to there.
     """
     if watch.energy is not None:
-        note_energies(ps, damper, watch.energy, grid, end)
+        note_energies(ps, damper, watch.energy, piece, end)
     if watch.limit_log is not None:
-        note_limit(grid.table, watch.limit_log, begin, grid.h, end, math.inf, math.inf)
+        clock = clock_of(piece, begin)
+        note_limit(piece.table, watch.limit_log, clock, end, math.inf, math.inf)
     if watch.tally is not None:
-        tally_cell(watch.tally, grid, phase, end)
+        tally_piece(ps, watch.tally, piece, phase, end)
 
 
 # ---- begun and ended -----------------------------------------------------------------------------

@@ -22,8 +22,11 @@ import math
 
 from ..motion.flight import COEF, ORDER, at
 from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
 from ..numerics.elementary import TINIEST
 from ..numerics.roots import guarded, highest, only_rises
+from ..scene.arguments import StepPiece
+from ..scene.contact_series import TAU, column_at
 from .observe import BEYOND, EXCESS, LIMIT, ORIGIN, note_violation
 
 AT_R = COEF + 2  # place of r in the table
@@ -208,11 +211,22 @@ def first_maximum(w, x, end, sign, jerk):
 
 
 @jit
-def note_limit(w, limit_log, begin, h, end, bend, jerk):
-    """Note in `limit_log` how the limit of r is kept over [0, end] of the cell.
+def time_at(clock, x):
+    """Return the time [s] of place x of a piece, from where the log of the limit counts.
 
-    begin: cells from the start of the period to that of the polynomial; h [s] a cell. Each passage
-    is counted at its place, each excursion beyond measured at its summits and where the cell ends.
+    clock: (cells from there to the piece, length of a cell [s]), or a contact's `StepPiece`.
+    """
+    if is_a(clock, StepPiece):
+        return clock.begun + column_at(clock.table, int(TAU), x)
+    return (clock[0] + x) * clock[1]
+
+
+@jit
+def note_limit(w, limit_log, clock, end, bend, jerk):
+    """Note in `limit_log` how the limit of r is kept over [0, end] of a piece.
+
+    clock: as of `time_at`. Each passage is counted at its place, each excursion beyond measured at
+    its summits and where the piece ends.
     """
     level, x = limit_log[LIMIT], 0.0
     bend, jerk = tightened(w, bend, jerk)
@@ -221,7 +235,7 @@ def note_limit(w, limit_log, begin, h, end, bend, jerk):
             x = first_touch(w, x, end, 1.0, level, bend, jerk)
             if not 0.0 <= x <= end:
                 return
-            note_violation(limit_log, limit_log[ORIGIN] + (begin + x) * h)
+            note_violation(limit_log, limit_log[ORIGIN] + time_at(clock, x))
         fall = first_touch(w, x, end, -1.0, -level, bend, jerk)
         stays = not 0.0 <= fall <= end
         best = level + limit_log[EXCESS]

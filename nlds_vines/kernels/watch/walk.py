@@ -18,7 +18,7 @@ from ..numerics.deciding import is_a
 from ..scene.by_law import by_wall
 from ..scene.codes import EXHAUSTED, STOPPED
 from ..scene.scene import joined
-from .response import note_cell
+from .response import watch_piece
 from .touch import LOST, first_touch, tightened
 
 
@@ -33,8 +33,8 @@ def ending(motion, side, w, phase, end):
 
 @by_wall
 def note_piece(motion, side, watch, grid, phase, begin, end):
-    """Note what is watched of [0, end] of a piece (arguments of `note_cell`)."""
-    note_cell(side.ps, side.damper, watch, grid, phase, begin, end)
+    """Note what is watched of [0, end] of a piece (arguments of `watch_piece`)."""
+    watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
 
 
 @jit

@@ -279,8 +279,8 @@ MUTANTS = (
         ),
         (
             "exact: times of the limit are those of the cell's start",
-            "limit_log, (j + x, grid.h), place",
-            "limit_log, (j, grid.h), place",
+            "note_limit(grid, limit_log, j + x, place",
+            "note_limit(grid, limit_log, j, place",
             _PLAIN_METHODS + "test_a_fast_damper_strikes_several_times_in_a_cell",
         ),
     ),

@@ -44,8 +44,8 @@ MUTANTS = (
         "nlds_vines/kernels/watch/touch.py",
         (
             "touch: times in a step of a contact run evenly",
-            "    return clock.begun + column_at(clock.table, int(TAU), x)",
-            "    return clock.begun + x * column_at(clock.table, int(TAU), 1.0)",
+            "    return begin + column_at(piece.table, int(TAU), x)",
+            "    return begin + x * column_at(piece.table, int(TAU), 1.0)",
             _T_CONTACT_LIMIT,
         ),
     ),
@@ -74,8 +74,8 @@ MUTANTS = (
         ),
         (
             "contact: times of the limit are those of the touch",
-            "piece_of(side, step.h, elapsed)",
-            "piece_of(side, step.h, 0.0)",
+            "watch, piece, step.phase, elapsed, 1.0)",
+            "watch, piece, step.phase, 0.0, 1.0)",
             _T_CONTACT_LIMIT,
         ),
     ),

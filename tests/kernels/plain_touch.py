@@ -1,5 +1,7 @@
 """The first touch of a polynomial with known roots, and the closest of known near misses."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -136,7 +138,7 @@ def watched(*pieces):
     log[[observe.LIMIT, observe.FIRST_VIOLATION, observe.ORIGIN]] = LEVEL, np.nan, 10.0
     for j, excess in enumerate(pieces):
         cell, bend, jerk = prepared(Polynomial([LEVEL]) + excess)
-        note_limit(cell, log, (float(j), 0.5), 1.0, bend, jerk)
+        note_limit(SimpleNamespace(table=cell, h=0.5), log, float(j), 1.0, bend, jerk)
     return log
 
 

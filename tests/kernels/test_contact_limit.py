@@ -138,11 +138,11 @@ def test_a_limit_in_the_way_into_a_near_wall(level, method):
 
 def note_limit_step(side, log, step, begun):
     """Note in the log the limit over a step."""
-    piece, watch = piece_of(side, step.h, begun), NOTHING._replace(limit_log=log)
+    piece, watch = piece_of(side, step.h), NOTHING._replace(limit_log=log)
     watch_piece(side.ps, side.damper, watch, piece, step.phase, begun, 1.0)
 
 
-def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
+def free_step(level, q, s, h=1.0, begun=2.0, excess=None, sign=1.0):
     """Return the log of one step of a damper without forces in a wall without stiffness.
 
     r = 0.1 + z then moves at the rate s, so that z = q^2 + s t.
@@ -153,7 +153,8 @@ def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
     side, log = side_of(parts, rate=1.0, sign=sign), np.zeros(6)
     k, step = side.k, Step((1.0, 0.0), False, h)
     log[[observe.LIMIT, observe.ORIGIN, observe.FIRST_VIOLATION]] = level, 10.0, np.nan
-    log[observe.BEYOND] = beyond
+    if excess is not None:  # beyond the limit already
+        log[observe.BEYOND], log[observe.EXCESS] = 1.0, excess
     k[OLD], k[OLD + 1] = q, s
     expand(side, None, step.phase, h)
     advance(side, None, step)
@@ -172,10 +173,10 @@ def test_the_instant_of_a_passage_within_a_step():
 
 @pytest.mark.kernels
 def test_an_excursion_goes_on_and_ends():
-    log, z, _ = free_step(level=0.11, q=0.2, s=0.3, beyond=1.0)
+    log, z, _ = free_step(level=0.11, q=0.2, s=0.3, excess=0.03)
     assert (log[observe.NUMBER], log[observe.BEYOND]) == (0.0, 1.0)
     assert log[observe.EXCESS] == pytest.approx(z - 0.01, rel=1e-12)
-    log, z, _ = free_step(level=0.13, q=0.2, s=-0.3, h=0.5, beyond=1.0)
+    log, z, _ = free_step(level=0.13, q=0.2, s=-0.3, h=0.5, excess=0.01)
     assert z < 0.03
     assert (log[observe.NUMBER], log[observe.BEYOND]) == (0.0, 0.0)
     assert log[observe.EXCESS] == pytest.approx(0.01, rel=1e-12)

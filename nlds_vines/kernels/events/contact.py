@@ -118,7 +118,7 @@ def noted(side, watch, step, elapsed, depth):
     """
     k, wall = side.k, side.wall
     if asks_of_steps(watch, wall):
-        piece = piece_of(side, step.h, elapsed)
+        piece = piece_of(side, step.h)
         watch_piece(side.ps, side.damper, watch, piece, step.phase, elapsed, 1.0)
         if watch.tally is not None:
             tally_push(wall, watch.tally, piece)

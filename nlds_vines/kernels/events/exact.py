@@ -194,7 +194,7 @@ def fly(flight, watch, begun, stop, y):
                 x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LIMIT]
             ):
                 filled = fill(grid, phase, now, filled)
-                note_limit(grid.table, limit_log, (j + x, grid.h), place, bounds.bend, bounds.jerk)
+                note_limit(grid, limit_log, j + x, place, bounds.bend, bounds.jerk)
             if (
                 clearance is not None
                 and clearance[0] > 0.0

@@ -310,8 +310,8 @@ def to_release(side, step):
 
 
 @jit
-def piece_of(side, h, begun):
-    """Return the step h from row Y as a `StepPiece`; begun: time [s] of row Y in the contact.
+def piece_of(side, h):
+    """Return the step h from row Y as a `StepPiece`.
 
     Of the rates, too, the last coefficient is filled, which the step itself has no need of.
     """
@@ -323,7 +323,7 @@ def piece_of(side, h, begun):
         k[i], k[i + 1] = part * k[row + AT_X], part * k[row + AT_V]
         k[i + 2], k[i + 3] = part * k[row + DEPTH], part * k[row + AT_S]
     k[COEF + 2] += sign * side.wall.gap
-    return StepPiece(k, sign, begun)
+    return StepPiece(k, sign)
 
 
 @jit

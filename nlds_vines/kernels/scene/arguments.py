@@ -101,7 +101,6 @@ class StepPiece(NamedTuple):
 
     table: Any  # the scratch of the contact, in which COEF and POWERS are filled
     sign: float  # of the wall: what is in the series is mirrored, what is in COEF is not
-    begun: float  # time [s] of row Y since the contact began
 
 
 class Span(NamedTuple):

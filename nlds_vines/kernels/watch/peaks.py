@@ -1,12 +1,13 @@
-"""The largest energies of a flight, without sampling error.
+"""The largest energies of a piece of motion, without sampling error.
 
 dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the motion and its derivative: the
 force n1 on a body beside the spring of its energy is m1 dv1/dt + k1 x1, in flight as on a wall. So
-any *piece* will do, a motion whose polynomial stands in COEF (`flight`). Between the ends of a
-cell, or of the piece of it before a touch or behind a release, the energies and powers at the two
-ends bound an energy by a cubic and its error (`roots`). Few cells can hold more than the largest
-energy so far. There the roots of the factors' Taylor polynomials are located piece by piece: that a
-piece holds none is proven from the values at its two ends and a bound of the second derivative.
+any *piece* will do, a motion whose polynomial stands in COEF (`flight`): a cell by the time, a step
+of a contact by theta. Between the ends of a cell of a flight, or of the part of it before a touch
+or behind a release, the energies and powers at the two ends bound an energy by a cubic and its
+error (`roots`); of other pieces the coordinates are bounded. Few can hold more than the largest
+energy so far. There the roots of the factors' Taylor polynomials are located part by part: that one
+holds none is proven from the values at its two ends and a bound of the second derivative.
 """
 
 from __future__ import annotations

@@ -238,24 +238,15 @@ def tally_rest(ps, tally, y, a1, phase, dt):
 
 
 @jit
-def clock_of(piece, begin):
-    """Return what tells the times in a piece (`touch.time_at`)."""
-    if is_a(piece, StepPiece):
-        return piece
-    return (begin, piece.h)
-
-
-@jit
 def watch_piece(ps, damper, watch, piece, phase, begin, end):
     """Note all that is watched of [0, end] of a piece: energies, a limit, a response.
 
-    phase: the instant of its start; begin: cells from where the log of the limit counts to there.
+    phase: the instant of its start; begin: as of `touch.time_at`.
     """
     if watch.energy is not None:
         note_energies(ps, damper, watch.energy, piece, end)
     if watch.limit_log is not None:
-        clock = clock_of(piece, begin)
-        note_limit(piece.table, watch.limit_log, clock, end, math.inf, math.inf)
+        note_limit(piece, watch.limit_log, begin, end, math.inf, math.inf)
     if watch.tally is not None:
         tally_piece(ps, watch.tally, piece, phase, end)
 

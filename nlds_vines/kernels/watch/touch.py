@@ -211,31 +211,31 @@ def first_maximum(w, x, end, sign, jerk):
 
 
 @jit
-def time_at(clock, x):
+def time_at(piece, begin, x):
     """Return the time [s] of place x of a piece, from where the log of the limit counts.
 
-    clock: (cells from there to the piece, length of a cell [s]), or a contact's `StepPiece`.
+    begin: cells from there to the piece; where that is a step of a contact, the time [s].
     """
-    if is_a(clock, StepPiece):
-        return clock.begun + column_at(clock.table, int(TAU), x)
-    return (clock[0] + x) * clock[1]
+    if is_a(piece, StepPiece):
+        return begin + column_at(piece.table, int(TAU), x)
+    return (begin + x) * piece.h
 
 
 @jit
-def note_limit(w, limit_log, clock, end, bend, jerk):
+def note_limit(piece, limit_log, begin, end, bend, jerk):
     """Note in `limit_log` how the limit of r is kept over [0, end] of a piece.
 
-    clock: as of `time_at`. Each passage is counted at its place, each excursion beyond measured at
+    begin: as of `time_at`. Each passage is counted at its place, each excursion beyond measured at
     its summits and where the piece ends.
     """
-    level, x = limit_log[LIMIT], 0.0
+    w, level, x = piece.table, limit_log[LIMIT], 0.0
     bend, jerk = tightened(w, bend, jerk)
     for _ in range(LONGEST_WALK):
         if limit_log[BEYOND] == 0.0:
             x = first_touch(w, x, end, 1.0, level, bend, jerk)
             if not 0.0 <= x <= end:
                 return
-            note_violation(limit_log, limit_log[ORIGIN] + time_at(clock, x))
+            note_violation(limit_log, limit_log[ORIGIN] + time_at(piece, begin, x))
         fall = first_touch(w, x, end, -1.0, -level, bend, jerk)
         stays = not 0.0 <= fall <= end
         best = level + limit_log[EXCESS]

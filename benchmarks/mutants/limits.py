@@ -41,9 +41,9 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/watch/touch.py",
+        "nlds_vines/kernels/watch/limit.py",
         (
-            "touch: times in a step of a contact run evenly",
+            "limit: times in a step of a contact run evenly",
             "    return begin + column_at(piece.table, int(TAU), x)",
             "    return begin + x * column_at(piece.table, int(TAU), 1.0)",
             _T_CONTACT_LIMIT,

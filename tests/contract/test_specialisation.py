@@ -33,7 +33,7 @@ UNLESS = {
     "a damper": {"scene.damper_in"},
     "a wall": {"hertz.hertz_wall_at", "touch.first_touch", "taylor.expand", "exact.touch_in"},
     "a limit": {
-        "touch.note_limit",
+        "limit.note_limit",
         "limit.may_pass",
         "observe.note_violation",
     },

@@ -18,6 +18,7 @@ from ..numerics.deciding import is_a
 from ..scene.codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from ..scene.drive import drive_now
 from ..scene.scene import scale_of
+from ..watch.limit import note_limit
 from ..watch.observe import LIMIT
 from ..watch.peaks import may_set_a_record, note_peaks, record_breakers, work_at
 from ..watch.response import tally_piece
@@ -26,7 +27,6 @@ from ..watch.touch import (
     LOST,
     NOWHERE,
     nearest_miss,
-    note_limit,
     outlook,
     tightened,
     touch_of,

@@ -72,8 +72,8 @@ from ..scene.contact_series import (
 )
 from ..scene.drive import drive_now
 from ..scene.scene import joined, without_shaking
+from .limit import note_limit
 from .peaks import accelerations_in, bend_in, factor_at, note_energies, note_roots
-from .touch import note_limit
 
 # ---- a piece -------------------------------------------------------------------------------------
 
@@ -241,7 +241,7 @@ def tally_rest(ps, tally, y, a1, phase, dt):
 def watch_piece(ps, damper, watch, piece, phase, begin, end):
     """Note all that is watched of [0, end] of a piece: energies, a limit, a response.
 
-    phase: the instant of its start; begin: as of `touch.time_at`.
+    phase: the instant of its start; begin: as of `limit.time_at`.
     """
     if watch.energy is not None:
         note_energies(ps, damper, watch.energy, piece, end)

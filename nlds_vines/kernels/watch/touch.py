@@ -22,12 +22,8 @@ import math
 
 from ..motion.flight import COEF, ORDER, at
 from ..numerics.compiling import jit
-from ..numerics.deciding import is_a
 from ..numerics.elementary import TINIEST
 from ..numerics.roots import guarded, highest, only_rises
-from ..scene.arguments import StepPiece
-from ..scene.contact_series import TAU, column_at
-from .observe import BEYOND, EXCESS, LIMIT, ORIGIN, note_violation
 
 AT_R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
@@ -208,45 +204,6 @@ def first_maximum(w, x, end, sign, jerk):
         if not safe > NEAR_MAXIMUM:
             return x
     return x
-
-
-@jit
-def time_at(piece, begin, x):
-    """Return the time [s] of place x of a piece, from where the log of the limit counts.
-
-    begin: cells from there to the piece; where that is a step of a contact, the time [s].
-    """
-    if is_a(piece, StepPiece):
-        return begin + column_at(piece.table, int(TAU), x)
-    return (begin + x) * piece.h
-
-
-@jit
-def note_limit(piece, limit_log, begin, end, bend, jerk):
-    """Note in `limit_log` how the limit of r is kept over [0, end] of a piece.
-
-    begin: as of `time_at`. Each passage is counted at its place, each excursion beyond measured at
-    its summits and where the piece ends.
-    """
-    w, level, x = piece.table, limit_log[LIMIT], 0.0
-    bend, jerk = tightened(w, bend, jerk)
-    for _ in range(LONGEST_WALK):
-        if limit_log[BEYOND] == 0.0:
-            x = first_touch(w, x, end, 1.0, level, bend, jerk)
-            if not 0.0 <= x <= end:
-                return
-            note_violation(limit_log, limit_log[ORIGIN] + time_at(piece, begin, x))
-        fall = first_touch(w, x, end, -1.0, -level, bend, jerk)
-        stays = not 0.0 <= fall <= end
-        best = level + limit_log[EXCESS]
-        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk, False)
-        if stays:
-            top = max(top, derivatives_at(w, end, 1.0)[0])
-        if top > best:
-            limit_log[EXCESS] = top - level
-        if stays:
-            return
-        x, limit_log[BEYOND] = fall, 0.0
 
 
 @jit

@@ -151,12 +151,6 @@ MUTANTS = (
             "third += (k - 2.0) * part / k",
             _PLAIN_BOUNDS + "test_bounds_from_the_polynomial_hold",
         ),
-        (
-            "touch: the limit's greatest excess is that of the first excursion",
-            "best = level + limit_log[EXCESS]",
-            "best = level + (1e9 if limit_log[EXCESS] > 0.0 else 0.0)",
-            _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
-        ),
     ),
     *of(
         "nlds_vines/kernels/watch/peaks.py",

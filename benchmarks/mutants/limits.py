@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.mutants.mutant import of
 
 _T_CONTACT_LIMIT = "tests/kernels/test_contact_limit.py"
+_T_TOUCH = "tests/kernels/plain_touch.py::"
 
 MUTANTS = (
     *of(
@@ -42,6 +43,18 @@ MUTANTS = (
     ),
     *of(
         "nlds_vines/kernels/watch/limit.py",
+        (
+            "limit: the limit's greatest excess is that of the first excursion",
+            "best = level + limit_log[EXCESS]",
+            "best = level + (1e9 if limit_log[EXCESS] > 0.0 else 0.0)",
+            _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
+        ),
+        (
+            "limit: the summit of an excursion is not looked for",
+            "        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk, False)\n",
+            "        top = best\n",
+            _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
+        ),
         (
             "limit: times in a step of a contact run evenly",
             "    return begin + column_at(piece.table, int(TAU), x)",

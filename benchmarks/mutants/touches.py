@@ -88,12 +88,6 @@ MUTANTS = (
             "        safe = 10.0 * slope / (root - curve) if curve < 0.0 else 5.0 * (curve + root) / jerk\n",
             _T_EXACT + "test_the_closest_of_many_misses",
         ),
-        (
-            "touch: the summit of an excursion is not looked for",
-            "        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk, False)\n",
-            "        top = best\n",
-            _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
-        ),
     ),
     *of(
         "nlds_vines/kernels/impact/impact.py",

@@ -117,29 +117,33 @@ def noted(side, watch, step, elapsed, depth):
     sign there from + to -.
     """
     k, wall = side.k, side.wall
-    if asks_of_steps(watch, wall):
+    if looks_at_pieces(watch):
         piece = piece_of(side, step.h)
         watch_piece(side.ps, side.damper, watch, piece, step.phase, elapsed, 1.0)
         if watch.tally is not None:
             tally_push(wall, watch.tally, piece)
-        if watch.impacts is not None and wall.damping is not None:
-            note_push(watch.impacts, piece)
-    if watch.impacts is not None and k[OLD + 1] > 0.0 and k[NEW + 1] <= 0.0:
-        save(k)
-        depth = max(depth, deepest(side, step))
-        restore(k)
+    if watch.impacts is not None:
+        if wall.damping is not None:  # otherwise it is greatest where it is deepest
+            note_push(side, watch.impacts, step)
+        if k[OLD + 1] > 0.0 and k[NEW + 1] <= 0.0:
+            save(k)
+            depth = max(depth, deepest(side, step))
+            restore(k)
     return depth
 
 
 @jit
-def asks_of_steps(watch, wall):
-    """Tell whether what is watched asks of a step what its polynomials tell.
-
-    Without damping the force of a contact is greatest where it is deepest.
-    """
-    if watch.impacts is not None and wall.damping is not None:
-        return True
+def looks_at_pieces(watch):
+    """Tell whether something watches the polynomials of the motion."""
     return not (watch.energy is None and watch.limit_log is None and watch.tally is None)
+
+
+@jit
+def needs_series(side, watch):
+    """Tell whether the polynomials of a step are asked for, by the method or by what watches."""
+    if watch.impacts is not None and side.wall.damping is not None:
+        return True
+    return side.rk4 is None or watch.tangent is not None or looks_at_pieces(watch)
 
 
 @jit
@@ -176,7 +180,7 @@ def contact(side, watch, phase, now, stop):
         late, h = 1.0 + way / LONG, 1.0 / (per_theta * steps.per_impact)
         # What the last terms of the polynomial allow of that.
         at = side_with(side, ps, side.damper, acting(wall, positive), steps)
-        if side.rk4 is None or tangent is not None or asks_of_steps(watch, wall):
+        if needs_series(side, watch):
             expand(at, tangent, phase, h)
         fast, deep = max(wall.speed * seen, abs(s)), depth_of(wall, root)
         granted = max(steps.tolerance, LEAST_GRANTED) / late

@@ -18,11 +18,13 @@ from typing import Any, NamedTuple
 from ..motion.flight import COEF, FACTOR, OF_E2, ORDER, at
 from ..motion.load_cells import Loaded
 from ..motion.response_sums import PLACE, Tally, raise_to
+from ..motion.taylor import advance, order_of, part_of, restore, save
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.roots import ROOT_STEPS, highest, narrowed, only_rises, secant
 from ..scene.arguments import StepPiece
-from ..scene.contact_series import DS, DV, FORCE, column_at, term_of
+from ..scene.contact_series import COLUMNS, DS, DV, FORCE, NEW, SERIES, UNIT, term_of
+from ..scene.law import depth_of, force_of
 from .observe import alike, energies, note_energy, note_force, powers_at
 
 NEAR_PEAK = 1.0e-7  # error of the place of a peak in a piece: its height errs by the square
@@ -42,7 +44,8 @@ class OfPush(NamedTuple):
     """What looks for the greatest force at places of a contact's step."""
 
     impacts: Any
-    table: Any  # of the `StepPiece`
+    side: Any
+    step: Any
 
 
 @jit
@@ -217,7 +220,7 @@ def note_at(noter, x):
     if is_a(noter, Tally):
         return raise_to(noter.row, int(noter.row[PLACE]), factor_at(noter.row, x))
     if is_a(noter, OfPush):
-        return note_force(noter.impacts, column_at(noter.table, int(FORCE), x))
+        return note_push_at(noter, x)
     return note_energy_at(noter, x)
 
 
@@ -226,6 +229,15 @@ def note_energy_at(noter, x):
     """Raise the largest energies to those at place x of the piece."""
     y = at(noter.table, x)
     note_energy(noter.ps, noter.damper, noter.energy, y[0], y[1], y[2], y[3])
+
+
+@jit
+def note_push_at(noter, x):
+    """Raise the greatest force to that at place x of the step. Row NEW is lost."""
+    wall, k = noter.side.wall, noter.side.k
+    advance(noter.side, None, part_of(noter.step, x))
+    q = k[NEW]
+    note_force(noter.impacts, force_of(wall, q, depth_of(wall, q), k[NEW + 1]))
 
 
 @jit
@@ -311,12 +323,19 @@ def note_energies(ps, damper, energy, piece, end):
 
 
 @jit
-def note_push(impacts, piece):
-    """Raise the greatest force of an impact to that in a step: at its ends or where it turns."""
-    k, noter = piece.table, OfPush(impacts, piece.table)
-    note_at(noter, 0.0)
-    note_at(noter, 1.0)
-    for n in range(ORDER):
-        k[FACTOR + n] = (n + 1.0) * term_of(k, int(FORCE), n + 1)
-    k[FACTOR + ORDER] = 0.0
-    note_roots(noter, k, bend_in(k), 1.0)
+def note_push(side, impacts, step):
+    """Raise the greatest force of an impact to that in the step from row Y to row NEW.
+
+    At its end, or where it turns. Row NEW is kept.
+    """
+    k, wall, power, last = side.k, side.wall, 1.0, order_of(side.rk4) - 1
+    q = k[NEW]
+    note_force(impacts, force_of(wall, q, depth_of(wall, q), k[NEW + 1]))
+    for n in range(ORDER + 1):  # of the rate
+        k[FACTOR + n] = 0.0
+        if n < last:
+            k[FACTOR + n] = (n + 1.0) * power * k[SERIES + COLUMNS * (n + 1) + FORCE]
+        power *= step.h / k[UNIT]
+    save(k)
+    note_roots(OfPush(impacts, side, step), k, bend_in(k), 1.0)
+    restore(k)

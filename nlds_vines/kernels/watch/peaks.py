@@ -233,11 +233,19 @@ def note_energy_at(noter, x):
 
 @jit
 def note_push_at(noter, x):
-    """Raise the greatest force to that at place x of the step. Row NEW is lost."""
-    wall, k = noter.side.wall, noter.side.k
+    """Raise the greatest force to that at place x of the step. Row NEW is kept."""
+    k = noter.side.k
+    save(k)
     advance(noter.side, None, part_of(noter.step, x))
-    q = k[NEW]
-    note_force(noter.impacts, force_of(wall, q, depth_of(wall, q), k[NEW + 1]))
+    note_force(noter.impacts, push_now(noter.side))
+    restore(k)
+
+
+@jit
+def push_now(side):
+    """Return the force [N] of row NEW."""
+    wall, q = side.wall, side.k[NEW]
+    return force_of(wall, q, depth_of(wall, q), side.k[NEW + 1])
 
 
 @jit
@@ -328,14 +336,11 @@ def note_push(side, impacts, step):
 
     At its end, or where it turns. Row NEW is kept.
     """
-    k, wall, power, last = side.k, side.wall, 1.0, order_of(side.rk4) - 1
-    q = k[NEW]
-    note_force(impacts, force_of(wall, q, depth_of(wall, q), k[NEW + 1]))
+    k, power, last = side.k, 1.0, order_of(side.rk4) - 1
+    note_force(impacts, push_now(side))
     for n in range(ORDER + 1):  # of the rate
         k[FACTOR + n] = 0.0
         if n < last:
             k[FACTOR + n] = (n + 1.0) * power * k[SERIES + COLUMNS * (n + 1) + FORCE]
         power *= step.h / k[UNIT]
-    save(k)
     note_roots(OfPush(impacts, side, step), k, bend_in(k), 1.0)
-    restore(k)

@@ -201,7 +201,7 @@ def period_map(flow: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
     variations.place_state(flow, np.asarray(y, float), state)
     variations.set_identity(tangent)
     section = variations.no_section(flow.space)
-    assert variations.advance(flow, section, 1, tangent, state) == OK
+    assert variations.advance_flow(flow, section, 1, tangent, state) == OK
     return state[:4].copy(), tangent.reshape(4, 4).T.copy()
 
 

@@ -100,7 +100,7 @@ def test_all_of_a_region_is_drawn_to_its_attractor(case):
     for number, attractor in enumerate(case.attractors):
         size = np.count_nonzero(np.diag(attractor.form.reshape(4, 4)))
         inside = draws * (np.arange(4) < size)
-        lengths = [basins.length_of(attractor.form, d) for d in inside]
+        lengths = [basins.norm_of(attractor.form, d) for d in inside]
         inside *= (attractor.radius * np.linspace(0.1, 1.0, STARTS) / lengths)[:, np.newaxis]
         rows = np.tile([0, len(least)], (STARTS, 1))
         starts = attractor.point + inside
@@ -173,4 +173,4 @@ def test_lengths_of_a_matrix_of_slow_decay():
     form = form_of(matrix, [1.0] * 4, 0.9999995)
     p, m = form.reshape(4, 4), matrix.reshape(4, 4).T
     assert np.linalg.eigvalsh(0.9999995**2 * p - m.T @ p @ m).min() > 0.0
-    assert basins.length_of(form, np.array([0.0, 0.0, 0.0, 2.0])) == pytest.approx(2.0)
+    assert basins.norm_of(form, np.array([0.0, 0.0, 0.0, 2.0])) == pytest.approx(2.0)

@@ -31,7 +31,12 @@ VARIATIONS = {
 
 UNLESS = {
     "a damper": {"scene.damper_in"},
-    "a wall": {"hertz.hertz_wall_at", "touch.first_touch", "taylor.expand", "exact.touch_in"},
+    "a wall": {
+        "hertz.hertz_wall_at",
+        "touch.first_touch",
+        "taylor.expand_contact",
+        "exact.touch_in",
+    },
     "a limit": {
         "limit.note_limit",
         "limit.may_pass",

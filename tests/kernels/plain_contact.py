@@ -154,7 +154,7 @@ def test_a_wrong_series_is_doubted(monkeypatch):
 
         monkeypatch.setattr(taylor, "contact_terms", contact_terms)
         side.k[series.OLD : series.OLD + 4] = 0.08, 0.5, 0.011, 0.2
-        taylor.expand(side, None, WAVE, 0.04)
+        taylor.expand_contact(side, None, WAVE, 0.04)
         taylor.advance(side, None, Step(WAVE, False, 0.04))
         drive = drive_now(after(parts[0], WAVE, side.k[series.NEW + 4]))
         doubts.append(taylor.defect_of(side, drive, 0.04, (1.0, 0.01, 0.1)))

@@ -20,7 +20,7 @@ from nlds_vines.kernels.events.contact import (
 from nlds_vines.kernels.events.contact_step import to_end
 from nlds_vines.kernels.laws.hertz import FREE_THETA, LASTING
 from nlds_vines.kernels.motion.bounds import rate_of
-from nlds_vines.kernels.motion.taylor import defect_of, expand
+from nlds_vines.kernels.motion.taylor import defect_of, expand_contact
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.scene.contact_series import NEW, OLD
 from nlds_vines.kernels.scene.drive import after, drive_now
@@ -200,7 +200,7 @@ def doubted(one, steps):
         span = min(reach**0.4, 2.0 * max(q, np.sqrt(abs(s) / rate)))
         square = wall.kappa * reach**1.2 + abs(external) + (rate * span) ** 2
         h = FREE_THETA / steps / np.sqrt(square)
-        expand(side, None, phase, h)
+        expand_contact(side, None, phase, h)
         while True:
             step, stopped = to_end(side, phase, one.stop - elapsed, h)
             if step.landing or k[NEW] > 0.0:

@@ -13,7 +13,7 @@ from twin import follow, model_of
 
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.impact.hertz_arc import make_arc
-from nlds_vines.kernels.motion.taylor import advance, expand, piece_of
+from nlds_vines.kernels.motion.taylor import advance, expand_contact, piece_of
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.arguments import CellBuffers, Parts, Span, Step
 from nlds_vines.kernels.scene.codes import OK
@@ -156,7 +156,7 @@ def free_step(level, q, s, h=1.0, begun=2.0, excess=None, sign=1.0):
     if excess is not None:  # beyond the limit already
         log[observe.BEYOND], log[observe.EXCESS] = 1.0, excess
     k[OLD], k[OLD + 1] = q, s
-    expand(side, None, step.phase, h)
+    expand_contact(side, None, step.phase, h)
     advance(side, None, step)
     note_limit_step(side, log, step, begun)
     return log, k[NEW] ** 2, k[NEW + 4]
@@ -214,7 +214,7 @@ def turning_step(level, beyond=0.0, share=0.02, K=1e6):
     log[[observe.LIMIT, observe.ORIGIN, observe.FIRST_VIOLATION]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
     k[OLD], k[OLD + 1] = np.sqrt(z), s
-    expand(side, None, (1.0, 0.0), 2.0 / np.sqrt(wall.kappa * deepest**1.5))
+    expand_contact(side, None, (1.0, 0.0), 2.0 / np.sqrt(wall.kappa * deepest**1.5))
     low, high = 0.0, 2.0 / np.sqrt(wall.kappa * deepest**1.5)
     for _ in range(60):  # the step after which s = -s
         h = 0.5 * (low + high)

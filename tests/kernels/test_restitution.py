@@ -177,7 +177,7 @@ def followed(flow, y, periods):
     variations.set_identity(tangent)
     nothing = variations.no_section(flow.space)
     for _ in range(periods):
-        assert variations.advance(flow, nothing, 1, tangent, state) == OK
+        assert variations.advance_flow(flow, nothing, 1, tangent, state) == OK
     return state[:4].copy(), tangent.reshape(4, 4).T.copy()
 
 

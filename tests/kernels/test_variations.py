@@ -35,7 +35,7 @@ both_methods = pytest.mark.parametrize("method", ["exact", "rk4"])
 
 def advance(flow, tangent, state):
     """Advance a state and its variations by a period; return the status."""
-    return variations.advance(flow, variations.no_section(flow.space), 1, tangent, state)
+    return variations.advance_flow(flow, variations.no_section(flow.space), 1, tangent, state)
 
 
 def followed(flow, y, periods):
@@ -153,7 +153,7 @@ def test_variations_change_nothing_of_an_orbit(case):
     variations.set_identity(tangent)
     for p in range(periods):
         rows = seen[p : p + 1]
-        assert variations.advance(flow, rows, 1, tangent, ridden) == OK
+        assert variations.advance_flow(flow, rows, 1, tangent, ridden) == OK
         variations.orthonormalise(tangent, flow.space.size, growth)
     np.testing.assert_array_equal(ridden, alone)
     np.testing.assert_array_equal(seen, sections)
@@ -266,7 +266,7 @@ def test_growth_is_the_same_however_often_variations_are_projected(name, changes
     variations.set_identity(tangent)
     for p in range(periods):
         before = known[0]
-        assert variations.advance(flow, sections[p : p + 1], 1, tangent, state) == OK
+        assert variations.advance_flow(flow, sections[p : p + 1], 1, tangent, state) == OK
         variations.orthonormalise(tangent, 4, known)
         each[p] = known[0] - before
     np.testing.assert_array_equal(seen, sections)

@@ -223,7 +223,7 @@ _NONE = Attractor(
 
 
 def _length(form: np.ndarray, d: np.ndarray) -> float:
-    return float(basins.length_of(form, d))
+    return float(basins.norm_of(form, d))
 
 
 def _product(a: list[list[float]], b: list[list[float]]) -> list[list[float]]:

@@ -45,7 +45,7 @@ class Drawn(NamedTuple):
 
 
 @jit
-def length_of(form, d):
+def norm_of(form, d):
     """Return sqrt(d' P d) of a deviation d (4,)."""
     square = 0.0
     for i in range(4):
@@ -66,7 +66,7 @@ def region_with(known, first, stop, state, d):
     """Return which of the attractors `first` to `stop` - 1 has the state in its region, or -1."""
     for a in range(first, stop):
         less(state, known.points[a], d)
-        if length_of(known.forms[a], d) <= known.radii[a]:
+        if norm_of(known.forms[a], d) <= known.radii[a]:
             return a
     return int(NO_ATTRACTOR)
 
@@ -77,15 +77,15 @@ def foretold(known, a, before, after):
 
     The error may be half of what the matrix shortens, so that the return is nearer in any case.
     """
-    far = length_of(known.forms[a], before)
+    far = norm_of(known.forms[a], before)
     if far <= TINY * known.spans[a]:
-        return length_of(known.forms[a], after) <= TINY * known.spans[a]
+        return norm_of(known.forms[a], after) <= TINY * known.spans[a]
     missed = np.empty(4)
     for i in range(4):
         missed[i] = after[i]
         for j in range(4):
             missed[i] -= known.matrices[a, 4 * j + i] * before[j]
-    return length_of(known.forms[a], missed) <= 0.5 * (1.0 - known.rates[a]) * far
+    return norm_of(known.forms[a], missed) <= 0.5 * (1.0 - known.rates[a]) * far
 
 
 @jit(entry=True)

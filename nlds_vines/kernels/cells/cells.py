@@ -181,7 +181,7 @@ def cell_orbit(prepared, limit, state, span, buffers):
     begin_limit_log(limit_log, state)
     start_energy(ps, damper, peak, state)
     # the transient: first what is not noted, then what is noted of its section
-    noted = count_of(buffers.early)
+    noted = rows_before(buffers.early)
     before = OrbitBuffers(
         limit_log, no_rows(buffers.early), None, None, peak, None, None, None, None
     )
@@ -209,7 +209,7 @@ def cell_orbit(prepared, limit, state, span, buffers):
 
 
 @jit
-def count_of(early):
+def rows_before(early):
     """Return how many periods of the transient are noted."""
     if early is None:
         return 0

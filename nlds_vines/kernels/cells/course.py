@@ -13,7 +13,7 @@ import numpy as np
 
 from ..numerics.compiling import jit
 from ..orbit.growth import BATCHES
-from ..orbit.variations import TOGETHER, advance, lost_of, orthonormalise, run_on
+from ..orbit.variations import TOGETHER, advance_flow, lost_of, orthonormalise, run_on
 from ..scene.codes import OK
 
 MOST_SHRUNK = 6.0  # logarithm of what a volume may shrink by before variations are projected
@@ -58,7 +58,7 @@ def section_at(space, course, m, y):
 
 
 @jit
-def with_room(course, more):
+def course_with_room(course, more):
     """Return the course with room for `more` sections."""
     record = np.empty((course.length + more, course.record.shape[1]))
     for p in range(course.length):
@@ -74,7 +74,7 @@ def longer(course, more):
 
 
 @jit
-def follow(flow, course, more, state):
+def follow_course(flow, course, more, state):
     """Follow an orbit for `more` periods; fill the next rows of its record; return a status."""
     rows = course.record[course.length : course.length + more]
     return run_on(flow, rows, more, state)
@@ -103,7 +103,7 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
     together = periods_together(flow, len(logs))
     for p in range(0, len(logs), together):
         before, n = growth[0], min(together, len(logs) - p)
-        status = advance(flow, rows[p : p + n], n, tangent, state)
+        status = advance_flow(flow, rows[p : p + n], n, tangent, state)
         if status != OK:
             return status
         orthonormalise(

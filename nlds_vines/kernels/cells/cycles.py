@@ -19,7 +19,7 @@ from ..orbit.orbit import STATE_SIZE
 from ..orbit.shooting import matrix_of, span_of, trace_cycle
 from ..orbit.variations import (
     TOGETHER,
-    advance,
+    advance_flow,
     distance,
     flow_of,
     new_state,
@@ -102,7 +102,7 @@ def follow_slopes(parts, cell, changes, flow, y, n, slopes):
     driven, nothing = Driven(rows, rates), no_section(flow.space)
     place_state(flow, y, state)
     for p in range(0, n, TOGETHER):
-        status = advance(flow, nothing, min(TOGETHER, n - p), driven, state)
+        status = advance_flow(flow, nothing, min(TOGETHER, n - p), driven, state)
         if status != OK:
             return status
     for m in range(len(slopes)):

@@ -110,7 +110,7 @@ def summarise(section, by_period, counts, cycle):
 
 
 @jit
-def note_end(ends, chain, link, which, state):
+def note_ends(ends, chain, link, which, state):
     """Keep the state at one end of an orbit, if it is wanted."""
     if ends is not None:
         for i in range(len(state)):
@@ -136,9 +136,9 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
                 # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
             own = buffers_of(parts, buffers, span, chain, link)
-            note_end(buffers.ends, chain, link, int(FIRST_STATE), state)
+            note_ends(buffers.ends, chain, link, int(FIRST_STATE), state)
             code = run_cell(parts, cell, state, span, own)
-            note_end(buffers.ends, chain, link, int(LAST_STATE), state)
+            note_ends(buffers.ends, chain, link, int(LAST_STATE), state)
             status[chain, link] = code
             if code == OK:
                 counts, cycle = buffers.counts, buffers.cycle

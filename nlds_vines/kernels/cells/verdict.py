@@ -21,7 +21,7 @@ from ..orbit.growth import digits_of
 from ..orbit.variations import new_state, no_section, place_state, set_identity, shrunk_in_contacts
 from ..scene import evidence_rows as ev
 from ..scene.codes import CHAOTIC, OK, QUASIPERIODIC, UNDETERMINED
-from .course import Course, follow, follow_growth, longer, with_room
+from .course import Course, course_with_room, follow_course, follow_growth, longer
 from .period_search import FEW_TRIED, FOUND, MANY_TRIED, NOTHING, SUM_TRIED, find_period
 from .settling import MARGIN, growth_of, note_chaotic_transient
 
@@ -133,7 +133,7 @@ def judge(flow, ends, record, first, stages, evidence):
             return OK
         # it is followed further; if it is not known what it seems, with its variations
         more = stages[stage]
-        course = with_room(course, more)
+        course = course_with_room(course, more)
         if evidence[ev.KIND] == UNDETERMINED:
             followed += more
             growth[:] = 0.0
@@ -145,7 +145,7 @@ def judge(flow, ends, record, first, stages, evidence):
                 if seems_chaotic(evidence):
                     evidence[ev.KIND] = CHAOTIC
         else:
-            status = follow(flow, course, more, now)
+            status = follow_course(flow, course, more, now)
         if status != OK:
             return status
         course = longer(course, more)

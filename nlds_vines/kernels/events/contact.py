@@ -18,11 +18,11 @@ from typing import NamedTuple
 
 from ..motion.taylor import (
     defect_of,
-    expand,
+    expand_contact,
     length_of,
     piece_of,
     restore,
-    save,
+    set_aside,
 )
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log
@@ -126,7 +126,7 @@ def noted(side, watch, step, elapsed, depth):
         if wall.damping is not None:  # otherwise it is greatest where it is deepest
             note_push(side, watch.impacts, step)
         if k[OLD + 1] > 0.0 and k[NEW + 1] <= 0.0:
-            save(k)
+            set_aside(k)
             depth = max(depth, deepest(side, step))
             restore(k)
     return depth
@@ -181,7 +181,7 @@ def contact(side, watch, phase, now, stop):
         # What the last terms of the polynomial allow of that.
         at = side_with(side, ps, side.damper, acting(wall, positive), steps)
         if needs_series(side, watch):
-            expand(at, tangent, phase, h)
+            expand_contact(at, tangent, phase, h)
         fast, deep = max(wall.speed * seen, abs(s)), depth_of(wall, root)
         granted = max(steps.tolerance, LEAST_GRANTED) / late
         if steps.tolerance < math.inf:

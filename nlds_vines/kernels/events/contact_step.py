@@ -6,7 +6,7 @@ function (`law.switching`). Within it is the deepest point.
 
 from __future__ import annotations
 
-from ..motion.taylor import advance, part_of, restore, save, to_release
+from ..motion.taylor import advance, part_of, restore, set_aside, to_release
 from ..numerics.compiling import jit
 from ..numerics.roots import guarded, narrowed, secant
 from ..scene.arguments import Step
@@ -191,7 +191,7 @@ def least_margin(side, now, positive, step):
     least = min(margin(side, positive, int(OLD)), margin(side, positive, int(NEW)))
     if not (way * f0 < 0.0 and way * f1 > 0.0 and least < reach):
         return 1.0, 0.0
-    save(k)
+    set_aside(k)
     low, high, x = 0.0, 1.0, 0.0
     for _ in range(MOST_TURNS):
         x = secant(low, high, f0, f1)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from ..motion.driven import constants_of, count_of, drive_start, rows_of
-from ..motion.taylor import advance, expand, order_of, restore, save
+from ..motion.taylor import advance, expand_contact, order_of, restore, set_aside
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log, whole_power
 from ..scene.arguments import Step
@@ -87,7 +87,7 @@ def ride(side, tangent, step, granted, scales):
     """
     k, wall, (fast, deep, root) = side.k, side.wall, scales
     left, phase = step.h, step.phase
-    save(k)
+    set_aside(k)
     for part in range(MOST_PARTS):
         h = left
         if granted < math.inf and part < MOST_PARTS - 1:
@@ -106,7 +106,7 @@ def ride(side, tangent, step, granted, scales):
         for i in range(ROW):
             k[OLD + i] = k[NEW + i]
         left -= h
-        expand(side, tangent, phase, left)
+        expand_contact(side, tangent, phase, left)
     restore(k)
     for i in range(count_of(tangent)):
         k[NEW + WIDTH + i] = rows_of(tangent)[i]

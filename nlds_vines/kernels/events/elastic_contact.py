@@ -21,11 +21,11 @@ def as_seen(side, now, phase):
     """
     ps, sign = mirrored_load(side.ps.load, side.ps, side.sign), side.sign
     seen = side_with(side, ps, side.damper, side.wall, side.steps)
-    return seen, turned(sign, now), mirrored(phase, sign)
+    return seen, mirrored_start(sign, now), mirrored(phase, sign)
 
 
 @jit
-def turned(sign, now):
+def mirrored_start(sign, now):
     """Return a state (q, s, x1, v1) mirrored by a sign."""
     return now[0], sign * now[1], sign * now[2], sign * now[3]
 

@@ -31,7 +31,7 @@ from ..motion.driven_flight import Linear, carry
 from ..motion.flight import COEF, FACTOR, ORDER, TERMS, Grid, at, bare_grid
 from ..motion.load_cells import Stretch
 from ..motion.once_rounded import rounded_once
-from ..motion.response_sums import LOSS, OF_FORCE, S2, place_of
+from ..motion.response_sums import LOSS, OF_FORCE, S2, place_of_largest
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.fours import bare
@@ -388,4 +388,4 @@ def tally_force(wall, sign, tally, grid, end):
     """Raise the largest force to that in [0, end] of a cell in contact, whose rows hold r."""
     row = tally.row
     fill_force(row, grid.table, wall, sign)
-    raise_within(tally, grid.table, place_of(int(OF_FORCE), sign), end)
+    raise_within(tally, grid.table, place_of_largest(int(OF_FORCE), sign), end)

@@ -208,7 +208,7 @@ def last_columns(damper, w, i, y):
 
 
 @jit
-def product(damper, w, i, y):
+def product_with(damper, w, i, y):
     """Return the matrix at i of a table times a state, as a pair of fours."""
     if is_a(damper, Ground):
         return last_columns(damper, w, i, y)
@@ -227,7 +227,7 @@ def numbers_of(y):
 @jit
 def whole_once_rounded(low, damper, w, j, y):
     """Return the state one cell after the state y at the beginning of cell j."""
-    free, small = product(damper, w, low, y)
+    free, small = product_with(damper, w, low, y)
     total, lost = two_sum(free, four_at(w, CELLS + 6 * j))
     return numbers_of(total + (small + lost))
 
@@ -235,7 +235,7 @@ def whole_once_rounded(low, damper, w, j, y):
 @jit
 def whole_at_phase(low, damper, w, y, phase):
     """Return the state one cell after the state y and (cos, sin) of the phase there."""
-    free, small = product(damper, w, low, y)
+    free, small = product_with(damper, w, low, y)
     i = low + OF_PUSHES
     push = four_at(w, i) * phase[0] + four_at(w, i + 4) * phase[1]
     total, lost = two_sum(free, push + four_at(w, i + 8))
@@ -273,7 +273,7 @@ def piece_once_rounded(low, damper, load, w, x, y, phase):
     # Horner's rule for the powers that are kept with twice the precision
     for k in range(KEPT_POWERS, 0, -1):
         moved, lost = two_product(total, x)
-        free, less = product(damper, w, low + MATRIX_NUMBERS * k, y)
+        free, less = product_with(damper, w, low + MATRIX_NUMBERS * k, y)
         total, more = two_sum(free, moved)
         small = small * x + (lost + (less + more))
         total, more = two_sum(total, push_in(load, w, k, phase))

@@ -105,7 +105,7 @@ def raise_to(row, place, value):
 
 
 @jit
-def place_of(which, sign):
+def place_of_largest(which, sign):
     """Return the place of the largest of a quantity; sign: of the wall that a force belongs to."""
     if which == OF_FORCE:
         return MOST_FORCE + (0 if sign > 0.0 else 1)

@@ -91,7 +91,7 @@ def order_of(rk4):
 
 
 @jit
-def expand(side, tangent, phase, h):
+def expand_contact(side, tangent, phase, h):
     """Fill the series of steps from row Y; phase: (cos, sin) of the forcing's there.
 
     Their terms are of the size of what they sum to where steps are about h long.
@@ -112,14 +112,14 @@ def expand(side, tangent, phase, h):
             for j in range(4):
                 k[SERIES + VARIED + 4 * i + j] = k[OLD + WIDTH + 4 * j + i]
     for n in range(order_of(side.rk4)):
-        fill_rates(side, n)
+        fill_terms(side, n)
         if tangent is not None:
             fill_variations(side, tangent, n)
-        integrate(side, phase, n)
+        integrate_term(side, phase, n)
 
 
 @jit
-def fill_rates(side, n):
+def fill_terms(side, n):
     """Fill coefficient n of the contact's terms and of what is multiplied by dt/dtheta."""
     ps, damper, wall, k, row = side.ps, side.damper, side.wall, side.k, SERIES + COLUMNS * n
     contact_terms(wall, k, n)
@@ -134,7 +134,7 @@ def fill_rates(side, n):
 
 
 @jit
-def integrate(side, phase, n):
+def integrate_term(side, phase, n):
     """Fill coefficient n + 1 of the motion: that of dt/dtheta times its rate, over n + 1."""
     k, row = side.k, SERIES + COLUMNS * n
     i, j, sums, others, sine = SERIES + WEIGHT, row + DS, four(0.0), four(0.0), 0.0
@@ -316,7 +316,7 @@ def piece_of(side, h):
     Of the rates, too, the last coefficient is filled, which the step itself has no need of.
     """
     k, sign = side.k, side.sign
-    fill_rates(side, order_of(side.rk4))
+    fill_terms(side, order_of(side.rk4))
     fill_lengths(k, h)
     for n in range(HIGHEST + 1):
         row, i, part = SERIES + COLUMNS * n, COEF + 4 * n, sign * k[LENGTHS + n]
@@ -333,7 +333,7 @@ def part_of(step, x):
 
 
 @jit
-def save(k):
+def set_aside(k):
     """Keep row NEW in row SAVE."""
     for i in range(ROW):
         k[SAVE + i] = k[NEW + i]

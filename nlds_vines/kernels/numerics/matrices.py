@@ -134,7 +134,7 @@ def francis_step(a, low, last, odd):
 
 
 @jit
-def pair(a, b, c, d):
+def pair_of_roots(a, b, c, d):
     """Return (re, im, re, im) of the eigenvalues of ((a, b), (c, d)), im > 0 first."""
     p, product = 0.5 * (a - d), b * c
     square = p * p + product
@@ -183,7 +183,7 @@ def eigenvalues(matrix):
         if low == last:
             found[last, RE], found[last, IM] = a[last, last], 0.0
         else:
-            found[low, RE], found[low, IM], found[last, RE], found[last, IM] = pair(
+            found[low, RE], found[low, IM], found[last, RE], found[last, IM] = pair_of_roots(
                 a[low, low], a[low, last], a[last, low], a[last, last]
             )
         last, steps = low - 1, 0

@@ -112,7 +112,7 @@ def begin_log(limit_log, began):
 
 
 @jit
-def rows_of(impacts):
+def impact_rows(impacts):
     """Return the rows to which a contact adds what it has been, None where there are none."""
     if is_a(impacts, Touches):
         return None
@@ -217,7 +217,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     through_air = Linear(None, ps, damper, 1.0, exact_grid)
     limit_log, slowest, section = bare_if_any(buffers.limit_log), buffers.slowest, buffers.section
     impacts, by_period = buffers.impacts, buffers.by_period
-    rows, tally = rows_of(impacts), bare_tally(buffers.tally)
+    rows, tally = impact_rows(impacts), bare_tally(buffers.tally)
     energy, clearance = bare_if_any(buffers.energy), bare_if_any(buffers.clearance)
     watch = Watch(limit_log, energy, clearance, rows, tangent, tally)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])

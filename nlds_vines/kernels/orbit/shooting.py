@@ -11,7 +11,15 @@ import numpy as np
 from ..numerics.compiling import jit
 from ..numerics.matrices import solve
 from ..scene.codes import OK
-from .variations import advance, distance, new_state, no_section, norm, place_state, set_identity
+from .variations import (
+    advance_flow,
+    distance,
+    new_state,
+    no_section,
+    norm,
+    place_state,
+    set_identity,
+)
 
 MOST_ITERATIONS = 12  # steps of Newton's method: it converges in five, or not at all
 CLOSED = 1.0e-9  # relative residual of a closed orbit, if a further step hardly lowers it
@@ -33,7 +41,7 @@ def trace_cycle(flow, y, points, counts, tangent, state):
     flow.clearance[0], flow.slowest[0] = np.inf, np.inf
     nothing = no_section(flow.space)
     for p in range(len(points)):
-        status = advance(flow, nothing, 1, tangent, state)
+        status = advance_flow(flow, nothing, 1, tangent, state)
         if status != OK:
             return status, np.nan, np.nan
         for i in range(4):

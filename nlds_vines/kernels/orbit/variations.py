@@ -101,7 +101,7 @@ def noted_of(scratch, flow, section):
 
 
 @jit
-def advance(flow, section, periods, tangent, state):
+def advance_flow(flow, section, periods, tangent, state):
     """Advance `state` (STATE_SIZE,) and four variations `tangent` (16,) by up to TOGETHER periods.
 
     The orbit is that of `run_on`, to the last bit. section: rows for its sections, as far as there
@@ -241,7 +241,7 @@ def shrunk_in_contacts(near, far, flow, y, n):
     k[SHRUNK] = 0.0
     for p in range(0, n, TOGETHER):
         set_identity(tangent)
-        if advance(flow, no_section(flow.space), min(TOGETHER, n - p), tangent, state) != OK:
+        if advance_flow(flow, no_section(flow.space), min(TOGETHER, n - p), tangent, state) != OK:
             break
     return k[SHRUNK]
 

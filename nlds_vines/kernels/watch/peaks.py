@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from ..motion.flight import COEF, FACTOR, OF_E2, ORDER, at
 from ..motion.load_cells import Loaded
 from ..motion.response_sums import PLACE, Tally, raise_to
-from ..motion.taylor import advance, order_of, part_of, restore, save
+from ..motion.taylor import advance, order_of, part_of, restore, set_aside
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.roots import ROOT_STEPS, highest, narrowed, only_rises, secant
@@ -235,7 +235,7 @@ def note_energy_at(noter, x):
 def note_push_at(noter, x):
     """Raise the greatest force to that at place x of the step. Row NEW is kept."""
     k = noter.side.k
-    save(k)
+    set_aside(k)
     advance(noter.side, None, part_of(noter.step, x))
     note_force(noter.impacts, push_now(noter.side))
     restore(k)

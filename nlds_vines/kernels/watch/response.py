@@ -50,7 +50,7 @@ from ..motion.response_sums import (
     add_state,
     foot_of,
     from_foot,
-    place_of,
+    place_of_largest,
     raise_to,
 )
 from ..numerics.compiling import jit
@@ -167,7 +167,7 @@ def raise_state(tally, w, y, z, end):
     for k in range(2, ORDER + 1):
         bends = bends + (k * (k - 1.0)) * larger_of(none, four_at(w, COEF + 4 * k))
     for component in range(3):
-        place = place_of(OF_R if component == 2 else component, 1.0)
+        place = place_of_largest(OF_R if component == 2 else component, 1.0)
         bend = number_of(bends, 0)
         if component > 0:
             bend = number_of(bends, 1) if component == 1 else number_of(bends, 2)
@@ -192,7 +192,7 @@ def tally_foot(foot, tally, piece, phase, end):
         x = end * POINTS[i]
         pace = pace_at(piece, x)
         add_from_foot(row, WEIGHTS[i] * (end * pace), factor_at(row, x), factor_at(w, x) / pace)
-    raise_within(tally, w, place_of(int(OF_FOOT), 1.0), end)
+    raise_within(tally, w, place_of_largest(int(OF_FOOT), 1.0), end)
 
 
 @jit
@@ -203,7 +203,7 @@ def tally_piece(ps, tally, piece, phase, end):
     """
     row, w = tally.row, piece.table
     fill_acceleration(ps, row, piece, phase)
-    raise_within(tally, w, place_of(int(OF_A), 1.0), end)
+    raise_within(tally, w, place_of_largest(int(OF_A), 1.0), end)
     for n in range(ORDER + 1):
         w[FACTOR + n] = drive_in(piece, phase, n)
     for i in range(6):
@@ -220,7 +220,7 @@ def tally_push(wall, tally, piece):
     row, k = tally.row, piece.table
     for n in range(ORDER + 1):
         row[FACTOR + n] = term_of(k, int(FORCE), n)
-    raise_within(tally, k, place_of(int(OF_FORCE), piece.sign), 1.0)
+    raise_within(tally, k, place_of_largest(int(OF_FORCE), piece.sign), 1.0)
     if wall.damping is not None:
         for i in range(6):
             x = POINTS[i]

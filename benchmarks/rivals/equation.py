@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any
 
 import numba
 import numpy as np
 
 from nlds_vines.model.system import System
 
-jit = partial(numba.njit, error_model="numpy", nogil=True, cache=True)
+jit: Any = partial(numba.njit, error_model="numpy", nogil=True, cache=True)
 """Numba's own: rivals compile their loops with it, and cannot link the package's inner kernels."""
 
 CONSTANTS = (

@@ -70,12 +70,12 @@ def last_of_variations(k, row, pace):
 @jit
 def part_for(side, tangent, h, granted, pace):
     """Return how far variations may go along a polynomial, at most h; granted: of an orbit."""
-    k, n, part, x = side.k, order_of(side.rk4), 1.0, h / side.k[UNIT]
+    k, n, less, x = side.k, order_of(side.rk4), 0.0, h / side.k[UNIT]
     for m in range(n - 1, n + 1):
         last = last_of_variations(k, SERIES + COLUMNS * m, pace) * whole_power(x, m)
         if last > MORE * granted:
-            part = min(part, exp(log(MORE * granted / last) / m))
-    return part * h
+            less = min(less, log(MORE * granted / last) / m)
+    return exp(less) * h
 
 
 @jit

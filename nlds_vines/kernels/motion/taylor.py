@@ -276,13 +276,13 @@ def length_of(side, h, tolerance, fast):
     convergence, have no say: they change nothing of an orbit.
     """
     k, n = side.k, order_of(side.rk4)
-    part, x = 1.0, h / k[UNIT]
+    less, x = 0.0, h / k[UNIT]  # the logarithm of what is left of h
     for m in range(n - 1, n + 1):
         row = SERIES + COLUMNS * m
         last = max(abs(k[row + AT_S]), abs(k[row + AT_V])) * whole_power(x, m) / fast
         if last > tolerance:
-            part = min(part, exp(log(tolerance / last) / m))
-    return part * h
+            less = min(less, log(tolerance / last) / m)
+    return exp(less) * h
 
 
 @jit

@@ -131,6 +131,21 @@ def within_its_tier(request):
 
 
 @pytest.fixture
+def error_of():
+    """Return a function that calls another, which refuses in one line, and returns that line."""
+
+    def line(call, *arguments, **keywords):
+        from nlds_vines.errors import RequestError
+
+        with pytest.raises(RequestError) as refused:
+            call(*arguments, **keywords)
+        assert "\n" not in str(refused.value)
+        return str(refused.value)
+
+    return line
+
+
+@pytest.fixture
 def here(tmp_path, monkeypatch):
     """Return the working folder, which is empty."""
     monkeypatch.chdir(tmp_path)

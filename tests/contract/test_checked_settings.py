@@ -13,7 +13,6 @@ import pytest
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.continuation.request import Begin, Continuation
-from nlds_vines.errors import RequestError
 from nlds_vines.loads.request import Decay
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.setting import Checked, OneOf, Real, Text, Truth, Whole, settings_of
@@ -176,14 +175,6 @@ def tried(said):
     return CHECKED[key]
 
 
-def error_of(call, *arguments, **keywords):
-    """Return the line of the error with which a function refuses its arguments."""
-    with pytest.raises(RequestError) as refused:
-        call(*arguments, **keywords)
-    assert "\n" not in str(refused.value)
-    return str(refused.value)
-
-
 @every_task
 def test_all_settings_are_known_here(kind):
     form = TASKS[kind].form_module.FORM
@@ -195,7 +186,7 @@ def test_all_settings_are_known_here(kind):
 
 
 @every_task
-def test_in_a_file_and_above_it_the_place_is_named(kind):
+def test_in_a_file_and_above_it_the_place_is_named(kind, error_of):
     task = TASKS[kind]
     for said in task.settings:
         table = task.least.get(said.table, {})
@@ -213,7 +204,7 @@ def test_in_a_file_and_above_it_the_place_is_named(kind):
 
 
 @every_task
-def test_a_key_that_is_none_is_told_from_those_there_are(kind):
+def test_a_key_that_is_none_is_told_from_those_there_are(kind, error_of):
     task = TASKS[kind]
     for said in task.settings:
         line = error_of(task.read, {**task.least, said.table: {f"{said.key}x": 1}})
@@ -227,7 +218,7 @@ def test_a_key_that_is_none_is_told_from_those_there_are(kind):
 
 
 @every_task
-def test_in_python_a_request_and_its_parts_check_themselves(kind):
+def test_in_python_a_request_and_its_parts_check_themselves(kind, error_of):
     task = TASKS[kind]
     for owner in task.owners:
         request = task.read(task.least)

@@ -7,7 +7,6 @@ import pytest
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.errors import RequestError
 from nlds_vines.explore.cell_columns import columns, section_points
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.map_choices import classes_of, label_words, shows_of
@@ -94,7 +93,7 @@ def test_a_map_without_a_section_shows_the_point_of_the_periodic_orbit(small_map
 
 
 @pytest.mark.parametrize("kind", ["missing", "text", "cut", "tuning"])
-def test_any_other_file_is_refused_in_one_line(kind, small_map, tmp_path):
+def test_any_other_file_is_refused_in_one_line(kind, small_map, tmp_path, error_of):
     path = tmp_path / "other.h5"
     if kind == "text":
         path.write_text("no archive")
@@ -104,10 +103,7 @@ def test_any_other_file_is_refused_in_one_line(kind, small_map, tmp_path):
         path.write_bytes(small_map.read_bytes())
         with h5py.File(path, "a") as file:
             file.attrs["content"] = "tuning"
-    with pytest.raises(RequestError) as caught:
-        stored(path)
-    assert "\n" not in str(caught.value)
-    assert "other.h5" in str(caught.value)
+    assert "other.h5" in error_of(stored, path)
 
 
 def test_what_a_map_of_several_starts_shows(small_map):

@@ -270,12 +270,8 @@ def test_columns_of_other_files(tmp_path):
         ("time [s], force [N]\n0, 1\n", ["2 to"]),
     ],
 )
-def test_faulty_records_get_one_line(tmp_path, text, words):
-    path = saved(tmp_path, text)
-    with pytest.raises(RequestError) as caught:
-        loading_of(path)
-    message = str(caught.value)
-    assert "\n" not in message
+def test_faulty_records_get_one_line(tmp_path, text, words, error_of):
+    message = error_of(loading_of, saved(tmp_path, text))
     assert all(word in message for word in ("quake.csv", *words)), message
 
 
@@ -301,11 +297,8 @@ def test_faulty_records_get_one_line(tmp_path, text, words):
         ({"scale": "x", "impulse": 1.0}, ["scale", "x"]),
     ],
 )  # fmt: skip
-def test_faulty_loads_get_one_line(table, words):
-    with pytest.raises(RequestError) as caught:
-        loading_of(table)
-    message = str(caught.value)
-    assert "\n" not in message
+def test_faulty_loads_get_one_line(table, words, error_of):
+    message = error_of(loading_of, table)
     assert all(word in message for word in words), message
 
 

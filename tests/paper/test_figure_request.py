@@ -133,15 +133,10 @@ def test_a_portrait_is_left_to_its_own_command(figure):
         ),
     ],
 )
-def test_a_faulty_request_is_one_line_with_file_and_key(figure, old, new, words):
+def test_a_faulty_request_is_one_line_with_file_and_key(figure, old, new, words, error_of):
     assert old in PAGE
-    with pytest.raises(RequestError) as caught:
-        figure(PAGE.replace(old, new, 1))
-    message = str(caught.value)
-    assert "\n" not in message
-    assert "page.toml" in message
-    for word in words:
-        assert word in message
+    message = error_of(figure, PAGE.replace(old, new, 1))
+    assert all(word in message for word in ("page.toml", *words)), message
 
 
 @pytest.mark.parametrize("text", ["curves = 1", "curves = []", "[curves]\nsystem = 'tmd'"])

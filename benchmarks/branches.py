@@ -18,7 +18,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.archives.durable import write_text
 from nlds_vines.cli.markdown_tables import table
 from nlds_vines.continuation.command import follow
-from nlds_vines.continuation.picture import save
+from nlds_vines.continuation.picture import picture as over
 from nlds_vines.continuation.regime_borders import borders_of, report, strays
 from nlds_vines.continuation.result import Continued, continued
 from nlds_vines.model.catalogue import load_system
@@ -45,7 +45,7 @@ def draw(scan: Path, folder: Path, picture: Path) -> None:
     path = folder / "crowded.h5"
     arguments = ["--from", str(scan), "--along", CROWDED, "--unstable", UNSTABLE, "--quiet"]
     command(["continuation", *arguments, "-o", str(path)])
-    save(path, picture, scan)
+    over(scan).save(path, picture)
 
 
 def draw_plane(folder: Path, picture: Path) -> None:
@@ -56,7 +56,7 @@ def draw_plane(folder: Path, picture: Path) -> None:
     command(["bifurcation", *axes, *sampling, "-o", str(scan)])
     arguments = ["--along", f"omega={PLANE[0]}", "--plane", f"P={PLANE[1]}", "--doublings", "1"]
     command(["continuation", *arguments, "--set", "omega=6.9", "--quiet", "-o", str(path)])
-    save(path, picture, scan)
+    over(scan).save(path, picture)
 
 
 def spent(work: Callable[[], Continued]) -> tuple[float, Continued]:

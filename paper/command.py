@@ -191,12 +191,12 @@ class _Job:
         path = self.picture_path(request)
         if request.kind == "portrait":
             return self._draw_portrait(request, path)
-        from nlds_vines.bifurcation.picture.drawing import save
+        from nlds_vines.bifurcation.picture.drawing import PICTURE
         from paper.page_picture import save_page
 
         archives = self.folder / _ARCHIVES
         if request.kind == "scan":
-            save(archives / request.archive(request.curves[0]), path)
+            PICTURE.save(archives / request.archive(request.curves[0]), path)
         else:
             assert request.page is not None
             save_page(request.page, lambda curve: archives / request.archive(curve), path)

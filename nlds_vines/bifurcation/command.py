@@ -197,9 +197,9 @@ class Job(jobs.Job):
 
     def draw(self, plot: Path, found: Report) -> None:
         """Draw what is to be shown."""
-        from nlds_vines.bifurcation.picture.drawing import save
+        from nlds_vines.bifurcation.picture.drawing import PICTURE
 
-        save(self.archive, plot, self.show)
+        PICTURE.save(self.archive, plot, self.show)
 
     def plan(self) -> list[str]:
         """Return what the scan would take, one fact a line."""

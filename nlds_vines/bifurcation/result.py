@@ -54,12 +54,9 @@ class ScanArchive(ArchivePath):
 
     def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
         """Return its picture as a matplotlib figure, as `nlds_vines.plot` does."""
-        from nlds_vines.bifurcation.picture.drawing import draw
-        from nlds_vines.plotting.inline_figures import let_figures_be_shown
+        from nlds_vines.bifurcation.picture.drawing import PICTURE
 
-        let_figures_be_shown()
-        with self.read() as view:
-            return draw(view, show, ax=ax)
+        return PICTURE.of(self, show, ax)
 
 
 def scan_of(view: ArchiveView) -> Scan:

@@ -86,7 +86,7 @@ class Job:
 
     def draw(self, plot: Path, found: Any) -> None:
         """Draw the picture of what was found."""
-        TASKS[self.request.content].part("picture").PICTURE.save(self.archive, plot)
+        TASKS[self.request.content].picture.save(self.archive, plot)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""

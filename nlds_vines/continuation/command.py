@@ -240,9 +240,9 @@ class Job(jobs.Job):
 
     def draw(self, plot: Path, found: Continued) -> None:
         """Draw the branches."""
-        from nlds_vines.continuation.picture import save
+        from nlds_vines.continuation.picture import picture
 
-        save(self.archive, plot, self.over)
+        picture(self.over).save(self.archive, plot)
 
     def lines(self, found: Continued) -> list[str]:
         """Return what was found, and what makes the borders of the scan."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,6 @@ from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import colours
 from nlds_vines.plotting.panels import add_panel, write_letters, write_title
-from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import (
     CM,
     DOT,
@@ -56,30 +55,20 @@ _ENERGY = "E1max"
 _TICK = 0.06  # height of a border's tick, of the panel's
 
 
-def save(
-    archive_path: str | os.PathLike[str],
-    plot_path: str | os.PathLike[str],
-    over: str | os.PathLike[str] | None = None,
-) -> Path:
-    """Draw the branches of an archive, save the picture and return the picture's path.
+def picture(over: str | os.PathLike[str] | None = None) -> Picture:
+    """Return what draws the archive of a continuation: its branches, or its curves in a plane.
 
-    Arguments: the paths of archive and picture (`plotting.save.save_drawn`); `over`, the archive of
-    a scan along the same parameter, whose diagram is drawn beneath.
+    Arguments: `over`, the archive of a scan along the same parameters, which is drawn beneath.
     """
 
-    return save_drawn(archive_path, plot_path, lambda _: draw_continuation(archive_path, over))
+    def draw(view: ArchiveView, names: Sequence[str], page: Page) -> Figure:
+        found = continued(view.path)
+        with nullcontext() if over is None else read(over) as scan:
+            if found.request.plane is not None:
+                return plane_diagram(found, scan, page)
+            return branch_diagram(found, scan, page, names)
 
-
-def draw_continuation(
-    archive_path: str | os.PathLike[str], over: str | os.PathLike[str] | None = None
-) -> Figure:
-    """Return the picture of the branches of an archive, or of its curves in a plane; see `save`."""
-    found = continued(archive_path)
-    draw = branch_diagram if found.request.plane is None else plane_diagram
-    if over is None:
-        return draw(found)
-    with read(over) as scan:
-        return draw(found, scan)
+    return Picture(_panels, draw, _fill_axes)
 
 
 def _panels(view: ArchiveView) -> dict[str, str]:
@@ -90,13 +79,6 @@ def _panels(view: ArchiveView) -> dict[str, str]:
     return {"plane": "curves of special points in the plane of two parameters"}
 
 
-def _picture(view: ArchiveView, names: Sequence[str], page: Page) -> Figure:
-    found = continued(view.path)
-    if found.request.plane is not None:
-        return plane_diagram(found, page=page)
-    return branch_diagram(found, None, page, names)
-
-
 def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
     found = continued(view.path)
     if found.request.plane is None:
@@ -105,7 +87,7 @@ def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
         fill_plane(axes, found)
 
 
-PICTURE = Picture(_panels, _picture, _fill_axes)
+PICTURE = picture()
 """What draws the archive of a continuation."""
 
 

@@ -8,7 +8,7 @@ In reading order:
     palette         the colours of regimes
     bands           runs of equal labels along an axis; borders between cells; places for names
     panels          what pictures have in common: titles, panels and their letters, colour bars
-    chosen_panels   pictures whose panels can be chosen, or drawn into axes of the user
+    chosen_panels   what draws archives: all panels, some, or one in axes of the user
     frequency_axis  the frequency in Hz, or over that of the structure
     drawable        results that can be drawn
     save            a figure written to a file, with its origin in the metadata

@@ -1,8 +1,9 @@
-"""Pictures whose panels can be chosen: all of them on a page, some, or one in axes of the user."""
+"""What draws archives: all panels of a picture on a page, some, or one in axes of the user."""
 
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,13 +14,69 @@ from matplotlib.figure import Figure
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.plotting.inline_figures import let_figures_be_shown
-from nlds_vines.plotting.page import Page, into, page_of
-from nlds_vines.plotting.save import drawn, save_drawn
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, into
+from nlds_vines.plotting.save import check_format, drawn, save_figure
+
+
+class Drawing(ABC):
+    """What draws archives of one kind."""
+
+    @abstractmethod
+    def names(self, view: ArchiveView) -> Mapping[str, str]:
+        """Return what of an archive can be shown, by name, and what it is."""
+
+    @abstractmethod
+    def figure(
+        self,
+        view: ArchiveView,
+        show: str | None = None,
+        page: Page = TWO_COLUMNS,
+        ax: Axes | None = None,
+    ) -> Figure:
+        """Return the figure of an open archive.
+
+        Arguments: the archive; what to `show`, names separated by commas, None for what is usual;
+        the page; axes to draw one panel into, without `show` the main one.
+
+        Raises `RequestError` where the archive does not hold what to show, and for several panels
+        in given axes.
+        """
+
+    def of(
+        self, path: str | os.PathLike[str], show: str | None = None, ax: Axes | None = None
+    ) -> Figure:
+        """Return the figure of the archive at a path, on the usual page; see `figure`."""
+        let_figures_be_shown()
+        with read(path) as view:
+            return drawn(view, lambda opened: self.figure(opened, show, ax=ax))
+
+    def save(
+        self,
+        archive_path: str | os.PathLike[str],
+        plot_path: str | os.PathLike[str],
+        show: str | None = None,
+    ) -> Path:
+        """Draw the archive at a path, save the picture and return the picture's path.
+
+        Arguments: `plot_path`, whose suffix chooses one of `plotting.save.FORMATS`; what to `show`.
+
+        The file takes its name only when it is complete.  Its metadata hold the hash of the
+        request, and it has the same bytes whenever it is drawn from the same archive.
+
+        Raises `RequestError` for another suffix, for an archive that cannot be read or holds
+        nothing to draw, and for a place that cannot be written.
+        """
+        path = Path(plot_path)
+        check_format(path)
+        with read(archive_path) as view:
+            figure = drawn(view, lambda opened: self.figure(opened, show))
+            title, scan_hash = view.text("title"), view.text("scan_hash")
+        return save_figure(figure, path, title, ("scan_hash", scan_hash))
 
 
 @dataclass(frozen=True)
-class Picture:
-    """What draws archives of one kind.
+class Picture(Drawing):
+    """What draws archives of one kind panel by panel.
 
     Attributes:
         panels: what the panels of an archive's picture show, by name, the main one first.
@@ -33,46 +90,28 @@ class Picture:
     fill: Callable[[Axes, ArchiveView, str], None]
     usual: Callable[[ArchiveView], Sequence[str]] | None = None
 
-    def usual_in(self, view: ArchiveView) -> list[str]:
-        """Return the panels that are drawn of an archive where none is named."""
-        return list(self.panels(view) if self.usual is None else self.usual(view))
+    def names(self, view: ArchiveView) -> Mapping[str, str]:
+        """Return what the panels show, by name."""
+        return self.panels(view)
 
-    def save(self, archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
-        """Draw an archive, save its usual panels, and return the path, as `save_drawn`."""
-        return save_drawn(
-            archive_path, plot_path, lambda view: drawn_by(self, view, None, page_of(2), None)
-        )
-
-
-def drawn_by(
-    picture: Picture, view: ArchiveView, show: str | None, page: Page, ax: Axes | None
-) -> Figure:
-    """Return the figure of an archive.
-
-    Arguments: what draws it; the archive; the names of panels to `show`, separated by commas, None
-    for the usual ones; the page; axes to draw one panel into, without `show` the main one.
-
-    Raises `RequestError` for a panel that there is not, and for several in given axes.
-    """
-    known = picture.panels(view)
-    words = [word.strip() for word in (show or "").split(",")]
-    names = (
-        picture.usual_in(view) if show is None else [choice("show", word, known) for word in words]
-    )
-    if ax is None:
-        return picture.draw(view, list(dict.fromkeys(names)), page)
-    if show is not None and len(names) > 1:
-        raise several_panels(show, known)
-    return into(ax, lambda: picture.fill(ax, view, names[0]))
-
-
-def picture_of(
-    picture: Picture, path: str | os.PathLike[str], show: str | None, ax: Axes | None
-) -> Figure:
-    """Return the figure of the archive at a path, as `drawn_by` does, on the usual page."""
-    let_figures_be_shown()
-    with read(path) as view:
-        return drawn(view, lambda opened: drawn_by(picture, opened, show, page_of(2), ax))
+    def figure(
+        self,
+        view: ArchiveView,
+        show: str | None = None,
+        page: Page = TWO_COLUMNS,
+        ax: Axes | None = None,
+    ) -> Figure:
+        """Return the figure of an open archive, see `Drawing`."""
+        known = self.panels(view)
+        if show is None:
+            names = [*(known if self.usual is None else self.usual(view))]
+        else:
+            names = [choice("show", word.strip(), known) for word in show.split(",")]
+        if ax is None:
+            return self.draw(view, list(dict.fromkeys(names)), page)
+        if show is not None and len(names) > 1:
+            raise several_panels(show, known)
+        return into(ax, lambda: self.fill(ax, view, names[0]))
 
 
 def several_panels(show: str, known: Mapping[str, object]) -> RequestError:

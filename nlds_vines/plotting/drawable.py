@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from nlds_vines.plotting.chosen_panels import Drawing
+
 
 class Drawable(Archived):
     """A result with an archive, from which the `PICTURE` in a module of its wing is drawn."""
@@ -23,6 +25,5 @@ class Drawable(Archived):
         Arguments: names of panels to `show`, separated by commas, by default all; `ax`, axes to
         draw one panel into.
         """
-        from nlds_vines.plotting.chosen_panels import picture_of
-
-        return picture_of(import_module(self.drawn_by).PICTURE, self.archive, show, ax)
+        picture: Drawing = import_module(self.drawn_by).PICTURE
+        return picture.of(self.archive, show, ax)

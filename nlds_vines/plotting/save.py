@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any, TypeVar
 import matplotlib
 from matplotlib.figure import Figure
 
-from nlds_vines.archives.archive import ArchiveView, read
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.durable import in_one_line, whole
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, printable
 from nlds_vines.plotting.page import styled
@@ -22,30 +21,6 @@ FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """The formats of a picture, by the suffix of its name, each with its resolution in dots per inch.
 
 In the vector formats only clouds of dots and shaded cells have a resolution."""
-
-
-def save_drawn(
-    archive_path: str | os.PathLike[str],
-    plot_path: str | os.PathLike[str],
-    draw: Callable[[ArchiveView], Figure],
-) -> Path:
-    """Open an archive, draw it, save the picture and return the picture's path.
-
-    Arguments: the path of the archive; `plot_path`, whose suffix chooses one of `FORMATS`; `draw`
-    returns the figure of an open archive.
-
-    The file takes its name only when it is complete.  Its metadata hold the hash of the request,
-    and it has the same bytes whenever it is drawn from the same archive.
-
-    Raises `RequestError` for another suffix, for an archive that cannot be read or holds nothing
-    to draw, and for a place that cannot be written.
-    """
-    path = Path(plot_path)
-    check_format(path)
-    with read(archive_path) as view:
-        figure = drawn(view, draw)
-        title, scan_hash = view.text("title"), view.text("scan_hash")
-    return save_figure(figure, path, title, ("scan_hash", scan_hash))
 
 
 def drawn(view: ArchiveView, draw: Callable[[ArchiveView], Drawn]) -> Drawn:

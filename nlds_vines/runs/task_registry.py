@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nlds_vines.runs.manifest import (
     CONTINUATION,
@@ -16,6 +16,9 @@ from nlds_vines.runs.manifest import (
     SURVEY,
     TUNING,
 )
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.view import ArchiveView
 
 
 class Task(NamedTuple):
@@ -28,6 +31,8 @@ class Task(NamedTuple):
 
     folder: str
     reads: str = ""
+    result: str = "result"
+    draws: str = "picture"
 
     def part(self, word: str) -> Any:
         """Return the module of its folder that has this name."""
@@ -35,11 +40,16 @@ class Task(NamedTuple):
 
     def read(self, path: Path) -> Any:
         """Return what an archive holds, as the function returns it that has computed it."""
-        return getattr(self.part("result"), self.reads)(path)
+        return getattr(self.part(self.result), self.reads)(path)
+
+    @property
+    def picture(self) -> Any:
+        """What draws its archives, a `plotting.chosen_panels.Drawing`."""
+        return self.part(self.draws).PICTURE
 
 
 TASKS: Mapping[str, Task] = {
-    SCAN: Task("bifurcation", "ScanArchive"),
+    SCAN: Task("bifurcation", "ScanArchive", draws="picture.drawing"),
     TUNING: Task("tuning", "tuned"),
     CONTINUATION: Task("continuation", "continued"),
     RESPONSE_CURVES: Task("bifurcation.response_curves", "curves_in"),
@@ -48,6 +58,18 @@ TASKS: Mapping[str, Task] = {
     SURVEY: Task("accuracy"),
 }
 """A new kind of archive is a new entry."""
+
+_ENSEMBLE = Task("transients", "ensemble_of", "ensemble")
+
+
+def task_of(view: ArchiveView) -> Task | None:
+    """Return the task of an open archive; of a scan of many starts in one cell, that of ensembles.
+
+    None for an archive of anything else.
+    """
+    if view.content == SCAN and _ENSEMBLE.part("ensemble").is_ensemble(view):
+        return _ENSEMBLE
+    return TASKS.get(view.content)
 
 
 def content_of(path: Path) -> str:

@@ -152,12 +152,9 @@ class Job(bifurcation.Job):
 
     def draw(self, plot: Path, found: Report) -> None:
         """Draw the ensemble."""
-        from nlds_vines.plotting.save import save_figure
-        from nlds_vines.transients.picture import draw_ensemble
+        from nlds_vines.transients.picture import picture
 
-        scan = self.request
-        figure = draw_ensemble(self.ensemble(), scan.title)
-        save_figure(figure, plot, scan.title, ("scan_hash", scan.hash))
+        picture(self.delay).save(self.archive, plot)
 
     def lines(self, found: Report) -> list[str]:
         """Return how long the starts took and where they ended."""

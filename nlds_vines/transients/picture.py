@@ -166,13 +166,18 @@ def _draw_shares(axes: Axes, found: Ensemble, _page: Page = TWO_COLUMNS) -> None
 _PANELS = {_SURVIVAL: _draw_survival, _SHARES: _draw_shares}
 
 
-def _read(view: ArchiveView) -> Ensemble:
-    return ensemble_of(view, delay=DELAY)
+def picture(delay: float = DELAY) -> Picture:
+    """Return what draws the archive of an ensemble, its law fitted beyond a `delay` [periods]."""
+
+    def read(view: ArchiveView) -> Ensemble:
+        return ensemble_of(view, delay=delay)
+
+    return Picture(
+        panels=lambda view: panels_of(read(view)),
+        draw=lambda view, names, page: draw_ensemble(read(view), view.text("title"), page, names),
+        fill=lambda axes, view, name: _PANELS[name](axes, read(view)),
+    )
 
 
-PICTURE = Picture(
-    panels=lambda view: panels_of(_read(view)),
-    draw=lambda view, names, page: draw_ensemble(_read(view), view.text("title"), page, names),
-    fill=lambda axes, view, name: _PANELS[name](axes, _read(view)),
-)
+PICTURE = picture()
 """What draws the archive of an ensemble."""

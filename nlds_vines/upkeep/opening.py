@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.errors import typed
-from nlds_vines.runs.manifest import SCAN
-from nlds_vines.runs.task_registry import TASKS, Task
+from nlds_vines.runs.task_registry import task_of
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves
@@ -43,10 +41,5 @@ def open(path: str | os.PathLike[str]) -> Opened:
     Raises `RequestError` if it cannot be read.
     """
     with read(path) as view:
-        if view.content == SCAN:
-            from nlds_vines.transients.ensemble import ensemble_of, is_ensemble
-
-            if is_ensemble(view):
-                return ensemble_of(view)
-        task = TASKS.get(view.content, Task(""))
-        return task.read(Path(view.path)) if task.reads else ArchivePath.of(view.path)
+        task = task_of(view)
+        return task.read(view.path) if task and task.reads else ArchivePath.of(view.path)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,15 +19,14 @@ from nlds_vines.cli.paths import check_plot, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError, shown, typed
 from nlds_vines.runs.manifest import DECAY, PORTRAIT, SCAN
-from nlds_vines.runs.task_registry import TASKS
+from nlds_vines.runs.task_registry import TASKS, task_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from nlds_vines.archives.archive import ArchiveView
-    from nlds_vines.plotting.chosen_panels import Picture
-    from nlds_vines.plotting.page import Page
+    from nlds_vines.plotting.chosen_panels import Drawing
 
 _NAME = "plot"
 _EXAMPLES = """\
@@ -63,8 +63,8 @@ def plot(
 
     Arguments:
         archive: the path of an archive: a scan, transients, a tuning, branches, a portrait.
-        show: of a scan what `bifurcation.picture.drawing.draw` takes: quantities of a diagram such
-            as `x2,v2,E1max`, regimes or a number of a map; of any other archive panels of its
+        show: of a scan what `bifurcation.picture.drawing` takes: quantities of a diagram such as
+            `x2,v2,E1max`, regimes or a number of a map; of any other archive panels of its
             picture, as `--show ?` names them; None for what is usual.
         ax: axes to draw one panel into, the one to `show` or else the first; the figure returned
             is theirs.
@@ -94,60 +94,40 @@ def plot(
     page = page_of(columns)
     others = [marks] if isinstance(marks, str | os.PathLike) else [*marks]
     with read(archive) as view, sheet(style):
-        figure = drawn(view, lambda opened: _draw(opened, show, page, ax, (others, manifold)))
+        picture = _picture(view, show, others, manifold)
+        figure = drawn(view, lambda opened: picture.figure(opened, show, page, ax))
         count_in(figure, frequency, view)
         if view.content in (PORTRAIT, DECAY):
             mark_branches(figure, view, others, own_page=ax is None)
         return figure
 
 
-def _draw(
+def _picture(
     view: ArchiveView,
     show: str | None,
-    page: Page,
-    ax: Axes | None,
-    over: tuple[Sequence[str | os.PathLike[str]], bool],
-) -> Figure:
-    """Return the picture of an open archive by what it holds.
+    others: Sequence[str | os.PathLike[str]],
+    manifold: bool,
+) -> Drawing:
+    """Return what draws an open archive; of an ensemble, what a scan can `show` draws the scan.
 
-    `over`: the archives whose orbits are marked in basins; whether a closed form is drawn over a
+    Arguments: `others`, the archives whose orbits are marked; whether a closed form is drawn over a
     map.
     """
-    from nlds_vines.plotting.chosen_panels import drawn_by
-
-    others, manifold = over
-    if view.content == SCAN and not _is_ensemble(view, show):
-        from nlds_vines.bifurcation.picture.drawing import draw
+    task, scan = task_of(view), TASKS[SCAN]
+    if task is None:
+        raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
+    picture: Drawing = task.picture
+    words = {word.strip() for word in (show or "").split(",")}
+    if task is scan or (
+        view.content == SCAN and show is not None and not words & {*picture.names(view)}
+    ):
         from nlds_vines.upkeep.marks_picture import marks_in_basins
 
-        return draw(view, show, page, ax, marks_in_basins(view, others), manifold)
+        return replace(scan.picture, marks=marks_in_basins(view, others), manifold=manifold)
     if others and view.content not in (PORTRAIT, DECAY):
         raise RequestError(f"{view.path} holds a {view.content}: no orbits are marked in it")
     if manifold:
         raise RequestError(f"{view.path} holds a {view.content}: the manifold is for maps alone")
-    if view.content not in TASKS:
-        raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
-    return drawn_by(_picture(view.content), view, show, page, ax)
-
-
-def _is_ensemble(view: ArchiveView, show: str | None) -> bool:
-    """Return whether a scan is drawn as an ensemble: also its quantities can be shown."""
-    from nlds_vines.transients.ensemble import is_ensemble
-
-    if not is_ensemble(view):
-        return False
-    return show is None or bool(
-        {word.strip() for word in show.split(",")} & {*_picture(SCAN).panels(view)}
-    )
-
-
-def _picture(content: str) -> Picture:
-    """Return what draws an archive that is no ordinary scan."""
-    if content == SCAN:
-        from nlds_vines.transients.picture import PICTURE
-
-        return PICTURE
-    picture: Picture = TASKS[content].part("picture").PICTURE
     return picture
 
 
@@ -157,26 +137,11 @@ def names_of(archive: str | os.PathLike[str]) -> list[str]:
     from nlds_vines.plotting.save import drawn
 
     with read(archive) as view:
-        return [f"{name:<26}{meaning}" for name, meaning in drawn(view, _meanings).items()]
-
-
-def _meanings(view: ArchiveView) -> dict[str, str]:
-    """Return what of an open archive can be shown: the meanings by name."""
-    from nlds_vines.bifurcation.picture.choices import is_map
-    from nlds_vines.bifurcation.picture.ordinates import quantities_in
-
-    known: dict[str, str] = {}
-    if view.content in TASKS and (view.content != SCAN or _is_ensemble(view, None)):
-        known |= _picture(view.content).panels(view)
-    if view.content == SCAN:
-        maps = is_map([view[name] for name in view.axes])
-        recorded = [item for item in quantities_in(view).items() if maps or not item[1].coded]
-        known |= {name: f"{q.long_name}{_unit(q.units)}" for name, q in recorded}
-    return known
-
-
-def _unit(units: str) -> str:
-    return f" [{units}]" if units != "1" else ""
+        tasks = [task_of(view)] + [TASKS[SCAN]] * (view.content == SCAN)
+        found: dict[str, str] = {}
+        for task in filter(None, tasks):
+            found |= drawn(view, task.picture.names)
+        return [f"{name:<26}{meaning}" for name, meaning in found.items()]
 
 
 def _carry_out(options: argparse.Namespace) -> int:

@@ -14,7 +14,7 @@ from PIL import Image
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.picture import dot_panel
-from nlds_vines.bifurcation.picture import drawing as figures
+from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette
@@ -67,7 +67,7 @@ def usual(tmp_path_factory):
 
 def drawn(path):
     with read(path) as view:
-        return figures.draw(view)
+        return PICTURE.figure(view)
 
 
 def texts(axes):
@@ -285,7 +285,7 @@ def coexisting_archive(path, want=("regime", "settling", "lyapunov")):
 
 def shown(path, what):
     with read(path) as view:
-        return figures.draw(view, what)
+        return PICTURE.figure(view, what)
 
 
 def legend_of(axes):
@@ -534,11 +534,11 @@ def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
         ("shadows", "did you mean 'shares'"),
     ):
         with pytest.raises(RequestError, match=message):
-            figures.save(four, tmp_path / "a.png", what)
+            PICTURE.save(four, tmp_path / "a.png", what)
     with pytest.raises(RequestError, match="vary two"):
-        figures.save(usual, tmp_path / "a.png", "shares")
+        PICTURE.save(usual, tmp_path / "a.png", "shares")
     with pytest.raises(RequestError, match="unknown show 'x3'; did you mean 'x"):
-        figures.save(usual, tmp_path / "a.png", "x1,x3")
+        PICTURE.save(usual, tmp_path / "a.png", "x1,x3")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -610,7 +610,7 @@ def test_the_number_of_varied_parameters_decides_between_diagram_and_map(tmp_pat
 def test_an_archive_with_nothing_to_draw_says_what_it_holds(tmp_path):
     path = archive_of(tmp_path / "m.h5", ["section"], MAP)
     with pytest.raises(RequestError, match=r"holds only .*section.*: nothing to draw"):
-        figures.save(path, tmp_path / "m.png")
+        PICTURE.save(path, tmp_path / "m.png")
 
 
 def test_shares_of_unknown_regimes_are_refused_in_one_line(tmp_path):
@@ -631,8 +631,8 @@ def test_pictures_carry_the_hash_and_repeat_byte_by_byte(tmp_path, usual, form):
     with read(usual) as view:
         scan_hash = view.attrs["scan_hash"]
     first, second = tmp_path / f"a.{form}", tmp_path / f"b.{form.upper()}"
-    assert figures.save(usual, first) == first
-    figures.save(usual, second)
+    assert PICTURE.save(usual, first) == first
+    PICTURE.save(usual, second)
     content = first.read_bytes()
     assert scan_hash.encode() in content
     assert content == second.read_bytes()
@@ -640,23 +640,23 @@ def test_pictures_carry_the_hash_and_repeat_byte_by_byte(tmp_path, usual, form):
 
 
 def test_a_png_has_200_dots_per_inch(tmp_path, usual):
-    with Image.open(figures.save(usual, tmp_path / "a.png")) as picture:
+    with Image.open(PICTURE.save(usual, tmp_path / "a.png")) as picture:
         assert picture.info["scan_hash"]
         assert picture.size[0] == pytest.approx(16 / 2.54 * 200, abs=1)
 
 
 def test_the_dots_of_a_pdf_are_an_image(tmp_path, usual):
-    content = figures.save(usual, tmp_path / "a.pdf").read_bytes()
+    content = PICTURE.save(usual, tmp_path / "a.pdf").read_bytes()
     assert b"/Subtype /Image" in content
 
 
 def test_bad_requests_are_one_line_and_leave_nothing_behind(tmp_path, usual):
     with pytest.raises(RequestError, match=r"\.png, \.pdf, \.svg"):
-        figures.save(usual, tmp_path / "a.gif")
+        PICTURE.save(usual, tmp_path / "a.gif")
     with pytest.raises(RequestError, match="cannot write"):
-        figures.save(usual, tmp_path / "nowhere" / "a.png")
+        PICTURE.save(usual, tmp_path / "nowhere" / "a.png")
     with pytest.raises(RequestError, match="no such file"):
-        figures.save(tmp_path / "absent.h5", tmp_path / "a.png")
+        PICTURE.save(tmp_path / "absent.h5", tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -669,13 +669,14 @@ def test_an_interrupted_picture_leaves_the_old_one(tmp_path, usual, monkeypatch)
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", die)
     with pytest.raises(KeyboardInterrupt):
-        figures.save(usual, old)
+        PICTURE.save(usual, old)
     assert [file.read_bytes() for file in tmp_path.iterdir()] == [b"old"]
 
 
 def test_drawing_loads_no_kernel_and_no_window_system(tmp_path, usual):
     code = (
-        "import sys; from nlds_vines.bifurcation.picture.drawing import save; save(*sys.argv[1:]);"
+        "import sys; from nlds_vines.bifurcation.picture.drawing import PICTURE;"
+        "PICTURE.save(*sys.argv[1:]);"
         "print(sorted(n for n in sys.modules if n.split('.')[0] in ('numba', 'llvmlite', 'tkinter')"
         " or n.startswith(('nlds_vines.kernels.', 'matplotlib.pyplot'))))"
     )

@@ -16,7 +16,7 @@ from test_picture import (
 )
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.picture import drawing as figures
+from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import KEPT
 from nlds_vines.plotting.style import FLAGGED, ROUND_OFF
@@ -156,7 +156,7 @@ def test_a_map_of_errors_that_are_all_zero_or_unknown_can_be_drawn(tmp_path):
             array[3:] = np.nan
 
     path = archive_of(tmp_path / "m.h5", ["error"], MAP, fill=zero)
-    assert figures.save(path, tmp_path / "m.png").stat().st_size > 0
+    assert PICTURE.save(path, tmp_path / "m.png").stat().st_size > 0
 
 
 def test_errors_that_were_not_recorded_cannot_be_shown(tmp_path):

@@ -7,7 +7,7 @@ from matplotlib.colors import to_hex
 import nlds_vines as nv
 from nlds_vines.archives import archive
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.bifurcation.picture.drawing import draw
+from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.palette import colour_of
 
@@ -64,7 +64,7 @@ def legend_of(figure):
 
 
 def test_two_attractors_of_one_label_have_two_names_and_two_colours(plane):
-    figure = draw(plane)
+    figure = PICTURE.figure(plane)
     names = legend_of(figure)
     assert names == ["T,1 (0)", "T,1 (1)", "3T,2", "not known", "points of attractors"]
     (mesh,) = figure.axes[0].collections
@@ -76,8 +76,8 @@ def test_two_attractors_of_one_label_have_two_names_and_two_colours(plane):
 
 
 def test_other_pictures_are_drawn_on_request(plane):
-    assert legend_of(draw(plane, "regimes")) == ["T,1"]
-    figure = draw(plane, "basins", ax=draw(plane, "regimes").axes[0])
+    assert legend_of(PICTURE.figure(plane, "regimes")) == ["T,1"]
+    figure = PICTURE.figure(plane, "basins", ax=PICTURE.figure(plane, "regimes").axes[0])
     assert "3T,2" in legend_of(figure)
 
 
@@ -98,7 +98,7 @@ def test_shares_stand_upon_each_other(tmp_path):
         labels,
         shares,
     ) as view:
-        figure = draw(view)
+        figure = PICTURE.figure(view)
     assert legend_of(figure) == ["T,0", "2T,1", "4T,2", "not known"]
     bars = [(bar.get_y(), bar.get_height()) for bar in figure.axes[0].patches]
     assert np.allclose(bars[:3], [(0, 1), (0, 0.25), (0, 0.4)])
@@ -113,7 +113,7 @@ def test_a_parameter_and_a_start_have_a_map_and_shares(tmp_path):
     numbers = np.zeros((6, 6, 1), np.int32)
     numbers[:, 3:] = 1
     with made(tmp_path / "m.h5", axes, numbers, labels, np.full((6, 2), 0.5)) as view:
-        figure = draw(view)
+        figure = PICTURE.figure(view)
     assert len(figure.axes) == 2
     assert figure.axes[0].get_xlim() == figure.axes[1].get_xlim()
     assert legend_of(figure) == ["T,0", "6T and longer"]
@@ -125,9 +125,9 @@ def test_what_has_no_basins_is_told(tmp_path):
     with made(
         tmp_path / "n.h5", axes, np.zeros((6, 6, 1), np.int32), np.full((6, 6, 1), "T,0")
     ) as view:
-        assert legend_of(draw(view)) == ["T,1"]  # the usual map
+        assert legend_of(PICTURE.figure(view)) == ["T,1"]  # the usual map
         with pytest.raises(RequestError, match="vary two initial conditions, or one parameter"):
-            draw(view, "basins")
+            PICTURE.figure(view, "basins")
     scan = {
         "system": "none",
         "vary": {"omega": {"values": [1.0, 2.0]}},

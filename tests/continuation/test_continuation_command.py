@@ -21,7 +21,7 @@ from nlds_vines import (
 from nlds_vines.__main__ import main
 from nlds_vines.archives.archive import read
 from nlds_vines.continuation import run as running
-from nlds_vines.continuation.picture import branch_diagram, save
+from nlds_vines.continuation.picture import branch_diagram, picture
 from nlds_vines.continuation.regime_borders import borders_of
 from nlds_vines.continuation.whole_branch import packed, unpacked
 from nlds_vines.model.linear_response import response
@@ -182,10 +182,10 @@ def test_curves_in_a_plane(folder, scan):
     regimes, over = folder / "map.h5", folder / "map.png"
     arguments = ["--vary", "P=700:900:5", "--vary", "omega=7:8:11", "--record", "regime", "--quiet"]
     assert main(["bifurcation", *arguments, "-o", str(regimes)]) == 0
-    save(path, over, regimes)
+    picture(regimes).save(path, over)
     assert over.stat().st_size > plot.stat().st_size // 4
     with pytest.raises(RequestError, match="varies omega, not"):
-        save(path, over, scan)
+        picture(scan).save(path, over)
 
 
 def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():

@@ -45,7 +45,8 @@ def calls(here, monkeypatch):
 
     stand_in(monkeypatch, "run", run=run)
     stand_in(monkeypatch, "estimate", estimate=estimate)
-    stand_in(monkeypatch, "picture.drawing", save=lambda *what: asked.plots.append(what))
+    picture = SimpleNamespace(save=lambda *what: asked.plots.append(what))
+    stand_in(monkeypatch, "picture.drawing", PICTURE=picture)
     return asked
 
 

@@ -20,7 +20,7 @@ from nlds_vines.archives.view import whole_crc
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.picture.drawing import save
+from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.cli.command_main import say
 from nlds_vines.errors import RequestError, printable
 from nlds_vines.runs.manifest import Manifest
@@ -106,7 +106,7 @@ def test_a_picture_is_drawn_through_a_link(path):
     write(path, make_scan())
     target = path.with_name("target.png")
     path.with_name("link.png").symlink_to(target)
-    save(path, path.with_name("link.png"))
+    PICTURE.save(path, path.with_name("link.png"))
     assert path.with_name("link.png").is_symlink()
     assert target.read_bytes()[1:4] == b"PNG"
 
@@ -228,7 +228,7 @@ def assert_in_words(path, other, capsys, statuses=(0, 1, 2)):
 def status_of_picture(path):
     """Return 0 if an archive can be drawn, 2 if it is refused in one line."""
     try:
-        os.unlink(save(path, "picture.png"))
+        os.unlink(PICTURE.save(path, "picture.png"))
         return 0
     except RequestError as error:
         return 2 if "\n" not in str(error) else None
@@ -435,7 +435,7 @@ def test_a_title_is_drawn_letter_by_letter(path, title):
     scan = nv.load_scan(make_scan(("energy", "regime")).document() | {"title": title})
     write(path, scan)
     for end in ("png", "svg", "pdf"):
-        save(path, path.with_suffix(f".{end}"))
+        PICTURE.save(path, path.with_suffix(f".{end}"))
 
 
 @pytest.mark.parametrize("value", [1.7e308, -1.7e308, np.inf, 5e-324])
@@ -451,7 +451,7 @@ def test_a_picture_copes_with_the_largest_numbers(path, value, vary):
             parts.write(block, found)
         parts.consolidate(cut(scan), {})
     for show in (None,) if vary is None else ("E1max", "lyapunov", "reduction"):
-        save(path, path.with_suffix(".png"), show)
+        PICTURE.save(path, path.with_suffix(".png"), show)
 
 
 def test_archives_that_are_sound_stay_sound(path):

@@ -11,22 +11,38 @@ Source: Allgower and Georg, Introduction to Numerical Continuation Methods, chap
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 
-MOST_ITERATIONS = 8
-"""Steps of Newton's method: from so near, it converges in two or three."""
-
 CLOSED, GOOD_ENOUGH = 1.0e-13, 1.0e-9
 """Relative defect of an orbit that closes; and of one that no further step brings nearer."""
 
-SHORT, FAR = 1.0e-12, 1.0e-8
-"""A step of Newton's method that is round-off, and one that is long enough to tell of contraction:
-where multipliers are large, so is the defect of the nearest state that there is."""
+
+class Newton(NamedTuple):
+    """When Newton's method ends: after the `most` steps, or one that is so `short`, round-off.
+
+    A first step as long as `tells` tells of contraction: where multipliers are large, so is the
+    defect of the nearest state that there is.
+    """
+
+    most: int
+    short: float
+    tells: float
+
+
+OF_BRANCH, OF_CURVE = Newton(8, 1.0e-12, 1.0e-8), Newton(10, 1.0e-11, 1.0e-7)
+"""Along a branch, and along a curve of special points, whose slopes are differences: from so near,
+it converges in two or three steps."""
+
+Equation = Callable[[Cycle], tuple[float, np.ndarray] | None]
+"""What vanishes on a curve beside the gap of its orbits: the value, and the derivatives by state
+and parameters; None where they are not known."""
 
 FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-2, 1.0e-9, 2.0e-2
 """Steps, relative to the orbit and to the interval of the parameter together."""
@@ -43,23 +59,23 @@ NEARER = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A point of a branch: its orbit, and the direction of the branch there.
+    """A point of a branch, or of a curve: its orbit, and the direction there.
 
     Attributes:
         cycle: the orbit.
-        tangent: (size + 1,) of length one by the weights.
-        weights: (size + 1,) by which lengths are measured, `SectionMap.weights`.
-        border: determinant of the closing equations and the tangent.
+        tangent: (size + parameters,) of length one by the weights.
+        weights: likewise, by which lengths are measured, `SectionMap.weights`.
+        border: of a branch, determinant of the closing equations and the tangent.
     """
 
     cycle: Cycle
     tangent: np.ndarray
     weights: np.ndarray
-    border: float
+    border: float = 0.0
 
     @property
     def value(self) -> float:
-        """The free parameter."""
+        """The free parameter, of two the first."""
         return float(self.cycle.values[0])
 
     @cached_property
@@ -98,32 +114,74 @@ def close(
 ) -> tuple[Cycle | None, float]:
     """Return the nT orbit near a place, in the plane through it across `row` (size + 1,).
 
-    Newton's method.  Returns None where it does not converge, and by how much its second step was
+    Returns None where Newton's method does not converge, and by how much its second step was
     shorter than the first, 0 where there was no second.
     """
+    cycle, _, ratio = corrected(section_map, place, n, row, weights)
+    return cycle, ratio
+
+
+def corrected(
+    section_map: SectionMap,
+    place: np.ndarray,
+    n: int,
+    row: np.ndarray,
+    weights: np.ndarray,
+    equation: Equation | None = None,
+) -> tuple[Cycle | None, np.ndarray, float]:
+    """Return the nT orbit near a place, in the plane through it across `row`, by Newton's method.
+
+    Arguments: `equation`, what vanishes there as well, of a curve.
+
+    Returns also the last row or rows, by which the orbit is told from those beside it, and the
+    contraction, as `close`.
+    """
     anchor, before, first, ratio = place, math.inf, 0.0, 0.0
-    for iteration in range(MOST_ITERATIONS):
+    rows, ends = row[np.newaxis], OF_BRANCH if equation is None else OF_CURVE
+    for iteration in range(ends.most):
         cycle = section_map.at(place, n)
         if cycle is None:
             break
-        if cycle.defect <= CLOSED or (cycle.defect <= GOOD_ENOUGH and cycle.defect > 0.25 * before):
-            return cycle, ratio
-        off = float((row * (place - anchor)).sum())
-        right = np.append(-cycle.gap, -off)
-        step, _ = bordered(closing(cycle), cycle.slopes, row[np.newaxis], right)
+        right = np.append(-cycle.gap, -float((row * (place - anchor)).sum()))
+        if equation is not None:
+            told = equation(cycle)
+            if told is None:
+                break
+            value, slope = told
+            rows, right = np.array([slope, row]), np.insert(right, -1, -value)
+        elif cycle.defect <= CLOSED or (
+            cycle.defect <= GOOD_ENOUGH and cycle.defect > 0.25 * before
+        ):
+            return cycle, rows, ratio
+        step, _ = bordered(closing(cycle), cycle.slopes, rows, right)
         if step is None or not np.isfinite(step).all():
             break
         far = length(weights, step)
-        if far <= SHORT:
-            return cycle, ratio
+        if far <= ends.short:
+            return cycle, rows, ratio
         if iteration == 0:
             first = far
-        elif iteration == 1 and first > FAR:
+        elif iteration == 1 and first > ends.tells:
             ratio = far / first
         if far > 2.0 * first:
             break
         place, before = place + step, cycle.defect
-    return None, math.inf
+    return None, rows, math.inf
+
+
+def tangent_of(
+    cycle: Cycle, rows: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, float] | None:
+    """Return the direction, of length one, at an orbit, turned toward the last of the `rows`.
+
+    And the determinant of the closing equations and the rows.  None where there is no single one.
+    """
+    right = np.zeros(len(weights))
+    right[-1] = 1.0
+    found, product = bordered(closing(cycle), cycle.slopes, rows, right)
+    if found is None or not np.isfinite(found).all():
+        return None
+    return found / length(weights, found), product
 
 
 def point_of(
@@ -134,13 +192,8 @@ def point_of(
     Arguments: `lengths` (1,) of the parameter's interval.  None where there is no single tangent.
     """
     weights = section_map.weights(cycle, lengths)
-    row, right = weights * weights * toward, np.zeros(len(weights))
-    right[-1] = 1.0
-    tangent, product = bordered(closing(cycle), cycle.slopes, row[np.newaxis], right)
-    if tangent is None or not np.isfinite(tangent).all():
-        return None
-    size = length(weights, tangent)
-    return Point(cycle, tangent / size, weights, product / length(weights, toward))
+    found = tangent_of(cycle, (weights * weights * toward)[np.newaxis], weights)
+    return found and Point(cycle, found[0], weights, found[1] / length(weights, toward))
 
 
 def along(section_map: SectionMap, point: Point, step: float) -> tuple[Point | None, float]:

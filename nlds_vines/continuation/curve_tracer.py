@@ -12,7 +12,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from nlds_vines.continuation.arclength import ANGLE, CONTRACTION, SHARPEST, length
+from nlds_vines.continuation.arclength import (
+    ANGLE,
+    CONTRACTION,
+    SHARPEST,
+    Equation,
+    Point,
+    angle_of,
+    corrected,
+    length,
+    tangent_of,
+)
 from nlds_vines.continuation.defining_systems import (
     CONDITIONS,
     Function,
@@ -21,13 +31,10 @@ from nlds_vines.continuation.defining_systems import (
     other_condition,
     singular_matrix,
 )
-from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
+from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.shooting_phase import better_map, place_at, seen_by
 from nlds_vines.continuation.special_points import is_torus, narrowed_down
 from nlds_vines.continuation.switching import null_vector
-
-MOST_ITERATIONS, SHORT = 10, 1.0e-11
-"""Steps of Newton's method, and its step that is round-off."""
 
 FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-3, 1.0e-7, 2.0e-2
 """Steps along a curve, relative to the orbit and to the intervals together."""
@@ -49,25 +56,11 @@ ENDS = {
 
 
 @dataclass(frozen=True, eq=False)
-class CurvePoint:
-    """A point of a curve: its orbit at two parameters, the direction, and lengths' weights."""
-
-    cycle: Cycle
-    tangent: np.ndarray
-    weights: np.ndarray
-
-    @property
-    def value(self) -> float:
-        """The first parameter."""
-        return float(self.cycle.values[0])
-
-
-@dataclass(frozen=True, eq=False)
 class Meeting:
     """A point where two kinds meet: its name, a key of the conditions, and the point."""
 
     name: str
-    point: CurvePoint
+    point: Point
 
 
 @dataclass
@@ -75,75 +68,29 @@ class Curve:
     """A curve of special points of one kind."""
 
     kind: str
-    points: list[CurvePoint] = field(default_factory=list)
+    points: list[Point] = field(default_factory=list)
     meetings: list[Meeting] = field(default_factory=list)
     ends: tuple[str, str] = ("", "")
 
 
-# ---- a point of a curve --------------------------------------------------------------------------
+def told_by(section_map: SectionMap, function: Function, weights: np.ndarray) -> Equation:
+    """Return what Newton's method is told by a function: its values, and differences for slopes."""
 
+    def told(cycle: Cycle) -> tuple[float, np.ndarray] | None:
+        found, here = np.empty(len(weights)), function(cycle)
+        for i in range(len(weights)):
+            step = NEARBY / weights[i]
+            for sign in (1.0, -1.0):
+                place = cycle.place
+                place[i] += sign * step
+                other = section_map.at(place, cycle.n)
+                there = math.nan if other is None else function(other)
+                if math.isfinite(there):
+                    break
+            found[i] = (there - here) / (sign * step)
+        return (here, found) if np.isfinite(found).all() else None
 
-def gradient(
-    section_map: SectionMap, cycle: Cycle, function: Function, weights: np.ndarray
-) -> np.ndarray | None:
-    """Return the derivatives of a function by state and parameters (size + 2,); None if unknown."""
-    found, here = np.empty(len(weights)), function(cycle)
-    for i in range(len(weights)):
-        step = NEARBY / weights[i]
-        for sign in (1.0, -1.0):
-            place = cycle.place
-            place[i] += sign * step
-            other = section_map.at(place, cycle.n)
-            there = math.nan if other is None else function(other)
-            if math.isfinite(there):
-                break
-        found[i] = (there - here) / (sign * step)
-    return found if np.isfinite(found).all() else None
-
-
-def corrected(
-    section_map: SectionMap,
-    place: np.ndarray,
-    n: int,
-    function: Function,
-    row: np.ndarray,
-    weights: np.ndarray,
-) -> tuple[Cycle | None, np.ndarray, float]:
-    """Return the orbit near a place on the curve, in the plane through it across `row`.
-
-    Returns also the gradient of the function there, and the contraction of Newton's method.
-    """
-    anchor, first, ratio, nothing = place, 0.0, 0.0, np.empty(0)
-    for iteration in range(MOST_ITERATIONS):
-        cycle = section_map.at(place, n)
-        if cycle is None:
-            break
-        slope = gradient(section_map, cycle, function, weights)
-        if slope is None:
-            break
-        off = float((row * (place - anchor)).sum())
-        right = np.concatenate([-cycle.gap, [-function(cycle), -off]])
-        step, _ = bordered(closing(cycle), cycle.slopes, np.array([slope, row]), right)
-        if step is None or not np.isfinite(step).all():
-            break
-        far = length(weights, step)
-        if far <= SHORT:
-            return cycle, slope, ratio
-        if iteration == 0:
-            first = far
-        elif iteration == 1 and first > 1.0e-7:
-            ratio = far / first
-        if far > 2.0 * first:
-            break
-        place = place + step
-    return None, nothing, math.inf
-
-
-def tangent_of(cycle: Cycle, slope: np.ndarray, toward: np.ndarray) -> np.ndarray | None:
-    """Return the direction of a curve, turned `toward` a row (size + 2,), not yet of length one."""
-    right = np.zeros(len(toward))
-    right[-1] = 1.0
-    return bordered(closing(cycle), cycle.slopes, np.array([slope, toward]), right)[0]
+    return told
 
 
 @dataclass
@@ -170,34 +117,28 @@ class Tracer:
             return grazing(self.without, self.wall, self.softness)
         return augmented(self.kind, cycle)
 
-    def point(self, cycle: Cycle, toward: np.ndarray) -> CurvePoint | None:
+    def point(self, cycle: Cycle, toward: np.ndarray) -> Point | None:
         """Return the point of the curve near an orbit, its tangent turned toward a direction."""
         here, place = self.section_map.shot(cycle.since), cycle.place
         weights = self.section_map.weights(cycle, self.high - self.low)
-        row = weights * weights * toward
-        found, slope, _ = corrected(here, place, cycle.n, self.function(cycle), row, weights)
-        if found is None:
-            return None
-        return self._with_tangent(found, slope, row, weights)
+        row, told = weights * weights * toward, told_by(here, self.function(cycle), weights)
+        found, rows, _ = corrected(here, place, cycle.n, row, weights, told)
+        return None if found is None else self._with_tangent(found, rows, weights)
 
-    def _with_tangent(
-        self, cycle: Cycle, slope: np.ndarray, row: np.ndarray, weights: np.ndarray
-    ) -> CurvePoint | None:
-        tangent = tangent_of(cycle, slope, row)
-        if tangent is None or not np.isfinite(tangent).all():
-            return None
-        return CurvePoint(cycle, tangent / length(weights, tangent), weights)
+    def _with_tangent(self, cycle: Cycle, rows: np.ndarray, weights: np.ndarray) -> Point | None:
+        found = tangent_of(cycle, rows, weights)
+        return found and Point(cycle, found[0], weights)
 
-    def map_of(self, point: CurvePoint) -> SectionMap:
+    def map_of(self, point: Point) -> SectionMap:
         """Return the map that a point is shot by."""
         return self.section_map.shot(point.cycle.since)
 
-    def at_best(self, point: CurvePoint) -> CurvePoint:
+    def at_best(self, point: Point) -> Point:
         """Return a point by the map that is best to go on from (`shooting_phase.better_map`)."""
         better = better_map(self.map_of(point), point.cycle)
         return point if better is None else self.seen_by(better, point) or point
 
-    def seen_by(self, after: SectionMap, point: CurvePoint) -> CurvePoint | None:
+    def seen_by(self, after: SectionMap, point: Point) -> Point | None:
         """Return a point of the curve as another map has it; None where the orbit is lost."""
         if after.since == point.cycle.since:
             return point
@@ -206,20 +147,21 @@ class Tracer:
             return None
         cycle, way = seen
         weights = self.section_map.weights(cycle, self.high - self.low)
-        return CurvePoint(cycle, way / length(weights, way), weights)
+        return Point(cycle, way / length(weights, way), weights)
 
-    def along(self, point: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
+    def along(self, point: Point, step: float) -> tuple[Point | None, float]:
         """Return the point of the curve a step ahead, and the contraction of Newton's method."""
         place = point.cycle.place + step * point.tangent
         row, n = point.weights * point.weights * point.tangent, point.cycle.n
-        function, there = self.function(point.cycle), self.map_of(point)
-        cycle, slope, ratio = corrected(there, place, n, function, row, point.weights)
+        there = self.map_of(point)
+        told = told_by(there, self.function(point.cycle), point.weights)
+        cycle, rows, ratio = corrected(there, place, n, row, point.weights, told)
         if cycle is None:
             return None, ratio
         weights = self.section_map.weights(cycle, self.high - self.low)
-        return self._with_tangent(cycle, slope, row, weights), ratio
+        return self._with_tangent(cycle, rows, weights), ratio
 
-    def follow(self, start: CurvePoint) -> tuple[list[CurvePoint], list[Meeting], str]:
+    def follow(self, start: Point) -> tuple[list[Point], list[Meeting], str]:
         """Follow the curve from a point on, along its tangent, until it ends."""
         points, meetings, step = [start], list[Meeting](), FIRST_STEP
         while len(points) < MOST_POINTS:
@@ -243,16 +185,16 @@ class Tracer:
             step = min(LONGEST_STEP, step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3))))
         return points, meetings, "long"
 
-    def finished(self, point: CurvePoint) -> CurvePoint | None:
+    def finished(self, point: Point) -> Point | None:
         """Return the point of the curve, at phase zero, of one that was followed; None of none."""
         return self.seen_by(self.section_map, point)
 
-    def _worst(self, a: CurvePoint, b: CurvePoint, ratio: float) -> float:
+    def _worst(self, a: Point, b: Point, ratio: float) -> float:
         """Return by what a step is too long: contraction, but of slopes with a kink, or angle."""
         bent = 0.0 if self.kind == "GR" else math.sqrt(ratio / CONTRACTION)
-        return max(bent, _turn(a, b) / ANGLE)
+        return max(bent, angle_of(a, b) / ANGLE)
 
-    def meetings(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
+    def meetings(self, a: Point, b: Point, step: float) -> list[Meeting]:
         """Return the points between two where another kind is met."""
         found = [] if self.kind == "GR" else self._touches(a, b, step)
         for name, condition in CONDITIONS[self.kind].items():
@@ -265,25 +207,25 @@ class Tracer:
                 found.append(Meeting(name, place[1]))
         return found
 
-    def _touches(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
+    def _touches(self, a: Point, b: Point, step: float) -> list[Meeting]:
         """Return where an impact of the orbit grazes between two points, if one does."""
         counts = a.cycle.counts
         if b.cycle.counts == counts:
             return []
 
-        def test(point: CurvePoint) -> float:
+        def test(point: Point) -> float:
             return 1.0 if point.cycle.counts == counts else -1.0
 
         place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
         return [] if place is None else [Meeting(f"GR-{self.kind}", place[1])]
 
-    def _condition(self, condition: str) -> Callable[[CurvePoint], float]:
+    def _condition(self, condition: str) -> Callable[[Point], float]:
         """Return the function of a point that vanishes where a condition is met."""
         if condition == "cusp":
             return self._bend
         return lambda point: other_condition(self.kind, condition, point.cycle)
 
-    def _bend(self, point: CurvePoint) -> float:
+    def _bend(self, point: Point) -> float:
         """Return the quadratic coefficient of the map along the fold's null vector."""
         cycle = point.cycle
         matrix = singular_matrix("LP", cycle)
@@ -301,13 +243,13 @@ class Tracer:
         sign = 1.0 if float((left * right).sum()) >= 0.0 else -1.0
         return sign * float((left * bend).sum()) / (unit * unit)
 
-    def _is_true(self, name: str, point: CurvePoint) -> bool:
+    def _is_true(self, name: str, point: Point) -> bool:
         """Tell whether a meeting is one: of NS with a resonance, only of a complex pair."""
         if name == "GR-NS":
             return any(abs(mu.imag) > 1.0e-6 for mu in point.cycle.multipliers.tolist())
         return True
 
-    def _is_back(self, points: list[CurvePoint]) -> bool:
+    def _is_back(self, points: list[Point]) -> bool:
         """Tell whether a curve has come back to its first point, at whatever phase of the orbit."""
         if len(points) < 5:
             return False
@@ -323,13 +265,6 @@ class Tracer:
                 return True
         return False
 
-    def _place_at(self, since: float, point: CurvePoint) -> np.ndarray | None:
+    def _place_at(self, since: float, point: Point) -> np.ndarray | None:
         """Return the place of a point's orbit so many periods after phase zero; None if lost."""
         return place_at(self.map_of(point), point.cycle.place, point.cycle.n, since)
-
-
-def _turn(a: CurvePoint, b: CurvePoint) -> float:
-    """Return the angle between the tangents of two points."""
-    weights = a.weights * a.weights
-    cosine = float((weights * a.tangent * b.tangent).sum()) / length(a.weights, b.tangent)
-    return math.acos(max(-1.0, min(1.0, cosine)))

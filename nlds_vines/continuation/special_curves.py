@@ -12,15 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nlds_vines.continuation.arclength import CLOSED, length
-from nlds_vines.continuation.curve_tracer import (
-    MOST_ITERATIONS,
-    Curve,
-    CurvePoint,
-    Meeting,
-    Tracer,
-    corrected,
-)
+from nlds_vines.continuation.arclength import CLOSED, OF_CURVE, Point, corrected, length
+from nlds_vines.continuation.curve_tracer import Curve, Meeting, Tracer, told_by
 from nlds_vines.continuation.defining_systems import Function
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 from nlds_vines.continuation.shooting_phase import best_map, place_at
@@ -54,14 +47,14 @@ class RigidTracer(Tracer):
     def _miss(self, level: float) -> Function:
         return lambda other: other.clearance - level if other.counts == self.without else math.nan
 
-    def finished(self, point: CurvePoint) -> CurvePoint | None:
+    def finished(self, point: Point) -> Point | None:
         """Return the orbit that grazes, in the plane across the curve at one that all but does."""
         cycle, row = point.cycle, point.weights * point.weights * point.tangent
         here, n, knots = self.map_of(point), point.cycle.n, list[tuple[float, np.ndarray]]()
         for share in (1.0, *NEARER):
             if knots:
-                function = self._miss(share * self.level)
-                found, *_ = corrected(here, cycle.place, n, function, row, point.weights)
+                told = told_by(here, self._miss(share * self.level), point.weights)
+                found, *_ = corrected(here, cycle.place, n, row, point.weights, told)
                 if found is None:
                     return None
                 cycle = found
@@ -73,9 +66,9 @@ class RigidTracer(Tracer):
         if length(point.weights, place - limit_of(knots[1:])) > SMOOTH:
             return None  # between them, an impact passes phase zero
         grazes = replace(cycle, state=place[:size], values=place[size:], clearance=0.0, since=0.0)
-        return CurvePoint(grazes, point.tangent, point.weights)
+        return Point(grazes, point.tangent, point.weights)
 
-    def meetings(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
+    def meetings(self, a: Point, b: Point, step: float) -> list[Meeting]:
         """Return nothing: on the other side, other kinds end where an orbit grazes."""
         return []
 
@@ -111,7 +104,7 @@ def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | No
     size = section_map.size
     row = np.zeros((2, size + 2))
     row[0, size] = row[1, size + 1] = 1.0
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(OF_CURVE.most):
         cycle = section_map.at(place, n)
         if cycle is None or cycle.defect < CLOSED:
             return cycle
@@ -166,14 +159,14 @@ def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curv
     ahead, meetings, end = tracer.follow(start)
     behind, others, other_end = [start], list[Meeting](), end
     if end != "closed":
-        back = CurvePoint(start.cycle, -start.tangent, start.weights)
+        back = Point(start.cycle, -start.tangent, start.weights)
         behind, others, other_end = tracer.follow(back)
     points = [tracer.finished(point) for point in (*reversed(behind[1:]), *ahead)]
     whole = [point for point in points if point is not None]
     return Curve(tracer.kind, whole, [*reversed(others), *meetings], (other_end, end))
 
 
-def _start(tracer: Tracer, place: np.ndarray, n: int) -> CurvePoint | None:
+def _start(tracer: Tracer, place: np.ndarray, n: int) -> Point | None:
     """Return the first point of a curve, along which one of the parameters rises."""
     zero, size = tracer.section_map, tracer.section_map.size
     here = best_map(zero, place, n)

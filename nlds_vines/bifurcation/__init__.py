@@ -5,10 +5,8 @@ In reading order:
     request           `Scan`: what to compute, checked
     request_file      a scan file (TOML) read into a `Scan`
     datasets          the datasets of a scan's archive
-    initial_states    where orbits begin that are not drawn
     attractors/       to which attractor each orbit comes
-    late_attractors   the attractors that the sample has missed
-    attractor_table   these as datasets of the archive
+    attractor_table   these as datasets of the archive, those that the sample has missed, too
     blocks            the rectangles of cells that are computed and stored as one
     memory_and_disk   whether memory and disk suffice
     compute           one block through the kernels
@@ -17,7 +15,7 @@ In reading order:
     observation_time  for how long chaos was watched, in words
     run               block after block, from request to archive
     cluster           blocks on the workers of a Dask cluster
-    cell_start        where the orbits of a cell begin
+    cell_start        where the orbits of a scan begin, and those of a cell
     cell_orbit        from a cell of an archive to its orbit, the same to the last bit
     estimate          how long a scan takes, from a sample of it
     result            the archive as a path that can be read and drawn, and its scan

@@ -20,11 +20,10 @@ import numpy as np
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.provenance import Value, attributes
 from nlds_vines.archives.toml import parse_toml
-from nlds_vines.bifurcation.attractor_table import AttractorTable
+from nlds_vines.bifurcation.attractor_table import AttractorTable, completed
 from nlds_vines.bifurcation.attractors.attractor_assignment import Attracted
 from nlds_vines.bifurcation.attractors.attractor_numbering import Learnt
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.late_attractors import completed
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError

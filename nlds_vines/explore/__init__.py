@@ -4,22 +4,18 @@ In reading order:
 
     map_data           what an archive, or a scan under way, holds of every cell, as plain arrays
     map_choices        what a map or a diagram may show: regimes, shares, numbers; their colours
-    cell_columns       the numbers of every cell as a browser takes them
-    evidence_words     a label and its evidence in words
+    cell_columns       a map as a browser takes it: numbers of its cells, titles, words, colours
     histories          time histories, settled or from the start
-    live_orbit         an orbit and all that the page shows of it, as plain arrays
+    live_orbit         an orbit and all that the page shows of it; computed aside, one at a time
     map_computation    a part of a map computed finer, in the background
     recipes            what one sees as a portrait recipe, a scan file, a command line
     shared_map         what the command was given, shared by all pages
-    map_meta           what the page's script must know of a map beside its numbers
     page_elements      the parts of a page that are files: style, script, frame
     map_figure         the map or diagram as a Bokeh figure
     orbit_figures      the figures of one orbit
-    parameter_sliders  a slider for every parameter
     page_state         what is chosen on a page: map, cell, start, parameters
-    answers            what a page is told: orbits in words, maps, how a computation stands
-    orbit_queue        orbits computed aside, one at a time
-    page_document      figures and sources of a page in their frame
+    answers            what a page is told: orbits and evidence in words, maps, computations
+    page_document      figures, sources and sliders of a page in their frame
     session            one browser's page: what happens when something on it is used
     local_port         the port of the server, on this machine alone
     server             the local server: its address, its token, its end

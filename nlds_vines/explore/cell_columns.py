@@ -1,4 +1,4 @@
-"""The numbers of every cell as a browser takes them: columns of plain numbers, row after row.
+"""A map as a browser takes it: columns of plain numbers, row after row; titles, words, colours.
 
 A row is one start of one cell; the starts of a cell stand side by side, and the cells of the last
 axis.  Codes are integers; what does not apply is NaN.
@@ -9,12 +9,21 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from bokeh.palettes import Viridis256
 
-from nlds_vines.explore.map_choices import columns_of_shows, label_places
-from nlds_vines.explore.map_data import NUMBERS, Stored
+from nlds_vines.explore.map_choices import (
+    classes_of,
+    columns_of_shows,
+    label_places,
+    label_words,
+    shows_of,
+)
+from nlds_vines.explore.map_data import NUMBERS, TOUCHES, Stored
 from nlds_vines.model.parameters import described
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits.status_words import NOT_COMPUTED, OK
+from nlds_vines.orbits.status_words import NOT_COMPUTED, OK, STATUS
+from nlds_vines.plotting.palette import HATCHED
+from nlds_vines.plotting.style import NAVY, NO_VALUE, start_colours
 
 
 def columns(found: Stored) -> dict[str, np.ndarray]:
@@ -95,3 +104,58 @@ def _number(name: str, values: np.ndarray) -> np.ndarray:
     numbers[numbers == BY_NAME[name].fill] = np.nan
     with np.errstate(over="ignore"):
         return numbers.astype(np.float32)
+
+
+# ---- what else the page's script must know -------------------------------------------------------
+
+
+MOST_POINTS = 2_000_000
+"""The most points of a diagram: of a longer section, the last periods."""
+
+
+def meta_of(found: Stored, points: int) -> dict[str, Any]:
+    """Return titles, axes, starts, words and colours of a map, `points` of each section shown."""
+    regimes = "label" in found
+    sides = " × ".join(str(n) for n in found.scan.shape)
+    several = f", {len(found.starts)} starts" if len(found.starts) > 1 else ""
+    return {
+        "title": found.scan.title,
+        "head": f"{'Map' if len(found.scan.axes) == 2 else 'Diagram'}, {sides} cells{several}",
+        "axes": axes_of(found),
+        "starts": list(found.starts),
+        "start_colours": start_colours(found.starts),
+        "ink": NAVY,
+        "labels": label_words(found) if regimes else [],
+        "classes": [list(pair) for pair in classes_of(found)] if regimes else [],
+        "shows": [show.plain() for show in shows_of(found)],
+        "told": told(found),
+        "status": {str(code): status.name for code, status in STATUS.items()},
+        "ramp": list(Viridis256),
+        "novalue": NO_VALUE,
+        "hatched": HATCHED,
+        "points": points,
+    }
+
+
+def diagram_points(found: Stored) -> dict[str, np.ndarray]:
+    """Return the displacements of all sections of a diagram, by component; none for a map."""
+    if len(found.scan.axes) == 2 or "section" not in found:
+        return {}
+    lanes = found.scan.lanes
+    states = section_points(found, max(1, MOST_POINTS // lanes))
+    names = found.scan.system.scene.components
+    return {
+        name: np.ascontiguousarray(states[..., names.index(name)], np.float32).ravel()
+        for name in ("x2", "x1", "x")
+        if name in names
+    }
+
+
+def touch_points(found: Stored) -> dict[str, np.ndarray]:
+    """Return phases and speeds of all touches of a diagram; none for a map."""
+    most = max(1, MOST_POINTS // found.scan.lanes)
+    return {
+        name: np.ascontiguousarray(found.lanes(name)[..., :most], np.float32).ravel()
+        for name in TOUCHES
+        if name in found
+    }

@@ -20,11 +20,10 @@ from nlds_vines.errors import RequestError, choice, number, printable, shown, ta
 from nlds_vines.explore import recipes
 from nlds_vines.explore.answers import Payload, in_words, job_state, payload
 from nlds_vines.explore.histories import HISTORIES
-from nlds_vines.explore.live_orbit import LiveOrbit, Sampling
+from nlds_vines.explore.live_orbit import LiveOrbit, OrbitQueue, Sampling, Wanted, aside
 from nlds_vines.explore.map_computation import Job
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.orbit_figures import joined
-from nlds_vines.explore.orbit_queue import OrbitQueue, Wanted, aside
 from nlds_vines.explore.page_document import fill
 from nlds_vines.explore.page_state import Chosen
 from nlds_vines.explore.shared_map import COMPILING, READY, Opened

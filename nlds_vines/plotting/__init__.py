@@ -12,5 +12,4 @@ In reading order:
     frequency_axis  the frequency in Hz, or over that of the structure
     drawable        results that can be drawn
     save            a figure written to a file, with its origin in the metadata
-    inline_figures  figures in notebooks, shown as pictures
 """

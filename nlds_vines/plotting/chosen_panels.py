@@ -13,9 +13,8 @@ from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.plotting.inline_figures import let_figures_be_shown
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, into
-from nlds_vines.plotting.save import check_format, drawn, save_figure
+from nlds_vines.plotting.save import check_format, drawn, let_figures_be_shown, save_figure
 
 
 class Drawing(ABC):

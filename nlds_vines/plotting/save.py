@@ -1,4 +1,4 @@
-"""A figure written to a file, whole or not at all, with its origin in the metadata."""
+"""A figure written to a file, whole or not at all, with its origin; or shown in a notebook."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.durable import in_one_line, whole
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, printable
 from nlds_vines.plotting.page import styled
+from nlds_vines.runs.progress import in_notebook
 
 Drawn = TypeVar("Drawn")
 
@@ -76,3 +77,18 @@ def _metadata(form: str, title: str, name: str, digest: str) -> dict[str, str | 
     if form == "pdf":
         return {"Title": title, "Subject": origin, "CreationDate": None}
     return {"Title": title, "Description": origin, "Date": None}
+
+
+# ---- in notebooks --------------------------------------------------------------------------------
+
+
+def let_figures_be_shown() -> None:
+    """Let a notebook show figures that its cells return; elsewhere nothing happens.
+
+    A notebook learns to do so when matplotlib.pyplot is loaded, which this program never does.
+    """
+    if in_notebook():
+        from IPython import get_ipython
+        from IPython.core.pylabtools import select_figure_formats
+
+        select_figure_formats(get_ipython(), {"png"})

@@ -121,7 +121,7 @@ def portray(
     figure = job.page(job.found())
     if plot is not None:
         job.save(figure, plot)
-    from nlds_vines.plotting.inline_figures import let_figures_be_shown
+    from nlds_vines.plotting.save import let_figures_be_shown
 
     let_figures_be_shown()
     return figure

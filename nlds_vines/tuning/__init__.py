@@ -6,7 +6,6 @@ In reading order:
     draws           what is uncertain, and the draws of it
     request         `Tuning`: what to search, checked
     request_file    a tuning file (TOML) read into a `Tuning`
-    under_load      designs under a load: what becomes of each
     objective       designs through the kernels: the number to be minimised
     searches        differential evolution, CMA-ES, Nelder-Mead
     evaluations     every evaluation of a design, kept on the disk

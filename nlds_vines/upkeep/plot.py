@@ -85,9 +85,8 @@ def plot(
     """
     from nlds_vines.archives.archive import read
     from nlds_vines.plotting.frequency_axis import count_in
-    from nlds_vines.plotting.inline_figures import let_figures_be_shown
     from nlds_vines.plotting.page import page_of, sheet
-    from nlds_vines.plotting.save import drawn
+    from nlds_vines.plotting.save import drawn, let_figures_be_shown
     from nlds_vines.upkeep.marks_picture import mark_branches
 
     let_figures_be_shown()

@@ -11,11 +11,11 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import recipes
-from nlds_vines.explore.evidence_words import evidence_of, words_of
+from nlds_vines.explore.answers import evidence_of, words_of
 from nlds_vines.explore.histories import HISTORIES, LONG, MOST_POINTS, SHOW
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.map_computation import FEWEST, MOST_ORBITS, Job, finer
-from nlds_vines.explore.parameter_sliders import sliders_of
+from nlds_vines.explore.page_document import sliders_of
 from nlds_vines.portrait.request_file import load_portrait
 
 SAMPLING = Sampling(60, 30, effort="quick")

@@ -19,8 +19,7 @@ from scans import unfilled
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
-from nlds_vines.explore.report.packing import coded, packed, rounded
-from nlds_vines.explore.report.report_page import MOST_BYTES, report_page
+from nlds_vines.explore.report.report_page import MOST_BYTES, coded, packed, report_page, rounded
 
 
 def unpacked(html):

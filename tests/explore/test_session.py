@@ -142,7 +142,7 @@ def test_an_orbit_that_fails_is_told_and_nothing_of_the_one_before_remains(page,
     def fails(*_, **__):
         raise IntegrationError("it stuck to the wall")
 
-    monkeypatch.setattr("nlds_vines.explore.orbit_queue.live_orbit", fails)
+    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", fails)
     page.do("cell", cell=(1, 1), start=0)
     assert page.told["trouble"] == "it stuck to the wall"
     assert (page.told["orbit"]["label"], page.told["orbit"]["layout"]) == ("no orbit", [])

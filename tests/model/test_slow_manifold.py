@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.response_curves.curve_options import page_from
+from nlds_vines.bifurcation.response_curves.command import page_from
 from nlds_vines.bifurcation.response_curves.picture import draw_page
 from nlds_vines.bifurcation.response_curves.result import CurveValues
 from nlds_vines.errors import RequestError

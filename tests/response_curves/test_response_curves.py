@@ -9,8 +9,7 @@ from matplotlib.colors import to_hex
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.response_curves import run as running
-from nlds_vines.bifurcation.response_curves.command import main
-from nlds_vines.bifurcation.response_curves.curve_options import page_from
+from nlds_vines.bifurcation.response_curves.command import main, page_from
 from nlds_vines.bifurcation.response_curves.picture import curves_picture, draw_page
 from nlds_vines.bifurcation.response_curves.request import ALONE, label_of, with_structure_alone
 from nlds_vines.bifurcation.response_curves.request_file import load_page

@@ -208,7 +208,7 @@ def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
         told = {"last_1": nothing, "E2max": nothing}
         return {**told, "status": failed, "violations": nothing}
 
-    monkeypatch.setattr("nlds_vines.tuning.under_load.numbers_of", numbers_of)
+    monkeypatch.setattr("nlds_vines.tuning.objective.numbers_of", numbers_of)
     noise = {"noise": {"rms": 2.0, "high": 20.0, "seed": 5}}
     tuning = load_tuning("tmd", {
         "load": noise, "sampling": {"duration": 3.0},

@@ -11,7 +11,7 @@ import numpy as np
 from nlds_vines.bifurcation.attractors.attractor_additions import Additions, Left, added
 from nlds_vines.bifurcation.attractors.attractor_matching import SAME, follow, is_periodic
 from nlds_vines.bifurcation.attractors.attractor_numbering import Judge, Learnt, learn
-from nlds_vines.bifurcation.initial_states import begun
+from nlds_vines.bifurcation.cell_start import begun
 from nlds_vines.kernels.scene import evidence_rows as ev
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.orbits.batch import Wanted

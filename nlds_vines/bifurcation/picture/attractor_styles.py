@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nlds_vines.bifurcation.observation_time import in_legend
-from nlds_vines.bifurcation.picture.ordinates import SECTION, quantities_in
-from nlds_vines.bifurcation.picture.scan_slice import Slice
+from nlds_vines.bifurcation.picture.ordinates import SECTION, Slice, quantities_in
 from nlds_vines.plotting.palette import ink_of, ordered, period_and_impacts, short
 from nlds_vines.plotting.style import NAVY, start_colours
 

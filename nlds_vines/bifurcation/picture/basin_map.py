@@ -25,8 +25,8 @@ from nlds_vines.bifurcation.picture.map_panel import (
     fill_cells,
     label_axes,
     map_panel,
+    name_regions,
 )
-from nlds_vines.bifurcation.picture.region_names import name_regions
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.plotting.bands import inner_edges

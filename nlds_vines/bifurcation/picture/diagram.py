@@ -17,8 +17,7 @@ from nlds_vines.bifurcation.picture.dot_panel import (
     legend_of_panel,
     overlay_energy,
 )
-from nlds_vines.bifurcation.picture.ordinates import Quantity, quantities_in
-from nlds_vines.bifurcation.picture.scan_slice import Slice
+from nlds_vines.bifurcation.picture.ordinates import Quantity, Slice, quantities_in
 from nlds_vines.bifurcation.picture.strip_layout import (
     Tier,
     draw_strip_of,

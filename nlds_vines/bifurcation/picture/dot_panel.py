@@ -1,4 +1,4 @@
-"""A panel of a diagram: one quantity over one parameter, in dots of orbits or in curves."""
+"""A panel of a diagram: a quantity over one parameter in dots or curves, a spectrum in colours."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.bifurcation.picture.attractor_styles import Look, looks_of
-from nlds_vines.bifurcation.picture.ordinates import Quantity
-from nlds_vines.bifurcation.picture.scan_slice import Slice
-from nlds_vines.bifurcation.picture.waterfall import WATERFALL, draw_waterfall
+from nlds_vines.bifurcation.picture.ordinates import Quantity, Slice
 from nlds_vines.model.coexistence import final
 from nlds_vines.model.quantities import QUANTITIES, drawn_in, scale_of
 from nlds_vines.model.quantity import ERROR, TOUCHED
-from nlds_vines.plotting.bands import bands, logarithmic, one_regime
+from nlds_vines.plotting.bands import bands, edges, logarithmic, one_regime
+from nlds_vines.plotting.notation import raised, signal_symbol
 from nlds_vines.plotting.palette import PASSED, period_and_impacts
 from nlds_vines.plotting.panels import size_of
-from nlds_vines.plotting.style import DOT, GREEN, GREY, HUES, NAVY, ROUND_OFF, SHADES
+from nlds_vines.plotting.style import DOT, GREEN, GREY, HUES, NAVY, NO_VALUE, ROUND_OFF, SHADES
 
 _WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
 
@@ -215,3 +215,39 @@ def _hatch_violated(panel: Axes, cut: Slice) -> None:
     for band in bands(cut.values, np.where(passed, PASSES, "")):
         if band.label:
             panel.axvspan(band.low, band.high, hatch=PASSED, zorder=0.2, **_HATCH)
+
+
+# ---- spectra -------------------------------------------------------------------------------------
+
+
+WATERFALL = "spectrum"
+"""The dataset that is drawn so."""
+
+DECADES = 6.0
+"""Below the largest amplitude that colours tell apart."""
+
+_BAR = (1.012, 0.0, 0.014, 1.0)  # of the panel: the bar's left edge, foot, width, height
+
+
+def draw_waterfall(panel: Axes, cut: Slice, quantity: Quantity) -> None:
+    """Draw amplitudes of the first start over the parameter and the frequency."""
+    found = cut.of(quantity)[:, 0, :]
+    order = cut.view["frequency"]
+    largest = float(np.nanmax(found[:, 1:], initial=0.0)) or 1.0
+    floor = largest * 10.0**-DECADES
+    panel.set_facecolor(NO_VALUE)
+    mesh = panel.pcolormesh(
+        edges(cut.values),
+        edges(order[1:]),
+        np.maximum(found[:, 1:], floor).T,
+        norm=LogNorm(floor, largest),
+        cmap=SHADES,
+        rasterized=True,
+    )
+    bar = panel.figure.colorbar(mesh, cax=panel.inset_axes(_BAR), extend="min")
+    bar.set_label(f"amplitude [{raised(quantity.units)}]")
+    panel.set_ylabel(
+        rf"spectrum of {signal_symbol(quantity.name.partition(':')[2])}, $\Omega/\omega$"
+    )
+    if logarithmic(cut.values):
+        panel.set_xscale("log")

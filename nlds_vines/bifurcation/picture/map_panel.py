@@ -1,8 +1,8 @@
-"""The panel of a map: its axes, its cells filled with colours, hatched, or marked with dots."""
+"""The panel of a map: its axes, its cells filled, hatched, marked with dots, regions named."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,8 @@ from matplotlib.patches import Patch
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.plotting.bands import inner_edges, logarithmic
 from nlds_vines.plotting.page import TWO_COLUMNS, Page
-from nlds_vines.plotting.panels import add_panel, size_of
+from nlds_vines.plotting.palette import is_dark, short
+from nlds_vines.plotting.panels import add_panel, size_of, text_width
 from nlds_vines.plotting.style import CM, axis_label
 
 HEAD, FOOT = 0.95 * CM, 1.25 * CM
@@ -134,3 +135,37 @@ def add_map_legend(
     below = 72 * (FOOT - 0.1 * CM) / size_of(axes)[1]
     look |= {"columnspacing": 1.0, "ncols": page.columns + 1}
     axes.legend(handles=list(handles), bbox_to_anchor=(-0.1, -below), **place, **look)
+
+
+# ---- names of regions ----------------------------------------------------------------------------
+
+
+_SIZE = 7  # pt
+_PADDING = 4  # pt between a name and the border of its region
+_LONGEST = 14  # characters of a name that is written inside
+
+
+def name_regions(
+    axes: Axes, view: ArchiveView, names: np.ndarray, shades: Mapping[str, str]
+) -> None:
+    """Write each name once into the largest circle of cells of that name, if it fits there.
+
+    Arguments: the axes of the map; its archive; the `names` (first parameter, second parameter) of
+    its cells; the colours of those that are to be written, by name.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    wide, tall = size_of(axes)
+    sides = wide / names.shape[0], tall / names.shape[1]
+    for word, colour in shades.items():
+        text = short(word)
+        if len(text) > _LONGEST:
+            continue
+        inside = np.pad(names == word, 1)
+        depth = distance_transform_edt(inside, sampling=sides)[1:-1, 1:-1]
+        place = np.unravel_index(np.argmax(depth), depth.shape)
+        if text_width(text, _SIZE) / 2 + _PADDING > depth[place]:
+            continue
+        x, y = (view[name][index] for name, index in zip(view.axes, place, strict=True))
+        ink = "white" if is_dark(colour) else "black"
+        axes.text(x, y, text, color=ink, fontsize=_SIZE, ha="center", va="center")

@@ -24,8 +24,7 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import LOG, way_and_number
 from nlds_vines.bifurcation.picture.dot_panel import PASSES
 from nlds_vines.bifurcation.picture.map_panel import fill_cells, hatch_cells, single_map
-from nlds_vines.bifurcation.picture.ordinates import quantities_in
-from nlds_vines.bifurcation.picture.scan_slice import violated_in
+from nlds_vines.bifurcation.picture.ordinates import quantities_in, violated_in
 from nlds_vines.errors import RequestError
 from nlds_vines.model.quantities import scale_of
 from nlds_vines.model.quantity import ERROR, PERIOD, SIGNED, WAIT

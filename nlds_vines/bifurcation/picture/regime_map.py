@@ -1,4 +1,4 @@
-"""Maps of regimes over two parameters: a colour for each regime, and how many coexist."""
+"""Maps of two parameters: a colour for each regime, or other code, and how many coexist."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from matplotlib.patches import Patch
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.observation_time import in_legend
 from nlds_vines.bifurcation.picture.choices import COEXISTING, REGIMES, SHARE, SHARES
-from nlds_vines.bifurcation.picture.code_map import fill_codes
 from nlds_vines.bifurcation.picture.dot_panel import PASSES
 from nlds_vines.bifurcation.picture.manifold_bounds import IN_TITLE, draw_manifold
 from nlds_vines.bifurcation.picture.map_panel import (
@@ -24,15 +23,16 @@ from nlds_vines.bifurcation.picture.map_panel import (
     label_axes,
     map_panel,
     mark_cells,
+    name_regions,
     single_map,
 )
+from nlds_vines.bifurcation.picture.ordinates import violated_in
 from nlds_vines.bifurcation.picture.quantity_map import draw_number, fill_number
 from nlds_vines.bifurcation.picture.regime_shares import draw_shares
-from nlds_vines.bifurcation.picture.region_names import name_regions
-from nlds_vines.bifurcation.picture.scan_slice import violated_in
 from nlds_vines.errors import RequestError
 from nlds_vines.model.coexistence import by_frequency, coexisting, final, most_frequent
 from nlds_vines.model.labels import KEPT, TRANSIENT
+from nlds_vines.model.quantity import clause
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import (
     COUNTS,
@@ -49,7 +49,7 @@ from nlds_vines.plotting.palette import (
     short,
 )
 from nlds_vines.plotting.panels import write_letters, write_title
-from nlds_vines.plotting.style import CM, FLAGGED, GREY
+from nlds_vines.plotting.style import CM, FLAGGED, GREY, NO_VALUE
 
 _GAP = 0.55 * CM  # inches between two maps
 _LINE = 0.42 * CM  # inches, height of a name in a legend
@@ -227,3 +227,39 @@ def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) 
     if passed.any():
         handles.append(_hatch_passed(axes, view, passed))
     add_map_legend(axes, handles, f"regimes found\nby {labels.shape[-1]} starts", page)
+
+
+# ---- codes ---------------------------------------------------------------------------------------
+
+
+def fill_codes(axes: Axes, view: ArchiveView, name: str, page: Page) -> None:
+    """Fill every cell with the colour of its code, of several starts the highest; with a legend.
+
+    Colours go from pale to dark in the order of the codes, and begin anew where they are many.
+    """
+    codes, words = view[name].max(axis=-1), view.flags(name)
+    found = sorted(set(codes.ravel().tolist()))
+    shades = {code: COUNTS[i % len(COUNTS)] for i, code in enumerate(sorted(words))}
+    looks = {code: shades.get(code, NO_VALUE) for code in found}
+    fill_classes(axes, view, codes, found, list(looks.values()))
+    frame: dict[str, Any] = {"edgecolor": GREY, "linewidth": 0.4}  # the first is nearly white
+    handles = [
+        Patch(facecolor=colour, label=_in_words(words.get(code, "none")), **frame)
+        for code, colour in looks.items()
+    ]
+    title = clause(view.long_name(name))
+    several = f"\nhighest of {view['start'].size} starts" if view["start"].size > 1 else ""
+    add_map_legend(axes, handles, _broken(title) + several, page)
+
+
+def _in_words(flag: str) -> str:
+    """Return a flag as a legend has it: `sustained 1:1` of `sustained_1_to_1`."""
+    return flag.partition(".")[0].replace("_to_", ":").replace("_", " ")
+
+
+def _broken(text: str) -> str:
+    """Return a title in two lines of about one length, as a legend has room for."""
+    words = text.split(" ")
+    ends = np.cumsum([len(word) + 1 for word in words])
+    half = int(np.argmin(np.abs(ends - ends[-1] / 2))) + 1
+    return "\n".join(filter(None, (" ".join(words[:half]), " ".join(words[half:]))))

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.bifurcation.observation_time import in_legend
+from nlds_vines.bifurcation.picture.ordinates import Slice
 from nlds_vines.bifurcation.picture.regime_strip import (
     FLAG_WIDTH,
     Strip,
@@ -21,7 +22,6 @@ from nlds_vines.bifurcation.picture.regime_strip import (
     mark_flagged,
     stack_room,
 )
-from nlds_vines.bifurcation.picture.scan_slice import Slice
 from nlds_vines.model.coexistence import CHAOS
 from nlds_vines.plotting.bands import Band, bands, edges, logarithmic
 from nlds_vines.plotting.page import Page

@@ -4,7 +4,6 @@ In reading order:
 
     request        `CurvePage`: panels, curves and the scan of each
     request_file   a request file (TOML) read into a `CurvePage`
-    curve_options  what the command line changes in it
     curves_table   the datasets of the archive
     run            from request to archive, curve by curve
     result         `ResponseCurves`: an archive read

@@ -2,8 +2,7 @@
 
 In reading order:
 
-    packing       the numbers of all cells in few bytes
     branch_lines  branches and special points of a continuation, over the map
-    report_page   the page put together
+    report_page   the page put together, the numbers of all cells in few bytes
     command       `python -m nlds_vines.explore.report`, `nlds-vines report`
 """

@@ -2,8 +2,8 @@
 
 How many attractors there are is known only when they have been learnt.  So their dimension,
 `number`, and their datasets join those of the scan when the archive is made.  Cells whose attractor
-the sample has missed are looked for then, too, when all blocks are there, so that it matters neither
-how a scan was cut into blocks nor which of them were computed when.
+the sample has missed are looked for then, too: it matters neither how a scan was cut into blocks
+nor which of them were computed when.
 """
 
 from __future__ import annotations

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.model.labels import KEPT
 from nlds_vines.model.quantity import STRUCTURE

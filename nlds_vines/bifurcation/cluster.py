@@ -28,7 +28,6 @@ from nlds_vines.bifurcation.orbit_counts import Note
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.manifest import Manifest
-from nlds_vines.runs.tls_certificate import new_certificate
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.block_files import Parts
@@ -323,23 +322,17 @@ def _local(workers: int, threads: int | None) -> Any:
 def _security() -> Any:
     """Return credentials of this run alone, by which scheduler, workers and client know each other.
 
-    Raises `RequestError` where nothing here can make them.
+    Raises `RequestError` where cryptography, which makes them, is not installed.
     """
     from distributed.security import Security
 
     try:
         return Security.temporary()
-    except ImportError:  # it needs the package `cryptography`
-        made = new_certificate()
-    if made is None:
+    except ImportError as error:  # it needs the package `cryptography`
         raise RequestError(
             "--scheduler local:N needs a certificate that keeps other users out: "
             "pip install 'nlds-vines[cluster]', which brings cryptography"
-        )
-    key, certificate = made
-    roles = {f"tls_{role}_key": key for role in ("client", "scheduler", "worker")}
-    roles |= {name.replace("_key", "_cert"): certificate for name in roles}
-    return Security(require_encryption=True, tls_ca_file=certificate, **roles)
+        ) from error
 
 
 def _without_pages() -> Any:

@@ -15,5 +15,4 @@ In reading order:
     machine          processors, free memory and disk
     threads          how many threads the kernels use, and whether the environment allows them
     pool             lanes handed out to these threads, piece by piece
-    tls_certificate  by which the processes of one run know each other
 """

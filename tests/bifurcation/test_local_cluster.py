@@ -8,7 +8,6 @@ import pytest
 
 from nlds_vines.bifurcation import cluster
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.tls_certificate import new_certificate
 
 psutil = pytest.importorskip("psutil")  # distributed brings it
 pytestmark = pytest.mark.skipif(
@@ -78,15 +77,10 @@ def test_an_address_that_needs_a_certificate_is_one_line():
         pass
 
 
-def test_a_certificate_is_made_for_every_run_or_the_run_is_refused(monkeypatch):
-    if (found := new_certificate()) is not None:
-        key, certificate = found
-        assert key.startswith("-----BEGIN")
-        assert "BEGIN CERTIFICATE" in certificate
-        assert new_certificate() != found
-    monkeypatch.setattr("nlds_vines.runs.tls_certificate._COMMAND", ("no such program",))
-    assert new_certificate() is None
-    monkeypatch.setattr(cluster, "new_certificate", lambda: None)
+def test_without_what_makes_a_certificate_for_every_run_it_is_refused(monkeypatch):
+    one, other = (cluster._security().tls_client_cert for _ in range(2))
+    assert "BEGIN CERTIFICATE" in one
+    assert one != other
     monkeypatch.setattr("distributed.security.Security.temporary", _without_cryptography)
     with pytest.raises(RequestError, match=r"certificate.*nlds-vines\[cluster\]"):
         cluster._security()

@@ -189,6 +189,31 @@ def choice(what: str, value: object, allowed: Iterable[str]) -> str:
     raise unknown(what, value, names)
 
 
+def checked_words(
+    what: str, value: object, allowed: Iterable[str], one: str = ""
+) -> tuple[str, ...]:
+    """Return different words, one or more of those `allowed`, as given.
+
+    Arguments: what `one` of them is called, if not as all; raises `RequestError` otherwise.
+    """
+    names = list(allowed)
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        raise RequestError(f"{what} = {shown(value)} must be a list of words")
+    if not value:
+        raise RequestError(f"{what} = [] is an empty request; allowed: {', '.join(names)}")
+    found = [choice(one or what, word, names) for word in value]
+    if len(set(found)) < len(found):
+        raise RequestError(f"{what} = {shown(found)} names something twice")
+    return tuple(found)
+
+
+def checked_state(value: object) -> tuple[float, ...]:
+    """Return a state as floats; `RequestError` for anything but a list of finite numbers."""
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        raise RequestError(f"state = {shown(value)} must be a list of numbers")
+    return tuple(number("state", one) for one in value)
+
+
 def table(what: str, value: object, keys: Iterable[str] | None = None) -> Mapping[str, Any]:
     """Return `value` if it is a table (a mapping) that holds none but the allowed `keys`.
 

@@ -8,9 +8,7 @@ In reading order:
     durable          files that survive a power cut; seals, locks
     provenance       where an archive comes from: request, versions, sources, machine
     chunk_layout     how an array is laid out on the disk: chunks, slabs, checksums
-    heap_check       heaps of strings, looked at before HDF5 reads them
-    structure_check  whether a file is laid out as an archive is, and leads nowhere else
-    code_check       whether codes have words, and labels can be
+    structure_check  whether a file is an archive: its layout, its heaps, what its values mean
     representation   what an object says of itself, in Python and in a notebook
     frames           an archive for xarray, pandas, and as CSV
     view             an open archive: datasets by name, attributes, dimensions

@@ -21,11 +21,14 @@ import numpy as np
 
 from nlds_vines.archives import durable
 from nlds_vines.archives.chunk_layout import chunk_shape, crc32_of, slabs
-from nlds_vines.archives.code_check import problems_of_values
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.archives.heap_check import heaps_are_whole
 from nlds_vines.archives.provenance import SCHEMA, Value
-from nlds_vines.archives.structure_check import Member, problems_of
+from nlds_vines.archives.structure_check import (
+    Member,
+    heaps_are_whole,
+    problems_of,
+    problems_of_values,
+)
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.archives.view import (
     DAMAGE,
@@ -80,7 +83,8 @@ def write(
             file[name][where] = _storable(values)
             given.append((name, where, crc32_of(values)))
         file.attrs.update({**_HDF5, **attributes()})
-        _note_checksums(file)
+        for dataset in filter(is_text, file.values()):
+            dataset.attrs["crc32"] = np.uint32(whole_crc(dataset))
     durable.seal(path)
     _compare(path, given)
 
@@ -90,12 +94,6 @@ def whole(contents: Iterable[tuple[Dataset, np.ndarray]]) -> Iterator[Piece]:
     for entry, values in contents:
         stored = values if entry.dtype == "str" else values.astype(entry.dtype)
         yield entry.name, (slice(None),) * values.ndim, stored
-
-
-def _note_checksums(file: h5py.File) -> None:
-    """Give every dataset of strings its CRC-32 as an attribute."""
-    for dataset in filter(is_text, file.values()):
-        dataset.attrs["crc32"] = np.uint32(whole_crc(dataset))
 
 
 @typed

@@ -16,9 +16,9 @@ import numpy as np
 
 from nlds_vines.archives import frames
 from nlds_vines.archives.chunk_layout import crc32_of, slabs
-from nlds_vines.archives.code_check import flags_of
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.representation import Outlined, Rows
+from nlds_vines.archives.structure_check import flags_of
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import RequestError, at, shown, unknown, whole
 
@@ -183,16 +183,12 @@ class ArchiveView(Outlined):
 
     def describe(self, name: str) -> Dataset:
         """Return what a dataset is: its dimensions, type, unit, meaning and fill value."""
-        flags = self.flags(name) if self._has(name, "flag_values") else None
+        flags = self.flags(name) if self.is_flag(name) else None
         kind = "str" if self.is_text(name) else str(self._file[name].dtype)
         fill = "" if kind == "str" else self._file[name].fillvalue.item()
         about = self.units(name), self.long_name(name), fill
         codes = None if flags is None else {word: code for code, word in flags.items()}
         return Dataset(name, self.dims(name), kind, *about, codes)
-
-    def _has(self, name: str, attribute: str) -> bool:
-        with _reading(self.path, f"dataset {name}"):
-            return attribute in self._file[name].attrs
 
     def units(self, name: str) -> str:
         """Return the units of a dataset or scale."""

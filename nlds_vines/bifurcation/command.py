@@ -23,9 +23,8 @@ from nlds_vines.cli import job as jobs
 from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.option_values import (
     add_system_options,
-    assignments,
-    spaced,
     system_changes,
+    varied,
 )
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
@@ -283,10 +282,9 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises `RequestError` for an option that cannot be read as its form demands.
     """
-    vary = assignments("--vary", options.vary, "NAME=START:STOP:NUM")
     found: dict[str, Any] = {
         **system_changes(options),
-        "vary": {name: spaced(f"--vary {name}", text, log=True) for name, text in vary.items()},
+        "vary": varied(options.vary),
         **changed(options, Scan),
     }
     if options.start is not None:

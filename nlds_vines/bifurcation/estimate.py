@@ -127,7 +127,11 @@ def _estimate(scan: Scan, used: int) -> Estimate:
         again.learn()
         learning = (time.perf_counter() - began) * learning_orbits(scan) / learning_orbits(short)
     lanes = short.lanes
-    chosen = np.arange(lanes) if lanes <= MOST_ORBITS else _some(lanes)
+    chosen = (
+        np.arange(lanes)
+        if lanes <= MOST_ORBITS
+        else np.linspace(0, lanes - 1, MOST_ORBITS).astype(np.int64)
+    )
     chosen = np.random.default_rng(0).permutation(chosen)
     computer.lanes(*computer.orbits(chosen[:1]))  # likewise
     if scan.start.sweeps:
@@ -148,11 +152,6 @@ def _thinned(scan: Scan) -> Scan:
         for axis in scan.axes
     )
     return replace(scan, axes=tuple(axes))
-
-
-def _some(lanes: int) -> np.ndarray:
-    """Return the numbers of some orbits out of so many, spread evenly."""
-    return np.linspace(0, lanes - 1, MOST_ORBITS).astype(np.int64)
 
 
 def _timed(computer: Computer, chosen: np.ndarray, count: int) -> tuple[float, int]:

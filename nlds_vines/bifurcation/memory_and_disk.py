@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from nlds_vines.bifurcation.blocks import block_bytes, work_bytes
 from nlds_vines.errors import RequestError
 from nlds_vines.model.system import cell_type
-from nlds_vines.runs.machine import free_disk, free_memory
+from nlds_vines.runs.threads import free_disk, free_memory
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan

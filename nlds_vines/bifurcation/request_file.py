@@ -99,13 +99,11 @@ def _axes(layer: Layer, starts: int) -> tuple[Axis, ...]:
         shape = announced(entries)
         if len(shape) == 2 and max(shape) <= MOST_VALUES:
             refuse_too_many(shape, starts)
-    return tuple(_axis(layer, *entry) for entry in entries.items())
-
-
-def _axis(layer: Layer, name: str, entry: object) -> Axis:
-    """Return the axis that an entry of `[vary]` means."""
-    with at(f"{layer.place('vary')} {name}"):
-        return Axis.of(name, entry)
+    axes = []
+    for name, entry in entries.items():
+        with at(f"{layer.place('vary')} {name}"):
+            axes.append(Axis.of(name, entry))
+    return tuple(axes)
 
 
 def _system(layers: Layers, varying: Layer) -> System:

@@ -33,6 +33,20 @@ def assignments(option: str, texts: Sequence[str], form: str) -> dict[str, str]:
     return found
 
 
+def numbers_by_name(
+    option: str, text: str | None, form: str = "NAME=VALUE,NAME=VALUE"
+) -> dict[str, float]:
+    """Return the numbers that a text NAME=VALUE,NAME=VALUE means, by name; none for None."""
+    pairs = assignments(option, comma_separated(text) or (), form)
+    return {name: from_text(float, f"{option} {name}", value) for name, value in pairs.items()}
+
+
+def varied(texts: Sequence[str], log: bool = True) -> dict[str, dict[str, Any]]:
+    """Return the table of axes that --vary means, given once or several times."""
+    pairs = assignments("--vary", texts, "NAME=START:STOP:NUM")
+    return {name: spaced(f"--vary {name}", text, log=log) for name, text in pairs.items()}
+
+
 def comma_separated(text: str | None) -> list[str] | None:
     """Return the words between the commas of a text, empty ones left out; None for None."""
     if text is None:

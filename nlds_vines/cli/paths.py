@@ -39,6 +39,15 @@ def file_path(text: str) -> Path:
     return path
 
 
+def existing(text: str | os.PathLike[str], option: str = "") -> Path:
+    """Return the path of a file that is there; `RequestError` without one, named by its option."""
+    path = Path(text)
+    if not path.is_file():
+        name = f"{option} {shown(str(path))}".strip()
+        raise RequestError(f"{name}: there is no such file")
+    return path
+
+
 def request_path(source: object) -> Path | None:
     """Return the path of the request file that a source names, if it is one."""
     is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")

@@ -25,6 +25,7 @@ from nlds_vines.cli.option_values import (
 )
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
+    existing,
     optional_path,
     request_path,
 )
@@ -235,8 +236,8 @@ class Job(jobs.Job):
     def __post_init__(self) -> None:
         """Check the paths."""
         super().__post_init__()
-        if self.over is not None and not self.over.is_file():
-            raise RequestError(f"--over {shown(str(self.over))}: there is no such file")
+        if self.over is not None:
+            existing(self.over, "--over")
 
     def draw(self, plot: Path, found: Continued) -> None:
         """Draw the branches."""

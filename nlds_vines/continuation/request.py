@@ -8,12 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-import numpy as np
-
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, choice, number, shown, string, typed
+from nlds_vines.errors import RequestError, checked_state, number, shown, string, typed
+from nlds_vines.model.axis import Interval
 from nlds_vines.model.labels import PERIODIC, TRANSIENT
-from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.setting import (
     Checked,
     OneOf,
@@ -44,31 +42,6 @@ MOST_ORBITS = 10_000
 
 
 @dataclass(frozen=True)
-class Interval:
-    """A parameter and the interval in which it is free; `RequestError` unless low < high."""
-
-    name: str
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        """Check everything; integers become floats."""
-        choice("parameter", self.name, PARAMETERS)
-        for end in ("low", "high"):
-            value = number(f"{end} of {self.name}", getattr(self, end))
-            PARAMETERS[self.name].check(np.asarray(value))
-            object.__setattr__(self, end, value)
-        if not self.low < self.high:
-            raise RequestError(
-                f"{self.name} from {self.low!r} to {self.high!r}: the first must be the lesser"
-            )
-
-    def nearest(self, value: float) -> float:
-        """Return a value if it lies in the interval, otherwise the nearest end."""
-        return min(max(value, self.low), self.high)
-
-
-@dataclass(frozen=True)
 class Orbit:
     """A start orbit: a state of it in the user's coordinates, the parameter, its periods n."""
 
@@ -93,7 +66,7 @@ class Begin:
     count: int = setting(STARTS, Whole(1, 10**6), "start", "random starts", "N", option="--starts")
     seed: int = setting(0, Whole(0, 2**63 - 1), "start", "that random starts are drawn by", "N")
     states: tuple[tuple[float, ...], ...] = setting(
-        (), Checked(lambda value: tuple(map(_state, _listed("states", value)))), "start",
+        (), Checked(lambda value: tuple(map(checked_state, _listed("states", value)))), "start",
         "for `orbits`: a state of each",
     )  # fmt: skip
     values: tuple[float, ...] = setting(
@@ -132,12 +105,6 @@ def _listed(key: str, value: object) -> list[Any] | tuple[Any, ...]:
     if not isinstance(value, list | tuple):
         raise RequestError(f"{key} = {shown(value)} must be a list")
     return value
-
-
-def _state(state: object) -> tuple[float, ...]:
-    if not isinstance(state, list | tuple):
-        raise RequestError(f"state = {shown(state)} must be a list of numbers")
-    return tuple(number("state", value) for value in state)
 
 
 @typed

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.continuation.request import Begin, Continuation, Interval
+from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.errors import RequestError, at, number, shown, table, typed
+from nlds_vines.model.axis import Interval
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.request_layers import Document, Form, Layers
 from nlds_vines.model.setting import checks

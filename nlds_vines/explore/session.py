@@ -27,7 +27,6 @@ from nlds_vines.explore.orbit_figures import joined
 from nlds_vines.explore.page_document import fill
 from nlds_vines.explore.page_state import Chosen
 from nlds_vines.explore.shared_map import COMPILING, READY, Opened
-from nlds_vines.model.system import System
 
 PROGRESS_SECONDS = 0.4
 """Seconds between two pictures of a map that is being computed."""
@@ -141,7 +140,8 @@ class Session:
             self._orbit, trouble = orbit, orbit.trouble
             words["layout"], values = joined(orbit.panels)
             self._data["values"].data = {"values": values}
-            for lines, place in zip(self._walls, _places(wanted.system).values(), strict=False):
+            obstacles = wanted.system.scene.obstacle(wanted.system.parameters)
+            for lines, place in zip(self._walls, obstacles.values(), strict=False):
                 for line in lines:
                     line.location = float(place)
         self._tell(trouble=trouble, orbit=words)
@@ -276,8 +276,3 @@ _ACTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], None]] = {
     "save": Session._save,
 }
 """What a page may ask for."""
-
-
-def _places(system: System) -> Mapping[str, float]:
-    """Return where what is struck stands, by name."""
-    return system.scene.obstacle(system.parameters)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.command_main import Command
-from nlds_vines.cli.option_values import assignments, settings_of, spaced
+from nlds_vines.cli.option_values import settings_of, varied
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import request_path
 from nlds_vines.cli.run_options import RunOptions, add_local_options
@@ -117,9 +117,8 @@ class Job(jobs.Job):
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
     above = load_changes(options)
-    vary = assignments("--vary", options.vary, "NAME=START:STOP:NUM")
-    if vary:
-        above["vary"] = {k: spaced(f"--vary {k}", text, log=True) for k, text in vary.items()}
+    if vary := varied(options.vary):
+        above["vary"] = vary
     if settings := settings_of(options):
         above["set"] = settings
     if options.systems:

@@ -1,4 +1,4 @@
-"""An axis of a scan: one parameter and the values that it takes."""
+"""An axis of a scan: one parameter and the values that it takes; or the interval that it is in."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, whole
+from nlds_vines.model.parameters import PARAMETERS
 
 LINEAR, LOG = "linear", "log"
 """How the values of a range are spaced: at equal distances, at equal ratios."""
@@ -158,3 +159,28 @@ def _finite(name: str, values: np.ndarray) -> np.ndarray:
     if wrong.size:
         number(name, float(wrong[0]))
     return values + 0.0  # -0.0 becomes 0.0, as `number` has it
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A parameter and the interval in which it is free; `RequestError` unless low < high."""
+
+    name: str
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        """Check everything; integers become floats."""
+        choice("parameter", self.name, PARAMETERS)
+        for end in ("low", "high"):
+            value = number(f"{end} of {self.name}", getattr(self, end))
+            PARAMETERS[self.name].check(np.asarray(value))
+            object.__setattr__(self, end, value)
+        if not self.low < self.high:
+            raise RequestError(
+                f"{self.name} from {self.low!r} to {self.high!r}: the first must be the lesser"
+            )
+
+    def nearest(self, value: float) -> float:
+        """Return a value if it lies in the interval, otherwise the nearest end."""
+        return min(max(value, self.low), self.high)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import MISSING, dataclass, field, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar, Protocol
 
 from nlds_vines.archives.representation import Outlined
@@ -179,7 +179,7 @@ def checks(*owners: Any) -> dict[str, dict[str, Callable[[object], Any]]]:
     found: dict[str, dict[str, Callable[[object], Any]]] = {}
     for owner in owners:
         for said in settings_of(owner).values():
-            found.setdefault(said.table, {})[said.key] = _of_key(said)
+            found.setdefault(said.table, {})[said.key] = partial(said.check, said.key)
     return found
 
 
@@ -193,10 +193,6 @@ def reader(record: Any) -> Callable[[str, object], Any]:
             return record(**{known[key][0]: known[key][1](key, found[key]) for key in found})
 
     return read
-
-
-def _of_key(said: Setting) -> Callable[[object], Any]:
-    return lambda value: said.check(said.key, value)
 
 
 def check_settings(owner: Any) -> None:

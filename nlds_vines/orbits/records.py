@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.errors import RequestError, checked_words
 from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, held_in
 from nlds_vines.model.scenes import Scene
 
@@ -39,14 +39,8 @@ def checked_want(want: object) -> tuple[str, ...]:
 
     Raises `RequestError` unless it is a list of one or more different words of `WANTS`.
     """
-    if isinstance(want, str) or not isinstance(want, Sequence):
-        raise RequestError(f"want = {shown(want)} must be a list of words")
-    if not want:
-        raise RequestError(f"want = [] is an empty request; allowed: {', '.join(WANTS)}")
-    words = [choice("want", word, WANTS) for word in want]
-    if len(set(words)) < len(words):
-        raise RequestError(f"want = {shown(words)} names something twice")
-    return tuple(word for word in WANTS if word in words)
+    found = checked_words("want", want, WANTS)
+    return tuple(word for word in WANTS if word in found)
 
 
 def possible_want(want: Sequence[str], scene: Scene, method: str = "exact") -> tuple[str, ...]:

@@ -7,17 +7,17 @@ they are described; `spectral_values` has their values.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
-from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.errors import RequestError, checked_words, choice
 from nlds_vines.model.quantities import OF_SIGNALS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import SIGNALS
-from nlds_vines.orbits.tapers import TAPERS
+from nlds_vines.orbits.spectrum import TAPERS
 
 LINES = 24
 """Lines of a periodic orbit that are recorded: m / n of the forcing frequency, m from 1 on."""
@@ -32,13 +32,8 @@ def recordable(scene: Scene) -> tuple[str, ...]:
 
 
 def checked_signals(value: object) -> tuple[str, ...]:
-    """Return different names of signals; `RequestError` for anything else."""
-    if isinstance(value, str) or not isinstance(value, Sequence):
-        raise RequestError(f"signals = {shown(value)} must be a list of words")
-    words = tuple(choice("signal", word, SIGNALS) for word in value)
-    if len(set(words)) < len(words):
-        raise RequestError(f"signals = {shown(list(words))} names something twice")
-    return words
+    """Return different names of signals, () for the usual; `RequestError` for anything else."""
+    return () if value in ((), []) else checked_words("signals", value, SIGNALS, "signal")
 
 
 @dataclass(frozen=True)
@@ -51,7 +46,7 @@ class SpectralRecords:
         signals: of `recordable`; by default those of `USUAL` that the scene has.
         periods: sampled, `samples` states each.
         highest: multiple of the forcing frequency up to which bins are kept.
-        window: one of `tapers.TAPERS`, for amplitudes; the broadband share takes Hann's.
+        window: one of `spectrum.TAPERS`, for amplitudes; the broadband share takes Hann's.
 
     Raises `RequestError` for a signal that the scene lacks, and for bins beyond the samples.
     """

@@ -19,8 +19,8 @@ from nlds_vines.cli import job as jobs
 from nlds_vines.cli.command_main import LANES_FAILED, Command, complain
 from nlds_vines.cli.option_values import (
     add_system_options,
-    assignments,
     comma_separated,
+    numbers_by_name,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
@@ -294,8 +294,7 @@ def _request(options: argparse.Namespace) -> PortraitRequest:
         if options.at is not None:
             raise RequestError(f"--at {options.at}: give the archive of a scan, FILE.h5, with it")
         return load_portrait(options.source, _changes(options), "command line")
-    pairs = assignments("--at", comma_separated(options.at) or (), "NAME=VALUE,NAME=VALUE")
-    values = {name: from_text(float, f"--at {name}", text) for name, text in pairs.items()}
+    values = numbers_by_name("--at", options.at)
     start = "0" if options.start is None else options.start
     options.start = None
     return _of_cell(options.source, values, start, _changes(options), "command line")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.archives.toml import toml_text
-from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
+from nlds_vines.errors import RequestError, checked_words, choice, from_text, shown, string, whole
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
@@ -27,7 +27,7 @@ from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.solver_settings import METHODS, chosen_settings, tolerance_setting
-from nlds_vines.orbits.tapers import TAPERS
+from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.plotting.bands import LARGEST
 from nlds_vines.runs.manifest import PORTRAIT
 
@@ -122,8 +122,9 @@ class PortraitRequest(Request):
     title: str
     columns: tuple[Column, ...]
     panels: tuple[str, ...] = setting(
-        USUAL, Checked(lambda value: _words("panels", value, PANELS), listed=True), "portrait",
-        "from top to bottom, see [Portrait](portrait.md)", "A,B,C", usual=", ".join(USUAL),
+        USUAL, Checked(lambda value: checked_words("panels", value, PANELS), listed=True),
+        "portrait", "from top to bottom, see [Portrait](portrait.md)", "A,B,C",
+        usual=", ".join(USUAL),
     )  # fmt: skip
     start: tuple[float, ...] | None = None
     samples: int = setting(
@@ -340,16 +341,4 @@ def described(system: System) -> str:
 
 def checked_panels(value: object) -> tuple[str, ...]:
     """Return the panels of a column, different words of `PANELS` as given; () for all."""
-    return () if value == () else _words("panels", value, PANELS)
-
-
-def _words(what: str, value: object, allowed: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return different words out of those allowed, in the order in which they were given."""
-    if isinstance(value, str) or not isinstance(value, Sequence):
-        raise RequestError(f"{what} = {shown(value)} must be a list of words")
-    if not value:
-        raise RequestError(f"{what} = [] is an empty request; allowed: {', '.join(allowed)}")
-    words = [choice(what, word, allowed) for word in value]
-    if len(set(words)) < len(words):
-        raise RequestError(f"{what} = {shown(words)} names something twice")
-    return tuple(words)
+    return () if value == () else checked_words("panels", value, PANELS)

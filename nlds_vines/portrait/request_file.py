@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.errors import RequestError, at, choice, number, shown
+from nlds_vines.errors import RequestError, at, checked_state, choice, shown
 from nlds_vines.model.request_layers import Form, Layer, Layers
 from nlds_vines.model.setting import (
     Checked,
@@ -204,10 +204,7 @@ def _start(layers: Layers) -> tuple[float, ...] | None:
             return None
         if "policy" in entry:
             raise RequestError("policy beside state: give one of them")
-        values = entry["state"]
-        if not isinstance(values, Sequence) or isinstance(values, str):
-            raise RequestError(f"state = {shown(values)} must be a list of numbers")
-        return tuple(number("state", value) for value in values)
+        return checked_state(entry["state"])
 
 
 def _made_up_title(columns: Sequence[Column]) -> str:

@@ -12,7 +12,6 @@ In reading order:
     interrupts       Ctrl-C and SIGTERM, which end a run between two pieces of work
     progress         how much is done, how fast, how long to go
     journal          a run from its folder to its archive
-    machine          processors, free memory and disk
-    threads          how many threads the kernels use, and whether the environment allows them
+    threads          threads that the kernels use; processors, free memory and disk
     pool             lanes handed out to these threads, piece by piece
 """

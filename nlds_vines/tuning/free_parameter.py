@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, number, table
-from nlds_vines.model.parameters import FORCING, PARAMETERS, STRUCTURE
+from nlds_vines.errors import RequestError, table
+from nlds_vines.model.axis import Interval
+from nlds_vines.model.parameters import FORCING, STRUCTURE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import BASES
 
@@ -57,27 +58,12 @@ def usual(scene: Scene) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Free:
+class Free(Interval):
     """One free parameter: its `name`, and `low` < `high` in SI units.
 
     Raises `RequestError` for bounds that are no numbers, in the wrong order, or outside the range
     of the parameter.
     """
-
-    name: str
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        """Check everything; integers become floats."""
-        for end in ("low", "high"):
-            value = number(f"{end} of {self.name}", getattr(self, end))
-            PARAMETERS[self.name].check(np.asarray(value))
-            object.__setattr__(self, end, value)
-        if not self.low < self.high:
-            raise RequestError(
-                f"{self.name} from {self.low!r} to {self.high!r}: the low bound must be the lesser"
-            )
 
     @classmethod
     def of(cls, name: str, entry: object) -> Free:

@@ -6,13 +6,13 @@ As a command: `nlds-vines basins FILE.h5`.  In Python: `nlds_vines.basin_measure
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.cli.command_main import DONE, Command, say
-from nlds_vines.cli.option_values import assignments, comma_separated
+from nlds_vines.cli.option_values import comma_separated, numbers_by_name
 from nlds_vines.cli.parser import Parser
-from nlds_vines.errors import RequestError, from_text, shown
+from nlds_vines.cli.paths import existing
+from nlds_vines.errors import from_text
 
 if TYPE_CHECKING:
     from nlds_vines.archives.view import ArchiveView
@@ -36,11 +36,7 @@ exit status: 0 done; 2 the request is wrong
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    path = Path(options.archive)
-    if not path.is_file():
-        raise RequestError(f"{shown(str(path))}: there is no such file")
-    pairs = assignments("--at", comma_separated(options.at) or (), "NAME=VALUE,NAME=VALUE")
-    values = {name: from_text(float, f"--at {name}", text) for name, text in pairs.items()}
+    path, values = existing(options.archive), numbers_by_name("--at", options.at)
     times = [from_text(float, "--by", word) for word in comma_separated(options.by) or ()]
     from nlds_vines.archives.archive import read
     from nlds_vines.model.parameters import INITIAL

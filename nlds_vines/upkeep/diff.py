@@ -17,7 +17,8 @@ import numpy as np
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.cli.command_main import DIFFERENT, DONE, Command, say
 from nlds_vines.cli.parser import Parser
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.cli.paths import existing
+from nlds_vines.errors import shown
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
@@ -61,9 +62,6 @@ def compare(one: Path, other: Path) -> Differences:
 
     Raises `RequestError` if one of them cannot be read.
     """
-    for path in (one, other):
-        if not path.is_file():
-            raise RequestError(f"{shown(str(path))}: there is no such file")
     from nlds_vines.archives import archive
 
     with archive.read(one) as a, archive.read(other) as b:
@@ -167,7 +165,7 @@ def _place(view: ArchiveView, name: str, index: tuple[int, ...]) -> str:
 
 def _carry_out(options: argparse.Namespace) -> int:
     """Compare two archives; return the exit status."""
-    found = compare(Path(options.one), Path(options.other))
+    found = compare(existing(options.one), existing(options.other))
     say(*found.lines())
     return DIFFERENT if found.different else DONE
 

@@ -19,6 +19,7 @@ from nlds_vines.transients.basin_shares import places_of
 
 if TYPE_CHECKING:
     from nlds_vines.archives.view import ArchiveView
+    from nlds_vines.continuation.result import Continued
 
 ALIKE = 1e-9
 """Relative difference of parameters that counts as none."""
@@ -56,11 +57,7 @@ def edge_states(
     found, scan = continued(branches), scan_of(view)
     where = places_of(view, dict(values or {}))
     system = scan.system.with_(**{name: float(view[name][i]) for name, i in where.items()})
-    name = found.request.along.name
-    if name not in system.parameters:
-        raise RequestError(f"{branches}: {view.path} has no {name}, along which the branches are")
-    value = float(system.parameters[name])
-    refuse_other(system, found.request.system.with_(**{name: value}), str(branches))
+    value = value_along(found, system, view, branches)
     edges: list[EdgeState] = []
     for orbit in found.edges_at(value):
         unstable = float(orbit.multipliers[0].real)  # one alone is real
@@ -68,6 +65,18 @@ def edge_states(
         if not any(_is_same(edge, other) for other in edges):
             edges.append(edge)
     return edges
+
+
+def value_along(
+    found: Continued, system: System, view: ArchiveView, branches: str | os.PathLike[str]
+) -> float:
+    """Return the value at which branches are of the system of an archive, see `edge_states`."""
+    name = found.request.along.name
+    if name not in system.parameters:
+        raise RequestError(f"{branches}: {view.path} has no {name}, along which the branches are")
+    value = float(system.parameters[name])
+    refuse_other(system, found.request.system.with_(**{name: value}), str(branches))
+    return value
 
 
 def lines_of(edges: list[EdgeState], components: Sequence[str]) -> Iterator[str]:

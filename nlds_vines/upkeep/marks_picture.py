@@ -20,7 +20,7 @@ from nlds_vines.model.parameters import INITIAL
 from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.style import GREY, HUES
 from nlds_vines.runs.manifest import CONTINUATION, DECAY, PORTRAIT
-from nlds_vines.upkeep.edge_states import edge_states, refuse_other
+from nlds_vines.upkeep.edge_states import edge_states, refuse_other, value_along
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -141,14 +141,10 @@ def mark_in_portrait(
         raise RequestError(f"{branches} is drawn in one of: {', '.join(_BODIES)}")
     if request.section_phase:
         raise RequestError(f"{branches} is for sections at phase 0")
-    system, name = request.columns[0].system, found.request.along.name
+    system = request.columns[0].system
     for column in request.columns:
         refuse_other(system, column.system, str(view.path))
-    if name not in system.parameters:
-        raise RequestError(f"{branches}: {view.path} has no {name}, along which the branches are")
-    value = float(system.parameters[name])
-    refuse_other(system, found.request.system.with_(**{name: value}), str(branches))
-    orbits = found.orbits_at(value)
+    orbits = found.orbits_at(value_along(found, system, view, branches))
     last = len(system.scene.components) // 2 - 1
     for axes in panels:
         body = _BODIES[str(axes.get_label())]

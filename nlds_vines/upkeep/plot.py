@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_plot, refuse_replacing, refuse_same
+from nlds_vines.cli.paths import check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.errors import RequestError, shown, typed
+from nlds_vines.errors import RequestError, typed
 from nlds_vines.runs.manifest import DECAY, PORTRAIT, SCAN
 from nlds_vines.runs.task_registry import TASKS, task_of
 
@@ -144,9 +144,7 @@ def names_of(archive: str | os.PathLike[str]) -> list[str]:
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    archive = Path(options.archive)
-    if not archive.is_file():
-        raise RequestError(f"{shown(str(archive))}: there is no such file")
+    archive = existing(options.archive)
     if options.show == "?":
         say(*names_of(archive))
         return DONE

@@ -5,7 +5,6 @@ As a command: `nlds-vines verify FILE...`.  In Python: `nlds_vines.verify(path)`
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from collections.abc import Set as AbstractSet
 from pathlib import Path
@@ -111,11 +110,6 @@ def _of_numbered_parts(folder: Path, manifest: Manifest, names: AbstractSet[str]
         yield f"part {name} is out of order"
 
 
-def _carry_out(options: argparse.Namespace) -> int:
-    """Verify files and folders, each of them; return the exit status, the worst of all."""
-    return max(_verified(Path(name), options.quiet) for name in options.files)
-
-
 def _verified(path: Path, quiet: bool) -> int:
     """Verify one file or folder, print what is wrong and return the exit status that it means."""
     try:
@@ -140,6 +134,6 @@ COMMAND = Command(
     description="Check archives, or folders of parts, from end to end.",
     examples=_EXAMPLES,
     declare=_declare,
-    carry_out=_carry_out,
+    carry_out=lambda options: max(_verified(Path(n), options.quiet) for n in options.files),
 )
 main = COMMAND.main

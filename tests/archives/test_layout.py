@@ -7,8 +7,7 @@ import pytest
 
 from nlds_vines.archives import chunk_layout, view
 from nlds_vines.archives.chunk_layout import crc32_of
-from nlds_vines.archives.heap_check import heaps_are_whole
-from nlds_vines.archives.structure_check import Member, problems_of
+from nlds_vines.archives.structure_check import Member, heaps_are_whole, problems_of
 
 # ---- datasets and their scales -------------------------------------------------------------------
 

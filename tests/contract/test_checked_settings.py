@@ -123,8 +123,8 @@ CHECKED = {
         ([], "empty"),
     ],
     "show": [
-        (3, "show = 3 must be a list of one or more words"),
-        ([], "must be a list of one or more words"),
+        (3, "show = 3 must be a list of words"),
+        ([], "empty request; allowed: E1max"),
         (["x1max"], "unknown show 'x1max'; did you mean 'x1_max'"),
         (["E1max", "E1max"], "names something twice"),
     ],

@@ -77,7 +77,7 @@ def test_the_canonical_file_means_the_same():
         ("ssul-set6", {"free": {"k3": {}}}, "did you mean 'k2'"),
         ("ssul-set6", {"free": {"P": {}}}, "unknown free parameter 'P'"),
         ("ssul-set6", {"free": {"nu2": {}}}, "nu2 has no default bounds"),
-        ("ssul-set6", {"free": {"k2": bounds(5.0, 5.0)}}, "the low bound must be the lesser"),
+        ("ssul-set6", {"free": {"k2": bounds(5.0, 5.0)}}, "the first must be the lesser"),
         ("ssul-set6", {"free": {"k2": bounds(-5.0, 5.0)}}, "k2 = -5.0 is not allowed"),
         ("ssul-set6", {"free": {"k2": {"max": 5.0}}}, "unknown key 'max'"),
         ("ssul-set6", {"free": {"K": {}, "E2": {}}}, "K beside E2"),

@@ -11,9 +11,8 @@ In reading order:
     diagram           strips and panels over one parameter
     map_panel         the panel of a map: cells filled, hatched, marked; regions named
     regime_map        two varied parameters: regimes, and how many coexist, by colour
-    quantity_map      two varied parameters: a recorded number by shade
+    quantity_map      two varied parameters: a recorded number, or a share of starts, by shade
     manifold_bounds   the frequencies of 1:1 motion in closed form, over a map
-    regime_shares     two varied parameters: the share of the starts that end in a regime
     basin_map         basins of attraction, and their shares along a parameter
     drawing           what draws the archive of a scan: diagrams, maps, basins
 """

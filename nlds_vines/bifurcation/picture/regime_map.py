@@ -27,8 +27,7 @@ from nlds_vines.bifurcation.picture.map_panel import (
     single_map,
 )
 from nlds_vines.bifurcation.picture.ordinates import violated_in
-from nlds_vines.bifurcation.picture.quantity_map import draw_number, fill_number
-from nlds_vines.bifurcation.picture.regime_shares import draw_shares
+from nlds_vines.bifurcation.picture.quantity_map import draw_number, draw_shares, fill_number
 from nlds_vines.errors import RequestError
 from nlds_vines.model.coexistence import by_frequency, coexisting, final, most_frequent
 from nlds_vines.model.labels import KEPT, TRANSIENT
@@ -170,17 +169,13 @@ def _draw_regimes(
         handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
     add_map_legend(axes, [*handles, *marks], title, page)
     free = np.where(violated_in(view).any(axis=-1), "", names)  # where no hatch is in the way
-    name_regions(axes, view, free, {word: shades[word] for word in words if not _hatched(word)})
+    name_regions(axes, view, free, {word: shades[word] for word in words if not hatch_of(word)})
 
 
 def _patch(word: str, view: ArchiveView) -> Patch:
     """Return the entry of a legend of a regime."""
     look = patch_look(example_of(word), colour_of(example_of(word)))
     return Patch(label=in_legend(short(word), view), **look)
-
-
-def _hatched(word: str) -> bool:
-    return bool(hatch_of(word))
 
 
 def _hatch(axes: Axes, view: ArchiveView, names: np.ndarray) -> list[Any]:

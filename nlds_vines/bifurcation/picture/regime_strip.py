@@ -50,10 +50,13 @@ class Strip:
     ) -> None:
         """Find the places of the names."""
         self._ends, self._points, self._log = ends, points, log
-        fits = [inside and self._fits(band) for band in found]
+        rooms = [text_width(short(band.label), _SIZE) + 2 * _PADDING for band in found]
+        fits = [inside and room <= self._extent(b) for b, room in zip(found, rooms, strict=True)]
         self.inside = [band for band, fitting in zip(found, fits, strict=True) if fitting]
         named = {band.label for band in self.inside}
-        beside = [band for band in found if band.label not in named and self._wide(band)]
+        beside = [
+            band for band in found if band.label not in named and self._extent(band) >= _NARROWEST
+        ]
         widest = list({b.label: b for b in sorted(beside, key=self._extent)}.values())
         self.above, self.left_out = self._near(sorted(widest, key=lambda band: band.centre))
 
@@ -103,12 +106,6 @@ class Strip:
 
     def _extent(self, band: Band) -> float:
         return self._points * (self.place(band.high) - self.place(band.low))
-
-    def _wide(self, band: Band) -> bool:
-        return self._extent(band) >= _NARROWEST
-
-    def _fits(self, band: Band) -> bool:
-        return text_width(short(band.label), _SIZE) + 2 * _PADDING <= self._extent(band)
 
 
 def mark_flagged(axes: Axes, values: np.ndarray, flagged: np.ndarray) -> None:

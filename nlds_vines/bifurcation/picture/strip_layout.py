@@ -106,7 +106,7 @@ def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
     """Return entries of a legend: flags; how long chaos was watched; what no strip names."""
     found: list[Any] = []
     shown = [cut for cut in cuts if cut.labels() is not None]
-    if any(cut.flagged()[:, :MOST_STRIPS].any() for cut in shown if _has_flags(cut)):
+    if any(cut.flagged().any() for cut in shown if len(cut.starts) <= MOST_STRIPS):
         tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markeredgewidth": FLAG_WIDTH}
         found.append(Line2D([], [], color=FLAG_COLOUR, label=FLAGGED, **tick))
     several = len(cuts) == 1 and len(cuts[0].starts) > MOST_STRIPS  # their dots are in the legend
@@ -121,10 +121,6 @@ def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
     if len(words) > _MOST_LEFT_OUT:
         found.append(Patch(color="none", label=f"and {len(words) - _MOST_LEFT_OUT} more"))
     return found
-
-
-def _has_flags(cut: Slice) -> bool:
-    return len(cut.starts) <= MOST_STRIPS
 
 
 def _bands(cut: Slice, labels: np.ndarray, start: int) -> list[Band]:

@@ -27,7 +27,7 @@ from nlds_vines.bifurcation.response_curves.request import (
 from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.command_main import Command
-from nlds_vines.cli.option_values import assignments, settings_of, spaced
+from nlds_vines.cli.option_values import settings_of, varied
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     optional_path,
@@ -76,10 +76,9 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the options change in a request file, as a document of the same form."""
     if options.start is not None:
         choice("--start", options.start, CURVE_STARTS)
-    pairs = assignments("--vary", [options.vary] if options.vary else [], "NAME=START:STOP:NUM")
     found: dict[str, Any] = {
         "set": settings_of(options),
-        "vary": {name: spaced(f"--vary {name}", text) for name, text in pairs.items()},
+        "vary": varied([options.vary] if options.vary else [], log=False),
         "start": {} if options.start is None else {"policy": options.start},
         **changed(options, Scan, CurvePage),
     }

@@ -15,7 +15,7 @@ import numpy as np
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.errors import RequestError, at, choice, shown, string
+from nlds_vines.errors import RequestError, at, checked_words, shown, string
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.model.scenes import SCENES
@@ -64,16 +64,6 @@ def records_of(shown: Collection[str]) -> tuple[str, ...]:
     """Return the words of `[record] want` that record what is shown, beside the energies."""
     words = {BY_NAME[name].record[0] for name in shown}
     return tuple(word for word in ("energy", "response") if word == "energy" or word in words)
-
-
-def checked_show(value: object) -> tuple[str, ...]:
-    """Return what is drawn, different words of `SHOWN` as given."""
-    if isinstance(value, str) or not isinstance(value, Sequence) or not value:
-        raise RequestError(f"show = {shown(value)} must be a list of one or more words")
-    words = tuple(choice("show", word, SHOWN) for word in value)
-    if len(set(words)) < len(words):
-        raise RequestError(f"show = {shown(list(words))} names something twice")
-    return words
 
 
 _TURNS = tuple(
@@ -164,9 +154,9 @@ class CurvePage(Request):
     )  # fmt: skip
 
     show: tuple[str, ...] = setting(
-        (ENERGY,), Checked(checked_show, listed=True), "figure",
-        "what is drawn, a panel for each: the largest energies, or numbers of the response as "
-        "x1_max, v1_rms, stroke_max, force_max, transmissibility, see [Datasets](datasets.md)",
+        (ENERGY,), Checked(lambda value: checked_words("show", value, SHOWN), listed=True),
+        "figure", "what is drawn, a panel for each: the largest energies, or numbers of the "
+        "response as x1_max, v1_rms, stroke_max, force_max, transmissibility, see [Datasets](datasets.md)",
         "A,B,C", usual=ENERGY,
         option="--show", later=True,
     )  # fmt: skip

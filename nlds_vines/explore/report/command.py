@@ -11,9 +11,14 @@ from pathlib import Path
 from nlds_vines.archives.durable import write_text
 from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_writable, optional_path, refuse_replacing, refuse_same
+from nlds_vines.cli.paths import (
+    check_writable,
+    existing,
+    optional_path,
+    refuse_replacing,
+    refuse_same,
+)
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.errors import RequestError, shown
 from nlds_vines.explore.command import refuse_without_bokeh
 
 _NAME = "report"
@@ -33,9 +38,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     source, branches = Path(options.source), optional_path(options.branches)
     output = Path(options.output or f"{source.name.removesuffix('.h5')}.html")
     for path in filter(None, (source, branches)):
-        if not path.exists():
-            raise RequestError(f"{shown(str(path))}: there is no such file")
-        refuse_same(path, output)
+        refuse_same(existing(path), output)
     check_writable("output", output)
     refuse_replacing("output", output, RunOptions(overwrite=options.overwrite))
     refuse_without_bokeh(_NAME)

@@ -156,7 +156,8 @@ class CurvePage(Request):
     show: tuple[str, ...] = setting(
         (ENERGY,), Checked(lambda value: checked_words("show", value, SHOWN), listed=True),
         "figure", "what is drawn, a panel for each: the largest energies, or numbers of the "
-        "response as x1_max, v1_rms, stroke_max, force_max, transmissibility, see [Datasets](datasets.md)",
+        "response as x1_max, v1_rms, stroke_max, force_max, transmissibility, see "
+        "[Datasets](datasets.md)",
         "A,B,C", usual=ENERGY,
         option="--show", later=True,
     )  # fmt: skip

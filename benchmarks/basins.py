@@ -23,7 +23,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.command import scan as compute
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.model.coexistence import finals
+from nlds_vines.model.labels import finals
 from nlds_vines.orbits.starts import given_states
 from nlds_vines.transients.basin_shares import basin_measures
 from nlds_vines.transients.survival import share_interval

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
-from nlds_vines.bifurcation.memory_and_disk import refuse_without_room
+from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.command_main import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.cli.parser import Parser

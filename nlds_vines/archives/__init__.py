@@ -3,11 +3,10 @@
 In reading order:
 
     toml             TOML, as requests are written and archives keep them
-    dataset          the description of datasets and dimensions: type, unit, meaning, shape
+    dataset          the description of datasets and dimensions; chunks, slabs and checksums
     record_columns   records that describe their own columns of a table
     durable          files that survive a power cut; seals, locks
     provenance       where an archive comes from: request, versions, sources, machine
-    chunk_layout     how an array is laid out on the disk: chunks, slabs, checksums
     structure_check  whether a file is an archive: its layout, its heaps, what its values mean
     representation   what an object says of itself, in Python and in a notebook
     frames           an archive for xarray, pandas, and as CSV

@@ -20,8 +20,7 @@ import h5py
 import numpy as np
 
 from nlds_vines.archives import durable
-from nlds_vines.archives.chunk_layout import chunk_shape, crc32_of, slabs
-from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.archives.dataset import Dataset, Scale, Table, chunk_shape, crc32_of, slabs
 from nlds_vines.archives.provenance import SCHEMA, Value
 from nlds_vines.archives.structure_check import (
     Member,

@@ -15,8 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from nlds_vines.archives import frames
-from nlds_vines.archives.chunk_layout import crc32_of, slabs
-from nlds_vines.archives.dataset import Dataset
+from nlds_vines.archives.dataset import Dataset, crc32_of, slabs
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.archives.structure_check import flags_of
 from nlds_vines.archives.toml import parse_toml

@@ -7,8 +7,7 @@ In reading order:
     datasets          the datasets of a scan's archive
     attractors/       to which attractor each orbit comes
     attractor_table   these as datasets of the archive, those that the sample has missed, too
-    blocks            the rectangles of cells that are computed and stored as one
-    memory_and_disk   whether memory and disk suffice
+    blocks            the rectangles of cells that are computed as one; whether there is room
     compute           one block through the kernels
     block_files       the part files of a scan under way
     orbit_counts      counts of orbits: done, failed, of each regime

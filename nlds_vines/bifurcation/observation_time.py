@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import at
-from nlds_vines.model.coexistence import CHAOS
-from nlds_vines.model.labels import least_lifetime
+from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.orbits.solver_settings import most_watched
 
 if TYPE_CHECKING:

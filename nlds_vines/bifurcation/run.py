@@ -23,7 +23,7 @@ from nlds_vines.bifurcation.observation_time import of_chaos
 from nlds_vines.bifurcation.orbit_counts import COUNTED, Note, Tally
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.model.coexistence import CHAOS
+from nlds_vines.model.labels import CHAOS
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts

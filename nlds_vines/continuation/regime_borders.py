@@ -21,7 +21,7 @@ from nlds_vines.continuation.result import Branch, Continued, map_of
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_points import doubling_near
 from nlds_vines.continuation.start_orbits import orbits_in, place_of
-from nlds_vines.model.coexistence import final
+from nlds_vines.model.labels import final
 
 ENDING = ("LP", "PD", "NS", "BP", "LIM")
 """Special points at which a stable orbit ends, or ceases to be stable."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from nlds_vines.bifurcation.picture.choices import COEXISTING, NUMBERS, REGIMES, SHARE
 from nlds_vines.explore.map_data import TOUCHES, Stored
-from nlds_vines.model.coexistence import (
+from nlds_vines.model.labels import (
     by_frequency,
     coexisting,
     finals,

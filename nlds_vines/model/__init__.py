@@ -2,7 +2,6 @@
 
 In reading order:
 
-    packaged_files   named systems and request files: in a wheel, or beside the package
     parameter        one parameter: symbol, unit, range
     contact_laws     the contact laws, with the parameters that are theirs
     parameters       every parameter by name
@@ -12,9 +11,8 @@ In reading order:
     scenes/          the kinds of systems, a file each
     ratios           damping ratios, mass ratio and Hz in place of parameters
     system           a kind with its parameters, checked
-    catalogue        the named systems
-    labels           what an orbit is, in the paper's words
-    coexistence      which regimes the starts of a cell reach
+    catalogue        the named systems, and the files that come with the program
+    labels           what an orbit is, in the paper's words; of many, the frequent ones
     words            systems and parameters in a few words
     linear_response  the motion without contact, in closed form
     slow_manifold    the 1:1 response of a free mass between two walls, in closed form

@@ -12,8 +12,7 @@ from collections.abc import Iterable, Mapping
 from math import inf, sqrt
 from typing import Any
 
-from nlds_vines.model.coexistence import final
-from nlds_vines.model.labels import TRANSIENT
+from nlds_vines.model.labels import TRANSIENT, final
 from nlds_vines.plotting.style import GREY
 
 RAMP = ("#44559f", "#1c7f9b", "#3fb769", "#88cb52", "#b4ee24", "#fff06e")

@@ -18,8 +18,7 @@ from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.errors import RequestError, typed
-from nlds_vines.model.coexistence import by_frequency, finals
-from nlds_vines.model.labels import TRANSIENT
+from nlds_vines.model.labels import TRANSIENT, by_frequency, finals
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.transients.survival import LEVEL, Decay, Survival, decay, share_interval, survival
 

@@ -6,7 +6,8 @@ import stat
 import numpy as np
 import pytest
 
-from nlds_vines.archives import chunk_layout, durable, provenance
+from nlds_vines.archives import dataset as chunk_layout
+from nlds_vines.archives import durable, provenance
 
 SLAB = 1 << 20  # bytes that are hashed at a time
 

@@ -5,8 +5,9 @@ from struct import pack
 import numpy as np
 import pytest
 
-from nlds_vines.archives import chunk_layout, view
-from nlds_vines.archives.chunk_layout import crc32_of
+from nlds_vines.archives import dataset as chunk_layout
+from nlds_vines.archives import view
+from nlds_vines.archives.dataset import crc32_of
 from nlds_vines.archives.structure_check import Member, heaps_are_whole, problems_of
 
 # ---- datasets and their scales -------------------------------------------------------------------

@@ -17,7 +17,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.explore.cell_columns import axes_of
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_document import sliders_of
-from nlds_vines.model.coexistence import finals
+from nlds_vines.model.labels import finals
 from nlds_vines.runs.partfile import LEARNT
 from nlds_vines.transients.survival import share_interval
 from nlds_vines.upkeep.diff import compare

@@ -21,7 +21,7 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives import provenance
 from nlds_vines.bifurcation import blocks as cutting
-from nlds_vines.bifurcation import memory_and_disk
+from nlds_vines.bifurcation import blocks as memory_and_disk
 from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import (
     block_bytes,

@@ -9,7 +9,7 @@ pytest.importorskip("bokeh", reason="Bokeh is not installed")
 from bokeh.document import Document
 from conftest import MAP, made_up
 
-from nlds_vines.explore import map_computation, orbit_queue
+from nlds_vines.explore import live_orbit, map_computation
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.session import Session
 from nlds_vines.explore.shared_map import Opened
@@ -55,7 +55,7 @@ def archive(tmp_path_factory):
 @pytest.fixture
 def page(archive, monkeypatch):
     """A page that is told what is wrong, and computes nothing."""
-    monkeypatch.setattr(orbit_queue, "aside", lambda *_: None)
+    monkeypatch.setattr(live_orbit, "aside", lambda *_: None)
     monkeypatch.setattr(map_computation.Job, "begin", lambda _: None)
     session = Session(Document(), Opened(stored(archive)))
     session.troubles = []

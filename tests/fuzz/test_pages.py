@@ -11,7 +11,7 @@ pytest.importorskip("bokeh", reason="Bokeh is not installed")
 from bokeh.document import Document
 from contract.made_up import MAP, make_scan, write
 
-from nlds_vines.explore import map_computation, orbit_queue
+from nlds_vines.explore import live_orbit, map_computation
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.session import Session
 from nlds_vines.explore.shared_map import Opened
@@ -25,7 +25,7 @@ KEYS = ("cell", "start", "number", "name", "value", "ranges", "what", "plane", "
 @pytest.fixture
 def page(tmp_path, monkeypatch):
     """A page that is told what is wrong, and computes nothing."""
-    monkeypatch.setattr(orbit_queue, "aside", lambda *_: None)
+    monkeypatch.setattr(live_orbit, "aside", lambda *_: None)
     monkeypatch.setattr(map_computation.Job, "begin", lambda _: None)
     write(tmp_path / "map.h5", make_scan(("energy", "regime"), vary=MAP))
     session = Session(Document(), Opened(stored(tmp_path / "map.h5")))

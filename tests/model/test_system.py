@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model import packaged_files
+from nlds_vines.model import catalogue as packaged_files
 from nlds_vines.model.catalogue import catalogue, load_system, system_from
 from nlds_vines.model.parameters import CONTACT, PARAMETERS
 from nlds_vines.model.scenes import SCENES

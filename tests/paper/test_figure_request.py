@@ -7,7 +7,7 @@ import pytest
 
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.model import packaged_files
+from nlds_vines.model import catalogue as packaged_files
 from paper.request import short_name
 from paper.request_file import load_figure, packaged_figures
 

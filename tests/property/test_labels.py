@@ -21,7 +21,7 @@ from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene import evidence_rows as ev
 from nlds_vines.kernels.scene.arguments import CellBuffers, Span
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.model.coexistence import final
+from nlds_vines.model.labels import final
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.kernel_inputs import parts_of

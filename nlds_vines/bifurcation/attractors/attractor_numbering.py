@@ -25,8 +25,7 @@ from nlds_vines.kernels.cells.basins import Known
 from nlds_vines.kernels.scene import evidence_rows as ev
 from nlds_vines.kernels.scene.arguments import Parts
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.model.coexistence import finals
-from nlds_vines.model.labels import name_of
+from nlds_vines.model.labels import finals, name_of
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.evidence import labels_from

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 
 from nlds_vines.bifurcation.picture.attractor_styles import Look, looks_of
 from nlds_vines.bifurcation.picture.ordinates import Quantity, Slice
-from nlds_vines.model.coexistence import final
+from nlds_vines.model.labels import final
 from nlds_vines.model.quantities import QUANTITIES, drawn_in, scale_of
 from nlds_vines.model.quantity import ERROR, TOUCHED
 from nlds_vines.plotting.bands import bands, edges, logarithmic, one_regime

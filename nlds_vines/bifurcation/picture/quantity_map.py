@@ -28,7 +28,7 @@ from nlds_vines.bifurcation.picture.dot_panel import PASSES
 from nlds_vines.bifurcation.picture.map_panel import fill_cells, hatch_cells, single_map
 from nlds_vines.bifurcation.picture.ordinates import quantities_in, violated_in
 from nlds_vines.errors import RequestError
-from nlds_vines.model.coexistence import UNKNOWN, by_frequency, finals, share_of
+from nlds_vines.model.labels import UNKNOWN, by_frequency, finals, share_of
 from nlds_vines.model.quantities import scale_of
 from nlds_vines.model.quantity import ERROR, PERIOD, SIGNED, WAIT
 from nlds_vines.plotting.notation import literal

@@ -29,8 +29,7 @@ from nlds_vines.bifurcation.picture.map_panel import (
 from nlds_vines.bifurcation.picture.ordinates import violated_in
 from nlds_vines.bifurcation.picture.quantity_map import draw_number, draw_shares, fill_number
 from nlds_vines.errors import RequestError
-from nlds_vines.model.coexistence import by_frequency, coexisting, final, most_frequent
-from nlds_vines.model.labels import KEPT, TRANSIENT
+from nlds_vines.model.labels import KEPT, TRANSIENT, by_frequency, coexisting, final, most_frequent
 from nlds_vines.model.quantity import clause
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import (

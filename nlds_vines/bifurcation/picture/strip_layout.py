@@ -22,7 +22,7 @@ from nlds_vines.bifurcation.picture.regime_strip import (
     mark_flagged,
     stack_room,
 )
-from nlds_vines.model.coexistence import CHAOS
+from nlds_vines.model.labels import CHAOS
 from nlds_vines.plotting.bands import Band, bands, edges, logarithmic
 from nlds_vines.plotting.page import Page
 from nlds_vines.plotting.palette import (

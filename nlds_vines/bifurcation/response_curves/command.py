@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.toml import read_toml
-from nlds_vines.bifurcation.memory_and_disk import refuse_without_room
+from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import (
     ALONE_COLOUR,

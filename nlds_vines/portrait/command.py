@@ -117,14 +117,11 @@ def portray(
     archive, plot = (path, None) if _is_archive(path) else (None, path)
     how = RunOptions(overwrite=overwrite, quiet=quiet)
     job = Job.of(request, request_path(source), archive, plot, how)
-    job.refuse()
-    figure = job.page(job.found())
-    if plot is not None:
-        job.save(figure, plot)
+    found: Portrait = job.run()
     from nlds_vines.plotting.save import let_figures_be_shown
 
     let_figures_be_shown()
-    return figure
+    return found.page
 
 
 @dataclass(frozen=True)
@@ -146,15 +143,12 @@ class Job(jobs.Job):
         archive: str | os.PathLike[str] | None,
         plot: Path | None,
         how: RunOptions,
-        csv: Path | None = None,
-        animation: Path | None = None,
+        **others: Path | None,
     ) -> Job:
         """Return a job whose archive need not have a name: then its own picture is drawn anew."""
         if archive is None:
             how = replace(how, resume=not how.overwrite)
-        return cls(
-            request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv, animation
-        )
+        return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, **others)
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for files that cannot be written."""
@@ -181,38 +175,27 @@ class Job(jobs.Job):
 
     def found(self) -> Portrait:
         """Follow the orbit, and return what was found."""
-        from nlds_vines.portrait.result import Portrait, histories_in, portrait_in
-        from nlds_vines.portrait.run import run, views_of
+        from nlds_vines.portrait.result import Portrait, histories_in
+        from nlds_vines.portrait.run import views_of
 
-        archive = ArchivePath.of(self.archive)
-        if archive.named is None and self.csv is None:
+        if ArchivePath.of(self.archive).named is None and self.csv is None:
             views = views_of(self.request, quiet=self.how.quiet)
             return Portrait(None, tuple(views), self.request)
-        run(self.request, archive, self.how)
+        found: Portrait = super().found()
         if self.csv is not None:
-            with archive.read() as view:
+            with found.archive.read() as view:
                 view.to_csv(self.csv, *histories_in(view), overwrite=self.how.overwrite)
-        return portrait_in(archive)
+        return found
 
     def draw(self, plot: Path, found: Portrait) -> None:
         """Draw the page of what was found, and the film of its first window."""
-        self.save(self.page(found), plot)
+        from nlds_vines.plotting.save import save_figure
+
+        save_figure(found.page, plot, self.request.title, ("recipe_hash", self.request.hash))
         if self.animation is not None:
             from nlds_vines.portrait.animation import save_film
 
             save_film(found.drawn_from, found.views[0], self.animation)
-
-    def page(self, found: Portrait) -> Figure:
-        """Return the page of what was found."""
-        from nlds_vines.portrait.picture import portrait
-
-        return portrait(found.drawn_from, found.views)
-
-    def save(self, figure: Figure, plot: Path) -> None:
-        """Save a page of this request."""
-        from nlds_vines.plotting.save import save_figure
-
-        save_figure(figure, plot, self.request.title, ("recipe_hash", self.request.hash))
 
     def plan(self) -> list[str]:
         """Return what would be computed and drawn, in words."""
@@ -273,9 +256,9 @@ def _job(options: argparse.Namespace) -> Job:
     plot, how = Path(options.plot or _usual_name(options)), run_options(options)
     if how.resume and options.output is None:
         raise RequestError("--resume is for an archive: name it by -o FILE.h5")
-    source, csv = request_path(options.source), optional_path(options.csv)
-    film = optional_path(options.animate)
-    return Job.of(_request(options), source, options.output, plot, how, csv, film)
+    others = {"csv": optional_path(options.csv), "animation": optional_path(options.animate)}
+    source = request_path(options.source)
+    return Job.of(_request(options), source, options.output, plot, how, **others)
 
 
 def _usual_name(options: argparse.Namespace) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
@@ -17,6 +18,9 @@ from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.portrait.view_table import views_in
 from nlds_vines.portrait.window_view import View
 from nlds_vines.runs.manifest import PORTRAIT
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,13 @@ class Portrait(Drawable):
                 f"`nlds-vines portrait SCAN.h5 {self.cell}` computes it again"
             )
         return self.drawn_from
+
+    @cached_property
+    def page(self) -> Figure:
+        """The page, a matplotlib figure."""
+        from nlds_vines.portrait.picture import portrait
+
+        return portrait(self.drawn_from, self.views)
 
     def lines(self) -> Iterator[str]:
         """Yield the title and the report of each window."""

@@ -38,6 +38,28 @@ class Dataset:
     fill: float | int | str
     flags: Mapping[str, int] | None = None
 
+    @classmethod
+    def real(cls, name: str, dims: tuple[str, ...], units: str, long_name: str) -> Dataset:
+        """Return one of floats, NaN where nothing was computed."""
+        return cls(name, dims, "float64", units, long_name, math.nan)
+
+    @classmethod
+    def whole(cls, name: str, dims: tuple[str, ...], long_name: str, fill: int = 0) -> Dataset:
+        """Return one of whole numbers."""
+        return cls(name, dims, "int32", "1", long_name, fill)
+
+    @classmethod
+    def code(
+        cls, name: str, dims: tuple[str, ...], long_name: str, flags: Mapping[str, int]
+    ) -> Dataset:
+        """Return an enumeration, whose fill value is the code 0."""
+        return cls(name, dims, "int8", "1", long_name, 0, flags)
+
+    @classmethod
+    def text(cls, name: str, dims: tuple[str, ...], long_name: str) -> Dataset:
+        """Return one of strings."""
+        return cls(name, dims, "str", "1", long_name, "")
+
     @property
     def tail(self) -> tuple[str, ...]:
         """The dimensions after `start`: those of a single orbit."""

@@ -31,6 +31,10 @@ from nlds_vines.runs.manifest import CONTINUATION
 
 _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
 _ORIGINS = {code: word for word, code in ORIGINS.items()}
+_ALONG = (
+    *("E1max", "E2max", "residual", "determinant_error", "clearance"),
+    *("softest_impact", "fastest_impact", "largest_force"),
+)  # along a branch, by the names of datasets
 
 
 @dataclass(frozen=True, repr=False)
@@ -142,15 +146,14 @@ class Continued(Outlined, Drawable):
     @cached_property
     def branches(self) -> tuple[Branch, ...]:
         """All branches, those of the start orbits first."""
-        t, name = self.tables, self.request.along.name
-        found = []
+        t, found = self.tables, []
         for i in range(len(t["status"])):
             rows = t["branch_of_point"] == i
             pairs = t["multipliers"][rows]
-            nothing = np.full(int(rows.sum()), np.nan)
+            own = {name: t[name][rows] for name in _ALONG if name in t}
             found.append(
                 Branch(
-                    parameter=t[name][rows],
+                    parameter=t[self.request.along.name][rows],
                     states=t["state"][rows],
                     sections=self._sections(rows),
                     period=int(t["period"][rows][0]),
@@ -158,17 +161,10 @@ class Continued(Outlined, Drawable):
                     impacts=np.stack([t["impacts_near"][rows], t["impacts_far"][rows]], axis=1),
                     stable=t["stable"][rows].astype(bool),
                     multipliers=pairs[..., 0] + 1j * pairs[..., 1],
-                    E1max=t["E1max"][rows],
-                    E2max=t["E2max"][rows] if "E2max" in t else nothing,
-                    residual=t["residual"][rows],
-                    determinant_error=t["determinant_error"][rows],
-                    clearance=t["clearance"][rows],
-                    softest_impact=t["softest_impact"][rows],
-                    fastest_impact=t["fastest_impact"][rows],
-                    largest_force=t["largest_force"][rows],
                     ends=self._ends(i),
                     origin=_ORIGINS[int(t["origin"][i])],
                     parent=int(t["parent"][i]),
+                    **{"E2max": np.full(int(rows.sum()), np.nan), **own},
                 )
             )
         return tuple(found)

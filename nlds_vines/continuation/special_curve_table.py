@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
-from nlds_vines.continuation.branch_table import KIND_FLAGS
+from nlds_vines.continuation.branch_table import KIND_FLAGS, SI
 from nlds_vines.continuation.curve_tracer import ENDS, Curve, Tracer
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.section_map import SectionMap
@@ -150,19 +150,18 @@ def curve_scales(tables: Mapping[str, np.ndarray]) -> list[Scale]:
 
 def curve_datasets(request: Continuation) -> Iterator[Dataset]:
     """Yield the datasets of curves in an archive."""
-    point, curve, meeting, nan = ("curve_point",), ("curve",), ("meeting_point",), np.nan
-    yield Dataset("curve_of_point", point, "int32", "1", "curve that a point belongs to", 0)
+    point, curve, meeting = ("curve_point",), ("curve",), ("meeting_point",)
+    yield Dataset.whole("curve_of_point", point, "curve that a point belongs to")
     for name in _names(request):
         yield PARAMETERS[name].dataset(point, "curve_")
         yield PARAMETERS[name].dataset(meeting, "meeting_")
-    dims = (*point, "component")
-    yield Dataset("curve_state", dims, "float64", "m, m/s", "orbit at phase zero", nan)
+    yield Dataset.real("curve_state", (*point, "component"), SI, "orbit at phase zero")
     pair = (*point, "multiplier", "part")
-    yield Dataset("curve_multipliers", pair, "float64", "1", "Floquet multipliers", nan)
-    yield Dataset("curve_impacts", point, "int32", "1", "k of nT,k", 0)
-    yield Dataset("curve_kind", curve, "int8", "1", "kind of its special points", 0, KIND_FLAGS)
-    yield Dataset("curve_period", curve, "int32", "1", "n of nT", 0)
-    yield Dataset("curve_first_end", curve, "int8", "1", "why it ends at first", 0, END_FLAGS)
-    yield Dataset("curve_last_end", curve, "int8", "1", "why it ends at last", 0, END_FLAGS)
-    yield Dataset("curve_of_meeting", meeting, "int32", "1", "curve that it lies on", 0)
-    yield Dataset("meeting", meeting, "str", "1", "the kinds that meet", "")
+    yield Dataset.real("curve_multipliers", pair, "1", "Floquet multipliers")
+    yield Dataset.whole("curve_impacts", point, "k of nT,k")
+    yield Dataset.code("curve_kind", curve, "kind of its special points", KIND_FLAGS)
+    yield Dataset.whole("curve_period", curve, "n of nT")
+    yield Dataset.code("curve_first_end", curve, "why it ends at first", END_FLAGS)
+    yield Dataset.code("curve_last_end", curve, "why it ends at last", END_FLAGS)
+    yield Dataset.whole("curve_of_meeting", meeting, "curve that it lies on")
+    yield Dataset.text("meeting", meeting, "the kinds that meet")

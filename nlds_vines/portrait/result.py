@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive import read
@@ -58,9 +59,8 @@ class Portrait(Drawable):
     @cached_property
     def page(self) -> Figure:
         """The page, a matplotlib figure."""
-        from nlds_vines.portrait.picture import portrait
-
-        return portrait(self.drawn_from, self.views)
+        page: Figure = import_module(self.drawn_by).portrait(self.drawn_from, self.views)
+        return page
 
     def lines(self) -> Iterator[str]:
         """Yield the title and the report of each window."""

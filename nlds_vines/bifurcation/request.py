@@ -45,8 +45,8 @@ from nlds_vines.orbits.solver_settings import (
     tolerance_setting,
 )
 from nlds_vines.orbits.spectral_records import SpectralRecords, checked_signals
-from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.orbits.starts import AT_ANY_PHASE, Start
+from nlds_vines.orbits.tapers import TAPERS
 from nlds_vines.runs.manifest import SCAN
 
 MOST_LANES = 10**8

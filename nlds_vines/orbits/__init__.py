@@ -21,6 +21,7 @@ In reading order:
     load_batch        many orbits under loads, each with its numbers
     classification    `nv.classify`
     signals           forces, energies, relative displacement
+    tapers            window functions of spectra
     spectral_records  what a scan records of spectra
     spectrum          `nv.spectrum`
     spectral_values   what these records are of an orbit

@@ -2,43 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, typed, whole
 from nlds_vines.orbits.signals import SIGNALS, checked_signal
+from nlds_vines.orbits.tapers import TAPERS, weights_of
 
 if TYPE_CHECKING:
     from nlds_vines.orbits.simulation import Orbit
-
-
-class Taper(NamedTuple):
-    """A window function: its name in SciPy, and how many bins a line reaches to either side."""
-
-    scipy: str
-    reach: int
-
-
-TAPERS: Mapping[str, Taper] = {"rectangular": Taper("boxcar", 0), "hann": Taper("hann", 1)}
-"""Window functions.  Rectangular: a line on a bin fills that bin; one between two bins leaks far.
-Hann: a line on a bin fills three bins; one between two bins leaks little."""
-
-
-def weights_of(window: str, count: int) -> np.ndarray:
-    """Return the window's weights, periodic ones as a discrete transform needs them.
-
-    Performance: SciPy's signals take longer to import than the first orbit to be followed.
-    """
-    if window == "rectangular":
-        return np.ones(count)
-    from scipy.signal import windows
-
-    make: Callable[..., np.ndarray] = getattr(windows, TAPERS[window].scipy)
-    return make(count, sym=False)
 
 
 NEIGHBOURS = 8

@@ -27,7 +27,7 @@ from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.solver_settings import METHODS, chosen_settings, tolerance_setting
-from nlds_vines.orbits.spectrum import TAPERS
+from nlds_vines.orbits.tapers import TAPERS
 from nlds_vines.plotting.bands import LARGEST
 from nlds_vines.runs.manifest import PORTRAIT
 

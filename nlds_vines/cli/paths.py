@@ -43,8 +43,8 @@ def existing(text: str | os.PathLike[str], option: str = "") -> Path:
     """Return the path of a file that is there; `RequestError` without one, named by its option."""
     path = Path(text)
     if not path.is_file():
-        name = f"{option} {shown(str(path))}".strip()
-        raise RequestError(f"{name}: there is no such file")
+        reason = "it is no regular file" if path.exists() else "there is no such file"
+        raise RequestError(f"{option} {shown(str(path))}: {reason}".strip())
     return path
 
 

@@ -397,7 +397,7 @@ LINES = {
     f"rerun old.h5 -o {ODD}.h5": ["not UTF-8"],
     "diff old.h5": ["required", "B.h5"],
     "diff old.h5 no.h5": ["'no.h5'", "no such file"],
-    "diff old.h5 pipe.toml": ["no such file"],
+    "diff old.h5 pipe.toml": ["no regular file"],
     "diff old.h5 scan.toml": ["old.h5", "no HDF5 file"],
     f"diff {ODD}.h5 old.h5": ["not UTF-8"],
     "report no.h5": ["no.h5"],

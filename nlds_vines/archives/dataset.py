@@ -39,9 +39,11 @@ class Dataset:
     flags: Mapping[str, int] | None = None
 
     @classmethod
-    def real(cls, name: str, dims: tuple[str, ...], units: str, long_name: str) -> Dataset:
-        """Return one of floats, NaN where nothing was computed."""
-        return cls(name, dims, "float64", units, long_name, math.nan)
+    def real(
+        cls, name: str, dims: tuple[str, ...], units: str, long_name: str, fill: float = math.nan
+    ) -> Dataset:
+        """Return one of floats."""
+        return cls(name, dims, "float64", units, long_name, fill)
 
     @classmethod
     def whole(cls, name: str, dims: tuple[str, ...], long_name: str, fill: int = 0) -> Dataset:

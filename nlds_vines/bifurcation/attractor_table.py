@@ -94,25 +94,21 @@ class AttractorTable:
     def _datasets(self) -> Iterator[Dataset]:
         """Yield the datasets of the attractors."""
         dims = (*(axis.name for axis in self._scan.parameters), NUMBER)
-
-        def numbers(name: str, tail: tuple[str, ...], units: str, text: str) -> Dataset:
-            return Dataset(name, (*dims, *tail), "float64", units, text, np.nan)
-
-        text = "regime of the attractor; empty where it does not exist"
-        yield Dataset("attractor_label", dims, "str", "1", text, "")
-        text = "n of nT of the attractor; 0 where it is not periodic, -1 where it does not exist"
-        yield Dataset("attractor_period", dims, "int32", "1", text, -1)
-        if self._scan.system.scene.walls:
-            text = "impacts per nT of the attractor; -1 where it is not periodic"
-            yield Dataset("attractor_impacts", dims, "int32", "1", text, -1)
-        text = "a point of the attractor's section; NaN where it is not periodic"
-        yield numbers("attractor_point", ("component",), "m, m/s", text)
         scene = self._scan.system.scene
+        text = "regime of the attractor; empty where it does not exist"
+        yield Dataset.text("attractor_label", dims, text)
+        text = "n of nT of the attractor; 0 where it is not periodic, -1 where it does not exist"
+        yield Dataset.whole("attractor_period", dims, text, -1)
+        if scene.walls:
+            text = "impacts per nT of the attractor; -1 where it is not periodic"
+            yield Dataset.whole("attractor_impacts", dims, text, -1)
+        text = "a point of the attractor's section; NaN where it is not periodic"
+        yield Dataset.real("attractor_point", (*dims, "component"), "m, m/s", text)
         yield BY_NAME["multipliers"].dataset((*dims, "multiplier", "part"), scene, prefix=_PREFIX)
         for name in ("E1max", "E2max") if scene.damper else ("E1max",):
             yield BY_NAME[name].dataset(dims, scene, prefix=_PREFIX)
         text = "share of the cells and starts that are drawn to the attractor"
-        yield numbers("attractor_share", (), "1", text)
+        yield Dataset.real("attractor_share", dims, "1", text)
 
     def _values(self) -> dict[str, np.ndarray]:
         """Return the arrays by name."""

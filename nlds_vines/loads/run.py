@@ -16,7 +16,7 @@ from nlds_vines.loads.request import Decay
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.orbits.status_words import OK, STATUS_FLAGS
+from nlds_vines.orbits.status_words import STATUS_FLAGS
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
@@ -80,16 +80,16 @@ def contents(request: Decay, found: Arrays) -> tuple[list[Scale], list[tuple[Dat
     shape = (len(request.systems), *request.shape)
     filled = [
         (
-            Dataset(name, its, "float64", unit, words, np.nan),
+            Dataset.real(name, its, unit, words),
             found[name].reshape(*shape, *found[name].shape[1:]),
         )
         for name, (its, unit, words) in table.items()
         if np.isfinite(found[name]).any()
     ]
     names = np.array([system.name for system in request.systems], dtype=object)
-    status = Dataset("status", dims, "int8", "1", "how an orbit ended", OK, STATUS_FLAGS)
+    status = Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS)
     return scales, [
         *filled,
         (status, found["status"].reshape(shape)),
-        (Dataset("system", ("damper",), "str", "1", "system", ""), names),
+        (Dataset.text("system", ("damper",), "system"), names),
     ]

@@ -34,7 +34,7 @@ class Parameter:
 
     def dataset(self, dims: tuple[str, ...], prefix: str = "") -> Dataset:
         """Return the dataset of its values; before its name stands `prefix`."""
-        return Dataset(f"{prefix}{self.name}", dims, "float64", self.unit, self.meaning, np.nan)
+        return Dataset.real(f"{prefix}{self.name}", dims, self.unit, self.meaning)
 
     def scale(self, values: np.ndarray, prefix: str = "") -> Scale:
         """Return the dimension along which it has these values."""

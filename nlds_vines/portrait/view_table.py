@@ -83,36 +83,30 @@ def contents(
     if impacts.size:
         scales.append(Scale.counted("impact", impacts.size, "number of the impact", 1))
     spectrum, unit = f"of {request.signal}, {request.taper} window", SIGNALS[request.signal].unit
-    plane = ("section_point", "component")
+    status = Dataset.code("status", ("row",), "how the orbit ended", STATUS_FLAGS)
+    period = Dataset.whole("period", ("section_point",), "n of t = nT")
+    section = Dataset.real("section", ("section_point", "component"), "m, m/s", "state at t = nT")
     found = [
         *((entry, table_of([entry], rows)[entry.name]) for entry in columns(_Row)),
-        (
-            Dataset("status", ("row",), "int8", "1", "how the orbit ended", OK, STATUS_FLAGS),
-            np.full(len(rows), OK),  # of any other there is no portrait
-        ),
-        (_dataset("time", "state", "s", "time since the orbit began"), time),
+        (status, np.full(len(rows), OK)),  # of any other there is no portrait
+        (Dataset.real("time", ("state",), "s", "time since the orbit began"), time),
         *_histories(views),
-        (
-            Dataset("period", ("section_point",), "int32", "1", "n of t = nT", 0),
-            np.concatenate(periods).astype(np.int32),
-        ),
-        (
-            Dataset("section", plane, "float64", "m, m/s", "state at t = nT", np.nan),
-            np.concatenate([view.section for view in views]),
-        ),
-        (_dataset("order", "bin", "1", "frequency by that of the force"), _joined(views, "order")),
-        (_dataset("amplitude", "bin", unit, f"spectrum {spectrum}"), _joined(views, "amplitude")),
-        (_dataset("power", "bin", f"({unit})^2", f"power {spectrum}"), _joined(views, "power")),
+        (period, np.concatenate(periods).astype(np.int32)),
+        (section, np.concatenate([view.section for view in views])),
     ]
+    for name, units, words in (
+        ("order", "1", "frequency by that of the force"),
+        ("amplitude", unit, f"spectrum {spectrum}"),
+        ("power", f"({unit})^2", f"power {spectrum}"),
+    ):
+        values = np.concatenate([getattr(view.spectrum, name) for view in views])
+        found.append((Dataset.real(name, ("bin",), units, words), values))
     if impacts.size:
-        found.append(
-            (
-                Dataset("wall", ("impact",), "str", "1", "what is struck", ""),
-                impacts["wall"].astype(object),
-            )
-        )
-        for name, (unit, words) in _IMPACTS.items():
-            found.append((_dataset(_of_impact(name), "impact", unit, words), impacts[name].copy()))
+        wall = Dataset.text("wall", ("impact",), "what is struck")
+        found.append((wall, impacts["wall"].astype(object)))
+        for name, (units, words) in _IMPACTS.items():
+            entry = Dataset.real(_of_impact(name), ("impact",), units, words)
+            found.append((entry, impacts[name].copy()))
     return scales, found
 
 
@@ -187,7 +181,7 @@ def _histories(views: Sequence[View]) -> Iterator[tuple[Dataset, np.ndarray]]:
         if name in (*scene.components, *_DERIVED):
             unit, words, of = SIGNALS[name]
             parts = [of(view.column.system, view.states) for view in views]
-            yield _dataset(name, "state", unit, words), np.concatenate(parts)
+            yield Dataset.real(name, ("state",), unit, words), np.concatenate(parts)
 
 
 def _impacts_in(view: ArchiveView) -> np.ndarray:
@@ -203,11 +197,3 @@ def _impacts_in(view: ArchiveView) -> np.ndarray:
 def _of_impact(name: str) -> str:
     """Return the name of the dataset: the force of a history has that name already."""
     return "force_max" if name == "force" else name
-
-
-def _dataset(name: str, dim: str, units: str, long_name: str) -> Dataset:
-    return Dataset(name, (dim,), "float64", units, long_name, np.nan)
-
-
-def _joined(views: Sequence[View], name: str) -> np.ndarray:
-    return np.concatenate([getattr(view.spectrum, name) for view in views])

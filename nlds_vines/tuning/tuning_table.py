@@ -75,31 +75,31 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
     table = [PARAMETERS[name].dataset(dims) for name in tuning.names]
     if tuning.decay is None:
         table += [
-            Dataset("detuning", dims, "float64", "1", "factor on every omega", np.nan),
-            Dataset("random_start", dims, "int32", "1", "random start; 0: from rest", 0),
-            Dataset("stretch", dims, "float64", "1", "factor on all numbers of periods", np.nan),
+            Dataset.real("detuning", dims, "1", "factor on every omega"),
+            Dataset.whole("random_start", dims, "random start; 0: from rest"),
+            Dataset.real("stretch", dims, "1", "factor on all numbers of periods"),
         ]
     else:
         off = "factor on the structure's natural frequency, by its stiffness"
         table += [
-            Dataset("detuning", dims, "float64", "1", off, np.nan),
-            Dataset("stretch", dims, "float64", "1", "factor on the load", np.nan),
+            Dataset.real("detuning", dims, "1", off),
+            Dataset.real("stretch", dims, "1", "factor on the load"),
         ]
     if tuning.draws:
         each = f"largest {tuning.search.objective} of all cases"
         share = f"{100 * tuning.quantile:g} % quantile"
         table += [
-            Dataset("nominal", dims, "float64", unit, f"{each}, as given", np.inf),
-            Dataset("mean", dims, "float64", unit, "mean of it over the draws", np.inf),
-            Dataset("quantile", dims, "float64", unit, f"{share} of it over the draws", np.inf),
+            Dataset.real("nominal", dims, unit, f"{each}, as given", np.inf),
+            Dataset.real("mean", dims, unit, "mean of it over the draws", np.inf),
+            Dataset.real("quantile", dims, unit, f"{share} of it over the draws", np.inf),
         ]
     table += [
-        Dataset("objective", dims, "float64", unit, tuning.judged, np.inf),
-        Dataset("E2max", dims, "float64", "J", "the damper's energy in that case", np.nan),
-        Dataset("worst_case", dims, "int32", "1", "number of that case", 0),
-        Dataset("stage", dims, "int8", "1", "part of the search", 0, STAGES),
+        Dataset.real("objective", dims, unit, tuning.judged, np.inf),
+        Dataset.real("E2max", dims, "J", "the damper's energy in that case"),
+        Dataset.whole("worst_case", dims, "number of that case"),
+        Dataset.code("stage", dims, "part of the search", STAGES),
         Dataset("seed", dims, "int64", "1", "seed of the search", 0),
-        Dataset("status", dims, "int8", "1", "how its worst orbit ended", 0, STATUS_FLAGS),
+        Dataset.code("status", dims, "how its worst orbit ended", STATUS_FLAGS),
     ]
     return [(entry, columns[entry.name]) for entry in table]
 
@@ -118,7 +118,7 @@ def _case(tuning: Tuning, name: str) -> Dataset:
         return PARAMETERS[name].dataset(("case",), "case_")
     assert tuning.decay is not None
     unit, words = words_of_number(tuning.decay.load, name)
-    return Dataset(f"case_{name}", ("case",), "float64", unit, words, np.nan)
+    return Dataset.real(f"case_{name}", ("case",), unit, words)
 
 
 def _optima(tuning: Tuning, found: Findings) -> list[Content]:
@@ -126,12 +126,12 @@ def _optima(tuning: Tuning, found: Findings) -> list[Content]:
     columns, rows, dims = found.columns, found.optima, ("optimum",)
     row = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
     least, unit = tuning.judged, tuning.unit
-    value = Dataset("optimum_objective", dims, "float64", unit, least, np.inf)
+    value = Dataset.real("optimum_objective", dims, unit, least, np.inf)
     both = (*dims, "perturbation")
-    firm = Dataset("robustness", both, "float64", unit, f"{least} under a perturbation", np.inf)
-    seeds = Dataset("search_best", ("search",), "float64", unit, "best objective found", np.inf)
+    firm = Dataset.real("robustness", both, unit, f"{least} under a perturbation", np.inf)
+    seeds = Dataset.real("search_best", ("search",), unit, "best objective found", np.inf)
     text = f"{least}, with more values in each band"
-    finer = Dataset("optimum_finer", dims, "float64", unit, text, np.inf)
+    finer = Dataset.real("optimum_finer", dims, unit, text, np.inf)
     designs = [
         (PARAMETERS[name].dataset(dims, "optimum_"), columns[name][rows]) for name in tuning.names
     ]
@@ -151,4 +151,4 @@ def _surface(tuning: Tuning, found: Findings) -> list[Content]:
         return []
     dims = tuple(f"surface_{name}" for name in tuning.surface.parameters)
     text = "objective over two parameters, the others as in the best optimum"
-    return [(Dataset("surface", dims, "float64", tuning.unit, text, np.inf), found.surface[2])]
+    return [(Dataset.real("surface", dims, tuning.unit, text, np.inf), found.surface[2])]

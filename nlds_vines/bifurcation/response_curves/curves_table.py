@@ -50,11 +50,11 @@ def _along(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[C
     """Return the datasets along the curves; cells that a system lacks keep the fill value."""
     dims = ("curve", page.axis)
     table = [
-        Dataset("status", dims, "int8", "1", "how an orbit ended", 0, STATUS_FLAGS),
+        Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS),
         *(_recorded(name, dims, page) for name in ("E1max", "E2max", "reduction")),
-        Dataset("impacts", dims, "int32", "1", "impacts per nT; -1: not recorded", -1),
-        Dataset("period", dims, "int32", "1", BY_NAME["period"].words, 0),
-        Dataset("regime", dims, "int8", "1", "kind of the steady state", 0, FLAGS),
+        Dataset.whole("impacts", dims, "impacts per nT; -1: not recorded", -1),
+        Dataset.whole("period", dims, BY_NAME["period"].words),
+        Dataset.code("regime", dims, "kind of the steady state", FLAGS),
         *(_recorded(name, dims, page) for name in _RESPONSE),
     ]
     swept = [
@@ -91,9 +91,9 @@ def _peaks(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[C
         reduction = 1.0 - heights / bare
     text = "reduction of the peak, 1 - peak / peak of the structure alone"
     return [
-        (Dataset("peak", dims, "float64", "J", "highest E1max of the curve", np.nan), heights),
-        (Dataset("peak_at", dims, "float64", entry.unit, f"{entry.meaning} there", np.nan), places),
-        (Dataset("peak_reduction", dims, "float64", "1", text, np.nan), reduction),
+        (Dataset.real("peak", dims, "J", "highest E1max of the curve"), heights),
+        (Dataset.real("peak_at", dims, entry.unit, f"{entry.meaning} there"), places),
+        (Dataset.real("peak_reduction", dims, "1", text), reduction),
     ]
 
 
@@ -128,11 +128,11 @@ def _systems(page: CurvePage) -> list[Content]:
         "label": ("label of the curve", [label_of(curve) for curve in curves]),
     }
     found: list[Content] = [
-        (Dataset(name, dims, "str", "1", text, ""), np.array(values, dtype=object))
+        (Dataset.text(name, dims, text), np.array(values, dtype=object))
         for name, (text, values) in texts.items()
     ]
     panels = np.array([i for i, _ in page.places], dtype=np.int32)
-    found.append((Dataset("panel", dims, "int32", "1", "panel of the page, from 0", 0), panels))
+    found.append((Dataset.whole("panel", dims, "panel of the page, from 0"), panels))
     names = [
         name
         for name in PARAMETERS

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.errors import at
 from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.orbits.solver_settings import most_watched
+from nlds_vines.runs.manifest import SCAN
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
@@ -20,8 +19,7 @@ if TYPE_CHECKING:
 
 def watched_of(view: ArchiveView) -> int:
     """Return the forcing periods for which the chaotic orbits of an archive were watched."""
-    with at(f"{view.path}: its scan"):
-        scan = load_scan(parse_toml(view.text("scan"), "the attribute scan"))
+    scan = view.request(SCAN, load_scan)
     return most_watched(scan.transient, scan.periods, scan.effort)
 
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from nlds_vines.archives import archive
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.cell_start import (
     CellStart,
@@ -23,11 +22,12 @@ from nlds_vines.bifurcation.cell_start import (
 )
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.errors import RequestError, at
+from nlds_vines.errors import RequestError
 from nlds_vines.model.quantities import QUANTITIES, drawn_in
 from nlds_vines.model.quantity import TOUCHED
 from nlds_vines.model.system import System
 from nlds_vines.orbits.status_words import NOT_COMPUTED
+from nlds_vines.runs.manifest import SCAN
 
 MOST_SECTION = 2**24
 """The most numbers of sections that are kept (128 MB): of a larger map, fewer periods each."""
@@ -138,13 +138,12 @@ def stored(path: str | os.PathLike[str]) -> Stored:
     """
     path = Path(path)
     with archive.read(path) as view:
-        if view.content != "scan":
+        if view.content != SCAN:
             raise RequestError(
                 f"{path} holds a {view.content}, not a scan: there is no map in it; "
                 f"`nlds-vines plot {path}` draws it"
             )
-        with at(f"{path}: its scan"):
-            scan = load_scan(parse_toml(view.text("scan"), "the attribute scan"))
+        scan = view.request(SCAN, load_scan)
         _refuse_too_many(scan)
         _refuse_other_shape(path, view, scan)
         arrays = {name: view[name] for name in _held(view, scan) if name != "section"}

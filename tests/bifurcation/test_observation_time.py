@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from nlds_vines.bifurcation.observation_time import in_legend, of_chaos
-from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.run import Report
 from nlds_vines.model.labels import least_lifetime
 from nlds_vines.orbits.solver_settings import EFFORTS, most_watched
@@ -39,11 +38,9 @@ def test_only_of_chaos_the_summary_says_how_long_it_was_watched(tmp_path):
 class Archive:
     """What a legend reads of an archive."""
 
-    path = "a.h5"
-
-    def text(self, name):
-        assert name == "scan"
-        return load_scan(None, {"sampling": {"transient": 300, "effort": "thorough"}}).to_toml()
+    def request(self, content, load):
+        assert content == "scan"
+        return load(None, {"sampling": {"transient": 300, "effort": "thorough"}})
 
 
 def test_only_chaos_has_a_time_in_a_legend():

@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.slow_manifold import slow_manifold
+from nlds_vines.runs.manifest import SCAN
 
 IN_TITLE = "dashed: bounds of 1:1 motion in closed form"
 """What the title of such a map says of the lines."""
@@ -51,7 +51,7 @@ def manifold_bounds(view: ArchiveView) -> np.ndarray:
     values = view[other]
     if values.size > _MOST:
         values = np.interp(np.linspace(0, 1, _MOST), np.linspace(0, 1, values.size), values)
-    system = load_scan(parse_toml(view.text("scan"), "the attribute scan")).system
+    system = view.request(SCAN, load_scan).system
 
     def bounds(value: float) -> tuple[float, float]:
         outline, _ = slow_manifold(system.with_(**{other: float(value)})).response().outline

@@ -4,9 +4,8 @@ In reading order:
 
     exact             a flight to the next touch or section: exact cells, certified touches
     fixed_step        a flight by fixed Runge-Kutta steps (method rk4)
-    contact           a contact from touch to release, stepped
+    contact           a contact from touch to release, stepped, as the time loop asks for it
     contact_step      where a step of it ends, and what is found within
     contact_variations  what becomes of variations along it
-    elastic_contact   a contact as the time loop asks for it, which is stepped in general
     sides             the two walls of a scene, of which one is touched
 """

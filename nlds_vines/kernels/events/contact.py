@@ -9,6 +9,8 @@ of the motion at hand, its doubt. Doubt is granted in proportion to the way thro
 `tolerance` for the first one, less for each further oscillation of a damper that stays in contact,
 whose errors add up. What a step leaves of its share, later ones may use. A step of which more is
 doubted is taken less far along the same polynomial.
+
+A wall that pushes towards -x2 sees state, phase and load mirrored: eq. (5) is odd.
 """
 
 from __future__ import annotations
@@ -27,9 +29,10 @@ from ..motion.taylor import (
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log
 from ..scene.arguments import Step, side_with
+from ..scene.by_law import by_wall
 from ..scene.codes import EXHAUSTED, RELEASED, STOPPED
 from ..scene.contact_series import HIGHEST, NEW, OLD, ROW
-from ..scene.drive import after, drive_now
+from ..scene.drive import after, drive_now, mirrored
 from ..scene.law import (
     acting,
     depth_of,
@@ -40,7 +43,7 @@ from ..scene.law import (
     turn_of,
     weight_of,
 )
-from ..scene.scene import accelerations
+from ..scene.scene import accelerations, mirrored_load
 from ..watch.peaks import note_push
 from ..watch.response import tally_push, tally_rest, watch_piece
 from .contact_step import deepest, is_positive, to_end, up_to_switch
@@ -227,3 +230,47 @@ def contact(side, watch, phase, now, stop):
             k[OLD + i] = k[NEW + i]
         k[OLD + 4] = 0.0
     return EXHAUSTED, k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3], elapsed, depth
+
+
+# ---- as the time loop asks for it ----------------------------------------------------------------
+
+
+@jit
+def as_seen(side, now, phase):
+    """Return a side, a state (q, s, x1, v1) and a phase as the wall sees them.
+
+    A wall that pushes towards -x2 sees them mirrored, and the constant load.
+    """
+    ps, sign = mirrored_load(side.ps.load, side.ps, side.sign), side.sign
+    seen = side_with(side, ps, side.damper, side.wall, side.steps)
+    return seen, mirrored_start(sign, now), mirrored(phase, sign)
+
+
+@jit
+def mirrored_start(sign, now):
+    """Return a state (q, s, x1, v1) mirrored by a sign."""
+    return now[0], sign * now[1], sign * now[2], sign * now[3]
+
+
+@by_wall
+def follow(side, watch, phase, place, left, now):
+    """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
+
+    phase: (cos, sin) of the forcing's; place: share of the period that is over; `Watch` and result
+    (event, q, s, x1, v1, elapsed, depth) as of `contact`.
+    """
+    return stepped(side, watch, phase, left, now)
+
+
+@jit
+def stepped(side, watch, phase, left, now):
+    """Follow a contact by steps (arguments and result of `follow`)."""
+    seen, start, wave = as_seen(side, now, phase)
+    return mirrored_back(side, contact(seen, watch, wave, start, left))
+
+
+@jit
+def mirrored_back(side, result):
+    """Return a result of `contact` with the state as it is, not as the wall sees it."""
+    event, q, s, x1, v1, took, depth = result
+    return event, q, side.sign * s, side.sign * x1, side.sign * v1, took, depth

@@ -22,7 +22,7 @@ from ..scene.codes import (
 from ..scene.law import depth_of, force_at
 from ..scene.scene import Ground
 from ..watch.limit import begin_contact
-from .elastic_contact import follow
+from .contact import follow
 
 
 @jit

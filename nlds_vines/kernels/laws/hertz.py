@@ -10,8 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from ..events.contact import contact
-from ..events.elastic_contact import as_seen, mirrored_back, stepped
+from ..events.contact import as_seen, contact, mirrored_back, stepped
 from ..impact.impact import LASTING, short_impact
 from ..impact.impact_variations import vary
 from ..impact.inside import (
@@ -289,7 +288,7 @@ def follow_short_impact(side, watch, phase, left, now):
 
 @jit
 def follow(side, watch, phase, place, left, now):
-    """Follow a contact: at once if it is a short impact (`elastic_contact.follow`).
+    """Follow a contact: at once if it is a short impact (`contact.follow`).
 
     Driven variations are stepped even where the orbit is solved.
     """

@@ -299,7 +299,7 @@ def jump_at(wall, damper, tangent, sign, way):
 def follow(side, watch, phase, place, left, now):
     """Follow a contact from `now` = (z, s, x1, v1) to its release or for the time `left` [s].
 
-    Arguments and result as those of `elastic_contact.follow`, with z in place of q.
+    Arguments and result as those of `contact.follow`, with z in place of q.
     """
     ps, damper, wall, sign, held = side.ps, side.damper, side.wall, side.sign, side.held
     tangent, tally = watch.tangent, watch.tally

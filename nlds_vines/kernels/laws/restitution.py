@@ -261,7 +261,7 @@ def drive_rebound(tangent, damper, wall, sign, s, at_rest):
 def follow(side, watch, phase, place, left, now):
     """Follow an impact at once, and sticking to its release or for the time `left` [s].
 
-    Arguments and result as those of `elastic_contact.follow`.
+    Arguments and result as those of `contact.follow`.
     """
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
     tangent, k = watch.tangent, side.k

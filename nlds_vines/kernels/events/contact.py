@@ -120,7 +120,7 @@ def noted(side, watch, step, elapsed, depth):
     sign there from + to -.
     """
     k, wall = side.k, side.wall
-    if looks_at_pieces(watch):
+    if watch.energy is not None or watch.limit_log is not None or watch.tally is not None:
         piece = piece_of(side, step.h)
         watch_piece(side.ps, side.damper, watch, piece, step.phase, elapsed, 1.0)
         if watch.tally is not None:
@@ -136,17 +136,13 @@ def noted(side, watch, step, elapsed, depth):
 
 
 @jit
-def looks_at_pieces(watch):
-    """Tell whether something watches the polynomials of the motion."""
-    return not (watch.energy is None and watch.limit_log is None and watch.tally is None)
-
-
-@jit
 def needs_series(side, watch):
     """Tell whether the polynomials of a step are asked for, by the method or by what watches."""
     if watch.impacts is not None and side.wall.damping is not None:
         return True
-    return side.rk4 is None or watch.tangent is not None or looks_at_pieces(watch)
+    if watch.energy is not None or watch.limit_log is not None or watch.tally is not None:
+        return True
+    return side.rk4 is None or watch.tangent is not None
 
 
 @jit

@@ -126,7 +126,7 @@ def fly(
     found = _checked(system, load)
     given = {"tolerance": tolerance, "contact_steps": contact_steps, "nodes": nodes}
     settings = chosen_settings("exact", {**given, "period_steps": None})
-    parts = parts_of("exact", system.scene, settings)._replace(arc=None)
+    parts = parts_of("exact", system.scene, settings)
     cell = cell_of(system)
     begin = start_state(system, cell.rest, start)
     room = 64 + len(found.edges)

@@ -32,15 +32,24 @@ touches, soft contacts) is left to `contact`.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..numerics.compiling import jit
 from ..numerics.elementary import fifth_root
 from ..numerics.fours import four, four_at, four_of, larger_of, largest_of, put_four, sum_of
-from ..scene.drive import cos_sin
-from ..scene.scene import accelerations_of, under
+from ..scene.drive import (
+    apart,
+    bending,
+    drive_later,
+    drive_now,
+    falling,
+    known_for,
+    together,
+    twisting,
+)
+from ..scene.scene import accelerations_of, under, with_shaking, without_shaking
 from .impact_series import ALL_TERMS, factors_of
 
 # The table of an arc.
@@ -124,8 +133,7 @@ class Approach(NamedTuple):
     b: float  # amplitude of the free arc [m^(1/4)]
     s: float  # approach speed [m/s]
     tick: float  # unit of time: dt = tick u dphi in the free arc [s]
-    c: float  # cos of the forcing's phase
-    d: float  # sin
+    phase: Any  # the instant (`drive`)
     x: float  # x1 [m], and its derivatives by time without the share of s and of z's
     v: float
     acceleration: float
@@ -141,22 +149,25 @@ class Approach(NamedTuple):
 
 @jit
 def approach_of(ps, damper, wall, phase, touch):
-    """Return the `Approach` of a touch with (s > 0, x1, v1), phase: (cos, sin) of the forcing's."""
-    (s, x1, v1), (c, d) = touch, phase
+    """Return the `Approach` of a touch with (s > 0, x1, v1) at an instant (`drive`)."""
+    s, x1, v1 = touch
     # The free arc.
     b = fifth_root(s / wall.speed)
     b4 = (b * b) * (b * b)
     peak = wall.kappa * b4 * (b * b)
     tick = 2.5 * s / peak
-    # The common motion x'' = (1 - share) (P/m1 cos - k1/m1 x - c1/m1 x' + load), by Taylor.
-    other = 1.0 - damper.share
+    # The common motion x'' = (1 - share) (f/m1 - k1/m1 x - c1/m1 x' + load), by Taylor; of what
+    # shakes both bodies it has all.
+    other, drive = 1.0 - damper.share, drive_now(phase)
+    falls, bends = falling(ps, phase), bending(ps, phase)
     v = v1 - damper.share * s
-    push = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v)
-    acceleration = other * push
-    slope = ps.force * ps.omega * d + ps.stiffness * v
-    jerk = -other * (slope + ps.damping * acceleration)
-    bend = ps.force * ps.omega * ps.omega * c + ps.stiffness * acceleration
-    snap = -other * (bend + ps.damping * jerk)
+    push = under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v)
+    push = without_shaking(ps, push, drive)
+    acceleration = with_shaking(ps, other * push, drive)
+    slope = apart(ps, falls) + ps.stiffness * v
+    jerk = -other * (slope + ps.damping * acceleration) - together(ps, falls)
+    bend = apart(ps, bends) + ps.stiffness * acceleration
+    snap = -other * (bend + ps.damping * jerk) - together(ps, bends)
     # The small numbers.
     pull = damper.share * ps.damping * other * ps.damping
     stiffness = damper.k2 * damper.inv_mu + damper.share * ps.stiffness - pull
@@ -166,9 +177,10 @@ def approach_of(ps, damper, wall, phase, touch):
     drift = -(slope + ps.damping * acceleration) * tick * per
     spring = -stiffness * b4 * per
     curvature = -0.5 * (bend + ps.damping * jerk) * tick * tick * per
-    size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
+    rest = (8.0 / 6.0) * twisting(ps, phase) * tick * tick * tick * per
+    size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature) + rest
     return Approach(
-        b, s, tick, c, d, x1, v, acceleration, jerk, snap, force, drag, drift, spring, curvature,
+        b, s, tick, phase, x1, v, acceleration, jerk, snap, force, drag, drift, spring, curvature,
         size,
     )  # fmt: skip
 
@@ -263,14 +275,16 @@ def slopes_at(ps, damper, wall, nodes, approach, i):
     z = b4 * u2
     s = (wall.speed * (b4 * b)) * S_u
     # accelerations of x1 and r without damper and wall, and without the wall
-    cosine, sine = cos_sin(ps.omega * four_at(w, TIMES + i))
+    drive = drive_later(ps, approach.phase, four_at(w, TIMES + i))
     x1 = four_at(w, COMMON_X + i) + damper.share * z
-    push = ps.force * (approach.c * cosine - approach.d * sine)
+    push = ps.force * drive
     push = under(ps.load, push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s)))
+    push = without_shaking(ps, push, drive)
     a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
     per = u / (wall.kappa * (b4 * b2) - a * u2)
     dt = (2.5 * wall.speed) * (b4 * b) * per
-    return a, 0.5 * S_u * a * b * per, dt, v * dt, (1.0 - damper.share) * push * dt
+    common = with_shaking(ps, (1.0 - damper.share) * push, drive)
+    return a, 0.5 * S_u * a * b * per, dt, v * dt, common * dt
 
 
 @jit
@@ -360,8 +374,7 @@ def balances_at(ps, damper, wall, nodes, approach, i, a, dt):
     b2 = b * b
     b4 = b2 * b2
     z, s = b4 * (u * u), (wall.speed * (b4 * b)) * S_u
-    cosine, sine = cos_sin(ps.omega * four_at(w, TIMES + i))
-    drive = approach.c * cosine - approach.d * sine
+    drive = drive_later(ps, approach.phase, four_at(w, TIMES + i))
     x1, v1 = (
         four_at(w, COMMON_X + i) + damper.share * z,
         four_at(w, COMMON_V + i) + damper.share * s,
@@ -439,23 +452,23 @@ def depth_of(side, approach):
 def short_impact(side, impacts, phase, now):
     """Solve one impact from touch, `now` = (q = 0, approach speed s > 0, x1, v1), to release.
 
-    phase: (cos, sin) of the forcing's at touch. Returns (solved, s, x1, v1, duration [s], depth
-    [m]) at release; solved is False where the impact is not short or has begun already, and nothing
-    else may be used then. The depth is 0 where `impacts` is None. The unknowns at the nodes of the
-    whole arc are left in the table.
+    phase: the instant of the touch (`drive`). Returns (solved, s, x1, v1, duration [s], depth [m])
+    at release; solved is False where the impact is not short, has begun already or lasts longer
+    than a load is known for, and nothing else may be used then. The depth is 0 where `impacts` is
+    None. The unknowns at the nodes of the whole arc are left in the table.
     """
     q, s, x1, v1 = now
     if not (q == 0.0 and s > 0.0):
         return False, s, x1, v1, 0.0, 0.0
     approach = approach_of(side.ps, side.damper, side.wall, phase, (s, x1, v1))
-    lasting = side.rate * (approach.tick * LENGTH)
-    if not (approach.size < LARGEST and lasting < LONGEST):
+    lasting, known = approach.tick * LENGTH, known_for(phase)
+    if not (approach.size < LARGEST and side.rate * lasting < LONGEST and lasting < known):
         return False, s, x1, v1, 0.0, 0.0
     depth = 0.0
     if impacts is not None:
         depth = depth_of(side, approach)
     solved, ratio, took, x, v = solve_arc(side, int(WHOLE), int(ERROR), approach)
-    if not solved:
+    if not (solved and took < known):
         return False, s, x1, v1, 0.0, 0.0
     ratio2 = ratio * ratio
     speed = s * (ratio2 * ratio2 * ratio)

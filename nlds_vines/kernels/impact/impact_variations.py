@@ -34,7 +34,7 @@ from ..motion.driven import carried, columns_of, put_columns
 from ..numerics.compiling import jit
 from ..numerics.elementary import TINIEST
 from ..numerics.fours import bare, four, four_at, larger_of, largest_of, put_four
-from ..scene.drive import cos_sin, rotated
+from ..scene.drive import cos_sin, drive_now, later
 from ..scene.scene import accelerations, under
 from .impact import (
     AMPLITUDES,
@@ -88,6 +88,7 @@ def linearise(ps, damper, wall, nodes, approach):
     """
     w, at = nodes.w, nodes.at
     other, a1, a2 = 1.0 - damper.share, ps.stiffness * damper.share, ps.damping * damper.share
+    c, d = approach.phase
     for i in range(0, nodes.m, 4):
         # The impact, as in `slopes_at`.
         b, u, S_u = four_at(w, AMPLITUDES + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
@@ -96,7 +97,7 @@ def linearise(ps, damper, wall, nodes, approach):
         u2 = u * u
         z, s = b4 * u2, (wall.speed * (b4 * b)) * S_u
         cosine, sine = cos_sin(ps.omega * four_at(w, TIMES + i))
-        push = ps.force * (approach.c * cosine - approach.d * sine)
+        push = ps.force * (c * cosine - d * sine)
         push = push - (
             ps.stiffness * four_at(w, COMMON_X + i) + ps.damping * four_at(w, COMMON_V + i)
         )
@@ -116,7 +117,7 @@ def linearise(ps, damper, wall, nodes, approach):
         b_b = half * a * per_b * (1.0 - 6.0 * grows) + b_e * a_b
         t_b = dt * per_b * (5.0 - 6.0 * grows) + t_e * a_b
         put_four(
-            w, E_T + i, (0.0 - ps.force * ps.omega) * (approach.d * cosine + approach.c * sine)
+            w, E_T + i, (0.0 - ps.force * ps.omega) * (d * cosine + c * sine)
         )
         put_four(w, B_E + i, b_e)
         put_four(w, B_B + i, b_b)
@@ -134,7 +135,8 @@ def pushes_varied(ps, damper, approach, late, x, v):
     """
     other, omega = 1.0 - damper.share, ps.omega
     drag, pull = ps.damping * other, ps.stiffness * other
-    sine, cosine = (ps.force * omega * approach.d) * late, (ps.force * omega * approach.c) * late
+    c, d = approach.phase
+    sine, cosine = (ps.force * omega * d) * late, (ps.force * omega * c) * late
     push = 0.0 - sine - (ps.stiffness * x + ps.damping * v)
     first = (0.0 - omega) * cosine - (ps.stiffness * v + drag * push)
     second = (omega * omega) * sine - (pull * push + drag * first)
@@ -191,7 +193,7 @@ def guess(ps, damper, nodes, approach, pushes, faster):
     # the derivatives of the push along the impact
     per = 2.5 * approach.s / (tick * tick)
     climbs, bends = per * approach.drift, 2.0 * per / tick * approach.curvature
-    twists = ps.force * ps.omega * ps.omega * ps.omega * approach.d
+    twists = ps.force * ps.omega * ps.omega * ps.omega * approach.phase[1]
     twists = 0.5 * (twists - (ps.stiffness * approach.jerk + ps.damping * approach.snap))
     # the shares
     z0 = (b0 * b0) * (b0 * b0)
@@ -376,7 +378,7 @@ def solve_variations(side, nodes, approach, took, tangent):
     # The differences where the wall is met, t0 later; the common motion's are without s.
     s, share = approach.s, damper.share
     x1, v1 = approach.x, approach.v + share * s
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, approach.c, 0.0)
+    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, drive_now(approach.phase), 0.0)
     x, v, r, speed = columns_of(tangent)
     late = (-1.0 / s) * r
     size = larger_of(larger_of(four(TINIEST), rate * r), v)
@@ -419,8 +421,8 @@ def vary(side, phase, before, after, tangent):
     off = -s / (wall.speed * (last2 * last2 * last)) - 1.0
     last = last * (1.0 + off * (0.2 - off * (0.08 - 0.048 * off)))
     speed = (5.0 * s / last) * b
-    c, _ = rotated(phase[0], phase[1], ps.omega * took)
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
+    drive = drive_now(later(ps, phase, took))
+    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, drive, 0.0)
     back = start[0] + t
     v = v + damper.share * speed
     put_columns(tangent, carried((x, v, four(0.0), speed), (v1, dv, s, ds), 0.0 - back))

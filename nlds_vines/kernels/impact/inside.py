@@ -24,7 +24,7 @@ from ..numerics.deciding import is_a
 from ..numerics.fours import four, four_at, put_four
 from ..numerics.matrices import solve
 from ..scene.arguments import Watch, side_with
-from ..scene.drive import rotated
+from ..scene.drive import Moment, backward, drive_now, later
 from ..scene.scene import Damper, Ground, Structure
 from ..watch.observe import energies_of, powers_of, raise_energies
 from .impact import INSIDE, LASTING, short_impact
@@ -79,7 +79,7 @@ def keep_ahead(numbers, at, ahead):
 
 
 @jit
-def backward(side):
+def side_backward(side):
     """Return a side backward in time: dashpots push."""
     ps = side.ps
     turned = Structure(
@@ -102,19 +102,21 @@ def joint_backward(damper):
 def from_release(side, phase, ahead):
     """Return (side, phase, (q, s, x1, v1)) at the release of an impact, backward in time.
 
-    phase: (cos, sin) at its touch.
+    phase: the instant (`drive`) of its touch, here and below.
     """
-    c, d = rotated(phase[0], phase[1], side.ps.omega * ahead.took)
     s, x1, v1 = ahead.release
-    return backward(side), (c, -d), (0.0, -s, x1, -v1)
+    then = backward(later(side.ps, phase, ahead.took))
+    return side_backward(side), then, (0.0, -s, x1, -v1)
 
 
 @jit
 def place_of(side, phase, touch):
     """Return where the table keeps what is known of an impact, of which nothing is if it is new.
 
-    phase: (cos, sin) at its touch, touch: (s, x1, v1).
+    As each is under a load, which does not come again. touch: (s, x1, v1).
     """
+    if is_a(phase, Moment):
+        return new_place(side.arc.table)
     w, (s, x1, v1), (c, d), rate = side.arc.table, touch, phase, side.rate
     scale = abs(s) + abs(v1) + rate * abs(x1)
     for i in range(KEPT):
@@ -123,9 +125,16 @@ def place_of(side, phase, touch):
         apart += scale * (abs(w[at + 3] - c) + abs(w[at + 4] - d))
         if apart <= SAME * side.arc.settled * scale:
             return at
+    at = new_place(w)
+    w[at], w[at + 1], w[at + 2], w[at + 3], w[at + 4] = s, x1, v1, c, d
+    return at
+
+
+@jit
+def new_place(w):
+    """Return the next place of the table `w`, where nothing is known."""
     at = INSIDE + EACH * int(w[NEXT_KEPT])
     w[NEXT_KEPT] = w[NEXT_KEPT] + 1.0 if w[NEXT_KEPT] < KEPT - 1.0 else 0.0
-    w[at], w[at + 1], w[at + 2], w[at + 3], w[at + 4] = s, x1, v1, c, d
     for i in range(RISES_KEPT, EACH):
         w[at + i] = math.nan
     return at
@@ -146,9 +155,8 @@ def where_peaks_are(side, energy, phase, ahead):
     """
     ps, damper, gap = side.ps, side.damper, side.wall.gap
     took, (s, x, v), (u, y, w) = ahead.took, ahead.touch, ahead.release
-    after, _ = rotated(phase[0], phase[1], ps.omega * took)
-    f = powers_of(ps, damper, x, v, gap, s, phase[0])
-    g = powers_of(ps, damper, y, w, gap, u, after)
+    f = powers_of(ps, damper, x, v, gap, s, drive_now(phase))
+    g = powers_of(ps, damper, y, w, gap, u, drive_now(later(ps, phase, took)))
     e0, e1 = energies_of(ps, damper, x, v, gap, s), energies_of(ps, damper, y, w, gap, u)
     deep = took * max(s, -u) / LASTING
     early, late, longest = False, False, 0.0
@@ -192,8 +200,8 @@ def note_inside(side, energy, phase, ahead, now, lasting):
     if not early + late > 0.0:
         return
     if ahead.elapsed > 0.0 or lasting < ahead.took:
-        wave = rotated(phase[0], phase[1], side.ps.omega * ahead.elapsed)
-        contact(side, Watch(None, energy, None, None, None, None), wave, now, lasting)
+        then = later(side.ps, phase, ahead.elapsed)
+        contact(side, Watch(None, energy, None, None, None, None), then, now, lasting)
         return
     at = place_of(side, phase, ahead.touch) + RISES_KEPT
     if early > 0.0:

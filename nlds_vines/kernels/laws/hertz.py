@@ -40,7 +40,7 @@ from ..scene.contact_series import (
     product,
     square,
 )
-from ..scene.drive import rotated
+from ..scene.drive import later
 from ..watch.limit import may_pass
 from ..watch.observe import note_energy
 
@@ -209,7 +209,7 @@ def note_part(side, watch, phase, lasting, now):
     """
     ahead, limit_log = read_ahead(side.k, int(AHEAD)), watch.limit_log
     if watch.energy is not None:
-        touch = rotated(phase[0], phase[1], -side.ps.omega * ahead.elapsed)
+        touch = later(side.ps, phase, -ahead.elapsed)
         note_inside(side, watch.energy, touch, ahead, now, lasting)
     if limit_log is not None and may_pass(side, limit_log, phase, ahead.took, ahead.touch):
         contact(side, Watch(limit_log, None, None, None, None, None), phase, now, lasting)
@@ -220,7 +220,7 @@ def up_to_section(side, energy, phase, left):
     """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
     k = side.k
     before = k[AHEAD + 1]
-    touch = rotated(phase[0], phase[1], -side.ps.omega * before) if before > 0.0 else phase
+    touch = later(side.ps, phase, -before) if before > 0.0 else phase
     k[AHEAD + 1] = before + left
     ahead = read_ahead(k, int(AHEAD))
     q, s, x1, v1 = state_at_section(side, touch, ahead)
@@ -279,8 +279,8 @@ def follow_short_impact(side, watch, phase, left, now):
             contact(variations_finely(side), alone, phase, now, left)
         else:
             ahead = read_ahead(k, int(AHEAD))
-            back = 0.0 if begins else -side.ps.omega * ahead.elapsed
-            vary_inside(side, rotated(phase[0], phase[1], back), tangent, ahead, begins)
+            back = 0.0 if begins else -ahead.elapsed
+            vary_inside(side, later(side.ps, phase, back), tangent, ahead, begins)
     if stops:
         return True, result
     return True, released(k)

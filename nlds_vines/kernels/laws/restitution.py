@@ -45,7 +45,7 @@ from ..numerics.deciding import is_a
 from ..numerics.elementary import log
 from ..scene import contact_series
 from ..scene.codes import RELEASED
-from ..scene.drive import drive_now, falling_apart, mirrored, most_push
+from ..scene.drive import apart, drive_now, falling, mirrored, most_push
 from ..scene.scene import (
     Structure,
     accelerations,
@@ -194,7 +194,7 @@ def stays(ps, damper, wall, rate, state, phase):
     lasting = -2.0 * s / (a * (1.0 - wall.e))
     own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
     dv = with_shaking(ps, (1.0 - damper.share) * without_shaking(ps, own, c), c)
-    change = falling_apart(ps, phase) + ps.stiffness * v1 + ps.damping * dv
+    change = apart(ps, falling(ps, phase)) + ps.stiffness * v1 + ps.damping * dv
     return abs(change) * lasting <= STEADY_PRESSING * a and rate * lasting <= STEADY_PRESSING
 
 

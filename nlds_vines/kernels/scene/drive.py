@@ -6,6 +6,7 @@ the polynomial of a cell (`load_cells`). Which of the two is decided when a kern
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from ..numerics.compiling import jit
@@ -91,6 +92,23 @@ def later(ps, phase, time):
     return rotated(phase[0], phase[1], ps.omega * time)
 
 
+@jit(inlined=True)
+def drive_later(ps, phase, time):
+    """Return the force a short `time` [s] after an instant, one or four at once."""
+    if is_a(phase, Moment):
+        return force_there(phase, phase.x + time * (1.0 / phase.length))
+    cosine, sine = cos_sin(ps.omega * time)
+    return phase[0] * cosine - phase[1] * sine
+
+
+@jit
+def known_for(phase):
+    """Return for how long [s] the force is what an instant tells: a load is so within its cell."""
+    if is_a(phase, Moment):
+        return (1.0 - phase.x) * phase.length
+    return math.inf
+
+
 @jit
 def after(ps, phase, time):
     """Return the instant a `time` [s] later, however long."""
@@ -168,11 +186,38 @@ def falling(ps, phase):
 
 
 @jit
-def falling_apart(ps, phase):
-    """Return the same of what does not shake both bodies."""
-    if ps.shaken is None:
-        return falling(ps, phase)
+def bending(ps, phase):
+    """Return minus the second rate of the force per mass [m/s^4] at an instant."""
+    if is_a(phase, Moment):
+        return -ps.force * bend_at(phase)
+    return ps.force * ps.omega * ps.omega * phase[0]
+
+
+@jit
+def twisting(ps, phase):
+    """Return a bound of the third rate [m/s^5] where it may be that of any function.
+
+    That of a harmonic force follows from its rates: 0.
+    """
+    if is_a(phase, Moment):
+        return ps.force * most_twist(phase)
     return 0.0
+
+
+@jit
+def apart(ps, push):
+    """Return what of a force does not shake both bodies: all, or nothing."""
+    if ps.shaken is None:
+        return push
+    return 0.0
+
+
+@jit
+def together(ps, push):
+    """Return what of it does."""
+    if ps.shaken is None:
+        return 0.0
+    return push
 
 
 @jit
@@ -183,6 +228,35 @@ def slope_at(moment):
         slope = slope * moment.x + k * moment.w[moment.row + k]
         k -= 1
     return moment.sign * slope / moment.length
+
+
+@jit
+def bend_at(moment):
+    """Return the second rate by time."""
+    k, bend = moment.degree, 0.0
+    while k > 1:
+        bend = bend * moment.x + k * (k - 1.0) * moment.w[moment.row + k]
+        k -= 1
+    return moment.sign * bend / (moment.length * moment.length)
+
+
+@jit
+def most_twist(moment):
+    """Return a bound of the third rate by time within the cell."""
+    twist, h = 0.0, moment.length
+    for k in range(3, moment.degree + 1):
+        twist += k * (k - 1.0) * (k - 2.0) * abs(moment.w[moment.row + k])
+    return twist / abs(h * h * h)
+
+
+@jit
+def backward(phase):
+    """Return the instant as it is backward in time."""
+    if is_a(phase, Moment):
+        return Moment(
+            phase.w, phase.row, phase.degree, phase.x, -phase.length, phase.sign
+        )  # fmt: skip
+    return (phase[0], -phase[1])
 
 
 @jit

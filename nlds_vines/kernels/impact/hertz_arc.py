@@ -148,6 +148,15 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
     return found
 
 
+def _error_of_sums(n: int) -> float:
+    """Return the larger error of n nodes for squares of force and of speed, relative."""
+    sums = []
+    for grid in (_grid(n, impact.WHOLE), _grid(_FINE, impact.WHOLE)):
+        cube = grid.u * grid.u * grid.u
+        sums.append([times(grid.weight, f * grid.u) for f in (cube * cube, grid.S * grid.S)])
+    return max(abs(float(mine / true) - 1) for mine, true in zip(*sums, strict=True))
+
+
 def _constants(rows: list[np.ndarray], matrix: np.ndarray, beyond: np.ndarray) -> np.ndarray:
     """Return rows, matrix and what is missed, one after the other, in whole fours of nodes."""
     n = len(matrix)
@@ -171,7 +180,7 @@ def _table(choices: tuple[tuple[int, tuple[float, float]], ...]) -> np.ndarray:
     for level, (n, errors) in enumerate(choices):
         row = impact.LEVELS + impact.LEVEL * level
         ends = place, place + len(whole[level])
-        head[row : row + impact.LEVEL] = n, *ends, *errors
+        head[row : row + impact.LEVEL] = n, *ends, *errors, _error_of_sums(n)
         blocks += [whole[level], half[level]]
         place = ends[1] + len(half[level])
     return np.concatenate([head, *blocks])

@@ -78,9 +78,9 @@ from .impact_series import ALL_TERMS, factors_of
 NODE_ROW = 64
 AMPLITUDES, TIMES, COMMON_X, COMMON_V, FB, FT, FG, FH = (NODE_ROW * i for i in range(8))
 INSIDE = 8 * NODE_ROW
-LEVELS, LEVEL, MOST_LEVELS = 15 * NODE_ROW, 5, 8
-# n, places of the constants, C_n of each
-NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)
+LEVELS, LEVEL, MOST_LEVELS = 15 * NODE_ROW, 6, 8
+# n, places of the constants, C_n of each, error of sums over the free arc
+NODES, WHOLE, HALF, ERROR, HALF_ERROR, SUMMED = range(LEVEL)
 USED = LEVELS + LEVEL * MOST_LEVELS
 PRODUCTS = USED + 8
 VARIATIONS = PRODUCTS + NODE_ROW
@@ -144,7 +144,7 @@ class Approach(NamedTuple):
     drift: float  # R: what goes with the time
     spring: float  # Z: what goes with z
     curvature: float  # Q: what goes with the square of the time
-    size: float  # e: at least the size of all of a during the impact
+    size: float  # e: at least the size of all of a during the impact, more where a load twists
 
 
 @jit
@@ -177,8 +177,10 @@ def approach_of(ps, damper, wall, phase, touch):
     drift = -(slope + ps.damping * acceleration) * tick * per
     spring = -stiffness * b4 * per
     curvature = -0.5 * (bend + ps.damping * jerk) * tick * tick * per
-    rest = (8.0 / 6.0) * twisting(ps, phase) * tick * tick * tick * per
-    size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature) + rest
+    size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
+    # What the series leave out of a load is C_n 4 x at most (`CHOICES`), as of an e of its square
+    # root: (e + 2 sqrt(x))^(3/2) is more than e^(3/2) + 4 x for x < 1/4.
+    size += 2.0 * math.sqrt((8.0 / 6.0) * twisting(ps, phase) * tick * tick * tick * per)
     return Approach(
         b, s, tick, phase, x1, v, acceleration, jerk, snap, force, drag, drift, spring, curvature,
         size,

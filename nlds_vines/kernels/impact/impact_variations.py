@@ -116,9 +116,7 @@ def linearise(ps, damper, wall, nodes, approach):
         b_e, t_e = half * grows, dt * u * per
         b_b = half * a * per_b * (1.0 - 6.0 * grows) + b_e * a_b
         t_b = dt * per_b * (5.0 - 6.0 * grows) + t_e * a_b
-        put_four(
-            w, E_T + i, (0.0 - ps.force * ps.omega) * (d * cosine + c * sine)
-        )
+        put_four(w, E_T + i, (0.0 - ps.force * ps.omega) * (d * cosine + c * sine))
         put_four(w, B_E + i, b_e)
         put_four(w, B_B + i, b_b)
         put_four(w, T_E + i, t_e)

@@ -28,6 +28,7 @@ from ..scene.drive import Moment, backward, drive_now, later
 from ..scene.scene import Damper, Ground, Structure
 from ..watch.observe import energies_of, powers_of, raise_energies
 from .impact import INSIDE, LASTING, short_impact
+from .impact_response import tally_nodes
 from .impact_variations import vary
 
 # Of each of the last few impacts, in the scratch of the arc's table: (s, x1, v1, cos, sin) at
@@ -361,8 +362,14 @@ def vary_inside(side, phase, tangent, ahead, begins):
 
 
 @jit
-def tally_inside(side, tally, phase, now):
-    """Add an impact that is solved to a tally; now: (q, s, x1, v1) at touch, phase: (cos, sin)."""
+def tally_inside(side, tally, phase, now, after):
+    """Add an impact that is solved to a tally.
+
+    phase: the instant of its touch; now, after: as of `tally_nodes`. Under the harmonic force it is
+    stepped once, and kept; under a load, where none comes again, it is stepped if it has to be.
+    """
+    if is_a(phase, Moment):
+        return tally_once(side, tally, phase, now, after)
     w, row = side.arc.table, tally.row
     at = place_of(side, phase, (now[1], now[2], now[3])) + SHARE_KEPT
     if not w[at] >= 0.0:
@@ -375,3 +382,10 @@ def tally_inside(side, tally, phase, now):
         row[i] += w[at + i]
     for i in range(MOST, BEGIN):
         raise_to(row, i, w[at + i])
+
+
+@jit
+def tally_once(side, tally, phase, now, after):
+    """Add an impact to a tally as one that does not come again."""
+    if not tally_nodes(side, tally, phase, now, after):
+        contact(side, Watch(None, None, None, None, None, tally), phase, now, math.inf)

@@ -311,7 +311,8 @@ def solve_or_step(side, watch, phase, left, now):
         result = contact(seen, watch, wave, start, left)
     elif watch.tally is not None:
         if start[0] == 0.0 and start[1] > 0.0 and result[0] == RELEASED:
-            tally_inside(seen, watch.tally, wave, start)
+            _, _, s, x1, v1, took, _ = result
+            tally_inside(seen, watch.tally, wave, start, (s, x1, v1, took))
         else:  # a part of it
             only = Watch(None, None, None, None, None, watch.tally)
             contact(seen, only, wave, start, left)

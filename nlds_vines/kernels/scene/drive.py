@@ -223,7 +223,7 @@ def together(ps, push):
 @jit
 def slope_at(moment):
     """Return the rate by time of the force of a load."""
-    k, slope = moment.degree, 0.0
+    k, slope = moment.degree, 0.0 * moment.x
     while k > 0:
         slope = slope * moment.x + k * moment.w[moment.row + k]
         k -= 1
@@ -233,7 +233,7 @@ def slope_at(moment):
 @jit
 def bend_at(moment):
     """Return the second rate by time."""
-    k, bend = moment.degree, 0.0
+    k, bend = moment.degree, 0.0 * moment.x
     while k > 1:
         bend = bend * moment.x + k * (k - 1.0) * moment.w[moment.row + k]
         k -= 1

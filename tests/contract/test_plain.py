@@ -22,6 +22,7 @@ LONG = {
     "tests/kernels/plain_eigenvalues.py",
     "tests/kernels/plain_exact.py",
     "tests/kernels/plain_impact.py",
+    "tests/kernels/plain_impact_under_load.py",
     "tests/kernels/plain_inside.py",
     "tests/kernels/plain_loads.py",
     "tests/kernels/plain_peaks.py",

@@ -69,7 +69,7 @@ def test_backward_in_time_an_impact_is_an_impact():
     """From its release it leads to its touch. Notices: a dashpot that still takes."""
     arc = make_arc(1e-12)
     ahead = ahead_of(arc)
-    turned = inside.backward(side_of(PARTS))
+    turned = inside.side_backward(side_of(PARTS))
     parts = turned.ps, turned.damper, turned.wall
     angle = 1.0 + turned.ps.omega * ahead.took
     s, x1, v1 = ahead.release
@@ -213,9 +213,9 @@ def test_a_response_is_that_of_all_steps(monkeypatch):
     rows[:, :SUMS], rows[:, MOST:BEGIN] = 1e-3, 1e-6
     tallies = [Tally(row, None) for row in rows]
     contact(side, NOTHING._replace(tally=tallies[0]), PHASE, now, math.inf)
-    inside.tally_inside(side, tallies[1], PHASE, now)
+    inside.tally_inside(side, tallies[1], PHASE, now, now)
     monkeypatch.setattr(inside, "contact", None)
-    inside.tally_inside(side, tallies[2], PHASE, now)
+    inside.tally_inside(side, tallies[2], PHASE, now, now)
     np.testing.assert_allclose(rows[1, :BEGIN], rows[0, :BEGIN], rtol=1e-14)
     np.testing.assert_array_equal(rows[2, :BEGIN], rows[1, :BEGIN])
 

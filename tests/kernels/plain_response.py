@@ -296,7 +296,7 @@ def test_an_impact_that_is_known_adds_what_it_adds_when_stepped(name, monkeypatc
     kept = simulate(system, 6, transient=2, record=record)
     called = []
 
-    def anew(side, tally, phase, now):
+    def anew(side, tally, phase, now, after):
         called.append(now)
         contact(side, NOTHING._replace(tally=tally), phase, now, np.inf)
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import mpmath
 import numpy as np
 import pytest
+from support import references, system_of
 
 from nlds_vines import RequestError, load_system, simulate
 from nlds_vines.orbits.load_flight import C1, C2, CONTACT, LOAD, fly, longest_cell
@@ -301,6 +302,35 @@ def test_an_edge_changes_nothing_but_round_off():
     later = cells(coarse[11:], pulse)
     rest = fly(system, later, start=one.states[11], tolerance=1e-12, quiet=True)
     assert np.abs(rest.states - one.states[11:]).max() < 1e-12
+
+
+@pytest.mark.parametrize("stiffness", [{}, {"K": 3e5}], ids=["solved at once", "stepped"])
+def test_no_unit_of_time_changes_an_orbit(stiffness):
+    """Units of 2^60 and 2^-60 s: not a bit. Lengths and masses stay, forces go with the square."""
+    numbers = {**references()["ssul-set6"].numbers, **stiffness}
+    rng = np.random.default_rng(3)
+    edges = np.cumsum(rng.uniform(0.02, 0.08, 120))
+    rows, jumps = np.zeros((120, 15)), np.zeros(120)
+    rows[:, :4] = rng.normal(0, 600, (120, 4))
+    jumps[[0, 40, 41]] = 0.6, -0.3, 0.2
+
+    def flown(unit):
+        powers = {"k1": 2, "k2": 2, "K": 2, "P": 2, "c1": 1, "c2": 1, "omega": 1}
+        system = system_of(
+            "ssul", {name: v * unit ** -powers.get(name, 0) for name, v in numbers.items()}
+        )
+        load = SimpleNamespace(
+            edges=unit * edges, rows=rows[1:] / unit**2, jumps=jumps / unit, share=1.0
+        )
+        found = fly(system, load, record=("states", "impacts", "energy", "response"), quiet=True)
+        states = found.states * [1, unit, 1, unit]
+        return states, found.impacts["touch"] / unit, found.response["a1_max"] * unit**2
+
+    plain = flown(1.0)
+    assert len(plain[1]) >= 5
+    for unit in (2.0**60, 2.0**-60):
+        for mine, there in zip(flown(unit), plain, strict=True):
+            np.testing.assert_array_equal(mine, there)
 
 
 def test_a_bad_load_is_refused():

@@ -6,5 +6,6 @@ In reading order:
     impact              a short impact, solved at once
     hertz_arc           the free impact at the collocation nodes, which `impact` is given
     impact_variations   variations through it, on its collocation
+    impact_response     a response over it, summed up at its nodes
     inside              what is asked of one between touch and release, which is stepped
 """

@@ -148,11 +148,11 @@ def new_place(w):
 def where_peaks_are(side, energy, phase, ahead):
     """Return how long after the touch, and before the release, an energy may peak in an impact [s].
 
-    0 where none can exceed the largest so far. phase: (cos, sin) at touch. It is at most the time
-    to the depth at which the contact pushes as hard as all other forces, a share x^(2/3) of the
-    greatest where those are a share x of its largest force, which is bounded by sqrt(x) of the
-    impact. And there is no peak where an energy falls from the end on and neither the velocity nor
-    those forces change their sign.
+    0 where none can exceed the largest so far. It is at most the time to the depth at which the
+    contact pushes as hard as all other forces, a share x^(2/3) of the greatest where those are a
+    share x of its largest force, which is bounded by sqrt(x) of the impact. And there is no peak
+    where an energy falls from the end on and neither the velocity nor those forces change their
+    sign.
     """
     ps, damper, gap = side.ps, side.damper, side.wall.gap
     took, (s, x, v), (u, y, w) = ahead.took, ahead.touch, ahead.release
@@ -178,7 +178,7 @@ def where_peaks_are(side, energy, phase, ahead):
 def note_end(side, energy, phase, now, soon, at):
     """Raise the largest energies to those within a time `soon` [s] of one end of an impact.
 
-    now: (q, s, x1, v1) there, phase: (cos, sin) there; at: where the rises are kept.
+    now: (q, s, x1, v1) there, phase: the instant; at: where the rises are kept.
     """
     w, (_, s, x1, v1) = side.arc.table, now
     e = energies_of(side.ps, side.damper, x1, v1, side.wall.gap, s)
@@ -195,7 +195,7 @@ def note_end(side, energy, phase, now, soon, at):
 def note_inside(side, energy, phase, ahead, now, lasting):
     """Raise the largest energies to their maxima in the next `lasting` [s] of a solved impact.
 
-    ahead: `Ahead`; phase: (cos, sin) at its touch; now: (q, s, x1, v1) at present.
+    ahead: `Ahead`; now: (q, s, x1, v1) at present.
     """
     early, late = where_peaks_are(side, energy, phase, ahead)
     if not early + late > 0.0:

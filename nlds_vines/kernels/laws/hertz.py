@@ -204,8 +204,8 @@ def pushed_term(wall, k, by, at, n):
 def note_part(side, watch, phase, lasting, now):
     """Note the energies, and passages of a limit, of `lasting` [s] of the impact that is ahead.
 
-    now: (q, s, x1, v1) at its beginning; phase: (cos, sin) there. Passages are noted by steps,
-    where there may be one: nothing that is noted changes the orbit.
+    now: (q, s, x1, v1) at its beginning, phase: the instant. Passages are noted by steps, where
+    there may be one: nothing that is noted changes the orbit.
     """
     ahead, limit_log = read_ahead(side.k, int(AHEAD)), watch.limit_log
     if watch.energy is not None:

@@ -20,14 +20,14 @@ from ..motion.response_sums import (
     OF_V,
     OF_X,
     beside,
-    place_of,
+    place_of_largest,
     raise_to,
 )
 from ..numerics.compiling import jit
 from ..numerics.fours import bare, four, four_at, put_four, sum_of
 from ..scene.drive import apart, bending, drive_later, drive_now, falling, later, together
 from ..scene.scene import accelerations, accelerations_of, unloaded, without_shaking
-from ..watch.response_steps import may_rise
+from ..watch.observe import opposite
 from .impact import (
     AMPLITUDES,
     ARC_WEIGHT,
@@ -110,6 +110,18 @@ def sums_at_nodes(side, nodes, approach):
 
 
 @jit
+def may_rise(row, which, values, rates, time):
+    """Tell whether a quantity may exceed its largest where its rate changes sign in a `time` [s].
+
+    values, rates: those at both ends.
+    """
+    if not opposite(rates[0], rates[1]):
+        return False
+    before, after = abs(values[0]) + abs(rates[0]) * time, abs(values[1]) + abs(rates[1]) * time
+    return min(before, after) > row[place_of_largest(which, 1.0)]
+
+
+@jit
 def rises_between(tally, before, after, time, deepest):
     """Tell whether a largest value may be exceeded between two nodes, a `time` [s] apart.
 
@@ -119,9 +131,9 @@ def rises_between(tally, before, after, time, deepest):
     row = tally.row
     x0, v0, dv0, a0, j0 = before
     x1, v1, dv1, a1, j1 = after
-    found = may_rise(row[place_of(int(OF_X), 1.0)], x0, x1, v0, v1, time)
-    found = found or may_rise(row[place_of(int(OF_V), 1.0)], v0, v1, dv0, dv1, time)
-    return found or (not deepest and may_rise(row[place_of(int(OF_A), 1.0)], a0, a1, j0, j1, time))
+    found = may_rise(row, int(OF_X), (x0, x1), (v0, v1), time)
+    found = found or may_rise(row, int(OF_V), (v0, v1), (dv0, dv1), time)
+    return found or (not deepest and may_rise(row, int(OF_A), (a0, a1), (j0, j1), time))
 
 
 @jit
@@ -189,11 +201,14 @@ def tally_nodes(side, tally, phase, now, after):
     if rises_inside(tally, nodes, begin, end, took):
         return False
     a1, r, force, error = about_deepest(side, approach)
-    if error > arc.tolerance and abs(a1) * (1.0 + error) > row[place_of(int(OF_A), side.sign)]:
+    if (
+        error > arc.tolerance
+        and abs(a1) * (1.0 + error) > row[place_of_largest(int(OF_A), side.sign)]
+    ):
         return False
-    raise_to(row, place_of(int(OF_A), side.sign), a1)
-    raise_to(row, place_of(int(OF_R), side.sign), r)
-    raise_to(row, place_of(int(OF_FORCE), side.sign), force)
+    raise_to(row, place_of_largest(int(OF_A), side.sign), a1)
+    raise_to(row, place_of_largest(int(OF_R), side.sign), r)
+    raise_to(row, place_of_largest(int(OF_FORCE), side.sign), force)
     for i in range(7):
         row[i] += sums[i]
     return True

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.extremes.cases import FINE, FULL, energy_of, error_of, orbit_of
@@ -32,6 +32,10 @@ SPEEDS = st.builds(lambda size, sign: size * sign, powers(-3.0, 0.0), st.sampled
 """Far above what positions in the fixed frame can tell: energies are made of these."""
 
 
+FAINT = load_system("ssul-set6", m2=10.0, k2=10.0, c1=1.0, c2=1.0, K=1000.0, C=-1.1e-308, omega=3.0)
+"""Begins in a contact whose depth is at the least of all numbers, and leaves it."""
+
+
 def start_of(system, v1, v2):
     """Return a start in the air, or on the wall it is pressed onto."""
     return np.array([0.0, v1, system.rest - min(system.parameters["C"], 0.0), v2])
@@ -40,6 +44,7 @@ def start_of(system, v1, v2):
 @pytest.mark.kernels
 @FEW
 @given(SYSTEMS, SPEEDS, SPEEDS, st.sampled_from(["exact", "rk4"]))
+@example(FAINT, 1.0, 1.0, "exact")
 def test_without_a_force_energy_never_rises(system, v1, v2, method):
     system = system.with_(P=0.0)
     start = start_of(system, v1, v2)

@@ -170,6 +170,8 @@ def contact(side, watch, phase, now, stop):
         q, s = k[OLD], k[OLD + 1]
         reach = reach_of(wall, q, depth_of(wall, q), s)  # of Hertz' law, q^2.5 where it turns
         if not 0.95 * seen < reach < 1.05 * seen:  # powers are dear: a new one if it has changed
+            if reach == 0.0 and external <= 0.0:  # no number is as small as what holds it
+                return RELEASED, 0.0, s, k[OLD + 2], k[OLD + 3], elapsed, depth
             cube, root = turn_of(wall, reach)
             seen = reach
         span = min(root, 2.0 * max(q, root_of(wall, abs(s) / side.rate)))  # others may stop it

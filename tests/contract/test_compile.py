@@ -12,7 +12,6 @@ import pytest
 from commands import printed
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main as console
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits import compilation
 from nlds_vines.upkeep import compile as command
@@ -94,38 +93,34 @@ def fakes(monkeypatch):
 USUAL = ("section", "impacts", "energy", "regime")
 
 
-def test_by_default_all_kinds_are_compiled_for_what_the_default_scan_records(fakes, capsys):
+def test_by_default_all_kinds_are_compiled_for_what_the_default_scan_records(fakes, answer):
     calls, _ = fakes
-    assert console(["compile"]) == 0
+    lines = answer("compile").splitlines()
     assert {kind for kind, *_ in calls} == set(SCENES)
     assert calls[0] == ("none", ("orbit",), "exact", ("section", "energy", "regime"))
     assert ("ssul", ("verdict",), "exact", USUAL) in calls
-    lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 2 * len(SCENES)
     assert lines[:2] == ["none orbit: 1.3 s", "none verdict: 1.3 s"]
 
 
-def test_kinds_records_and_the_method_are_chosen(fakes, capsys):
+def test_kinds_records_and_the_method_are_chosen(fakes, answer):
     calls, says = fakes
     says["ssbl", "orbit"] = "orbit known"
-    assert console(["compile", "ssbl", "--record", "error,regime", "--method", "rk4"]) == 0
+    said = answer("compile", "ssbl", "--record", "error,regime", "--method", "rk4").splitlines()
     assert calls == [
         ("ssbl", ("orbit", "error"), "rk4", ("regime", "error")),
         ("ssbl", ("verdict",), "rk4", ("regime", "error")),
     ]
-    said = capsys.readouterr().out.splitlines()
     assert said == ["ssbl orbit: already there", "ssbl error: 1.3 s", "ssbl verdict: 1.3 s"]
 
 
-def test_the_kernels_of_branches_are_compiled_when_asked_for(fakes, capsys, refusal, monkeypatch):
+def test_the_kernels_of_branches_are_compiled_when_asked_for(fakes, answer, refusal, monkeypatch):
     calls, _ = fakes
     monkeypatch.setattr(command, "compile_branches", lambda key: f"{key} branches: 2.5 s")
-    assert console(["compile", "ssul", "--branches"]) == 0
+    assert answer("compile", "ssul", "--branches").endswith("\nssul branches: 2.5 s\n")
     assert [call[-1] for call in calls] == [USUAL] * 2
-    assert capsys.readouterr().out.splitlines()[-1] == "ssul branches: 2.5 s"
-    assert console(["compile", "ssul", "tmd", "--branches", "--record", "energy"]) == 0
+    out = answer("compile", "ssul", "tmd", "--branches", "--record", "energy")
     assert {call[-1] for call in calls[2:]} == {("energy",), USUAL, ("section", "energy", "regime")}
-    out = capsys.readouterr().out
     assert out.count("branches: ") == 2
     assert "method exact alone" in refusal("compile", "ssul", "--branches", "--method", "rk4")
 
@@ -150,10 +145,10 @@ print([kernel.py_func.__name__ for kernel in compiled if kernel in KERNELS])
     assert printed("-c", program, NUMBA_CACHE_DIR=str(tmp_path)) == "[]\n"
 
 
-def test_where_nobody_may_help_one_follows_the_other(fakes, capsys, monkeypatch):
+def test_where_nobody_may_help_one_follows_the_other(fakes, answer, monkeypatch):
     calls, _ = fakes
     monkeypatch.setattr(compilation, "may_help", lambda: False)
-    assert console(["compile", "ssul"]) == 0
+    answer("compile", "ssul")
     assert [call[1] for call in calls] == [("orbit",), ("verdict",)]
 
 
@@ -234,7 +229,3 @@ def test_ctrl_c_is_answered_while_a_run_compiles(tmp_path):
     assert process.returncode == 130
     assert "interrupted: 0 of " in err
     assert not list(tmp_path.rglob("lanes.*.compiled"))
-
-
-def test_the_command_stands_where_the_others_do():
-    assert command.COMMAND.name == "compile"

@@ -56,14 +56,12 @@ def stand_in(monkeypatch, name, **content):
     monkeypatch.setitem(sys.modules, fake.__name__, fake)
 
 
-def test_the_default_is_figure_8_with_its_picture(calls, capsys):
-    assert main([]) == 0
+def test_the_default_is_figure_8_with_its_picture(calls, ask):
+    said = ask("bifurcation")
     options = {**USUAL, "quiet": False}
     assert calls.runs == [(load_scan(), Path("figure8.h5"), options)]
     assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None)]
-    out, err = capsys.readouterr()
-    assert out == "the summary\na remark\nfigure8.h5\nfigure8.png\n"
-    assert err == ""
+    assert said == ("the summary\na remark\nfigure8.h5\nfigure8.png\n", "")
 
 
 def test_a_scan_file_gives_its_name_and_no_picture(calls, tmp_path):
@@ -118,10 +116,9 @@ def test_failed_orbits_give_status_1_even_when_quiet(calls, ask):
     assert calls.plots  # what succeeded is drawn
 
 
-def test_a_shard_names_what_joins_it_and_draws_nothing(calls, capsys):
-    assert main(["--shard", "2/7"]) == 0
+def test_a_shard_names_what_joins_it_and_draws_nothing(calls, answer):
+    assert "nlds-vines consolidate figure8.h5" in answer("bifurcation", "--shard", "2/7")
     assert calls.runs[0][2] == {**USUAL, "shard": Shard(2, 7), "quiet": False}
-    assert "nlds-vines consolidate figure8.h5" in capsys.readouterr().out
     assert calls.plots == []
 
 
@@ -166,7 +163,6 @@ def test_help_shows_an_example_that_works(program, calls, capsys):
     assert len(calls.runs) == 5
 
 
-def test_console_help_names_the_commands(capsys, answer):
-    assert console([]) == console(["--help"]) == 0
-    assert "bifurcation" in capsys.readouterr().out
+def test_console_help_names_the_commands(answer):
+    assert "bifurcation" in answer() == answer("--help")
     assert answer("--version").startswith("nlds-vines ")

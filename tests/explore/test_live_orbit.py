@@ -12,7 +12,7 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import recipes
 from nlds_vines.explore.answers import evidence_of, words_of
-from nlds_vines.explore.histories import HISTORIES, LONG, MOST_POINTS, SHOW
+from nlds_vines.explore.histories import LONG, MOST_POINTS, SHOW
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.map_computation import FEWEST, MOST_ORBITS, Job, finer
 from nlds_vines.explore.page_document import sliders_of
@@ -92,10 +92,6 @@ def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name, period
     assert first.min() <= plain.trajectory[0, 0] <= first.max()
     assert found["force"].max() > 0
     assert len(found["t"]) < 4 * MOST_POINTS
-
-
-def test_every_history_has_a_name_in_words():
-    assert set(HISTORIES) == {"settled", "short", "long", "whole"}
 
 
 @pytest.mark.kernels

@@ -64,42 +64,35 @@ def test_an_approach_that_speeds_up(bend):
     assert touch(p) == pytest.approx((np.sqrt(1 + 4 * bend) - 1) / (2 * bend), abs=1e-12)
 
 
-def test_touch_that_is_cleared_by_a_hair():
-    assert touch(-((X - 0.5) ** 2) - 1e-12) == NOWHERE
+PLACES = {  # an excess, and where it is first zero, to how much
+    "that is cleared by a hair": (-((X - 0.5) ** 2) - 1e-12, NOWHERE),
+    "by a hair": (-((X - 0.5) ** 2) + 1e-12, 0.5 - 1e-6, 1e-8),
+    "within the end of the cell": (X - 1 + 1e-9, 1 - 1e-9, 1e-14),
+    "beyond the end of the cell": (X - 1 - 1e-9, NOWHERE),
+    "on the wall, moving in ever slower": (X - X**2, 0.0),
+    "on the wall, moving in": (X, 0.0),
+    "on the wall, moving in ever faster": (X + X**2, 0.0),
+    "on the wall, moving away": (-X + 0.5 * X**2, NOWHERE),
+    "on the wall, moving away and coming back": (-X + 2 * X**2, 0.5, 1e-12),
+    "on the wall, pressed in": (X**2, 0.0),
+    "on the wall, drawn away": (-(X**2), NOWHERE),
+    "on the wall, drawn away, then back": (-(X**2) + 2 * X**3, 0.5, 1e-12),
+}
 
 
-def test_touch_by_a_hair():
-    assert touch(-((X - 0.5) ** 2) + 1e-12) == pytest.approx(0.5 - 1e-6, abs=1e-8)
+@pytest.mark.parametrize("place", PLACES)
+def test_touch(place):
+    excess, wanted, *within = PLACES[place]
+    assert touch(excess) == pytest.approx(wanted, abs=sum(within), rel=0)
 
 
-def test_end_of_the_cell():
-    assert touch(X - 1 + 1e-9) == pytest.approx(1 - 1e-9, abs=1e-14)
-    assert touch(X - 1 - 1e-9) == NOWHERE
+def test_a_cell_ends_where_it_is_told():
     assert touch(X - 0.5, end=0.4) == NOWHERE
 
 
 def test_starts_in_the_middle():
     roots = from_roots(0.2, 0.4, 0.6)
     assert touch(roots, x=0.45) == pytest.approx(0.6, abs=1e-12)
-
-
-@pytest.mark.parametrize("curve", [-1.0, 0.0, 1.0])
-def test_start_on_the_wall_moving_in(curve):
-    assert touch(X + curve * X**2) == 0.0
-
-
-def test_start_on_the_wall_moving_away():
-    assert touch(-X + 0.5 * X**2) == NOWHERE
-
-
-def test_start_on_the_wall_moving_away_and_coming_back():
-    assert touch(-X + 2 * X**2) == pytest.approx(0.5, abs=1e-12)
-
-
-def test_start_on_the_wall_at_rest():
-    assert touch(X**2) == 0.0  # pressed in
-    assert touch(-(X**2)) == NOWHERE  # drawn away
-    assert touch(-(X**2) + 2 * X**3) == pytest.approx(0.5, abs=1e-12)  # drawn away, then back
 
 
 # ---- near misses ---------------------------------------------------------------------------------

@@ -38,7 +38,6 @@ def bounce(gamma, e, omega, n):
     return found
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize(("gamma", "e", "n"), [(1.2, 0.5, 1), (1.4, 0.5, 1), (2.4, 0.5, 2)])
 def test_bouncing_orbits_in_closed_form(gamma, e, n):
     system = ball(gamma, e)
@@ -50,7 +49,6 @@ def test_bouncing_orbits_in_closed_form(gamma, e, n):
         assert orbit.impacts["speed"][0] == pytest.approx(speed, rel=1e-12)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("e", [0.15, 0.5, 0.8])
 def test_a_bouncing_orbit_is_born_and_doubles_where_the_textbook_says(e):
     """Gamma >= pi (1 - e) / (1 + e), and < sqrt(that^2 + (2 (1 + e^2) / (1 + e)^2)^2)."""

@@ -159,7 +159,6 @@ def held_to(tolerance):
 # ---- the error -----------------------------------------------------------------------------------
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_the_error_is_at_most_the_tolerance(kind, tolerance):
@@ -218,7 +217,6 @@ def doubted(one, steps):
         k[OLD : OLD + 4] = k[NEW : NEW + 4]
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("steps", [3.0, 5.0, 8.0])
 def test_the_doubt_is_never_below_a_third_of_the_error(steps):
     """And seldom above thirty times. Notices: the defect of one unknown left out."""

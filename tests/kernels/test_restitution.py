@@ -5,27 +5,24 @@ every rebound, down to speeds of 1e-9: by the oscillator's solution in closed fo
 Taylor series at the stop.
 """
 
-import json
 import math
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from rigid import CASES, RIGID, oscillator, start_of
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
-from support import BOTH, REPO
+from support import BOTH
 
 from nlds_vines import RequestError, classify, load_system, simulate
 from nlds_vines.kernels.numerics.matrices import eigenvalues
 from nlds_vines.kernels.orbit import shooting, variations
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on
 
-RIGID = json.loads((REPO / "data" / "reference" / "rigid.json").read_text())
-CASES = RIGID["cases"]
 ORBITS = [(case, orbit) for case in CASES for orbit in case["orbits"]]
 FLIPS = [(case, flip) for case in CASES for flip in case["flips"]]
 FOLDS = [case for case in CASES if case["fold_A"]]
@@ -34,12 +31,6 @@ FOLDS = [case for case in CASES if case["fold_A"]]
 def named(pair):
     case = pair[0] if isinstance(pair, tuple) else pair
     return f"{case['omega']}-{case['e']}"
-
-
-def oscillator(case, P):
-    numbers = {"m": 1.0, "k": RIGID["k"], "c": RIGID["c"], "C": RIGID["d"]}
-    numbers |= {"omega": case["omega"], "e": case["e"], "P": P}
-    return System("oscillator", numbers, law="restitution")
 
 
 class Orbit(NamedTuple):
@@ -62,15 +53,6 @@ def closed(system, y, n):
     return Orbit(at, residual, slowest, counts[0], found[:, 0] + 1j * found[:, 1])
 
 
-def section_of(system, known):
-    """Return the section point (x, v) of an orbit from speed and phase of its impact."""
-    p = system.parameters
-    behind = np.array([p["C"], -p["e"] * known["speed"], 0, 0, 0, 0])
-    behind[4:] = math.cos(known["phase"]), math.sin(known["phase"])
-    # to the last section before the next impact
-    return (expm(flow_matrix(system) * ((2 * np.pi - known["phase"]) / p["omega"])) @ behind)[:2]
-
-
 def in_order(values):
     return sorted(np.asarray(values, complex), key=lambda z: (round(abs(z), 9), z.imag))
 
@@ -83,7 +65,7 @@ def in_order(values):
 def test_orbits_in_closed_form(pair):
     case, known = pair
     system = oscillator(case, known["A"])
-    found = closed(system, section_of(system, known), case["n"])
+    found = closed(system, start_of(case, known), case["n"])
     assert found.residual < 1e-13
     assert found.impacts == 1
     assert found.slowest == pytest.approx(known["speed"], rel=1e-11)
@@ -97,7 +79,7 @@ def test_orbits_in_closed_form(pair):
 @pytest.mark.parametrize("pair", FLIPS, ids=named)
 def test_a_multiplier_passes_minus_one_at_each_period_doubling(pair):
     case, known = pair
-    start = section_of(oscillator(case, known["A"]), known)
+    start = start_of(case, known)
     at, after, before = (
         closed(oscillator(case, known["A"] * (1 + step)), start, case["n"])
         for step in (0.0, 1e-4, -1e-4)
@@ -118,7 +100,7 @@ def test_two_orbits_meet_at_each_fold(case):
     down = np.geomspace(known["A"], case["fold_A"] * (1 + 1e-6), 60)
     ends = []
     for orbit in pair:
-        y = section_of(oscillator(case, orbit["A"]), orbit)
+        y = start_of(case, orbit)
         for P in down:
             found = closed(oscillator(case, P), y, case["n"])
             assert found.residual < 1e-9

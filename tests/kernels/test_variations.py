@@ -91,7 +91,6 @@ CASES = {
 }
 
 
-@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("case", CASES)
 def test_monodromy_is_the_derivative_of_the_flow(case, method):
@@ -141,7 +140,6 @@ RIDES = {
 }
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("case", RIDES)
 def test_variations_change_nothing_of_an_orbit(case):
     """To the last bit, what is noted of it included."""
@@ -162,7 +160,6 @@ def test_variations_change_nothing_of_an_orbit(case):
 # ---- linear scenes -------------------------------------------------------------------------------
 
 
-@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("changes", [{}, {"k2": 215.0, "c2": 232.0}, {"k2": 0.0, "c2": 0.0}])
 def test_multipliers_of_a_linear_scene(changes, method):
@@ -179,7 +176,6 @@ def test_multipliers_of_a_linear_scene(changes, method):
     )
 
 
-@pytest.mark.kernels
 def test_multipliers_of_the_structure_alone():
     system = load_system("none")
     p = system.parameters
@@ -242,7 +238,6 @@ def test_exponents_add_up_along_any_orbit(kind, changes):
     assert exponents[0] > exponents[-1]
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("name", "changes", "together"),
     [
@@ -307,7 +302,6 @@ def test_multipliers_and_exponents_of_every_labelled_orbit():
 # ---- small linear algebra ------------------------------------------------------------------------
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("size", [2, 4])
 def test_elimination(size):
     rng = np.random.default_rng(size)

@@ -53,10 +53,13 @@ def arrays_of(request: Decay, cases: range, stop: Stop, tell: Tell | None = None
     return {name: np.concatenate([one[name] for one in found]) for name in found[0]}
 
 
-def numbers_of(request: Decay, pairs: Sequence[tuple[System, Loading]]) -> Arrays:
+def numbers_of(
+    request: Decay, pairs: Sequence[tuple[System, Loading]], tell: Tell | None = None
+) -> Arrays:
     """Return the numbers (n,) by name of systems of one scene under loads, watched as a `request`.
 
     Those of `OF_LOADS`, `status`, and `violations`, how often the limit of a scene was passed.
+    `tell` takes what is waited for.
     """
     cells = np.array([system.cells() for system, _ in pairs])
     starts = np.array([_start(request, system) for system, _ in pairs])
@@ -71,7 +74,7 @@ def numbers_of(request: Decay, pairs: Sequence[tuple[System, Loading]]) -> Array
             found.append(made[key])
         return found
 
-    return _flown(request, pairs[0][0].scene, cells, starts, loads, False)
+    return _flown(request, pairs[0][0].scene, cells, starts, loads, False, tell=tell)
 
 
 class _Scan:

@@ -70,7 +70,7 @@ class Objective:
 
     def __init__(self, tuning: Tuning, tell: Tell | None = None) -> None:
         """Prepare for designs of `tuning`; `tell` takes what is waited for meanwhile."""
-        self._tuning = tuning
+        self._tuning, self._tell = tuning, tell
         self._cases = tuning.cases()
         self._places = places_of(tuning.uncertain, tuning.draws, tuning.search.seed)
         self._batch = (
@@ -89,7 +89,7 @@ class Objective:
         """
         grid, batch = self._grid(trials), self._batch
         if batch is None:
-            outcome = outcome_under(self._tuning, grid)
+            outcome = outcome_under(self._tuning, grid, self._tell)
             return over_draws(worst(outcome), self._tuning.search.quantile, self._tuning.quantile)
         cells = self._tuning.system.cells(grid)
         found = np.empty((len(trials.points), len(results_of(self._tuning))))
@@ -172,10 +172,13 @@ def over_draws(found: np.ndarray, judge: float | None, told: float) -> np.ndarra
 # ---- under a load --------------------------------------------------------------------------------
 
 
-def outcome_under(tuning: Tuning, grid: Mapping[str, np.ndarray]) -> Outcome:
+def outcome_under(
+    tuning: Tuning, grid: Mapping[str, np.ndarray], tell: Tell | None = None
+) -> Outcome:
     """Return the outcome of every orbit, in the shape of the grid.
 
-    Arguments: the `grid` of parameters, numbers of the load and `draw`, by name, of one shape.
+    Arguments: the `grid` of parameters, numbers of the load and `draw`, by name, of one shape;
+    `tell` takes what is waited for.
 
     What a number does not tell makes a design inadmissible: a last time that has not come.
     """
@@ -196,6 +199,7 @@ def outcome_under(tuning: Tuning, grid: Mapping[str, np.ndarray]) -> Outcome:
         )
         for i, draw in enumerate(draws)
     ]
-    found = {name: values.reshape(shape) for name, values in numbers_of(decay, pairs).items()}
+    told = numbers_of(decay, pairs, tell)
+    found = {name: values.reshape(shape) for name, values in told.items()}
     value = found[tuning.search.objective]
     return Outcome(value, found["E2max"], found["status"], found["violations"], value)

@@ -38,11 +38,15 @@ def finished(folder, *arguments, **more):
 
 
 @pytest.mark.kernels
-def test_a_decay_says_what_it_compiles(tmp_path):
-    decay = ["decay", "--system", "none", "--impulse", "1000", "--duration", "1", "-o", "a.h5"]
-    status, _, err = finished(tmp_path, *decay)
-    assert status == 0
-    assert err.startswith("compiling the equations of none into machine code")
+@pytest.mark.parametrize("task", [
+    "decay --system none",
+    "tuning --system tmd --free k2=1000:1500 --generations 1 --polish 1",
+])  # fmt: skip
+def test_what_is_compiled_under_a_load_is_said(tmp_path, task):
+    struck = ["--impulse", "1000", "--duration", "20", "-o", "a.h5"]
+    status, _, err = finished(tmp_path, *task.split(), *struck)
+    assert status == 0, err
+    assert f"compiling the equations of {task.split()[2]} into machine code" in err
 
 
 @pytest.mark.kernels

@@ -202,7 +202,7 @@ def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
     """What reaches an orbit: free, uncertain, disturbed and drawn, each in its place."""
     seen = []
 
-    def numbers_of(decay, pairs):
+    def numbers_of(decay, pairs, tell):
         seen.extend((system.parameters, load) for system, load in pairs)
         failed, nothing = np.full(len(pairs), TOO_STIFF), np.zeros(len(pairs))
         told = {"last_1": nothing, "E2max": nothing}

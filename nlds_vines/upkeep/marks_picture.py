@@ -1,14 +1,14 @@
 """What other archives of the same system add to a picture: their orbits, marked.
 
 In basins the edge states of a continuation and the section of a portrait; in a portrait the orbits
-of a continuation, stable or not; beside a sweep its branches.
+of a continuation, stable or not; beside a sweep its branches, and response curves.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.style import GREY, HUES
-from nlds_vines.runs.manifest import CONTINUATION, DECAY, PORTRAIT
+from nlds_vines.runs.manifest import CONTINUATION, DECAY, PORTRAIT, RESPONSE_CURVES
 from nlds_vines.upkeep.edge_states import edge_states, refuse_other, value_along
 
 if TYPE_CHECKING:
@@ -29,13 +29,25 @@ if TYPE_CHECKING:
     from nlds_vines.archives.view import ArchiveView
     from nlds_vines.bifurcation.picture.basin_map import Marks
     from nlds_vines.continuation.result import Crossing
+    from nlds_vines.loads.request import Decay
+    from nlds_vines.model.system import System
+
+Line: TypeAlias = "tuple[np.ndarray, np.ndarray, dict[str, Any]]"
+"""What is drawn beside a sweep: frequency [rad/s], E1max [J], and the look of the line."""
 
 _BODIES: Mapping[str, int] = {"section": -1, "section1": 0, "phase1": 0, "phase2": 1}
 """The panels that show states at phase zero, and of which body: 0, 1, or the last that there is."""
 
 _ROOM = 0.14  # of the axes, beside the outermost marks: their names stand there
-_STABLE: dict[str, Any] = {"linewidth": 1.6, "alpha": 0.7}
-_UNSTABLE: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (2, 1.5))}
+_STABLE: dict[str, Any] = {
+    "color": GREY, "linewidth": 1.6, "alpha": 0.7, "label": "stable branches"
+}  # fmt: skip
+_UNSTABLE: dict[str, Any] = {
+    "color": GREY, "linewidth": 0.8, "linestyle": (0, (2, 1.5)), "label": "unstable branches"
+}  # fmt: skip
+_CURVE: dict[str, Any] = {
+    "linestyle": "-", "linewidth": 3.5, "alpha": 0.3, "label": "response curves"
+}  # fmt: skip
 _MARK: dict[str, Any] = {
     "linestyle": "none",
     "marker": "D",
@@ -156,43 +168,76 @@ def mark_in_portrait(
 
 @styled()
 def draw_beside_sweep(
-    figure: Figure, view: ArchiveView, branches: str | os.PathLike[str]
+    figure: Figure, view: ArchiveView, steady: str | os.PathLike[str]
 ) -> list[Axes]:
-    """Draw E1max of branches over omega beside the sweeps of a decay; return the axes.
+    """Draw E1max over omega beside the sweeps of a decay: response curves, or branches.
 
-    Arguments: the `figure` of its picture; its open archive; the path of the archive of a
-    continuation along omega of one of its dampers, under the force of its sweeps.
+    Arguments: the `figure` of its picture; its open archive; the path of the archive of `steady`
+    motion of one of its dampers under the force of its sweeps: of response curves, or of a
+    continuation along omega.  Returns the axes.
 
-    Raises `RequestError` for branches of another system or along another parameter, and where no
-    panel shows energies of a sweep.
+    Raises `RequestError` for another system or along another parameter, and where no panel shows
+    energies of a sweep.
     """
-    from nlds_vines.continuation.result import continued
     from nlds_vines.loads.picture import SWEEP_ENERGY
     from nlds_vines.loads.request_file import load_decay
 
-    request, found = view.request(DECAY, load_decay), continued(branches)
+    request = view.request(DECAY, load_decay)
     panels = [axes for axes in figure.axes if axes.get_label() == SWEEP_ENERGY]
     if not panels:
-        raise RequestError(f"{branches} is drawn beside a sweep: --show {SWEEP_ENERGY}")
-    if found.request.along.name != "omega" or request.load.shaken:
-        raise RequestError(f"{branches} must be along omega, and the sweep a force on m1")
-    theirs, first = found.request.system, request.load.sweeps[0]
-    own = [one for one in request.systems if one.scene.key == theirs.scene.key]
-    like = {"P": request.load.force_of(first), "omega": theirs.parameters["omega"]}
-    refuse_other((own or request.systems)[0].with_(**like), theirs, str(branches))
+        raise RequestError(f"{steady} is drawn beside a sweep: --show {SWEEP_ENERGY}")
+    with read(steady) as other:
+        lines = _curves_of if other.content == RESPONSE_CURVES else _branches_of
+    drawn, first = [*lines(request, steady)], request.load.sweeps[0]
     for axes in panels:
-        for branch in found.branches:
-            stable = np.where(branch.stable, branch.E1max, np.nan)
-            axes.plot(branch.parameter, branch.E1max, color=GREY, zorder=0, **_UNSTABLE)
-            axes.plot(branch.parameter, stable, color=GREY, zorder=0, **_STABLE)
+        for omega, energy, look in drawn:
+            _, named = axes.get_legend_handles_labels()
+            words = None if look["label"] in named else look["label"]
+            axes.plot(omega, energy, zorder=0, **{**look, "label": words})
         ends = [first.first, first.last]
         axes.set_xlim(min(ends), max(ends))
-        _, named = axes.get_legend_handles_labels()
-        for look, words in ((_STABLE, "stable branches"), (_UNSTABLE, "unstable branches")):
-            if words not in named:
-                axes.plot([], [], color=GREY, label=words, **look)
         axes.legend(loc="upper right")
     return panels
+
+
+def _branches_of(request: Decay, path: str | os.PathLike[str]) -> Iterator[Line]:
+    """Yield frequency [rad/s] and E1max [J] of the branches of a continuation, and their looks."""
+    from nlds_vines.continuation.result import continued
+
+    found = continued(path)
+    _place_of(request, found.request.system, found.request.along.name, path)
+    for branch in found.branches:
+        stable = np.where(branch.stable, branch.E1max, np.nan)
+        yield branch.parameter, branch.E1max, _UNSTABLE
+        yield branch.parameter, stable, _STABLE
+
+
+def _curves_of(request: Decay, path: str | os.PathLike[str]) -> Iterator[Line]:
+    """Yield those of the response curves of its dampers, each in the damper's colour."""
+    from nlds_vines.bifurcation.response_curves.result import curves_in
+    from nlds_vines.loads.scan_picture import look
+
+    page = curves_in(path)
+    known = {system.scene.key for system in request.systems}
+    pairs = [*zip(page.request.curves, page.curves, strict=True)]
+    own = [pair for pair in pairs if pair[0].scan.system.scene.key in known]
+    for asked, curve in own or pairs:
+        i = _place_of(request, asked.scan.system, page.request.axis, path)
+        for name in ("E1max", "E1max_down"):
+            if name in curve.numbers:
+                yield curve.values, curve.numbers[name], {**look(i), **_CURVE}
+
+
+def _place_of(request: Decay, system: System, along: str, path: str | os.PathLike[str]) -> int:
+    """Return which system of a sweep the same one is; `RequestError` where none is."""
+    if along != "omega" or request.load.shaken:
+        raise RequestError(f"{path} must be along omega, and the sweep a force on m1")
+    alike = (i for i, one in enumerate(request.systems) if one.scene.key == system.scene.key)
+    place = next(alike, 0)
+    force = request.load.force_of(request.load.sweeps[0])
+    like = {"P": force, "omega": system.parameters["omega"]}
+    refuse_other(request.systems[place].with_(**like), system, str(path))
+    return place
 
 
 def _mark(axes: Axes, orbit: Crossing, body: int) -> None:

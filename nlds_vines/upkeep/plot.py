@@ -75,7 +75,7 @@ def plot(
             continuation: in a plane of basins the points of its edge states (`nlds-vines basins`),
             in the sections and phase planes of a portrait its orbits, open where they are unstable;
             beside the sweep of a decay its branches (`show="sweep_energy"`).  Of a portrait: its
-            Poincaré section, in a plane of basins.
+            Poincaré section, in a plane of basins.  Of response curves: beside a sweep.
         manifold: whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a
             map of omega and another parameter.
         frequency: what axes of the frequency count in: rad/s (omega), Hz (f), or ratio, omega over
@@ -180,7 +180,8 @@ def _declare(parser: Parser) -> None:
     add(
         "--mark", dest="marks", action="append", default=[], metavar="FILE.h5",
         help="in basins: edge states of a continuation, section of a portrait; orbits of a "
-        "continuation in a portrait, its branches beside a sweep; several combine",
+        "continuation in a portrait, its branches or response curves beside a sweep; several "
+        "combine",
     )  # fmt: skip
     add(
         "--manifold",

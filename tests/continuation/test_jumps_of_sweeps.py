@@ -73,3 +73,24 @@ def test_branches_are_drawn_beside_a_sweep(branches, tmp_path, refusal, ask):
     plot[3] = str(tmp_path / "other.h5")
     assert "P = 700.0, not 800.0" in refusal(*plot, "--show", "sweep_energy")
     assert not picture.exists()
+
+
+@pytest.mark.kernels
+def test_response_curves_are_drawn_beside_a_sweep(tmp_path, refusal, ask):
+    """Of both starts, and of no damper but those of the sweep; under its force alone."""
+    path, curves = tmp_path / "sweep.h5", tmp_path / "curves.h5"
+    words = f"sweep:amplitude={P:g},first=7.0,last=7.3,length=60"
+    ask("decay", "--system", SYSTEM, "--load", words, "--duration", "60", "--quiet", "-o", path)
+    of_both = ["response-curves", "--system", "none", "--system", SYSTEM, "--start", "both"]
+    ask(*of_both, "--vary", "omega=7:7.3:7", "--periods", "60", "--quiet", "-o", curves)
+    (axes,) = nv.plot(path, "sweep_energy", marks=curves).figure.axes
+    drawn = [line.get_ydata() for line in axes.get_lines() if len(line.get_xdata()) == 7]
+    _, own = nv.open(curves).curves
+    assert [values.tolist() for values in drawn] == [
+        own.E1max.tolist(), own.numbers["E1max_down"].tolist()
+    ]  # fmt: skip
+    assert [text.get_text() for text in axes.get_legend().get_texts()][-1] == "response curves"
+    weaker = ["--set", "P=700", "--vary", "omega=7:7.3:7", "--periods", "60", "--overwrite"]
+    ask(*of_both, *weaker, "--quiet", "-o", curves)
+    plot = ["plot", path, "--mark", curves, "--show", "sweep_energy", "-o", tmp_path / "a.png"]
+    assert "P = 700.0, not 800.0" in refusal(*plot)

@@ -143,7 +143,7 @@ MUTANTS = (
             "touch: a start on the wall that is pressed in is no touch",
             "if slope > 0.0 or (slope == 0.0 and curve > 0.0):",
             "if slope > 0.0:",
-            _T_TOUCH + "test_start_on_the_wall_at_rest",
+            _T_TOUCH + "test_touch[on the wall, pressed in]",
         ),
         (
             "touch: the third derivative of a polynomial counts once",

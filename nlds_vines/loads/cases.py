@@ -70,7 +70,7 @@ def numbers_of(
             load, struck = pairs[i][1], _struck(request, cells[i])
             key = id(load), struck, most
             if key not in made:
-                made[key] = _in_cells(request, load, struck, most)
+                made[key] = _in_cells(request, load, struck, most, history=False)
             found.append(made[key])
         return found
 
@@ -106,7 +106,7 @@ class _Scan:
             key = *numbers.values(), struck, most
             if key not in made:
                 load = base.with_({"impulse": 0.0, **numbers})
-                made[key] = _in_cells(self._request, load, struck, most)
+                made[key] = _in_cells(self._request, load, struck, most, not self._request.vary)
             found.append(_with_blow(made[key], impulse / struck.mass))
         return found
 
@@ -120,8 +120,13 @@ def _with_blow(cells: Cells, jump: float) -> Cells:
     return Cells(cells.edges, cells.rows, jumps, cells.share)
 
 
-def _in_cells(request: Decay, load: Loading, struck: Struck, reach: float) -> Cells:
-    return load.cells(struck, request.duration, reach, request.times[1:-1])
+def _in_cells(
+    request: Decay, load: Loading, struck: Struck, reach: float, history: bool
+) -> Cells:  # fmt: skip
+    """Return the cells of a load; states are edges where histories or statistics need them."""
+    sampled = history or request.level or request.settle or load.noise
+    marks = request.times[1:-1] if sampled else np.zeros(0)
+    return load.cells(struck, request.duration, reach, marks)
 
 
 def _struck(request: Decay, cell: np.void) -> Struck:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nlds_vines.kernels.cells.load_numbers import Asked, contact_at, fill_capture, last_place_above
+from nlds_vines.kernels.cells.load_numbers import Asked, contact_at, fill_capture
 from nlds_vines.kernels.cells.load_passages import (
     ABOVE,
     BATCHES,
@@ -19,6 +19,7 @@ from nlds_vines.kernels.cells.load_passages import (
     above_in_cell,
     fill_passages,
 )
+from nlds_vines.kernels.cells.load_times import NO_PLACE, last_place_above, place_of_most
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, WALL, Impacts
 
 
@@ -151,3 +152,7 @@ def test_an_energy_is_last_above_a_level_at_the_root_of_its_polynomial():
     motion[0, 1], motion[1, 1] = 1.0, -1.0  # v1 = 1 - x, E1 = (1 - x)^2
     assert last_place_above(ps, motion, 0.25) == pytest.approx(0.5, abs=1e-15)
     assert last_place_above(ps, motion, -1.0) == 1.0
+    assert last_place_above(ps, motion, 1.5) == NO_PLACE
+    motion[1, 1], motion[2, 1] = 1.2, -1.0  # v1 = 1 + 1.2 x - x^2, below 1.3 at both ends
+    assert last_place_above(ps, motion, 1.3**2) == pytest.approx(0.6 + math.sqrt(0.06), abs=1e-15)
+    assert place_of_most(ps, motion) == pytest.approx(0.6, abs=1e-15)

@@ -15,8 +15,8 @@ from ..numerics.compiling import jit
 from ..orbit.orbit import STATE_SIZE
 from ..scene.arguments import CellBuffers
 from ..scene.codes import OK
-from .load_numbers import buffers_for, fill_numbers, impacts_for, start_energy_of
-from .load_orbit import Load, fly_under, rate_under
+from .load_numbers import fill_numbers, start_energy_of
+from .load_orbit import Load, buffers_for, fly_under, impacts_for, rate_under
 
 SPARE_ROOM = 64  # for impacts, and one more for each cell; an orbit with more is followed again
 

@@ -14,10 +14,10 @@ from ..motion.response_sums import JUMPS, MOST, OF_V, raise_to
 from ..numerics.compiling import jit
 from ..numerics.fours import bare
 from ..orbit.orbit import at_section, bounded, on_ground, run, set_mode
-from ..scene.arguments import OrbitBuffers, Span
-from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
+from ..scene.arguments import CellBuffers, OrbitBuffers, Span
+from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, RESPONSE_COLUMNS, TOO_STIFF
 from ..scene.scene import Structure, allowed, damper_of, joined, structure_under
-from ..watch.observe import note_energy
+from ..watch.observe import IMPACT_COLUMNS, Impacts, note_energy
 from ..watch.response import begin_tally, note_sums, report, tally_for
 from .cells import (
     any_overflowed,
@@ -151,6 +151,34 @@ def stops_in(buffers, count):
     if buffers.section is None and buffers.sums is None:
         return 1
     return count
+
+
+@jit
+def impacts_for(impacts, room):
+    """Return fresh room for impacts, None where there are no walls."""
+    if impacts is None:
+        return None
+    return Impacts(np.empty((room, IMPACT_COLUMNS)), np.zeros(1, np.int64))
+
+
+@jit
+def violation_for(violation):
+    """Return fresh room for a violation of a limit, None where there is none to keep."""
+    if violation is None:
+        return None
+    return np.zeros(3)
+
+
+@jit
+def buffers_for(impacts, violation, edges, room):
+    """Return the buffers of an orbit from which its numbers are found.
+
+    impacts, violation: None where there is nothing of that kind; room: for impacts.
+    """
+    return CellBuffers(
+        None, np.empty((edges, 4)), None, impacts_for(impacts, room), None, np.zeros(2), None,
+        violation_for(violation), np.empty(RESPONSE_COLUMNS), None, np.empty((edges, EDGE_SUMS)),
+    )  # fmt: skip
 
 
 @jit

@@ -23,7 +23,7 @@ from __future__ import annotations
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import exp, log, whole_power
-from ..numerics.fours import four, four_at, number_of, put_four
+from ..numerics.fours import four, four_at, four_of, number_of, put_four
 from ..numerics.roots import guarded
 from ..scene.arguments import Step, StepPiece
 from ..scene.contact_series import (
@@ -138,13 +138,15 @@ def integrate_term(side, phase, n):
     """Fill coefficient n + 1 of the motion: that of dt/dtheta times its rate, over n + 1."""
     k, row = side.k, SERIES + COLUMNS * n
     i, j, sums, others, sine = SERIES + WEIGHT, row + DS, four(0.0), four(0.0), 0.0
+    rates = four_of(k[j], k[j + 1], k[j + 2], k[j + 3])  # four_at waits until they are in memory
     for _ in range((n + 1) // 2):  # two sums at a time, neither of which waits for the other
-        sums = sums + k[i] * four_at(k, j)
+        sums = sums + k[i] * rates
         others = others + k[i + COLUMNS] * four_at(k, j - COLUMNS)
         sine += k[i] * k[j + (SINE - DS)] + k[i + COLUMNS] * k[j - COLUMNS + (SINE - DS)]
         i, j = i + 2 * COLUMNS, j - 2 * COLUMNS
+        rates = four_at(k, j)
     if n % 2 == 0:
-        sums = sums + k[i] * four_at(k, j)
+        sums = sums + k[i] * rates
         sine += k[i] * k[j + (SINE - DS)]
     sums = sums + others
     per, behind = k[UNIT] / (n + 1.0), row + COLUMNS

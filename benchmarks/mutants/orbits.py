@@ -20,8 +20,8 @@ MUTANTS = (
         "nlds_vines/kernels/watch/observe.py",
         (
             "observe: an impact's gain is counted from zero",
-            "data[i, GAIN1], data[i, GAIN2] = -e1, -e2",
-            "data[i, GAIN1], data[i, GAIN2] = 0.0 * e1, -e2",
+            "data[i + GAIN1], data[i + GAIN2] = -e1, -e2",
+            "data[i + GAIN1], data[i + GAIN2] = 0.0 * e1, -e2",
             _T_ENERGIES + "test_gains_are_differences_of_the_energies",
         ),
         (

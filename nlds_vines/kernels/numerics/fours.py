@@ -56,7 +56,14 @@ def is_row(kind: Any) -> bool:
 
 @type_callable(bare)
 def _as_row(context: Any) -> Any:
-    return lambda array: BARE if array == BARE or is_row(array) else None
+    return lambda array: array if isinstance(array, types.CPointer) else _bare_kind(array)
+
+
+def _bare_kind(kind: Any) -> Any:
+    """Return the type of a bare row of floats or of integers, None of what is no such row."""
+    if isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C":
+        return types.CPointer(kind.dtype)
+    return None
 
 
 @lower_builtin(bare, types.Array)

@@ -46,6 +46,7 @@ from ..scene.law import into, pushes, rests
 from ..scene.scene import Ground, joined
 from ..watch.observe import (
     ORIGIN,
+    Impacts,
     Touches,
     note_depth,
     note_force,
@@ -170,6 +171,17 @@ def bare_if_any(row):
     return bare(row)
 
 
+@jit
+def bare_impacts(impacts):
+    """Return what notes impacts with bare rows, None where nothing does."""
+    if impacts is None:
+        return None
+    data, filled, room = bare(impacts.data.reshape(-1)), bare(impacts.filled), len(impacts.data)
+    if is_a(impacts, Touches):
+        return Touches(data, filled, room)
+    return Impacts(data, filled, room)
+
+
 @by_wall
 def bare_held(held):
     """Return the motion on a wall, if its law has one, with bare rows."""
@@ -216,7 +228,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     flight = Flight(rk4, ps, damper, near, far, grid)
     through_air = Linear(None, ps, damper, 1.0, exact_grid)
     limit_log, slowest, section = bare_if_any(buffers.limit_log), buffers.slowest, buffers.section
-    impacts, by_period = buffers.impacts, buffers.by_period
+    impacts, by_period = bare_impacts(buffers.impacts), buffers.by_period
     rows, tally = impact_rows(impacts), bare_tally(buffers.tally)
     energy, clearance = bare_if_any(buffers.energy), bare_if_any(buffers.clearance)
     watch = Watch(limit_log, energy, clearance, rows, tangent, tally)
@@ -259,7 +271,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     time = began + (j + x) * grid.h
                     if by_period is not None:
                         by_period[p, mode - TOUCH_NEAR] += 1
-                    if impacts is not None:
+                    if buffers.impacts is not None:
                         touch = mode - TOUCH_NEAR, time, (j + x) / grid.n
                         note_touch(ps, damper, impacts, touch, (x1, v1, r, s))
                     keep_slowest(slowest, s)

@@ -15,22 +15,24 @@ import numpy as np
 
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..scene.codes import AT_PHASE, AT_SPEED, AT_WALL
+from ..scene.codes import AT_PHASE, AT_SPEED, AT_WALL, TOUCH_COLUMNS
 from ..scene.scene import under
 
 
 class Impacts(NamedTuple):
     """Impacts one by one, a row of the columns WALL ... GAIN2 for each."""
 
-    data: np.ndarray  # (capacity, IMPACT_COLUMNS)
+    data: np.ndarray  # (capacity, IMPACT_COLUMNS); in the time loop one bare row
     filled: np.ndarray  # (1,) rows begun, also beyond the capacity
+    room: int = 0  # the capacity, in the time loop
 
 
 class Touches(NamedTuple):
     """Impacts one by one, of which only the touch is noted: a row of `codes.AT_WALL` ... each."""
 
-    data: np.ndarray  # (capacity, TOUCH_COLUMNS)
-    filled: np.ndarray  # (1,) impacts, also beyond the capacity
+    data: np.ndarray  # (capacity, TOUCH_COLUMNS), this and the others as in `Impacts`
+    filled: np.ndarray
+    room: int = 0
 
 
 # Columns of `Impacts.data`:
@@ -93,43 +95,51 @@ def note_touch(ps, damper, impacts, touch, y):
     """
     i = impacts.filled[0]
     impacts.filled[0] = i + 1
-    if i >= len(impacts.data):
+    if i >= impacts.room:
         return
     data = impacts.data
     if is_a(impacts, Touches):
-        data[i, AT_WALL], data[i, AT_PHASE], data[i, AT_SPEED] = touch[0], touch[2], abs(y[3])
+        i *= TOUCH_COLUMNS
+        data[i + AT_WALL], data[i + AT_PHASE], data[i + AT_SPEED] = touch[0], touch[2], abs(y[3])
     else:
-        data[i, WALL], data[i, TOUCH], data[i, RELEASE] = touch[0], touch[1], np.nan
-        data[i, SPEED], data[i, IMPACT_FORCE], data[i, IMPACT_DEPTH] = abs(y[3]), 0.0, 0.0
+        i *= IMPACT_COLUMNS
+        data[i + WALL], data[i + TOUCH], data[i + RELEASE] = touch[0], touch[1], np.nan
+        data[i + SPEED], data[i + IMPACT_FORCE], data[i + IMPACT_DEPTH] = abs(y[3]), 0.0, 0.0
         e1, e2 = energies(ps, damper, y[0], y[1], y[2], y[3])
-        data[i, GAIN1], data[i, GAIN2] = -e1, -e2
+        data[i + GAIN1], data[i + GAIN2] = -e1, -e2
+
+
+@jit
+def raise_last(impacts, column, value):
+    """Raise a number of the impact under way, if there is room for it."""
+    i = impacts.filled[0] - 1
+    if 0 <= i < impacts.room:
+        i = IMPACT_COLUMNS * i + column
+        impacts.data[i] = max(impacts.data[i], value)
 
 
 @jit
 def note_depth(impacts, depth):
     """Raise the greatest depth of the impact under way."""
-    i = impacts.filled[0] - 1
-    if 0 <= i < len(impacts.data):
-        impacts.data[i, IMPACT_DEPTH] = max(impacts.data[i, IMPACT_DEPTH], depth)
+    raise_last(impacts, int(IMPACT_DEPTH), depth)
 
 
 @jit
 def note_force(impacts, force):
     """Raise the greatest force of the impact under way."""
-    i = impacts.filled[0] - 1
-    if 0 <= i < len(impacts.data):
-        impacts.data[i, IMPACT_FORCE] = max(impacts.data[i, IMPACT_FORCE], force)
+    raise_last(impacts, int(IMPACT_FORCE), force)
 
 
 @jit
 def note_release(ps, damper, impacts, time, x1, v1, r, s):
     """Complete the row of the impact under way."""
     i = impacts.filled[0] - 1
-    if 0 <= i < len(impacts.data):
-        impacts.data[i, RELEASE] = time
+    if 0 <= i < impacts.room:
+        i *= IMPACT_COLUMNS
+        impacts.data[i + RELEASE] = time
         e1, e2 = energies(ps, damper, x1, v1, r, s)
-        impacts.data[i, GAIN1] += e1
-        impacts.data[i, GAIN2] += e2
+        impacts.data[i + GAIN1] += e1
+        impacts.data[i + GAIN2] += e2
 
 
 @jit

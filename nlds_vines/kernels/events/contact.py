@@ -136,13 +136,19 @@ def noted(side, watch, step, elapsed, depth):
 
 
 @jit
-def needs_series(side, watch):
-    """Tell whether the polynomials of a step are asked for, by the method or by what watches."""
-    if watch.impacts is not None and side.wall.damping is not None:
-        return True
-    if watch.energy is not None or watch.limit_log is not None or watch.tally is not None:
-        return True
-    return side.rk4 is None or watch.tangent is not None
+def expand_if_asked(side, watch, phase, h):
+    """Fill the series of steps (`expand_contact`) if the method or what watches asks for them.
+
+    By rk4 that of energies, a limit, a response, variations, or a force under damping.
+    """
+    if (
+        side.rk4 is not None
+        and (watch.energy is None and watch.limit_log is None and watch.tally is None)
+        and watch.tangent is None
+        and (watch.impacts is None or side.wall.damping is None)
+    ):
+        return
+    expand_contact(side, watch.tangent, phase, h)
 
 
 @jit
@@ -181,8 +187,7 @@ def contact(side, watch, phase, now, stop):
         late, h = 1.0 + way / LONG, 1.0 / (per_theta * steps.per_impact)
         # What the last terms of the polynomial allow of that.
         at = side_with(side, ps, side.damper, acting(wall, positive), steps)
-        if needs_series(side, watch):
-            expand_contact(at, tangent, phase, h)
+        expand_if_asked(at, watch, phase, h)
         fast, deep = max(wall.speed * seen, abs(s)), depth_of(wall, root)
         granted = max(steps.tolerance, LEAST_GRANTED) / late
         if steps.tolerance < math.inf:

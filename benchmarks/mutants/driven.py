@@ -30,8 +30,8 @@ MUTANTS = (
         ),
         (
             "driven: the reduced mass does not change",
-            "own - (pulled * damper.inv_mu + pull * by[INV_MU]),",
-            "own - pulled * damper.inv_mu,",
+            "d = own - (pulled * damper.inv_mu + pull * by[INV_MU])",
+            "d = own - pulled * damper.inv_mu",
             _EACH + "[restitution-m2]",
         ),
         (

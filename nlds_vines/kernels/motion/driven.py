@@ -122,24 +122,23 @@ def constants_of(sign):
 
 
 @jit
-def source_of(ps, damper, by, sign, constant, state, drive, pushes):
-    """Return what a parameter p adds to dv1/dt and to ds/dt of a variation: d/dp of eq. (5).
+def source_of(ps, damper, by, sign, constant, motion, drive, pushes):
+    """Return what a parameter p adds to the rates of a variation (x1, v1, r, s): df/dp of eq. (5).
 
-    In m/s^2 per unit of p, not mirrored; callers add what SLOWER does. by: rates (RATE_COLUMNS,);
-    state (x1, v1, r, s) and drive as the wall sees them; pushes: (push, pushed), its force [N] as
-    it sees it, and what p itself changes of that, times `sign`: not mirrored. constant: 1, or 0 for
-    Taylor coefficients of a motion but the first.
+    Per unit of p, not mirrored. by: rates (RATE_COLUMNS,); motion: the state (x1, v1, r, s) and its
+    (dv1/dt, ds/dt), which with drive are as the wall sees them; pushes: (push, pushed), its force
+    [N] as it sees it, and what p itself changes of that, times `sign`: not mirrored. constant: 1,
+    or 0 for Taylor coefficients of a motion but the first.
     """
-    (x1, v1, r, s), (push, pushed) = state, pushes
+    ((x1, v1, r, s), (dv, ds)), (push, pushed), pace = motion, pushes, sign * by[SLOWER]
     own = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]
     if damper is None:
-        return own, 0.0
+        return pace * v1, own + pace * dv, pace * s, pace * ds
     pull = sign * (damper.k2 * r + damper.c2 * s + push)
     pulled = sign * (by[K2] * r + by[C2] * s) + pushed
-    return (
-        own - (pulled * damper.inv_m1 + pull * by[INV_M1]),
-        own - (pulled * damper.inv_mu + pull * by[INV_MU]),
-    )
+    b = own - (pulled * damper.inv_m1 + pull * by[INV_M1])
+    d = own - (pulled * damper.inv_mu + pull * by[INV_MU])
+    return pace * v1, b + pace * dv, pace * s, d + pace * ds
 
 
 @jit
@@ -151,18 +150,17 @@ def drive_terms(side, tangent, n):
     """
     ps, damper, wall, k, row = side.ps, side.damper, side.wall, side.k, SERIES + COLUMNS * n
     sign, at, constant = side.sign, wall_at(side.sign), 1.0 if n == 0 else 0.0
-    v1, s, dv, ds = k[row + AT_V], k[row + AT_S], k[row + DV], k[row + DS]
-    state = k[row + AT_X], v1, constant * wall.gap + k[row + DEPTH], s
+    r = constant * wall.gap + k[row + DEPTH]
+    motion = (k[row + AT_X], k[row + AT_V], r, k[row + AT_S]), (k[row + DV], k[row + DS])
     for i in range(len(tangent.rates)):
         by, place = tangent.rates[i], row + VARIED_RATES + i
         pushed = pushed_term(wall, k, by, at + 1, n) - k[row + STIFF] * by[at + GAP]
         pushes = k[row + CONTACT], sign * pushed
-        b, d = source_of(ps, damper, by, sign, constant, state, k[row + COSINE], pushes)
-        pace = sign * by[SLOWER]
-        k[place] += pace * v1
-        k[place + 4] += b + pace * dv
-        k[place + 8] += pace * s
-        k[place + 12] += d + pace * ds
+        a, b, c, d = source_of(ps, damper, by, sign, constant, motion, k[row + COSINE], pushes)
+        k[place] += a
+        k[place + 4] += b
+        k[place + 8] += c
+        k[place + 12] += d
 
 
 # ---- at a wall -----------------------------------------------------------------------------------
@@ -217,12 +215,9 @@ def drive_start(side, tangent, state, c, t, first):
     """
     if is_a(tangent, Driven):
         ps, damper, sign, k = side.ps, side.damper, side.sign, side.k
-        dv, ds = accelerations(ps, damper, state[0], state[1], state[2], state[3], c, 0.0)
+        field = accelerations(ps, damper, state[0], state[1], state[2], state[3], c, 0.0)
         for i in range(len(tangent.rates)):
             by, place = tangent.rates[i], first + 4 * i
-            b, d = source_of(ps, damper, by, sign, 1.0, state, c, (0.0, 0.0))
-            pace = sign * by[SLOWER]
-            k[place] += t * pace * state[1]
-            k[place + 1] += t * (b + pace * dv)
-            k[place + 2] += t * pace * state[3]
-            k[place + 3] += t * (d + pace * ds)
+            adds = source_of(ps, damper, by, sign, 1.0, (state, field), c, (0.0, 0.0))
+            k[place], k[place + 1] = k[place] + t * adds[0], k[place + 1] + t * adds[1]
+            k[place + 2], k[place + 3] = k[place + 2] + t * adds[2], k[place + 3] + t * adds[3]

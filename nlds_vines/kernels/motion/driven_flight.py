@@ -14,7 +14,7 @@ from ..numerics.deciding import is_a
 from ..numerics.elementary import cos_sin_of_turn
 from ..scene.by_law import by_wall
 from ..scene.scene import accelerations, unloaded
-from .driven import SLOWER, Driven, source_of
+from .driven import Driven, source_of
 from .flight import ORDER, propagate, turned
 
 
@@ -66,11 +66,9 @@ def terms_on(linear, by, constant, state, drive, variation):
         ds = under_once(ps.load, constant, ds)
     db, dd = accelerations(free, damper, a, b, c, d, 0.0, push_varied)
     pushed = push_changed(wall, by, sign, constant, r, s)
-    more, other = source_of(ps, damper, by, sign, constant, state, drive, (push, pushed))
-    pace = sign * by[SLOWER]
-    return (
-        dv, ds, pace * v1 + b, db + more + pace * dv, pace * s + d, dd + other + pace * ds
-    )  # fmt: skip
+    motion = state, (dv, ds)
+    adds = source_of(ps, damper, by, sign, constant, motion, drive, (push, pushed))
+    return dv, ds, adds[0] + b, adds[1] + db, adds[2] + d, adds[3] + dd
 
 
 @jit

@@ -96,14 +96,19 @@ def lines_of(edges: list[EdgeState], components: Sequence[str]) -> Iterator[str]
 
 def refuse_other(system: System, other: System, where: str) -> None:
     """Raise `RequestError` unless two systems are the same."""
+    if said := difference(system, other):
+        raise RequestError(f"{where} is of another system: {said}")
+
+
+def difference(system: System, other: System) -> str:
+    """Return in words what another system has that a system has not; empty where they are one."""
     if system.scene.key != other.scene.key:
-        raise RequestError(
-            f"{where} is of another system: {other.heading()}, not {system.heading()}"
-        )
+        return f"{other.heading()}, not {system.heading()}"
     for name, value in system.parameters.items():
         theirs = other.parameters.get(name)
         if theirs is None or abs(theirs - value) > ALIKE * max(abs(value), abs(theirs)):
-            raise RequestError(f"{where} is of another system: {name} = {theirs!r}, not {value!r}")
+            return f"{name} = {theirs!r}, not {value!r}"
+    return ""
 
 
 def _is_same(edge: EdgeState, other: EdgeState) -> bool:

@@ -20,7 +20,7 @@ from nlds_vines.model.parameters import INITIAL
 from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.style import GREY, HUES
 from nlds_vines.runs.manifest import CONTINUATION, DECAY, PORTRAIT, RESPONSE_CURVES
-from nlds_vines.upkeep.edge_states import edge_states, refuse_other, value_along
+from nlds_vines.upkeep.edge_states import difference, edge_states, refuse_other, value_along
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -232,11 +232,11 @@ def _place_of(request: Decay, system: System, along: str, path: str | os.PathLik
     """Return which system of a sweep the same one is; `RequestError` where none is."""
     if along != "omega" or request.load.shaken:
         raise RequestError(f"{path} must be along omega, and the sweep a force on m1")
-    alike = (i for i, one in enumerate(request.systems) if one.scene.key == system.scene.key)
-    place = next(alike, 0)
-    force = request.load.force_of(request.load.sweeps[0])
-    like = {"P": force, "omega": system.parameters["omega"]}
-    refuse_other(request.systems[place].with_(**like), system, str(path))
+    like = {"P": request.load.force_of(request.load.sweeps[0]), "omega": system.parameters["omega"]}
+    own = [one.with_(**like) for one in request.systems]
+    alike = [i for i, one in enumerate(own) if one.scene.key == system.scene.key]
+    place = next((i for i in alike if not difference(own[i], system)), (alike or [0])[0])
+    refuse_other(own[place], system, str(path))
     return place
 
 

@@ -94,3 +94,22 @@ def test_response_curves_are_drawn_beside_a_sweep(tmp_path, refusal, ask):
     ask(*of_both, *weaker, "--quiet", "-o", curves)
     plot = ["plot", path, "--mark", curves, "--show", "sweep_energy", "-o", tmp_path / "a.png"]
     assert "P = 700.0, not 800.0" in refusal(*plot)
+
+
+@pytest.mark.kernels
+def test_dampers_of_one_kind_have_each_its_own_curve(tmp_path, refusal, ask):
+    """Set 6 beside Set 5: each in the colour of its sweep."""
+    path, curves = tmp_path / "sweep.h5", tmp_path / "curves.h5"
+    two = ["--system", SYSTEM, "--system", "ssul-set6"]
+    words = f"sweep:amplitude={P:g},first=7.0,last=7.3,length=60"
+    ask("decay", *two, "--load", words, "--duration", "60", "--quiet", "-o", path)
+    asked = ["response-curves", "--vary", "omega=7:7.3:7", "--periods", "60", "--quiet"]
+    ask(*asked, *two, "-o", curves)
+    (axes,) = nv.plot(path, "sweep_energy", marks=curves).figure.axes
+    drawn = [line for line in axes.get_lines() if len(line.get_xdata()) == 7]
+    _, *own = nv.open(curves).curves  # the first is of no damper
+    assert [line.get_ydata().tolist() for line in drawn] == [curve.E1max.tolist() for curve in own]
+    assert drawn[0].get_color() != drawn[1].get_color()
+    ask(*asked, "--system", "ssul-set6", "--set", "C=0.01", "--overwrite", "-o", curves)
+    plot = ["plot", path, "--mark", curves, "--show", "sweep_energy", "-o", tmp_path / "a.png"]
+    assert "curves.h5 is of another system: " in refusal(*plot)

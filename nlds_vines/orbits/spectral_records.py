@@ -33,7 +33,9 @@ def recordable(scene: Scene) -> tuple[str, ...]:
 
 def checked_signals(value: object) -> tuple[str, ...]:
     """Return different names of signals, () for the usual; `RequestError` for anything else."""
-    return () if value in ((), []) else checked_words("signals", value, SIGNALS, "signal")
+    if isinstance(value, list | tuple) and not value:
+        return ()
+    return checked_words("signals", value, SIGNALS, "signal")
 
 
 @dataclass(frozen=True)

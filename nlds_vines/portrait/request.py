@@ -341,4 +341,6 @@ def described(system: System) -> str:
 
 def checked_panels(value: object) -> tuple[str, ...]:
     """Return the panels of a column, different words of `PANELS` as given; () for all."""
-    return () if value == () else checked_words("panels", value, PANELS)
+    if isinstance(value, tuple) and not value:
+        return ()
+    return checked_words("panels", value, PANELS)

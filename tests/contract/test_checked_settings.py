@@ -8,6 +8,7 @@ import dataclasses
 from importlib import import_module
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from nlds_vines.bifurcation.request import Scan
@@ -110,7 +111,11 @@ CHECKED = {
         ([3], "unknown want 3"),
         (["energy", "energy"], "names something twice"),
     ],
-    "signals": [*no_list, ([1], "unknown signal 1; did you mean 'x1'")],
+    "signals": [
+        *no_list,
+        (np.array(["x1", "x2"]), "must be a list of words"),
+        ([1], "unknown signal 1; did you mean 'x1'"),
+    ],
     "windows": [
         (3, "windows = 3 must be a list of pairs [begin, end]"),
         (["a:b"], "windows = 'a:b' must be BEGIN:END, two numbers of forcing periods"),
@@ -120,6 +125,7 @@ CHECKED = {
     "panels": [
         (["forces"], "unknown panels 'forces'; did you mean 'force'"),
         (["force", "force"], "names something twice"),
+        (np.array(["force"]), "must be a list of words"),
         ([], "empty"),
     ],
     "show": [

@@ -123,9 +123,10 @@ def _with_blow(cells: Cells, jump: float) -> Cells:
 def _in_cells(
     request: Decay, load: Loading, struck: Struck, reach: float, history: bool
 ) -> Cells:  # fmt: skip
-    """Return the cells of a load; states are edges where histories or statistics need them."""
-    sampled = history or request.level or request.settle or load.noise
-    marks = request.times[1:-1] if sampled else np.zeros(0)
+    """Return the cells of a load: histories are states at edges, statistics need short cells."""
+    marks = request.times[1:-1] if history else np.zeros(0)
+    if request.level or request.settle or request.load.noise:
+        reach = min(reach, request.duration / (request.windows * request.samples))
     return load.cells(struck, request.duration, reach, marks)
 
 

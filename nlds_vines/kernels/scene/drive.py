@@ -155,11 +155,14 @@ def drive_term(ps, phase, k, n, turned):
     """Fill coefficient n > 0 of the series of the force, that of the time being known.
 
     turned: coefficient n - 1 of cos and of sin times dt/dtheta. Of a load f it is the composition
-    with the time t: f_j + f_(j+1) t + ... is f_j and the product of t with the next of these.
+    with the time t: f_j + f_(j+1) t + ... is f_j and the product of t with the next of these. Above
+    its degree there is none.
     """
     row, (cosine, sine) = SERIES + COLUMNS * n, turned
     if is_a(phase, Moment):
-        for j in range(0, HIGHEST + 1, 4):
+        top = phase.degree // 4 * 4 + 4
+        k[row + LOADED + top] = 0.0
+        for j in range(0, top, 4):
             sums = four(0.0)
             for i in range(1, n + 1):
                 time = k[SERIES + COLUMNS * i + TAU]

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.picture import dot_panel
+from nlds_vines.bifurcation.picture import dot_panel, regime_strip
 from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS
@@ -123,6 +123,17 @@ def test_regimes_are_named_and_names_do_not_overlap(usual):
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[i + 1 :])
     assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in boxes)
     assert all(box.y1 <= figure.bbox.y1 for box in boxes)
+
+
+def test_names_are_measured_once_and_only_where_one_may_stand_inside(monkeypatch):
+    measured = []
+    monkeypatch.setattr(regime_strip, "text_width", lambda text, _: measured.append(text) or 1.0)
+    found = bands.bands(np.arange(6.0), np.array(["T,1", "T,0"] * 3, dtype=object))
+    for inside in (False, True):
+        assert measured == []
+        strip = regime_strip.Strip(found, (0.0, 5.0), 400.0, inside=inside)
+        assert strip.inside == (found if inside else [])
+    assert sorted(measured) == ["T,0", "T,1"]
 
 
 def test_gaps_in_knowledge_look_like_gaps(usual):

@@ -50,9 +50,9 @@ class Strip:
     ) -> None:
         """Find the places of the names."""
         self._ends, self._points, self._log = ends, points, log
-        rooms = [text_width(short(band.label), _SIZE) + 2 * _PADDING for band in found]
-        fits = [inside and room <= self._extent(b) for b, room in zip(found, rooms, strict=True)]
-        self.inside = [band for band, fitting in zip(found, fits, strict=True) if fitting]
+        labels = {band.label for band in found} if inside else ()
+        rooms = {label: text_width(short(label), _SIZE) + 2 * _PADDING for label in labels}
+        self.inside = [band for band in found if inside and rooms[band.label] <= self._extent(band)]
         named = {band.label for band in self.inside}
         beside = [
             band for band in found if band.label not in named and self._extent(band) >= _NARROWEST

@@ -90,18 +90,18 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/impact/impact.py",
+        "nlds_vines/kernels/impact/approach.py",
+        (
+            "impact: the drift is no part of the size",
+            "abs(drag) + 2.0 * abs(drift) + abs(spring)",
+            "abs(drag) + abs(spring)",
+            _T_IMPACT + "test_the_size_of_an_impact_bounds_all_other_acceleration_during_it",
+        ),
         (
             "impact: the drag has no part in the small numbers' sum",
             "size = abs(force) + abs(drag) + 2.0 * abs(drift)",
             "size = abs(force) + 2.0 * abs(drift)",
             _T_IMPACT + "test_the_size_of_an_impact_bounds_all_other_acceleration_during_it",
-        ),
-        (
-            "impact: what the nodes miss of the dashpots is left out",
-            "        b = b + term * four_at(w, at + k)\n",
-            "",
-            _T_IMPACT + "test_what_the_nodes_miss_of_the_dashpots_is_added",
         ),
         (
             "impact: the first guess forgets the drag",
@@ -114,6 +114,24 @@ MUTANTS = (
             "w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring",
             "w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = 0.0, approach.spring",
             _T_IMPACT + "test_the_first_guess_errs_by_the_second_order_or_higher",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/impact/arc_table.py",
+        (
+            "impact: whatever the tolerance, the fewest nodes",
+            "[LEVELS + LEVEL * level + error] * scale <= arc.tolerance",
+            "[LEVELS + LEVEL * level + error] * scale < math.inf",
+            _T_IMPACT + "test_the_nodes_are_the_fewest_that_the_tolerance_allows",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/impact/impact.py",
+        (
+            "impact: what the nodes miss of the dashpots is left out",
+            "        b = b + term * four_at(w, at + k)\n",
+            "",
+            _T_IMPACT + "test_what_the_nodes_miss_of_the_dashpots_is_added",
         ),
         (
             "impact: half the contact's own force is a small share",
@@ -139,18 +157,6 @@ MUTANTS = (
             "solve_arc(side, int(HALF), int(HALF_ERROR), approach)",
             "solve_arc(side, int(WHOLE), int(HALF_ERROR), approach)",
             _T_IMPACT + "test_depth_wherever_a_short_impact_is_accepted",
-        ),
-        (
-            "impact: the drift is no part of the size",
-            "abs(drag) + 2.0 * abs(drift) + abs(spring)",
-            "abs(drag) + abs(spring)",
-            _T_IMPACT + "test_the_size_of_an_impact_bounds_all_other_acceleration_during_it",
-        ),
-        (
-            "impact: whatever the tolerance, the fewest nodes",
-            "[LEVELS + LEVEL * level + error] * scale <= arc.tolerance",
-            "[LEVELS + LEVEL * level + error] * scale < math.inf",
-            _T_IMPACT + "test_the_nodes_are_the_fewest_that_the_tolerance_allows",
         ),
     ),
     *of(

@@ -18,7 +18,7 @@ from nlds_vines.accuracy.measured_cases import Case, Course, Known, Result
 from nlds_vines.accuracy.reference import Truth, truth_of
 from nlds_vines.archives.record_columns import Row, row_of
 from nlds_vines.errors import RequestError
-from nlds_vines.kernels.impact import impact
+from nlds_vines.kernels.impact import arc_table, impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.motion.bounds import rate_of
 from nlds_vines.kernels.scene.scene import damper_in, structure_of
@@ -147,8 +147,8 @@ def nodes_of_impacts(case: Case, settings: Settings) -> Iterator[int | None]:
         approach = impact.approach_of(ps, damper, wall, forcing, (speed, sign * x1, sign * v1))
         lasting = rate * approach.tick * impact.LENGTH
         if approach.size < impact.LARGEST and lasting < impact.LONGEST:
-            level = impact.level_for(arc, int(impact.ERROR), approach.size)
-            yield impact.nodes_of(arc, level, int(impact.WHOLE)).n
+            level = arc_table.level_for(arc, int(arc_table.ERROR), approach.size)
+            yield arc_table.nodes_of(arc, level, int(arc_table.WHOLE)).n
         else:
             yield None
 

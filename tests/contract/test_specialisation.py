@@ -15,7 +15,7 @@ from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer, wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels.cells import lanes
-from nlds_vines.kernels.impact import impact
+from nlds_vines.kernels.impact import arc_table
 from nlds_vines.kernels.impact.hertz_arc import choices_for
 from nlds_vines.kernels.numerics import stored_code
 from nlds_vines.model.catalogue import load_system
@@ -316,7 +316,7 @@ def tolerance_of(arguments):
 
 def nodes_of(arguments):
     """Return the fewest nodes of an impact."""
-    return impact.nodes_of(arguments[2].arc, 0, impact.WHOLE).n
+    return arc_table.nodes_of(arguments[2].arc, 0, arc_table.WHOLE).n
 
 
 def steps_of(arguments):

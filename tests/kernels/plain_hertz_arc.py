@@ -4,8 +4,8 @@ import mpmath
 import numpy as np
 import pytest
 
+from nlds_vines.kernels.impact import arc_table, impact
 from nlds_vines.kernels.impact import hertz_arc as arc
-from nlds_vines.kernels.impact import impact
 from nlds_vines.kernels.numerics.quadrature import (
     gauss_points,
     gauss_weights,
@@ -100,14 +100,14 @@ def test_the_arc_to_round_off():
         assert (speed < 0.0) == (at > arc.HALF_ARC)
 
 
-def rows_of(n, part=impact.WHOLE):
+def rows_of(n, part=arc_table.WHOLE):
     """Return a reader of the rows of an arc of n nodes, and what the nodes miss."""
-    nodes = impact.nodes_of(arc.make_arc(nodes=n), 0, part)
+    nodes = arc_table.nodes_of(arc.make_arc(nodes=n), 0, part)
     assert nodes.n == n <= nodes.m == -(-n // 4) * 4 < n + 4
-    after = nodes.at + (impact.MATRIX + n) * nodes.m
+    after = nodes.at + (arc_table.MATRIX + n) * nodes.m
     wide = nodes.w[nodes.at : after].reshape(-1, nodes.m)
     assert not wide[:, n:].any()
-    missed = nodes.w[after : after + 3 * impact.MISSED].reshape(3, -1).T
+    missed = nodes.w[after : after + 3 * arc_table.MISSED].reshape(3, -1).T
     return wide[:, :n], missed
 
 
@@ -117,7 +117,7 @@ def test_the_free_impact_keeps_what_is_known_of_it(n):
     """Notices: an arc that is not its own mirror image; a sum over nodes without what it misses."""
     rows, missed = rows_of(n)
     u, S, weight, time = (
-        rows[k] for k in (impact.ARC_U, impact.ARC_S, impact.ARC_WEIGHT, impact.GT)
+        rows[k] for k in (arc_table.ARC_U, arc_table.ARC_S, arc_table.ARC_WEIGHT, arc_table.GT)
     )
     assert np.abs(u - u[::-1]).max() <= 4 * ROUND_OFF
     assert np.abs(S + S[::-1]).max() <= 8 * ROUND_OFF
@@ -134,9 +134,9 @@ def test_the_free_impact_keeps_what_is_known_of_it(n):
 
 @pytest.mark.parametrize("n", MADE)
 def test_half_the_free_impact_ends_at_the_deepest_point(n):
-    rows, missed = rows_of(n, impact.HALF)
+    rows, missed = rows_of(n, arc_table.HALF)
     u, S, weight, time = (
-        rows[k] for k in (impact.ARC_U, impact.ARC_S, impact.ARC_WEIGHT, impact.GT)
+        rows[k] for k in (arc_table.ARC_U, arc_table.ARC_S, arc_table.ARC_WEIGHT, arc_table.GT)
     )
     assert (np.diff(u) > 0).all()
     assert (np.diff(S) < 0).all()
@@ -155,15 +155,15 @@ def test_every_choice_of_a_tolerance_is_the_arc_of_so_many_nodes(tolerance):
     made, choices = arc.make_arc(tolerance), arc.choices_for(tolerance)
     assert made.levels == len(choices) == len(arc.CHOICES) - (tolerance < arc.COARSE)
     for level, (n, errors) in enumerate(choices.items()):
-        row = impact.LEVELS + impact.LEVEL * level
-        assert tuple(made.table[[row + impact.ERROR, row + impact.HALF_ERROR]]) == errors
-        for part in (impact.WHOLE, impact.HALF):
-            nodes = impact.nodes_of(made, level, part)
+        row = arc_table.LEVELS + arc_table.LEVEL * level
+        assert tuple(made.table[[row + arc_table.ERROR, row + arc_table.HALF_ERROR]]) == errors
+        for part in (arc_table.WHOLE, arc_table.HALF):
+            nodes = arc_table.nodes_of(made, level, part)
             assert nodes.n == n
-            long = (impact.MATRIX + n) * nodes.m + 3 * impact.MISSED
+            long = (arc_table.MATRIX + n) * nodes.m + 3 * arc_table.MISSED
             rows, missed = rows_of(n, part)
             found = nodes.w[nodes.at : nodes.at + long]
-            end = (impact.MATRIX + n) * nodes.m
+            end = (arc_table.MATRIX + n) * nodes.m
             np.testing.assert_array_equal(found[:end].reshape(-1, nodes.m)[:, :n], rows)
             np.testing.assert_allclose(found[end:], missed.T.ravel(), rtol=0, atol=64 * ROUND_OFF)
 
@@ -173,7 +173,7 @@ def test_what_an_arc_takes():
         with pytest.raises(ValueError, match=f"nodes = {n}: an arc takes 2 to 60 colloc"):
             arc.make_arc(nodes=n)
     assert arc.make_arc(1e-9).tolerance == arc.make_arc().tolerance == 1e-9
-    assert arc.make_arc(1e-6).settled == 1e-6 * impact.SETTLED
+    assert arc.make_arc(1e-6).settled == 1e-6 * arc_table.SETTLED
     one, other = arc.make_arc(1e-6), arc.make_arc(1e-6)
     assert one.table is not other.table  # scratch of its own
     np.testing.assert_array_equal(one.table, other.table)

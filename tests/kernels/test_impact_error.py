@@ -11,9 +11,10 @@ import pytest
 from support import contact_parts, side_of
 from twin import HIGH, PI, REAL, Lanes, Model
 
-from nlds_vines.kernels.impact import impact
+from nlds_vines.kernels.impact import arc_table
+from nlds_vines.kernels.impact.approach import approach_of
 from nlds_vines.kernels.impact.hertz_arc import CHOICES, make_arc
-from nlds_vines.kernels.impact.impact import approach_of, short_impact
+from nlds_vines.kernels.impact.impact import short_impact
 
 pytestmark = pytest.mark.kernels
 
@@ -152,8 +153,8 @@ def test_a_wrong_estimate_is_caught():
     true = seen_by_twin(impacts)
     arc = make_arc(1e-6)._replace(tolerance=tolerance, settled=0.03 * tolerance)
     for level in range(arc.levels):
-        row = impact.LEVELS + impact.LEVEL * level
-        arc.table[row + impact.ERROR] = arc.table[row + impact.HALF_ERROR] = 0.0
+        row = arc_table.LEVELS + arc_table.LEVEL * level
+        arc.table[row + arc_table.ERROR] = arc.table[row + arc_table.HALF_ERROR] = 0.0
     believing = arc._replace(tolerance=np.inf)
     worst = {}
     for name, one in (("checked", arc), ("believed", believing)):

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..events.contact import Steps
 from ..events.fixed_step import fixed_grid_from
-from ..impact.impact import Arc
+from ..impact.arc_table import Arc
 from ..motion.bounds import REACH, SHORT, cells_of
 from ..motion.flight import PERIOD, grid_from, grid_of
 from ..motion.load_cells import Stretch, grid_over

@@ -17,7 +17,7 @@ import numpy as np
 from ..numerics.elementary import fifth_root
 from ..numerics.fours import FOUR
 from ..numerics.quadrature import gauss_points, integration_matrix, times
-from . import impact
+from . import arc_table
 from .impact_series import ALL_TERMS, HALF_ORDERS, ONE, Series, impact_series
 
 HALF_ARC = 1.2537306248172073  # B(1/5, 1/2) / 5: phase from touch to the deepest point
@@ -108,7 +108,7 @@ def _grid(n: int, part: int) -> _Grid:
     which ends between them, needs none.
     """
     xi = gauss_points(n)
-    if part == impact.WHOLE:
+    if part == arc_table.WHOLE:
         sinh, cosh = _sinh_cosh(MAP_RATE * xi)
         phi, density = HALF_ARC * (1 + MAP_STRETCH * sinh), HALF_ARC * MAP_STRETCH * MAP_RATE * cosh
     else:
@@ -136,8 +136,8 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
     for grid, end in zip(grids[:-1], ends, strict=False):
         here = slice(end - len(grid.u), end)
         rows = [grid.u, grid.S, grid.weight, cube[here], double[here]]
-        rows += [beta.at(term)[here] for term in ALL_TERMS[: impact.GUESSED]]
-        rows += [tau.at(term)[here] for term in ALL_TERMS[: impact.GUESSED]]
+        rows += [beta.at(term)[here] for term in ALL_TERMS[: arc_table.GUESSED]]
+        rows += [tau.at(term)[here] for term in ALL_TERMS[: arc_table.GUESSED]]
         beyond = np.zeros((3, len(ALL_TERMS)))
         for row, series in enumerate((by_beta, by_tau, by_energy)):
             for column, term in enumerate(ALL_TERMS):
@@ -151,7 +151,7 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
 def _error_of_sums(n: int) -> float:
     """Return the larger error of n nodes for squares of force and of speed, relative."""
     sums = []
-    for grid in (_grid(n, impact.WHOLE), _grid(_FINE, impact.WHOLE)):
+    for grid in (_grid(n, arc_table.WHOLE), _grid(_FINE, arc_table.WHOLE)):
         cube = grid.u * grid.u * grid.u
         sums.append([times(grid.weight, f * grid.u) for f in (cube * cube, grid.S * grid.S)])
     return max(abs(float(mine / true) - 1) for mine, true in zip(*sums, strict=True))
@@ -175,12 +175,12 @@ def _in_fours(n: int) -> int:
 def _table(choices: tuple[tuple[int, tuple[float, float]], ...]) -> np.ndarray:
     """Return the table of an arc (`impact`) with these choices of nodes and errors."""
     numbers = tuple(n for n, _ in choices)
-    whole, half = (_blocks(numbers, part) for part in (impact.WHOLE, impact.HALF))
-    head, place, blocks = np.zeros(impact.CONSTANTS), impact.CONSTANTS, []
+    whole, half = (_blocks(numbers, part) for part in (arc_table.WHOLE, arc_table.HALF))
+    head, place, blocks = np.zeros(arc_table.CONSTANTS), arc_table.CONSTANTS, []
     for level, (n, errors) in enumerate(choices):
-        row = impact.LEVELS + impact.LEVEL * level
+        row = arc_table.LEVELS + arc_table.LEVEL * level
         ends = place, place + len(whole[level])
-        head[row : row + impact.LEVEL] = n, *ends, *errors, _error_of_sums(n)
+        head[row : row + arc_table.LEVEL] = n, *ends, *errors, _error_of_sums(n)
         blocks += [whole[level], half[level]]
         place = ends[1] + len(half[level])
     return np.concatenate([head, *blocks])
@@ -191,7 +191,7 @@ def choices_for(tolerance: float) -> dict[int, tuple[float, float]]:
     return {n: e for n, e in CHOICES.items() if n > FEW_NODES or tolerance >= COARSE}
 
 
-def make_arc(tolerance: float = 1e-9, nodes: int | None = None) -> impact.Arc:
+def make_arc(tolerance: float = 1e-9, nodes: int | None = None) -> arc_table.Arc:
     """Return the `Arc` with scratch rows of its own: one for each thread that uses it.
 
     Arguments: the relative `tolerance` of an impact, which chooses its nodes; or one number of
@@ -199,13 +199,13 @@ def make_arc(tolerance: float = 1e-9, nodes: int | None = None) -> impact.Arc:
     """
     if nodes is None:
         choices = choices_for(tolerance)
-        levels, settled = len(choices), impact.SETTLED * tolerance
-    elif 2 <= nodes <= impact.NODE_ROW - 4:
+        levels, settled = len(choices), arc_table.SETTLED * tolerance
+    elif 2 <= nodes <= arc_table.NODE_ROW - 4:
         choices, levels, tolerance = {nodes: (0.0, 0.0)}, 1, math.inf
         settled = FINEST_ERROR
     else:
         raise ValueError(
-            f"nodes = {nodes}: an arc takes 2 to {impact.NODE_ROW - 4} collocation nodes"
+            f"nodes = {nodes}: an arc takes 2 to {arc_table.NODE_ROW - 4} collocation nodes"
         )
     table = _table(tuple(choices.items())).copy()
-    return impact.Arc(tolerance, settled, levels, table)
+    return arc_table.Arc(tolerance, settled, levels, table)

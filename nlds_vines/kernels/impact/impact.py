@@ -31,68 +31,37 @@ touches, soft contacts) is left to `contact`.
 
 from __future__ import annotations
 
-import math
-from typing import Any, NamedTuple
-
-import numpy as np
-
 from ..numerics.compiling import jit
-from ..numerics.elementary import fifth_root
-from ..numerics.fours import four, four_at, four_of, larger_of, largest_of, put_four, sum_of
-from ..scene.drive import (
-    apart,
-    bending,
-    drive_later,
-    drive_now,
-    falling,
-    known_for,
-    together,
-    twisting,
-)
+from ..numerics.fours import four, four_at, larger_of, largest_of, put_four, sum_of
+from ..scene.drive import drive_later, known_for
 from ..scene.scene import accelerations_of, under, with_shaking, without_shaking
-from .impact_series import ALL_TERMS, factors_of
-
-# The table of an arc.
-#
-#   from        numbers          what
-#   AMPLITUDES  8 NODE_ROW       scratch at the nodes: unknowns and their derivatives by phi
-#   INSIDE      7 NODE_ROW       what is known of the last few impacts (`inside`)
-#   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
-#   USED        8                level of the nodes whose unknowns are there
-#   PRODUCTS    NODE_ROW         terms of the series, products of the five small numbers
-#   VARIATIONS  34 NODE_ROW      scratch of variations (`impact_variations`)
-#   then        for each of them, of the whole arc and of its half, m being n in whole fours:
-#                 ARC_U ...      39 m       rows of constants
-#                 MATRIX         n m        from touch to each node, integrand by integrand
-#                 then           3 x 36     coefficients of what the nodes miss: of b, t, energy
-#
-#   unknowns    AMPLITUDES    b, in which z = b^4 u^2 and s = v(b) S
-#               TIMES         since touch [s]
-#               COMMON_X, _V  x1 and v1 without the share of z and s: the motion of both masses
-#               FB ... FH     the derivatives of these four by phi
-#   constants   ARC_U, ARC_S  u = sqrt(z / z_m) and S = s / v
-#               ARC_WEIGHT    of an integral over the whole interval
-#               CUBE          integral of u^3
-#               DOUBLE        integral of u CUBE
-#               GB, GT        coefficients of the series of b / b0 - 1 and of time
-NODE_ROW = 64
-AMPLITUDES, TIMES, COMMON_X, COMMON_V, FB, FT, FG, FH = (NODE_ROW * i for i in range(8))
-INSIDE = 8 * NODE_ROW
-LEVELS, LEVEL, MOST_LEVELS = 15 * NODE_ROW, 6, 8
-# n, places of the constants, C_n of each, error of sums over the free arc
-NODES, WHOLE, HALF, ERROR, HALF_ERROR, SUMMED = range(LEVEL)
-USED = LEVELS + LEVEL * MOST_LEVELS
-PRODUCTS = USED + 8
-VARIATIONS = PRODUCTS + NODE_ROW
-CONSTANTS = VARIATIONS + 34 * NODE_ROW
-
-# terms of the guess; of what the nodes miss: 36, in whole fours
-GUESSED, MISSED = 17, len(ALL_TERMS)
-ARC_U, ARC_S, ARC_WEIGHT, CUBE, DOUBLE, GB = range(6)  # in rows of m numbers, as the next two
-GT, MATRIX = GB + GUESSED, GB + 2 * GUESSED
-# places of the five small numbers in TERMS
-AT_FORCE, AT_DRAG, AT_DRIFT, AT_SPRING, AT_CURVATURE = 1, 2, 3, 7, 10
-FACTORS = np.array(factors_of(ALL_TERMS)).ravel()  # places of one for each term, then of the others
+from .approach import approach_of, fill_products
+from .arc_table import (
+    AMPLITUDES,
+    ARC_WEIGHT,
+    COMMON_V,
+    COMMON_X,
+    CUBE,
+    DOUBLE,
+    ERROR,
+    FB,
+    FG,
+    FH,
+    FT,
+    GB,
+    GT,
+    GUESSED,
+    HALF,
+    HALF_ERROR,
+    MATRIX,
+    MISSED,
+    PRODUCTS,
+    TIMES,
+    USED,
+    WHOLE,
+    level_for,
+    nodes_of,
+)
 
 LENGTH = 1.4716375921623523  # integral of u from touch to release: B(2/5, 1/2) 2/5
 LASTING = 2.943  # time from touch to release of a free impact, times speed / depth
@@ -103,127 +72,6 @@ MOST_SWEEPS = 12  # a sweep gains one digit or two; from the guess, some two are
 DOUBTED = 5.0
 NODE_ERROR = 2.0e-15  # relative, of a velocity at the nodes
 BY_TIME = 0.2  # least share of a change that integrals over the whole interval are said to keep
-SETTLED = 0.03  # share of the tolerance that the sweeps may leave
-
-
-class Arc(NamedTuple):
-    """The Hertz arc at collocation nodes, prepared by `hertz_arc`.
-
-    One array holds it all: each array of a tuple costs every call that hands it on.
-    """
-
-    tolerance: float  # error of an impact: of speed and time of release, and of its depth, relative
-    settled: float  # what the sweeps may leave of it
-    levels: int  # choices of nodes
-    table: np.ndarray  # see above; what belongs to an impact is scratch
-
-
-class Nodes(NamedTuple):
-    """The nodes of one choice, on the whole arc or its half."""
-
-    n: int
-    m: int  # n in whole fours
-    at: int  # place of the constants
-    w: np.ndarray  # the table
-
-
-class Approach(NamedTuple):
-    """An impact at touch: its free arc, the common motion, and its five small numbers."""
-
-    b: float  # amplitude of the free arc [m^(1/4)]
-    s: float  # approach speed [m/s]
-    tick: float  # unit of time: dt = tick u dphi in the free arc [s]
-    phase: Any  # the instant (`drive`)
-    x: float  # x1 [m], and its derivatives by time without the share of s and of z's
-    v: float
-    acceleration: float
-    jerk: float
-    snap: float
-    force: float  # A: a at touch, without what goes with s, in units of kappa b^6
-    drag: float  # D: what goes with -s
-    drift: float  # R: what goes with the time
-    spring: float  # Z: what goes with z
-    curvature: float  # Q: what goes with the square of the time
-    size: float  # e: at least the size of all of a during the impact, more where a load twists
-
-
-@jit
-def approach_of(ps, damper, wall, phase, touch):
-    """Return the `Approach` of a touch with (s > 0, x1, v1) at an instant (`drive`)."""
-    s, x1, v1 = touch
-    # The free arc.
-    b = fifth_root(s / wall.speed)
-    b4 = (b * b) * (b * b)
-    peak = wall.kappa * b4 * (b * b)
-    tick = 2.5 * s / peak
-    # The common motion x'' = (1 - share) (f/m1 - k1/m1 x - c1/m1 x' + load), by Taylor; of what
-    # shakes both bodies it has all.
-    other, drive = 1.0 - damper.share, drive_now(phase)
-    falls, bends = falling(ps, phase), bending(ps, phase)
-    v = v1 - damper.share * s
-    push = under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v)
-    push = without_shaking(ps, push, drive)
-    acceleration = with_shaking(ps, other * push, drive)
-    slope = apart(ps, falls) + ps.stiffness * v
-    jerk = -other * (slope + ps.damping * acceleration) - together(ps, falls)
-    bend = apart(ps, bends) + ps.stiffness * acceleration
-    snap = -other * (bend + ps.damping * jerk) - together(ps, bends)
-    # The small numbers.
-    pull = damper.share * ps.damping * other * ps.damping
-    stiffness = damper.k2 * damper.inv_mu + damper.share * ps.stiffness - pull
-    per = 1.0 / peak
-    force = (push - damper.k2 * wall.gap * damper.inv_mu) * per
-    drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s * per
-    drift = -(slope + ps.damping * acceleration) * tick * per
-    spring = -stiffness * b4 * per
-    curvature = -0.5 * (bend + ps.damping * jerk) * tick * tick * per
-    size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
-    # What the series leave out of a load is C_n 4 x at most (`CHOICES`), as of an e of its square
-    # root: (e + 2 sqrt(x))^(3/2) is more than e^(3/2) + 4 x for x < 1/4.
-    size += 2.0 * math.sqrt((8.0 / 6.0) * twisting(ps, phase) * tick * tick * tick * per)
-    return Approach(
-        b, s, tick, phase, x1, v, acceleration, jerk, snap, force, drag, drift, spring, curvature,
-        size,
-    )  # fmt: skip
-
-
-@jit
-def nodes_of(arc, level, part):
-    """Return the `Nodes` of one level; `part` is WHOLE or HALF."""
-    row = LEVELS + LEVEL * level
-    n = int(arc.table[row + NODES])
-    return Nodes(n, (n + 3) // 4 * 4, int(arc.table[row + part]), arc.table)
-
-
-@jit
-def level_for(arc, error, size):
-    """Return the first level whose error is within the tolerance, or the finest.
-
-    error: ERROR or HALF_ERROR; size: e of the impact.
-    """
-    scale = size * math.sqrt(size)
-    for level in range(arc.levels - 1):
-        if arc.table[LEVELS + LEVEL * level + error] * scale <= arc.tolerance:
-            return level
-    return arc.levels - 1
-
-
-@jit(inlined=True)
-def gathered(w, k):
-    """Return the four terms of the series that are FACTORS number k to k + 3."""
-    i, j, m, n = FACTORS[k], FACTORS[k + 1], FACTORS[k + 2], FACTORS[k + 3]
-    return four_of(w[PRODUCTS + i], w[PRODUCTS + j], w[PRODUCTS + m], w[PRODUCTS + n])
-
-
-@jit
-def fill_products(w, approach):
-    """Fill the terms of the series, of which each is a former one times a small number."""
-    w[PRODUCTS] = 1.0
-    w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, approach.drag
-    w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring
-    w[PRODUCTS + AT_CURVATURE] = approach.curvature
-    for k in range(4, MISSED, 4):  # no factor is among the four terms, but a small number by 1
-        put_four(w, PRODUCTS + k, gathered(w, k) * gathered(w, MISSED + k))
 
 
 @jit

@@ -28,7 +28,8 @@ from ..numerics.fours import bare, four, four_at, put_four, sum_of
 from ..scene.drive import apart, bending, drive_later, drive_now, falling, later, together
 from ..scene.scene import accelerations, accelerations_of, unloaded, without_shaking
 from ..watch.observe import opposite
-from .impact import (
+from .approach import approach_of
+from .arc_table import (
     AMPLITUDES,
     ARC_WEIGHT,
     COMMON_V,
@@ -44,12 +45,9 @@ from .impact import (
     VARIATIONS,
     WHOLE,
     Nodes,
-    approach_of,
     nodes_of,
-    settle,
-    slopes_at,
-    solve_arc,
 )
+from .impact import settle, slopes_at, solve_arc
 
 # Rows at the nodes, in the scratch of variations: x1, v1 and its rate, the acceleration that is
 # felt and its rate.

@@ -7,7 +7,7 @@ With the amplitude b = b0 (1 + beta) and the time t = tick tau, an impact obeys
 
 in the free arc u(phi), S(phi): a is what accelerates r beside the contact, in units of the
 contact's own kappa b0^6, written as a force A, a drag D, a drift R, a spring Z and a curvature Q
-(`impact.Approach`). Of an impact that lasts theta, in units of the other motion's time, A
+(`approach.Approach`). Of an impact that lasts theta, in units of the other motion's time, A
 and D are of the order theta^2 or less, R is A theta, Z is theta^4 and Q is A theta^2 at most: terms
 are kept by the sum of their TERM_WEIGHTS, which are orders in halves.
 

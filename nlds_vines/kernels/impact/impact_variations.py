@@ -36,7 +36,8 @@ from ..numerics.elementary import TINIEST
 from ..numerics.fours import bare, four, four_at, larger_of, largest_of, put_four
 from ..scene.drive import cos_sin, drive_now, later
 from ..scene.scene import accelerations, under
-from .impact import (
+from .approach import approach_of
+from .arc_table import (
     AMPLITUDES,
     ARC_WEIGHT,
     AT_CURVATURE,
@@ -54,7 +55,6 @@ from .impact import (
     GUESSED,
     MATRIX,
     MISSED,
-    MOST_SWEEPS,
     NODE_ROW,
     PRODUCTS,
     SETTLED,
@@ -63,10 +63,9 @@ from .impact import (
     VARIATIONS,
     WHOLE,
     Nodes,
-    approach_of,
-    missed,
     nodes_of,
 )
+from .impact import MOST_SWEEPS, missed
 
 # The scratch of variations in the table of an arc, from VARIED on.
 #

@@ -27,7 +27,8 @@ from ..scene.arguments import Watch, side_with
 from ..scene.drive import Moment, backward, drive_now, later
 from ..scene.scene import Damper, Ground, Structure
 from ..watch.observe import energies_of, powers_of, raise_energies
-from .impact import INSIDE, LASTING, short_impact
+from .arc_table import INSIDE
+from .impact import LASTING, short_impact
 from .impact_response import tally_nodes
 from .impact_variations import vary
 

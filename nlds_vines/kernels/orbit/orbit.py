@@ -16,7 +16,7 @@ from ..events.sides import (
     leaves,
     structure_at,
 )
-from ..impact.impact import Arc
+from ..impact.arc_table import Arc
 from ..motion.driven_flight import Linear, carry
 from ..motion.flight import bare_grid, coarse_map, step
 from ..motion.load_cells import Loaded, began_at, end_of_cells, instant_in

@@ -21,7 +21,7 @@ class Parts(NamedTuple):
     far: Any  # the same of the far wall
     apart: Any  # True where the near wall's contact has constants of its own, otherwise None
     load: Any  # True where the structure is under a constant load, otherwise None
-    arc: Any  # `impact.Arc` where a law has short impacts, otherwise None
+    arc: Any  # `arc_table.Arc` where a law has short impacts, otherwise None
     contact_steps: float  # least steps of a free impact that is stepped
     contact_tolerance: float  # relative error of a contact that is stepped; infinite: not checked
     period_steps: float  # Runge-Kutta steps of a forcing period; `rk4` alone uses it
@@ -35,7 +35,7 @@ class Prepared(NamedTuple):
     damper: Any  # `scene.Damper`, `scene.Ground` or None
     near: Any  # a wall by the numbers of the cell, or None
     far: Any  # the same
-    arc: Any  # `impact.Arc` with scratch of its own, or None
+    arc: Any  # `arc_table.Arc` with scratch of its own, or None
     grid: Any  # `flight.Grid`, or `fixed_step.FixedGrid` of `rk4`
     contact_steps: Any  # `contact.Steps`
     scratch: Any  # (`contact_series.SCRATCH`,) or None without a wall
@@ -51,7 +51,7 @@ class Side(NamedTuple):
     damper: Any  # `scene.Damper` or `Ground`
     wall: Any
     sign: float  # 1 at a near wall; -1 at a far one, which sees state and phase mirrored
-    arc: Any  # `impact.Arc` where its law has short impacts, otherwise None
+    arc: Any  # `arc_table.Arc` where its law has short impacts, otherwise None
     held: Any  # the motion on the wall, as in `Prepared`
     steps: Any  # `contact.Steps`
     rate: float  # the bound of `bounds.rate_of` [1/s]

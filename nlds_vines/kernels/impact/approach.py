@@ -1,0 +1,106 @@
+"""An impact at touch: its free arc, the motion common to both masses, and five small numbers.
+
+What is common is a Taylor polynomial of the time, as the contact does not act on it. With the free
+arc of the approach speed it tells what springs, dashpots and the forcing change of the impact (a in
+`impact`): all but exactly a force, a drag, a drift, a spring and a curvature. Products of these
+numbers are the terms of its series.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..numerics.compiling import jit
+from ..numerics.elementary import fifth_root
+from ..numerics.fours import four_of, put_four
+from ..scene.drive import apart, bending, drive_now, falling, together, twisting
+from ..scene.scene import under, with_shaking, without_shaking
+from .arc_table import (
+    AT_CURVATURE,
+    AT_DRAG,
+    AT_DRIFT,
+    AT_FORCE,
+    AT_SPRING,
+    FACTORS,
+    MISSED,
+    PRODUCTS,
+)
+
+
+class Approach(NamedTuple):
+    """An impact at touch: its free arc, the common motion, and its five small numbers."""
+
+    b: float  # amplitude of the free arc [m^(1/4)]
+    s: float  # approach speed [m/s]
+    tick: float  # unit of time: dt = tick u dphi in the free arc [s]
+    phase: Any  # the instant (`drive`)
+    x: float  # x1 [m], and its derivatives by time without the share of s and of z's
+    v: float
+    acceleration: float
+    jerk: float
+    snap: float
+    force: float  # A: a at touch, without what goes with s, in units of kappa b^6
+    drag: float  # D: what goes with -s
+    drift: float  # R: what goes with the time
+    spring: float  # Z: what goes with z
+    curvature: float  # Q: what goes with the square of the time
+    size: float  # e: at least the size of all of a during the impact, more where a load twists
+
+
+@jit
+def approach_of(ps, damper, wall, phase, touch):
+    """Return the `Approach` of a touch with (s > 0, x1, v1) at an instant (`drive`)."""
+    s, x1, v1 = touch
+    # The free arc.
+    b = fifth_root(s / wall.speed)
+    b4 = (b * b) * (b * b)
+    peak = wall.kappa * b4 * (b * b)
+    tick = 2.5 * s / peak
+    # The common motion x'' = (1 - share) (f/m1 - k1/m1 x - c1/m1 x' + load), by Taylor; of what
+    # shakes both bodies it has all.
+    other, drive = 1.0 - damper.share, drive_now(phase)
+    falls, bends = falling(ps, phase), bending(ps, phase)
+    v = v1 - damper.share * s
+    push = under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v)
+    push = without_shaking(ps, push, drive)
+    acceleration = with_shaking(ps, other * push, drive)
+    slope = apart(ps, falls) + ps.stiffness * v
+    jerk = -other * (slope + ps.damping * acceleration) - together(ps, falls)
+    bend = apart(ps, bends) + ps.stiffness * acceleration
+    snap = -other * (bend + ps.damping * jerk) - together(ps, bends)
+    # The small numbers.
+    pull = damper.share * ps.damping * other * ps.damping
+    stiffness = damper.k2 * damper.inv_mu + damper.share * ps.stiffness - pull
+    per = 1.0 / peak
+    force = (push - damper.k2 * wall.gap * damper.inv_mu) * per
+    drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s * per
+    drift = -(slope + ps.damping * acceleration) * tick * per
+    spring = -stiffness * b4 * per
+    curvature = -0.5 * (bend + ps.damping * jerk) * tick * tick * per
+    size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
+    # What the series leave out of a load is C_n 4 x at most (`CHOICES`), as of an e of its square
+    # root: (e + 2 sqrt(x))^(3/2) is more than e^(3/2) + 4 x for x < 1/4.
+    size += 2.0 * math.sqrt((8.0 / 6.0) * twisting(ps, phase) * tick * tick * tick * per)
+    return Approach(
+        b, s, tick, phase, x1, v, acceleration, jerk, snap, force, drag, drift, spring, curvature,
+        size,
+    )  # fmt: skip
+
+
+@jit(inlined=True)
+def gathered(w, k):
+    """Return the four terms of the series that are FACTORS number k to k + 3."""
+    i, j, m, n = FACTORS[k], FACTORS[k + 1], FACTORS[k + 2], FACTORS[k + 3]
+    return four_of(w[PRODUCTS + i], w[PRODUCTS + j], w[PRODUCTS + m], w[PRODUCTS + n])
+
+
+@jit
+def fill_products(w, approach):
+    """Fill the terms of the series, of which each is a former one times a small number."""
+    w[PRODUCTS] = 1.0
+    w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, approach.drag
+    w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring
+    w[PRODUCTS + AT_CURVATURE] = approach.curvature
+    for k in range(4, MISSED, 4):  # no factor is among the four terms, but a small number by 1
+        put_four(w, PRODUCTS + k, gathered(w, k) * gathered(w, MISSED + k))

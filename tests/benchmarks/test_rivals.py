@@ -287,6 +287,7 @@ def test_no_rival_is_left_out():
     missing = {rival.needs for rival in RIVALS if not rival.available()}
     if missing:
         pytest.skip(f"not installed, and not compared: {', '.join(sorted(missing))}")
+    assert {rival.name for rival in installed()} == {rival.name for rival in RIVALS}
 
 
 def test_what_is_missing_is_listed_as_unavailable(monkeypatch):

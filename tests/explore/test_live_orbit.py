@@ -103,11 +103,11 @@ def test_the_multipliers_are_in_the_unit_circle(orbit):
 
 @pytest.mark.kernels
 def test_chaos_has_words_and_no_multipliers():
-    orbit = live_orbit(nv.load_system("ssul-set6", omega=7.41), None, Sampling())
+    orbit = live_orbit(nv.load_system("ssul-set6", omega=7.39), None, Sampling())
     assert orbit.regime is not None
-    if orbit.label == "chaos":
-        assert orbit.panels["multipliers"]["re"].size == 0
-        assert words_of(orbit.regime).startswith("chaotic")
+    assert orbit.label == "chaos"
+    assert orbit.panels["multipliers"]["re"].size == 0
+    assert words_of(orbit.regime).startswith("neighbouring orbits part")
     assert dict(evidence_of(orbit.regime))["followed for"]
 
 

@@ -150,7 +150,7 @@ def test_a_fork_has_threads_of_its_own():
     assert os.waitstatus_to_exitcode(status) == 0
 
 
-def test_nothing_is_started_by_an_import(monkeypatch):
+def test_to_say_how_many_threads_starts_none():
     pool._pool.cache_clear()
     use_threads(8)
     assert pool._pool.cache_info().currsize == 0

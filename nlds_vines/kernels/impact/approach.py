@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from ..numerics.compiling import jit
 from ..numerics.elementary import fifth_root
-from ..numerics.fours import four_of, put_four
+from ..numerics.fours import four, four_at, four_of, put_four
 from ..scene.drive import apart, bending, drive_now, falling, together, twisting
 from ..scene.scene import under, with_shaking, without_shaking
 from .arc_table import (
@@ -22,6 +22,7 @@ from .arc_table import (
     AT_DRIFT,
     AT_FORCE,
     AT_SPRING,
+    CHANGES,
     FACTORS,
     MISSED,
     PRODUCTS,
@@ -104,3 +105,59 @@ def fill_products(w, approach):
     w[PRODUCTS + AT_CURVATURE] = approach.curvature
     for k in range(4, MISSED, 4):  # no factor is among the four terms, but a small number by 1
         put_four(w, PRODUCTS + k, gathered(w, k) * gathered(w, MISSED + k))
+
+
+# ---- what four variations change of it -----------------------------------------------------------
+
+
+@jit
+def pushes_varied(ps, damper, approach, late, x, v):
+    """Return e of `impact_variations` at touch and four derivatives by time, apart from b and t.
+
+    late: t0 [s]; x, v: of the common motion at the touch.
+    """
+    other, omega = 1.0 - damper.share, ps.omega
+    drag, pull = ps.damping * other, ps.stiffness * other
+    c, d = approach.phase
+    sine, cosine = (ps.force * omega * d) * late, (ps.force * omega * c) * late
+    push = 0.0 - sine - (ps.stiffness * x + ps.damping * v)
+    first = (0.0 - omega) * cosine - (ps.stiffness * v + drag * push)
+    second = (omega * omega) * sine - (pull * push + drag * first)
+    third = (omega * omega * omega) * cosine - (pull * first + drag * second)
+    fourth = 0.0 - (omega * omega * omega * omega) * sine - (pull * second + drag * third)
+    return push, first, second, third, fourth
+
+
+@jit
+def numbers_varied(approach, pushes, faster):
+    """Return what variations change of (A, D, R, Z, Q), a four of each.
+
+    pushes: by `pushes_varied`; faster: of the approach speed, relative. (As b^5 is s, the tick goes
+    with s^(-1/5), the contact's own acceleration with s^(6/5).)
+    """
+    push, first, second, _, _ = pushes
+    tick = approach.tick
+    per = 0.4 * tick / approach.s
+    force = per * push - (1.2 * approach.force) * faster
+    drag = (-0.2 * approach.drag) * faster
+    drift = (tick * per) * first - (1.4 * approach.drift) * faster
+    spring = (-0.4 * approach.spring) * faster
+    curvature = (0.5 * tick * tick * per) * second - (1.6 * approach.curvature) * faster
+    return force, drag, drift, spring, curvature
+
+
+@jit
+def fill_changes(w, numbers):
+    """Fill what variations change of each term of a series: a product of two (`fill_products`)."""
+    force, drag, drift, spring, curvature = numbers
+    put_four(w, CHANGES, four(0.0))
+    put_four(w, CHANGES + 4 * AT_FORCE, force)
+    put_four(w, CHANGES + 4 * AT_DRAG, drag)
+    put_four(w, CHANGES + 4 * AT_DRIFT, drift)
+    put_four(w, CHANGES + 4 * AT_SPRING, spring)
+    put_four(w, CHANGES + 4 * AT_CURVATURE, curvature)
+    for k in range(1, MISSED):
+        fewer, once = FACTORS[k], FACTORS[MISSED + k]
+        change = w[PRODUCTS + fewer] * four_at(w, CHANGES + 4 * once)
+        change = change + w[PRODUCTS + once] * four_at(w, CHANGES + 4 * fewer)
+        put_four(w, CHANGES + 4 * k, change)

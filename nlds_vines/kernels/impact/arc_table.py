@@ -46,6 +46,7 @@ NODES, WHOLE, HALF, ERROR, HALF_ERROR, SUMMED = range(LEVEL)
 USED = LEVELS + LEVEL * MOST_LEVELS
 PRODUCTS = USED + 8
 VARIATIONS = PRODUCTS + NODE_ROW
+CHANGES = VARIATIONS + 7 * NODE_ROW  # what the four change of each term, 3 NODE_ROW
 CONSTANTS = VARIATIONS + 34 * NODE_ROW
 
 # terms of the guess; of what the nodes miss: 36, in whole fours

@@ -36,27 +36,21 @@ from ..numerics.elementary import TINIEST
 from ..numerics.fours import bare, four, four_at, larger_of, largest_of, put_four
 from ..scene.drive import cos_sin, drive_now, later
 from ..scene.scene import accelerations, under
-from .approach import approach_of
+from .approach import approach_of, fill_changes, numbers_varied, pushes_varied
 from .arc_table import (
     AMPLITUDES,
     ARC_WEIGHT,
-    AT_CURVATURE,
-    AT_DRAG,
-    AT_DRIFT,
-    AT_FORCE,
-    AT_SPRING,
+    CHANGES,
     COMMON_V,
     COMMON_X,
     CUBE,
     DOUBLE,
-    FACTORS,
     GB,
     GT,
     GUESSED,
     MATRIX,
     MISSED,
     NODE_ROW,
-    PRODUCTS,
     SETTLED,
     TIMES,
     USED,
@@ -74,7 +68,6 @@ from .impact import MOST_SWEEPS, missed
 #   CHANGES      3 ROW      what the four variations change of each term of the series
 #   NODE         24 ROW     node by node, four variations each: b, e and derivatives of b, t, w, v
 E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIATIONS + NODE_ROW * i for i in range(7))
-CHANGES = VARIATIONS + 7 * NODE_ROW
 NODE, NODE_NUMBERS = VARIATIONS + 10 * NODE_ROW, 24
 AMPLITUDE, PUSHES, OF_B, OF_T, OF_W, OF_H = (NODE + 4 * i for i in range(6))
 
@@ -122,59 +115,6 @@ def linearise(ps, damper, wall, nodes, approach):
         put_four(w, T_B + i, t_b)
         put_four(w, V_E + i, other * (push * t_e + dt))
         put_four(w, V_B + i, other * (push * t_b + dt * push_b))
-
-
-@jit
-def pushes_varied(ps, damper, approach, late, x, v):
-    """Return e at touch and its first four derivatives by time, apart from b and t.
-
-    late: t0 [s]; x, v: of the common motion at the touch.
-    """
-    other, omega = 1.0 - damper.share, ps.omega
-    drag, pull = ps.damping * other, ps.stiffness * other
-    c, d = approach.phase
-    sine, cosine = (ps.force * omega * d) * late, (ps.force * omega * c) * late
-    push = 0.0 - sine - (ps.stiffness * x + ps.damping * v)
-    first = (0.0 - omega) * cosine - (ps.stiffness * v + drag * push)
-    second = (omega * omega) * sine - (pull * push + drag * first)
-    third = (omega * omega * omega) * cosine - (pull * first + drag * second)
-    fourth = 0.0 - (omega * omega * omega * omega) * sine - (pull * second + drag * third)
-    return push, first, second, third, fourth
-
-
-@jit
-def numbers_varied(approach, pushes, faster):
-    """Return what variations change of (A, D, R, Z, Q), a four of each.
-
-    pushes: by `pushes_varied`; faster: of the approach speed, relative. (As b^5 is s, the tick goes
-    with s^(-1/5), the contact's own acceleration with s^(6/5).)
-    """
-    push, first, second, _, _ = pushes
-    tick = approach.tick
-    per = 0.4 * tick / approach.s
-    force = per * push - (1.2 * approach.force) * faster
-    drag = (-0.2 * approach.drag) * faster
-    drift = (tick * per) * first - (1.4 * approach.drift) * faster
-    spring = (-0.4 * approach.spring) * faster
-    curvature = (0.5 * tick * tick * per) * second - (1.6 * approach.curvature) * faster
-    return force, drag, drift, spring, curvature
-
-
-@jit
-def fill_changes(w, numbers):
-    """Fill what variations change of each term of a series: a product of two (`fill_products`)."""
-    force, drag, drift, spring, curvature = numbers
-    put_four(w, CHANGES, four(0.0))
-    put_four(w, CHANGES + 4 * AT_FORCE, force)
-    put_four(w, CHANGES + 4 * AT_DRAG, drag)
-    put_four(w, CHANGES + 4 * AT_DRIFT, drift)
-    put_four(w, CHANGES + 4 * AT_SPRING, spring)
-    put_four(w, CHANGES + 4 * AT_CURVATURE, curvature)
-    for k in range(1, MISSED):
-        fewer, once = FACTORS[k], FACTORS[MISSED + k]
-        change = w[PRODUCTS + fewer] * four_at(w, CHANGES + 4 * once)
-        change = change + w[PRODUCTS + once] * four_at(w, CHANGES + 4 * fewer)
-        put_four(w, CHANGES + 4 * k, change)
 
 
 @jit

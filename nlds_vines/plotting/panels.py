@@ -22,9 +22,6 @@ from matplotlib.transforms import Bbox
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.style import CM, LEFT
 
-MAP_WIDTH = 0.665
-"""Width of a single map, as a fraction of the figure's: what is left beside a legend or a bar."""
-
 _TITLE_EDGE = 0.15 * CM  # inches between an edge of a figure and its title
 _TITLE_LINE = 0.48 * CM  # inches, height of a line of a title
 _CLAUSE = re.compile(r"(?<=[,;:]) ")  # where a title may be broken

@@ -78,7 +78,7 @@ def ends_of_cell(ps, damper, load, section, i):
 
 
 @jit
-def touches_of(impacts):
+def impacts_noted(impacts):
     """Return the number of impacts. impacts: `observe.Impacts`, or None without walls."""
     if impacts is None:
         return 0
@@ -109,7 +109,7 @@ def lasts_until(impacts, j, time):
 @jit
 def meets_contact(impacts, begin, end):
     """Tell whether a contact meets the times from `begin` to `end` [s], both included."""
-    return lasts_until(impacts, touch_by(impacts, touches_of(impacts) - 1, end), begin)
+    return lasts_until(impacts, touch_by(impacts, impacts_noted(impacts) - 1, end), begin)
 
 
 # ---- a cell by its polynomial --------------------------------------------------------------------
@@ -302,7 +302,7 @@ def last_above(parts, cell, load, level, buffers):
     """
     ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
-    j = touches_of(impacts) - 1
+    j = impacts_noted(impacts) - 1
     if structure_energy(ps, section, len(edges) - 1) > level:
         return math.nan, OK
     for i in range(len(edges) - 2, -1, -1):

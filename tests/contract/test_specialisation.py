@@ -48,7 +48,7 @@ UNLESS = {
         "observe.note_touch",
         "observe.note_depth",
         "observe.note_release",
-        "impact.depth_of",
+        "impact.greatest_depth",
     },
     "energy": {
         "observe.note_energy",

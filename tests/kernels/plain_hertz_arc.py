@@ -10,7 +10,7 @@ from nlds_vines.kernels.numerics.quadrature import (
     gauss_points,
     gauss_weights,
     integration_matrix,
-    times,
+    matrix_times,
 )
 
 ROUND_OFF = 2.0**-53
@@ -181,4 +181,4 @@ def test_what_an_arc_takes():
 
 def test_sums_have_an_order():
     matrix = np.array([[1e16, 1.0, -1e16, 1.0], [1.0, 1e16, 1.0, -1e16]])
-    assert times(matrix, np.ones(4)).tolist() == [1.0, 0.0]
+    assert matrix_times(matrix, np.ones(4)).tolist() == [1.0, 0.0]

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..numerics.elementary import fifth_root
 from ..numerics.fours import FOUR
-from ..numerics.quadrature import gauss_points, integration_matrix, times
+from ..numerics.quadrature import gauss_points, integration_matrix, matrix_times
 from . import arc_table
 from .impact_series import ALL_TERMS, HALF_ORDERS, ONE, Series, impact_series
 
@@ -124,12 +124,14 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
 
     def integrate(values: np.ndarray) -> np.ndarray:
         pieces = np.split(values, ends[:-1])
-        return np.concatenate([times(g.matrix, p) for g, p in zip(grids, pieces, strict=True)])
+        return np.concatenate(
+            [matrix_times(g.matrix, p) for g, p in zip(grids, pieces, strict=True)]
+        )
 
     u, S = (np.concatenate([getattr(grid, name) for grid in grids]) for name in ("u", "S"))
     beta, tau, by_beta, by_tau = impact_series(u, S, integrate)
     ones = Series({ONE: np.ones_like(u)}, HALF_ORDERS)
-    by_energy = ((ones + beta).power(9) * by_beta).times(10.0)
+    by_energy = ((ones + beta).power(9) * by_beta).scaled(10.0)
     cube = integrate(u * u * u)
     double = integrate(u * cube)
     found = []
@@ -142,8 +144,8 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
         for row, series in enumerate((by_beta, by_tau, by_energy)):
             for column, term in enumerate(ALL_TERMS):
                 values = np.split(series.at(term), ends[:-1])
-                true = times(grids[-1].weight, values[-1])
-                beyond[row, column] = true - times(grid.weight, series.at(term)[here])
+                true = matrix_times(grids[-1].weight, values[-1])
+                beyond[row, column] = true - matrix_times(grid.weight, series.at(term)[here])
         found.append(_constants(rows, grid.matrix, beyond))
     return found
 
@@ -153,7 +155,7 @@ def _error_of_sums(n: int) -> float:
     sums = []
     for grid in (_grid(n, arc_table.WHOLE), _grid(_FINE, arc_table.WHOLE)):
         cube = grid.u * grid.u * grid.u
-        sums.append([times(grid.weight, f * grid.u) for f in (cube * cube, grid.S * grid.S)])
+        sums.append([matrix_times(grid.weight, f * grid.u) for f in (cube * cube, grid.S * grid.S)])
     return max(abs(float(mine / true) - 1) for mine, true in zip(*sums, strict=True))
 
 

@@ -291,7 +291,7 @@ def solve_arc(side, part, error, approach):
 
 
 @jit
-def depth_of(side, approach):
+def greatest_depth(side, approach):
     """Return the greatest depth [m] of a short impact, which is b^4 at the end of the half arc."""
     _, ratio, _, _, _ = solve_arc(side, int(HALF), int(HALF_ERROR), approach)
     deep = approach.b * ratio
@@ -316,7 +316,7 @@ def short_impact(side, impacts, phase, now):
         return False, s, x1, v1, 0.0, 0.0
     depth = 0.0
     if impacts is not None:
-        depth = depth_of(side, approach)
+        depth = greatest_depth(side, approach)
     solved, ratio, took, x, v = solve_arc(side, int(WHOLE), int(ERROR), approach)
     if not (solved and took < known):
         return False, s, x1, v1, 0.0, 0.0

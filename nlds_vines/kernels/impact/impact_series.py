@@ -34,7 +34,7 @@ Integrate = Callable[[np.ndarray], np.ndarray]
 """Values at nodes -> their integrals from touch to each node."""
 
 
-def weight_of(term: Term) -> int:
+def weight_of_term(term: Term) -> int:
     """Return the order of a term in halves."""
     return sum(power * weight for power, weight in zip(term, TERM_WEIGHTS, strict=True))
 
@@ -42,8 +42,8 @@ def weight_of(term: Term) -> int:
 def terms_up_to(order: int) -> list[Term]:
     """Return the terms up to an order (in halves), by order and then with the most of A first."""
     ranges = (range(order // weight + 1) for weight in TERM_WEIGHTS)
-    found = (term for term in product(*ranges) if weight_of(term) <= order)
-    return sorted(found, key=lambda term: (weight_of(term), tuple(-power for power in term)))
+    found = (term for term in product(*ranges) if weight_of_term(term) <= order)
+    return sorted(found, key=lambda term: (weight_of_term(term), tuple(-power for power in term)))
 
 
 ALL_TERMS = terms_up_to(HALF_ORDERS)
@@ -81,7 +81,7 @@ class Series:
 
     def __sub__(self, other: Series) -> Series:
         """Return the difference."""
-        return self + other.times(-1.0)
+        return self + other.scaled(-1.0)
 
     def __mul__(self, other: Series) -> Series:
         """Return the product, its terms beyond the order left out."""
@@ -89,12 +89,12 @@ class Series:
         for one, values in self.coefficients.items():
             for another, others in other.coefficients.items():
                 term = tuple(a + b for a, b in zip(one, another, strict=True))
-                if weight_of(term) <= self.order:
+                if weight_of_term(term) <= self.order:
                     part = values * others
                     found[term] = found[term] + part if term in found else part
         return Series(found, self.order)
 
-    def times(self, factor: np.ndarray | float) -> Series:
+    def scaled(self, factor: np.ndarray | float) -> Series:
         """Return the series with all coefficients multiplied by a factor."""
         return self.each(lambda values: values * factor)
 
@@ -150,9 +150,9 @@ def impact_series(
         w2 = w * w
         w4 = w2 * w2
         w5 = w4 * w
-        a = force - drag * w5.times(S) + drift * tau
-        a = a + spring * w4.times(u * u) + curvature * (tau * tau)
-        inverse = (w4 * w2 - a.times(u * u)).inverse()
-        by_phi = (w * a * inverse).times(0.5 * S * u), (w5 * inverse).times(u)
+        a = force - drag * w5.scaled(S) + drift * tau
+        a = a + spring * w4.scaled(u * u) + curvature * (tau * tau)
+        inverse = (w4 * w2 - a.scaled(u * u)).inverse()
+        by_phi = (w * a * inverse).scaled(0.5 * S * u), (w5 * inverse).scaled(u)
         beta, tau = (slope.each(integrate) for slope in by_phi)
     return beta, tau, *by_phi

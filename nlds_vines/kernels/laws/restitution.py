@@ -38,7 +38,7 @@ from ..motion.driven import (
 )
 from ..motion.driven_flight import Linear, carry, under_once
 from ..motion.flight import COEF, ORDER, Grid, bare_grid
-from ..motion.load_cells import drive_term
+from ..motion.load_cells import force_term
 from ..motion.response_sums import IMPULSE, LOSS, raise_to
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
@@ -307,7 +307,7 @@ def expand_pull(ps, w, sign, phase):
     and v1 are there. Returns the sum of the sizes of its terms at the start.
     """
     for i in range(ORDER + 1):
-        row, drive = COEF + 4 * i, drive_term(w, phase, i)
+        row, drive = COEF + 4 * i, force_term(w, phase, i)
         own = ps.force * drive - ps.stiffness * w[row] - ps.damping * w[row + 1]
         own = without_shaking(ps, own, drive)
         if i == 0:

@@ -373,7 +373,7 @@ def fill_drive_from(w, moment, h):
 
 
 @jit
-def drive_term(w, phase, k):
+def force_term(w, phase, k):
     """Return the Taylor coefficient k of the force over the expanded cell."""
     if is_a(phase, Moment):
         return w[DRIVE + k]

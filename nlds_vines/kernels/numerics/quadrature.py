@@ -59,7 +59,7 @@ def integration_matrix(x: np.ndarray, upto: np.ndarray) -> np.ndarray:
     return total * (gauss_weights(x) / 2)
 
 
-def times(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
+def matrix_times(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the product of a matrix (..., n) and values (n,), the sums from the first on."""
     total = np.zeros(matrix.shape[:-1])
     for j in range(len(values)):

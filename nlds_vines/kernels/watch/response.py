@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from ..motion.flight import COEF, DRIVE, FACTOR, ORDER, at
-from ..motion.load_cells import drive_term
+from ..motion.load_cells import force_term
 from ..motion.response_sums import (
     A2,
     BEGIN,
@@ -105,7 +105,7 @@ def drive_in(piece, phase, n):
     """Return coefficient n of the force over a piece; phase: the instant of its start."""
     if is_a(piece, StepPiece):
         return piece.sign * term_of(piece.table, int(COSINE), n)
-    return drive_term(piece.table, phase, n)
+    return force_term(piece.table, phase, n)
 
 
 @jit

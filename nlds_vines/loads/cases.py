@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -54,27 +54,32 @@ def arrays_of(request: Decay, cases: range, stop: Stop, tell: Tell | None = None
 
 
 def numbers_of(
-    request: Decay, pairs: Sequence[tuple[System, Loading]], tell: Tell | None = None
+    request: Decay,
+    system: System,
+    grid: Mapping[str, np.ndarray],
+    each: Sequence[Loading],
+    tell: Tell | None = None,
 ) -> Arrays:
-    """Return the numbers (n,) by name of systems of one scene under loads, watched as a `request`.
+    """Return the numbers (n,) by name of a system under loads, watched as a `request`.
+
+    Arguments: the `system`; a `grid` of parameters (n,) by name that it has in each case; the load
+    of each; `tell` takes what is waited for.
 
     Those of `OF_LOADS`, `status`, and `violations`, how often the limit of a scene was passed.
-    `tell` takes what is waited for.
     """
-    cells = np.array([system.cells() for system, _ in pairs])
-    starts = np.array([_start(request, system) for system, _ in pairs])
+    cells, starts = _begun(request, system, grid, len(each))
 
     def loads(lanes: range, reach: np.ndarray) -> list[Cells]:
         made, found = dict[tuple[Any, ...], Cells](), []
         for i, most in zip(lanes, reach.tolist(), strict=True):
-            load, struck = pairs[i][1], _struck(request, cells[i])
+            load, struck = each[i], _struck(request, cells[i])
             key = id(load), struck, most
             if key not in made:
                 made[key] = _in_cells(request, load, struck, most, history=False)
             found.append(made[key])
         return found
 
-    return _flown(request, pairs[0][0].scene, cells, starts, loads, False, tell=tell)
+    return _flown(request, system.scene, cells, starts, loads, False, tell=tell)
 
 
 class _Scan:
@@ -89,12 +94,7 @@ class _Scan:
         grid = {name: given for name, given in values.items() if name in system.scene.allowed}
         self._request, self.scene = request, system.scene
         self._of_load = {name: given for name, given in values.items() if is_of_load(name)}
-        self.cells = np.broadcast_to(system.cells(grid), (len(numbers),)).copy()
-        self.starts = np.zeros((len(numbers), 4))
-        if request.state:
-            for i in range(len(numbers)):
-                own = system.with_(**{name: float(given[i]) for name, given in grid.items()})
-                self.starts[i] = _start(request, own)
+        self.cells, self.starts = _begun(request, system, grid, len(numbers))
 
     def loads(self, lanes: range, reach: np.ndarray) -> list[Cells]:
         """Return the loads of some lanes; what several have in common is made once."""
@@ -135,6 +135,19 @@ def _struck(request: Decay, cell: np.void) -> Struck:
     if request.load.harmonic:
         return Struck(float(cell["m1"]), float(cell["P"]), float(cell["omega"]))
     return Struck(float(cell["m1"]))
+
+
+def _begun(
+    request: Decay, system: System, grid: Mapping[str, np.ndarray], count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cells (n,) and the starts (n, 4) of so many cases of a system."""
+    cells = np.broadcast_to(system.cells(grid), (count,)).copy()
+    starts = np.zeros((count, 4))
+    if request.state:
+        for i in range(count):
+            own = system.with_(**{name: float(given[i]) for name, given in grid.items()})
+            starts[i] = _start(request, own)
+    return cells, starts
 
 
 def _start(request: Decay, system: System) -> np.ndarray:

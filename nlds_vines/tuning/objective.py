@@ -184,22 +184,18 @@ def outcome_under(
     """
     decay, shape = tuning.decay, grid["draw"].shape
     assert decay is not None
-    lanes = {name: values.ravel().tolist() for name, values in grid.items()}
-    draws = lanes.pop("draw")
-    of_load = {name: lanes.pop(name) for name in [*lanes] if is_of_load(name)}
+    lanes = {name: values.ravel() for name, values in grid.items()}
+    draws = lanes.pop("draw").tolist()
+    of_load = {name: lanes.pop(name).tolist() for name in [*lanes] if is_of_load(name)}
 
     @cache  # the orbits of one load share its cells
     def load_of(draw: int, *values: float) -> Loading:
         return decay.load.redrawn(draw).with_(dict(zip(of_load, values, strict=True)))
 
-    pairs = [
-        (
-            tuning.system.with_(**{name: values[i] for name, values in lanes.items()}),
-            load_of(draw, *(values[i] for values in of_load.values())),
-        )
-        for i, draw in enumerate(draws)
+    each = [
+        load_of(draw, *(values[i] for values in of_load.values())) for i, draw in enumerate(draws)
     ]
-    told = numbers_of(decay, pairs, tell)
+    told = numbers_of(decay, tuning.system, lanes, each, tell)
     found = {name: values.reshape(shape) for name, values in told.items()}
     value = found[tuning.search.objective]
     return Outcome(value, found["E2max"], found["status"], found["violations"], value)

@@ -383,7 +383,7 @@ def test_no_number_depends_on_how_many_states_are_asked_for():
 
 @pytest.mark.kernels
 def test_threads_and_blocks_leave_all_bits_as_they_are():
-    """And a list of systems and loads has the numbers of a scan."""
+    """And a list of parameters and loads has the numbers of a scan."""
     document = {
         "systems": ["ssul-set6"],
         "load": {"impulse": 1.0},
@@ -396,7 +396,8 @@ def test_threads_and_blocks_leave_all_bits_as_they_are():
     use_threads(None)
     parts = [arrays_of(request, cases, Stop()) for cases in (range(1), range(1, 4), range(4, 6))]
     pairs = [request.case(case) for case in range(6)]
-    listed = numbers_of(request, pairs)
+    grid = {"C": np.array([system.parameters["C"] for system, _ in pairs])}
+    listed = numbers_of(request, request.systems[0], grid, [load for _, load in pairs])
     for name, values in whole.items():
         assert values.tobytes() == np.concatenate([part[name] for part in parts]).tobytes(), name
         assert values.tobytes() == listed[name].tobytes(), name

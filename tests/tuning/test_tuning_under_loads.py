@@ -202,9 +202,11 @@ def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
     """What reaches an orbit: free, uncertain, disturbed and drawn, each in its place."""
     seen = []
 
-    def numbers_of(decay, pairs, tell):
-        seen.extend((system.parameters, load) for system, load in pairs)
-        failed, nothing = np.full(len(pairs), TOO_STIFF), np.zeros(len(pairs))
+    def numbers_of(decay, system, grid, each, tell):
+        for i, load in enumerate(each):
+            own = system.with_(**{name: values[i] for name, values in grid.items()})
+            seen.append((own.parameters, load))
+        failed, nothing = np.full(len(each), TOO_STIFF), np.zeros(len(each))
         told = {"last_1": nothing, "E2max": nothing}
         return {**told, "status": failed, "violations": nothing}
 

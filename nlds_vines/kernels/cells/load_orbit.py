@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..motion.bounds import REACH, rate_of
-from ..motion.flight import ORDER
-from ..motion.load_cells import LOAD_ROW, OF_CELL, Stretch
+from ..motion.load_cells import HIGHEST_POWER, LOAD_ROW, OF_CELL, Stretch
 from ..motion.response_sums import JUMPS, MOST, OF_V, raise_to
 from ..numerics.compiling import jit
 from ..numerics.fours import bare
@@ -77,10 +76,7 @@ def stretch_from(load, first):
         last += 1
     degree = 0
     for j in range(first, last):
-        for k in range(ORDER, degree, -1):
-            if load.rows[LOAD_ROW * j + k] != 0.0:
-                degree = k
-                break
+        degree = max(degree, int(load.sums[OF_CELL * j + HIGHEST_POWER]))
     h = (edges[last] - edges[first]) / (last - first)
     rows, sums = bare(load.rows[LOAD_ROW * first :]), bare(load.sums[OF_CELL * first :])
     return Stretch(rows, sums, degree, h, edges[first]), last - first

@@ -53,7 +53,7 @@ from .flight import (
 from .once_rounded import after_cell, put_sum, put_sum_of_load
 
 LOAD_ROW = ORDER + 1  # numbers of a cell: the coefficients of the force [N]
-OF_CELL, END = 8, 4
+OF_CELL, END, HIGHEST_POWER = 8, 4, 5
 LEAST_RATE = 0.1  # least bound of a rate in units of 1/h: a slower one would tell less of the force
 
 
@@ -94,6 +94,8 @@ def sums_of(rows):
         for k in range(LOAD_ROW):
             f, weight = rows[LOAD_ROW * j + k], 1.0
             end += f
+            if f != 0.0:
+                sums[at + HIGHEST_POWER] = k
             for i in range(4):
                 sums[at + i] += weight * abs(f)
                 weight *= k - i

@@ -382,6 +382,29 @@ def test_no_number_depends_on_how_many_states_are_asked_for():
 
 
 @pytest.mark.kernels
+def test_a_strong_force_within_a_cell_is_no_excuse():
+    """Pulses that are gone within a cell: E1 rises and falls between two states."""
+    quick = {"rectangular": {"peak": 1e4, "length": 0.02, "repeat": 2, "every": 0.02}}
+    found = [
+        nv.decay("none", load=quick, duration=2.0, sampling={"samples": samples}, quiet=True)[
+            "none"
+        ]
+        for samples in (8, 400)
+    ]
+    for name, value in found[0].numbers.items():
+        if name not in ("balance", "status"):
+            np.testing.assert_allclose(found[1].numbers[name], value, rtol=1e-11, err_msg=name)
+
+
+@pytest.mark.kernels
+def test_a_mass_without_a_spring_is_followed_for_one_cell_at_least():
+    p = nv.load_system("bouncing-ball").parameters
+    ball = nv.decay("bouncing-ball", impulse=0.1 * p["m"], duration=5.0, quiet=True)
+    height = ball["bouncing-ball"].numbers["x1_max"]
+    assert height == pytest.approx(0.1**2 / (2.0 * p["g"]), rel=1e-12)
+
+
+@pytest.mark.kernels
 def test_threads_and_blocks_leave_all_bits_as_they_are():
     """And a list of parameters and loads has the numbers of a scan."""
     document = {

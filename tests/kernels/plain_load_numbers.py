@@ -83,6 +83,9 @@ def test_a_contact_lasts_from_its_touch_to_its_release():
         first, within = contact_at(impacts, first, time)
         seen.append(within)
     assert seen == [False, True, True, False, True, False]
+    impacts.data[0, RELEASE] = math.nan  # ended by a jump: over when the next one begins
+    assert contact_at(impacts, 0, 1.9) == (0, True)
+    assert contact_at(impacts, 0, 2.6) == (2, False)
 
 
 def test_a_random_cubic_is_above_zero_where_its_values_are():

@@ -109,7 +109,8 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     ps, damper: its `Structure` and its `Damper`, `Ground` or None; begun: the `flight.Begun` that
     periods count from, or the `load_cells.Stretch` of a load; n: the exact cells that a period
     needs, or those of the stretch. A section point is the end of a cell, so the grid has a multiple
-    of `stops` cells (a load has none inside); a motion on a wall, on a grid of its own, has n.
+    of `stops` cells (a load has none inside); a motion on a wall has a grid of its own. parts,
+    cell: as `run_cell`.
     """
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     far = wall_like(parts.far, cell.far, damper, cell)

@@ -123,8 +123,8 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
 
     parts: `Parts`; span: `Span`, with one stop a period where a cycle is wanted; buffers:
     `LaneBuffers`, whose section has a row for each stop; `status`
-    (chains, links) takes those of `codes`. A lane that fails keeps its fill values, starts the next
-    link of its chain from rest, and touches nothing of its neighbours.
+    (chains, links) takes those of `codes`. Of a lane that fails counts and cycle keep
+    their fill values, and other rows have no meaning; the next link of its chain starts from rest.
     """
     for chain in range(begin, end):
         state = np.zeros(STATE_SIZE)

@@ -130,7 +130,7 @@ def fly_lanes(begin, end, parts, cells, loads, starts, asked, told):
         copy(own.peak, told.peak[lane])
         if told.violation is not None:
             copy(own.violation, told.violation[lane])
-        if lane < len(told.states):
+        if status == OK and lane < len(told.states):
             for i in range(len(load.edges)):
                 copy(own.section[i], told.states[lane, i])
                 copy(own.sums[i], told.sums[lane, i])

@@ -15,9 +15,10 @@ from ..numerics.compiling import jit
 from ..scene.codes import OK
 from ..scene.scene import damper_of, joined
 from ..watch.observe import RELEASE, TOUCH, WALL
+from .load_edges import joint_energy, state_at, structure_energy
 from .load_orbit import structure_moved
 from .load_passages import STATISTICS, fill_passages
-from .load_times import joint_energy, last_above, state_at, structure_energy, time_of_largest
+from .load_times import last_above, time_of_largest
 
 CYCLE = 1.5  # natural periods in which a wall is struck again while the motion is captured
 
@@ -39,7 +40,7 @@ ORBIT_NUMBERS = PASSAGE + STATISTICS
 class Asked(NamedTuple):
     """What is asked of an orbit."""
 
-    shares: Any  # (3,) of the largest E1
+    shares: Any  # (3,) of the largest E1, rising
     level: float  # of |x1| [m], 0 where none is asked for
     settle: float  # time [s] that the statistics leave out
 
@@ -51,29 +52,30 @@ class Asked(NamedTuple):
 def contact_at(impacts, first, time):
     """Return the number of the first contact that is not over, and whether it has begun.
 
-    first: it at an earlier time.
+    first: it at an earlier time. One that a jump of the speed ends has no release: it is over when
+    the next one begins.
     """
     if impacts is None:
         return first, False
     data, count = impacts.data, impacts.filled[0]
-    while first < count and data[first, RELEASE] <= time:
+    while first < count and (
+        data[first, RELEASE] <= time or (first + 1 < count and data[first + 1, TOUCH] <= time)
+    ):
         first += 1
     return first, first < count and data[first, TOUCH] <= time
 
 
 @jit
 def fill_balance(ps, damper, load, begin, buffers, numbers):
-    """Fill in the energies; return the edge with the largest E1.
+    """Fill in the energies.
 
     begin: the energy [J] of the start. Within a contact its energy is neither body's, and nothing
     is compared.
     """
     section, sums, edges = buffers.section, buffers.sums, load.edges
-    most, place, scale, error, first = -1.0, 0, abs(begin), 0.0, 0
+    scale, error, first = abs(begin), 0.0, 0
     for i in range(len(edges)):
         e1, came = structure_energy(ps, section, i), begin + sums[i, 0]
-        if e1 > most:
-            most, place = e1, i
         scale = max(scale, abs(came))
         first, touching = contact_at(buffers.impacts, first, edges[i])
         if not touching:
@@ -85,7 +87,6 @@ def fill_balance(ps, damper, load, begin, buffers, numbers):
     for way in range(3):
         numbers[GONE + way] = sums[end, 1 + way]
     numbers[BALANCE] = error / scale if scale > 0.0 else 0.0
-    return place
 
 
 # ---- captures ------------------------------------------------------------------------------------
@@ -156,14 +157,14 @@ def fill_numbers(parts, cell, load, asked, begin, buffers, numbers):
     ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
     numbers[:] = math.nan
     most, edges = buffers.peak[0], load.edges
-    top = fill_balance(ps, joined(damper), load, begin, buffers, numbers)
+    fill_balance(ps, joined(damper), load, begin, buffers, numbers)
+    last = len(edges) - 2
     for i in range(len(asked.shares)):
-        numbers[LAST_TIMES + i], status = last_above(
-            parts, cell, load, asked.shares[i] * most, buffers
-        )  # fmt: skip
+        level = asked.shares[i] * most
+        numbers[LAST_TIMES + i], last, status = last_above(parts, cell, load, level, buffers, last)
         if status != OK:
             return status
-    largest, status = time_of_largest(parts, cell, load, top, buffers)
+    largest, status = time_of_largest(parts, cell, load, buffers)
     if status != OK:
         return status
     numbers[FELL] = numbers[LAST_TIMES + 1] - largest

@@ -1,10 +1,10 @@
 """When E1 under a load last exceeds a level, and when it is largest: places between the edges.
 
 The numbers do not depend on where the edges are. From the energies and their rates at its two ends
-a cell is bounded by a cubic (`roots`); where it may exceed the level, it is looked at by the
-motion's own polynomial. Where a contact meets it, it is flown once more, in parts: between its two
-ends and the contact E1 changes by what its rates tell, and within one it is largest at touch or
-release, as the speed changes there one way.
+E1 over a cell is bounded by a cubic (`roots`); where it may exceed the level, it is looked at by
+the motion's own polynomial, at so many places as PARTS tells. Where a contact meets the cell, it is
+flown once more, in parts: unless all energy there is less, or E1 at both ends, changed as fast as
+at either, is less than half.
 """
 
 from __future__ import annotations
@@ -13,103 +13,33 @@ import math
 
 import numpy as np
 
-from ..motion.bounds import REACH
 from ..motion.flight import DRIVE, ORDER
-from ..motion.load_cells import END, LOAD_ROW, OF_CELL, fill_drive_from, sums_of
+from ..motion.load_cells import LOAD_ROW, fill_drive_from, sums_of
 from ..numerics.compiling import jit
 from ..numerics.roots import ROOT_STEPS, highest, narrowed, secant
 from ..orbit.orbit import STATE_SIZE
 from ..scene.codes import OK
 from ..scene.drive import Moment
 from ..scene.scene import accelerations, damper_of, joined, unloaded
-from ..watch.observe import RELEASE, TOUCH
-from ..watch.peaks import work_at
-from .load_orbit import Load, apart_after, buffers_for, fly_under, structure_moved
+from .load_edges import (
+    ends_of_cell,
+    impacts_noted,
+    lasts_until,
+    on_wall,
+    state_at,
+    structure_energy,
+    touch_by,
+    touch_from,
+    walls_of,
+)
+from .load_orbit import Load, buffers_for, fly_under, structure_moved
 
 PARTS = 64  # of a cell that is looked at, each time that it is looked at more closely
 LOOKS = 3  # how often that is, where there is a contact
-MOST_AGAIN = 64  # impacts of such a cell that are noted
+MOST_AGAIN = 1  # impacts of such a cell that are noted: nobody asks for them
 NO_PLACE = -1.0  # the place where E1 exceeds no level
-# Of both bodies' energy at the ends of a cell, a bound of the fourth derivative of E1 by the place:
-# 16 rate^4 h^4 times that energy, and as much again for what comes in within the cell.
-BENT = 32.0 * REACH * REACH * REACH * REACH
-
-
-# ---- edges and contacts --------------------------------------------------------------------------
-
-
-@jit
-def structure_energy(ps, section, i):
-    """Return E1 [J] at an edge."""
-    x1, v1 = section[i, 0], section[i, 1]
-    return 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1)
-
-
-@jit
-def joint_energy(damper, y):
-    """Return the energy [J] of the damper's motion and of its spring in a state (x1, v1, r, s)."""
-    if damper is None:
-        return 0.0
-    v2 = y[1] - y[3]
-    return 0.5 * (damper.m2 * v2 * v2 + damper.k2 * y[2] * y[2])
-
-
-@jit
-def state_at(ps, damper, section, i, by):
-    """Return the state (x1, v1, r, s) at an edge before v1 jumped by so much."""
-    x1, v1 = section[i, 0], section[i, 1] - by
-    if damper is None:
-        return x1, v1, 0.0, 0.0
-    s = section[i, 1] - section[i, 3]
-    return x1, v1, x1 - section[i, 2] + damper.rest, s - apart_after(ps, by)
-
-
-@jit
-def ends_of_cell(ps, damper, load, section, i):
-    """Return `work_at` both ends of a cell, before a jump at its end, and the energy [J] of all.
-
-    That is the larger one of both ends.
-    """
-    y = state_at(ps, damper, section, i, 0.0)
-    z = state_at(ps, damper, section, i + 1, load.jumps[i + 1])
-    begin = work_at(ps, damper, y, load.rows[LOAD_ROW * i])
-    end = work_at(ps, damper, z, load.sums[OF_CELL * i + END])
-    return begin, end, max(begin[0] + joint_energy(damper, y), end[0] + joint_energy(damper, z))
-
-
-@jit
-def impacts_noted(impacts):
-    """Return the number of impacts. impacts: `observe.Impacts`, or None without walls."""
-    if impacts is None:
-        return 0
-    return impacts.filled[0]
-
-
-@jit
-def touch_by(impacts, j, time):
-    """Return the last impact that has begun by a time [s], counted back from j; -1: none has."""
-    if impacts is None:
-        return -1
-    while j >= 0 and impacts.data[j, TOUCH] > time:
-        j -= 1
-    return j
-
-
-@jit
-def lasts_until(impacts, j, time):
-    """Tell whether impact j, if there is one, is not over before a time [s].
-
-    The release of a contact that still lasts is NaN.
-    """
-    if impacts is None:
-        return False
-    return j >= 0 and not impacts.data[j, RELEASE] < time
-
-
-@jit
-def meets_contact(impacts, begin, end):
-    """Tell whether a contact meets the times from `begin` to `end` [s], both included."""
-    return lasts_until(impacts, touch_by(impacts, impacts_noted(impacts) - 1, end), begin)
+NEARLY = 1.0 - 1e-12  # of the largest E1, for round-off
+DOUBTED_TWICE = 2.0  # how far E1 may exceed its ends within a cell that a contact meets
 
 
 # ---- a cell by its polynomial --------------------------------------------------------------------
@@ -134,7 +64,7 @@ def fill_motion(ps, damper, state, rows, row, h, motion):
 
 @jit
 def motion_in(ps, damper, load, section, i):
-    """Return these of cell i."""
+    """Return `fill_motion` of cell i."""
     motion, h = np.empty((LOAD_ROW, 2)), load.edges[i + 1] - load.edges[i]
     state = state_at(ps, damper, section, i, 0.0)
     fill_motion(ps, damper, state, load.rows, LOAD_ROW * i, h, motion)
@@ -156,7 +86,7 @@ def excess_in_cell(ps, motion, level, x):
 
 @jit
 def root_in_cell(ps, motion, level, low, high):
-    """Return where that changes its sign between two places."""
+    """Return where `excess_in_cell` changes its sign between two places."""
     f0, f1 = excess_in_cell(ps, motion, level, low), excess_in_cell(ps, motion, level, high)
     x = low
     for _ in range(ROOT_STEPS):
@@ -257,7 +187,7 @@ def largest_edge(ps, section):
 def last_in_contact(parts, cell, load, i, level, buffers):
     """Return the last place of cell i, which a contact meets, where E1 is above a level; a status.
 
-    It is flown again, in parts, and then the part in which that is so, and again.
+    It is flown again, in parts; then the last part above, in parts again, LOOKS times in all.
     """
     ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
     section, edge, begin, width = buffers.section, i, 0.0, 1.0
@@ -282,75 +212,100 @@ def last_in_contact(parts, cell, load, i, level, buffers):
 
 
 @jit
-def may_exceed(level, h, ends, touched):
+def may_exceed(level, h, ends, touched, begun):
     """Tell whether E1 may exceed a level within a cell of h [s], or at its ends (`ends_of_cell`).
 
-    touched: whether a contact meets it.
+    touched: whether a contact meets it, which has `begun` before, with an energy that is unknown.
     """
-    begin, end, whole = ends
+    begin, end, whole, bend = ends
     if touched:
         change = h * max(abs(begin[2]), abs(end[2]))
-        return highest(begin[0] + change, end[0] + change, 0.0, 0.0, BENT * whole) > level
-    return highest(begin[0], end[0], h * begin[2], h * end[2], BENT * whole) > level
+        possible = begun or whole > level
+        return possible and DOUBTED_TWICE * (max(begin[0], end[0]) + change) > level
+    return highest(begin[0], end[0], h * begin[2], h * end[2], bend) > level
 
 
 @jit
-def last_above(parts, cell, load, level, buffers):
-    """Return the last time [s] at which E1 exceeds a level, and a status; NaN: it does at the end.
+def last_above(parts, cell, load, level, buffers, last):
+    """Return (time [s], cell, status) where E1 last exceeds a level; NaN: it does at the end.
 
-    Or never does.
+    The first edge where it does so before a jump there alone. last: the cell where it last exceeds
+    a lower level, or the last one.
     """
     ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
+    near, far = walls_of(parts, cell, damper)
     j = impacts_noted(impacts) - 1
-    if structure_energy(ps, section, len(edges) - 1) > level:
-        return math.nan, OK
-    for i in range(len(edges) - 2, -1, -1):
+    if not structure_energy(ps, section, len(edges) - 1) <= level:
+        return math.nan, last, OK
+    for i in range(last, -1, -1):
         h, ends = edges[i + 1] - edges[i], ends_of_cell(ps, joined(damper), load, section, i)
         j = touch_by(impacts, j, edges[i + 1])
-        touched = lasts_until(impacts, j, edges[i])
-        if may_exceed(level, h, ends, touched):
+        begun = on_wall(near, far, joined(damper), section, i)
+        touched = begun or lasts_until(impacts, j, edges[i])
+        if may_exceed(level, h, ends, touched, begun):
             if touched:
                 place, status = last_in_contact(parts, cell, load, i, level, buffers)
             else:
                 motion, status = motion_in(ps, joined(damper), load, section, i), OK
                 place = last_place_above(ps, motion, level)
             if status != OK or place != NO_PLACE:
-                return edges[i] + h * place, status
-    return math.nan, OK
+                return edges[i] + h * place, i, status
+    return edges[0] if level > 0.0 else math.nan, 0, OK
 
 
 @jit
-def cell_of_largest(ps, damper, load, section, top):
-    """Return the cell beside edge `top`, where E1 is largest, in which it is larger; -1: none."""
-    if load.jumps[top] == 0.0:
-        if top < len(load.edges) - 1:
-            begin, _, _ = ends_of_cell(ps, damper, load, section, top)
-            if begin[2] > 0.0:
-                return top
-        if top > 0:
-            _, end, _ = ends_of_cell(ps, damper, load, section, top - 1)
-            if end[2] < 0.0:
-                return top - 1
-    return -1
+def most_in_parts(parts, cell, load, i, buffers):
+    """Return (place, E1 [J], status) of the end of a part of cell i at which E1 is largest.
 
-
-@jit
-def time_of_largest(parts, cell, load, top, buffers):
-    """Return the time [s] at which E1 is largest, beside the edge `top` where it is, and a status.
-
-    Where a contact meets that cell, to a part of it.
+    A contact meets it, so it is flown again, LOOKS times, each time the two parts beside that end.
     """
     ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
-    section, edges = buffers.section, load.edges
-    i = cell_of_largest(ps, joined(damper), load, section, top)
-    if i < 0:
-        return edges[top], OK
-    if meets_contact(buffers.impacts, edges[i], edges[i + 1]):
-        start = state_at(ps, joined(damper), section, i, 0.0)
-        status, section = flown_in_parts(parts, cell, load, i, (0.0, 1.0), start, buffers)
-        place = largest_edge(ps, section) / PARTS
-    else:
-        status = OK
-        place = place_of_most(ps, motion_in(ps, joined(damper), load, section, i))
-    return edges[i] + place * (edges[i + 1] - edges[i]), status
+    section, edge, begin, width = buffers.section, i, 0.0, 1.0
+    place, e1 = 0.0, 0.0
+    for _ in range(LOOKS):
+        start = state_at(ps, joined(damper), section, edge, 0.0)
+        status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
+        if status != OK:
+            return place, e1, status
+        best = largest_edge(ps, section)
+        place, e1 = begin + width * (best / PARTS), structure_energy(ps, section, best)
+        edge = max(best - 1, 0)
+        begin += width * (edge / PARTS)
+        width *= (min(best + 1, PARTS) - edge) / PARTS
+    return place, e1, OK
+
+
+@jit
+def time_of_largest(parts, cell, load, buffers):
+    """Return the time [s] at which E1 is largest, and a status.
+
+    buffers.peak: with the largest.
+    """
+    ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
+    section, edges, impacts = buffers.section, load.edges, buffers.impacts
+    near, far = walls_of(parts, cell, damper)
+    j, level = -1, NEARLY * buffers.peak[0]
+    time, most = edges[0], structure_energy(ps, section, 0)
+    for i in range(len(edges) - 1):
+        if most >= level:
+            break
+        h, ends = edges[i + 1] - edges[i], ends_of_cell(ps, joined(damper), load, section, i)
+        begun = on_wall(near, far, joined(damper), section, i)
+        j = touch_from(impacts, j, edges[i + 1])
+        touched = begun or lasts_until(impacts, j, edges[i])
+        if may_exceed(level, h, ends, touched, begun):
+            if touched:
+                place, e1, status = most_in_parts(parts, cell, load, i, buffers)
+                if status != OK:
+                    return time, status
+            else:
+                motion = motion_in(ps, joined(damper), load, section, i)
+                place = place_of_most(ps, motion)
+                e1 = excess_in_cell(ps, motion, 0.0, place)
+            if e1 > most:
+                time, most = edges[i] + h * place, e1
+        after = structure_energy(ps, section, i + 1)
+        if after > most:
+            time, most = edges[i + 1], after
+    return time, OK

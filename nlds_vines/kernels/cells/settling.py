@@ -110,7 +110,8 @@ def settled_before(flow, course, tangent, y, n, span, m):
 def settling_period(flow, course, tangent, y, n, span):
     """Return the number of the first section from which on all returns are as predicted.
 
-    tangent, y: matrix and point of the periodic orbit at the sections that are multiples of n.
+    tangent, y: matrix and point of the periodic orbit, of n periods, at the sections that are
+    multiples of n; span: its size. The last section where not even the last return is.
     """
     now, then = np.zeros(4), np.zeros(4)
     m = last_of(course) // n * n

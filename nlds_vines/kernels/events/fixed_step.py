@@ -194,7 +194,10 @@ def may_touch(sign, wall, y, z):
 
 @jit
 def fly_fixed(flight, watch, begun, stop, y):
-    """Fly from `begun` = (step j, place x in it) to the next touch or `stop`, as `exact.fly`."""
+    """Fly from `begun` = (step j, place x in it) to the next touch or the start of the step `stop`.
+
+    Returns (event, j, x, x1, v1, r, s) as `exact.fly`.
+    """
     ps, damper, near, far = flight.ps, flight.damper, flight.near, flight.far
     clearance = watch.clearance
     grid, (j, x) = flight.grid, begun

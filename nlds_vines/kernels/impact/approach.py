@@ -71,7 +71,7 @@ def approach_of(ps, damper, wall, phase, touch):
     bend = apart(ps, bends) + ps.stiffness * acceleration
     snap = -other * (bend + ps.damping * jerk) - together(ps, bends)
     # The small numbers.
-    pull = damper.share * ps.damping * other * ps.damping
+    pull = damper.share * ps.damping * other * ps.damping  # what z does by the common dashpot
     stiffness = damper.k2 * damper.inv_mu + damper.share * ps.stiffness - pull
     per = 1.0 / peak
     force = (push - damper.k2 * wall.gap * damper.inv_mu) * per
@@ -80,8 +80,8 @@ def approach_of(ps, damper, wall, phase, touch):
     spring = -stiffness * b4 * per
     curvature = -0.5 * (bend + ps.damping * jerk) * tick * tick * per
     size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
-    # What the series leave out of a load is C_n 4 x at most (`CHOICES`), as of an e of its square
-    # root: (e + 2 sqrt(x))^(3/2) is more than e^(3/2) + 4 x for x < 1/4.
+    # What the series leave out of a load is C_n 4 x at most (`CHOICES`): with 2 sqrt(x) more of e
+    # C_n e^(3/2) covers that, too, as (e + 2 sqrt(x))^(3/2) is more than e^(3/2) + 4 x for x < 1/4.
     size += 2.0 * math.sqrt((8.0 / 6.0) * twisting(ps, phase) * tick * tick * tick * per)
     return Approach(
         b, s, tick, phase, x1, v, acceleration, jerk, snap, force, drag, drift, spring, curvature,
@@ -103,7 +103,7 @@ def fill_products(w, approach):
     w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, approach.drag
     w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring
     w[PRODUCTS + AT_CURVATURE] = approach.curvature
-    for k in range(4, MISSED, 4):  # no factor is among the four terms, but a small number by 1
+    for k in range(4, MISSED, 4):  # four at once: their factors stand before them
         put_four(w, PRODUCTS + k, gathered(w, k) * gathered(w, MISSED + k))
 
 

@@ -53,7 +53,7 @@ CONSTANTS = VARIATIONS + 34 * NODE_ROW
 GUESSED, MISSED = 17, len(ALL_TERMS)
 ARC_U, ARC_S, ARC_WEIGHT, CUBE, DOUBLE, GB = range(6)  # in rows of m numbers, as the next two
 GT, MATRIX = GB + GUESSED, GB + 2 * GUESSED
-# places of the five small numbers in TERMS
+# places of the five small numbers in ALL_TERMS
 AT_FORCE, AT_DRAG, AT_DRIFT, AT_SPRING, AT_CURVATURE = 1, 2, 3, 7, 10
 FACTORS = np.array(factors_of(ALL_TERMS)).ravel()  # places of one for each term, then of the others
 
@@ -91,9 +91,9 @@ def nodes_of(arc, level, part):
 
 @jit
 def level_for(arc, error, size):
-    """Return the first level whose error is within the tolerance, or the finest.
+    """Return the first level with C_n e^(3/2) within the tolerance, or the finest.
 
-    error: ERROR or HALF_ERROR; size: e of the impact.
+    error: ERROR or HALF_ERROR, the column of C_n; size: e of the impact.
     """
     scale = size * math.sqrt(size)
     for level in range(arc.levels - 1):

@@ -119,9 +119,10 @@ def linearise(ps, damper, wall, nodes, approach):
 
 @jit
 def guess(ps, damper, nodes, approach, pushes, faster):
-    """Fill b and e at the nodes: b and t by the series, e by Taylor; see `impact.first_guess`.
+    """Fill a guess of b and e at the nodes: `impact.first_guess`, differentiated.
 
-    What the shares of s and z do to the common motion changes with powers of the approach speed.
+    pushes: of `approach.pushes_varied`; faster: what varies of the approach speed, relative. What
+    the shares of s and z do to the common motion changes with powers of that speed.
     """
     w, b0, tick, other = nodes.w, approach.b, approach.tick, 1.0 - damper.share
     as_fast, slower = 0.2 * faster, -0.2 * faster

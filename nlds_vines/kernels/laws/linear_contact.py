@@ -258,7 +258,8 @@ def note_pressed(pressed, side, watch, grid, phase, begin, end):
 def greatest(stiffness, drag, gap, sign, w, end):
     """Return the largest push of a spring and a dashpot from r = `gap` on in [0, end] of a cell.
 
-    It is at an end, or where the rate falls through zero.
+    It is at an end, or where the rate falls through zero: a cell is too short for two such places.
+    w: a table with the polynomial of r in COEF; sign: of the wall.
     """
     for k in range(ORDER):
         i = COEF + 4 * k + 6  # of the next power

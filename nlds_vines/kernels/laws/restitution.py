@@ -202,9 +202,10 @@ def stays(ps, damper, wall, rate, state, phase):
 def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
     """Carry four variations `tangent` (16,) through an impact (a saltation matrix).
 
-    before, after: (s, x1, v1); stuck: whether the damper stays, then. The wall is met later by
-    t0 = -r / s: a variation is carried there by the motion before, and back by that after. (With
-    e = 0, too, that after is a flight where the wall is left at once, as ds/dt < 0 there.)
+    before, after: (s, x1, v1); stuck: whether the damper stays, then; c: the force (`drive_now`).
+    The wall is met later by t0 = -r / s: a variation is carried there by the motion before, and
+    back by that after. (With e = 0, too, that after is a flight where the wall is left at once, as
+    ds/dt < 0 there.)
     """
     s, x1, v1 = before
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)

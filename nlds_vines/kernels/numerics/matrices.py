@@ -73,7 +73,10 @@ def balance(a):
 
 @jit
 def reflect(a, k, x, y, z):
-    """Apply the reflection that maps (x, y, z) to (-, 0, 0) to rows and columns k, k + 1, k + 2."""
+    """Reflect rows and columns k, k + 1, k + 2 so that (x, y, z) is a multiple of (1, 0, 0) then.
+
+    From both sides, so that the eigenvalues stay; z is 0 where there is no row k + 2.
+    """
     if y == 0.0 and z == 0.0:
         return
     most = max(abs(x), max(abs(y), abs(z)))

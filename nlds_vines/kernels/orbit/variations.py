@@ -105,8 +105,8 @@ def advance_flow(flow, section, periods, tangent, state):
     """Advance `state` (STATE_SIZE,) and four variations `tangent` (16,) by up to TOGETHER periods.
 
     The orbit is that of `run_on`, to the last bit. section: rows for its sections, as far as there
-    is room. flow.by_period, flow.clearance and flow.slowest then tell of its impacts and near
-    misses. Returns a status.
+    is room. flow.by_period then tells of these periods, flow.clearance and flow.slowest of all so
+    far. Returns a status.
     """
     flow.by_period[:periods] = 0
     noted = noted_of(flow.prepared.scratch, flow, section)

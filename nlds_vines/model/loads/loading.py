@@ -298,7 +298,7 @@ class Loading:
         )
         middles = 0.5 * (edges[:-1] + edges[1:])
         rates = np.max([one.rates(middles) for one, _ in acting], axis=0, initial=REACH / reach)
-        counts = np.ceil(np.diff(edges) * rates / REACH).astype(np.int64)
+        counts = np.maximum(np.ceil(np.diff(edges) * rates / REACH), 1.0).astype(np.int64)
         if counts.sum() > MOST_CELLS:
             raise RequestError(
                 f"{counts.sum()} cells of time; allowed: {MOST_CELLS}; a shorter duration, or "

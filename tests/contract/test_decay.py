@@ -16,6 +16,7 @@ from nlds_vines.loads import run
 from nlds_vines.loads.cases import arrays_of, numbers_of
 from nlds_vines.loads.closed_form import closed_form
 from nlds_vines.loads.fall import HISTORIES
+from nlds_vines.loads.request import natural_period
 from nlds_vines.loads.request_file import load_decay
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
@@ -394,6 +395,18 @@ def test_a_strong_force_within_a_cell_is_no_excuse():
     for name, value in found[0].numbers.items():
         if name not in ("balance", "status"):
             np.testing.assert_allclose(found[1].numbers[name], value, rtol=1e-11, err_msg=name)
+
+
+@pytest.mark.kernels
+def test_a_blow_that_brakes_counts_from_the_energy_before_it():
+    m1 = nv.load_system("none").parameters["m1"]
+    start = {"state": (0.0, 1.0)}
+    fall = nv.decay("none", impulse=-0.4 * m1, start=start, duration=40.0, quiet=True)["none"]
+    assert fall.numbers["E1max"] == 0.5 * m1
+    assert fall.numbers["last_50"] == 0.0
+    period = natural_period(nv.load_system("none"))
+    ratio = math.log(10.0) / (4 * math.pi * fall.numbers["last_10"] / period)
+    assert fall.numbers["damping_ratio"] == pytest.approx(ratio, rel=1e-14)
 
 
 @pytest.mark.kernels

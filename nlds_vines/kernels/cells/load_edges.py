@@ -15,10 +15,15 @@ from .load_orbit import apart_after
 
 
 @jit
+def energy_of(ps, x1, v1):
+    """Return E1 [J]."""
+    return 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1)
+
+
+@jit
 def structure_energy(ps, section, i):
     """Return E1 [J] at an edge."""
-    x1, v1 = section[i, 0], section[i, 1]
-    return 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1)
+    return energy_of(ps, section[i, 0], section[i, 1])
 
 
 @jit

@@ -23,6 +23,7 @@ from ..scene.drive import Moment
 from ..scene.scene import accelerations, damper_of, joined, unloaded
 from .load_edges import (
     ends_of_cell,
+    energy_of,
     impacts_noted,
     lasts_until,
     on_wall,
@@ -81,7 +82,7 @@ def excess_in_cell(ps, motion, level, x):
         x1, v1 = x1 * x + motion[k, 0], v1 * x + motion[k, 1]
     if level is None:
         return ps.m1 * v1 * dv + ps.k1 * x1 * dx
-    return 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1) - level
+    return energy_of(ps, x1, v1) - level
 
 
 @jit
@@ -280,13 +281,17 @@ def most_in_parts(parts, cell, load, i, buffers):
 def time_of_largest(parts, cell, load, buffers):
     """Return the time [s] at which E1 is largest, and a status.
 
-    buffers.peak: with the largest.
+    buffers.peak: with the largest, which may be that before a jump at the first edge.
     """
     ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
     near, far = walls_of(parts, cell, damper)
     j, level = -1, NEARLY * buffers.peak[0]
-    time, most = edges[0], structure_energy(ps, section, 0)
+    before = state_at(ps, joined(damper), section, 0, load.jumps[0])
+    time, most = (
+        edges[0],
+        max(structure_energy(ps, section, 0), energy_of(ps, before[0], before[1])),
+    )
     for i in range(len(edges) - 1):
         if most >= level:
             break

@@ -383,21 +383,6 @@ def test_no_number_depends_on_how_many_states_are_asked_for():
 
 
 @pytest.mark.kernels
-def test_a_strong_force_within_a_cell_is_no_excuse():
-    """Pulses that are gone within a cell: E1 rises and falls between two states."""
-    quick = {"rectangular": {"peak": 1e4, "length": 0.02, "repeat": 2, "every": 0.02}}
-    found = [
-        nv.decay("none", load=quick, duration=2.0, sampling={"samples": samples}, quiet=True)[
-            "none"
-        ]
-        for samples in (8, 400)
-    ]
-    for name, value in found[0].numbers.items():
-        if name not in ("balance", "status"):
-            np.testing.assert_allclose(found[1].numbers[name], value, rtol=1e-11, err_msg=name)
-
-
-@pytest.mark.kernels
 def test_a_blow_that_brakes_counts_from_the_energy_before_it():
     m1 = nv.load_system("none").parameters["m1"]
     start = {"state": (0.0, 1.0)}

@@ -6,7 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nlds_vines.kernels.cells.load_numbers import Asked, contact_at, fill_capture
+from nlds_vines.kernels.cells.load_edges import ends_of_cell, lasts_until, touch_by
+from nlds_vines.kernels.cells.load_numbers import Asked, fill_capture
+from nlds_vines.kernels.cells.load_orbit import Load
 from nlds_vines.kernels.cells.load_passages import (
     ABOVE,
     BATCHES,
@@ -19,7 +21,17 @@ from nlds_vines.kernels.cells.load_passages import (
     above_in_cell,
     fill_passages,
 )
-from nlds_vines.kernels.cells.load_times import NO_PLACE, last_place_above, place_of_most
+from nlds_vines.kernels.cells.load_times import (
+    NO_PLACE,
+    excess_in_cell,
+    last_place_above,
+    may_exceed,
+    motion_in,
+    place_of_most,
+)
+from nlds_vines.kernels.motion.bounds import REACH
+from nlds_vines.kernels.motion.load_cells import LOAD_ROW, sums_of
+from nlds_vines.kernels.scene.scene import Structure
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, WALL, Impacts
 
 
@@ -78,14 +90,36 @@ def test_captures_of_random_touches_are_those_of_all_stretches():
 
 
 def test_a_contact_lasts_from_its_touch_to_its_release():
-    impacts, first, seen = impacts_at([1.0, 2.0], lasting=0.5), 0, []
-    for time in (0.9, 1.0, 1.4, 1.5, 2.2, 3.0):
-        first, within = contact_at(impacts, first, time)
-        seen.append(within)
-    assert seen == [False, True, True, False, True, False]
+    impacts, j, seen = impacts_at([1.0, 2.0], lasting=0.5), -1, []
+    times = (0.9, 1.0, 1.4, 1.6, 2.2, 3.0, 1.2)  # the last one is looked for backward
+    for time in times:
+        j = touch_by(impacts, j, time)
+        seen.append((j, lasts_until(impacts, j, time)))
+    assert seen == [
+        (-1, False), (0, True), (0, True), (0, False), (1, True), (1, False), (0, True),
+    ]  # fmt: skip
     impacts.data[0, RELEASE] = math.nan  # ended by a jump: over when the next one begins
-    assert contact_at(impacts, 0, 1.9) == (0, True)
-    assert contact_at(impacts, 0, 2.6) == (2, False)
+    assert lasts_until(impacts, touch_by(impacts, -1, 1.9), 1.9)
+    assert not lasts_until(impacts, touch_by(impacts, -1, 2.6), 2.6)
+
+
+def test_no_cell_holds_more_than_its_bound_says():
+    """The largest of 2001 places, of 300 random forces; the first would be missed without them."""
+    rng, h = np.random.default_rng(6), REACH
+    ps = Structure(1.0, 1.0, 1.0, 0.0, 1.0, 0.0, None, None)
+    for i in range(300):
+        rows, section = np.zeros(LOAD_ROW), np.zeros((2, 4))
+        rows[: 1 + i % 4] = rng.normal(size=1 + i % 4)
+        section[0, :2] = rng.normal(size=2) * 10.0 ** rng.uniform(-6.0, 0.5)
+        if i == 0:  # from rest by 1 - 2 x
+            rows[:2], section[0] = (1.0, -2.0), 0.0
+        load = Load(np.array([0.0, h]), rows, np.zeros(2), sums_of(rows), None)
+        motion = motion_in(ps, None, load, section, 0)
+        section[1, :2] = motion.sum(axis=0)
+        most = max(excess_in_cell(ps, motion, 0.0, x) for x in np.linspace(0.0, 1.0, 2001))
+        ends = ends_of_cell(ps, None, load, section, 0)
+        assert may_exceed(most * (1.0 - 1e-12), h, ends, False, False)
+        assert ends[2] >= most
 
 
 def test_a_random_cubic_is_above_zero_where_its_values_are():

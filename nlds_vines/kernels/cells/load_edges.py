@@ -87,14 +87,6 @@ def beyond(wall, r):
 
 
 @jit
-def impacts_noted(impacts):
-    """Return how many impacts there are, each with its row; impacts is None without walls."""
-    if impacts is None:
-        return 0
-    return impacts.filled[0]
-
-
-@jit
 def walls_of(parts, cell, damper):
     """Return the near and the far wall."""
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
@@ -103,9 +95,11 @@ def walls_of(parts, cell, damper):
 
 @jit
 def touch_by(impacts, j, time):
-    """Return the last impact that has begun by a time [s], counted back from j; -1: none has."""
+    """Return the last impact that has begun by a time [s], looked for from j on; -1: none has."""
     if impacts is None:
         return -1
+    while j + 1 < impacts.filled[0] and impacts.data[j + 1, TOUCH] <= time:
+        j += 1
     while j >= 0 and impacts.data[j, TOUCH] > time:
         j -= 1
     return j
@@ -120,13 +114,3 @@ def lasts_until(impacts, j, time):
     if impacts is None:
         return False
     return j >= 0 and not impacts.data[j, RELEASE] < time
-
-
-@jit
-def touch_from(impacts, j, time):
-    """Return the last impact that has begun by a time [s], counted on from j, which has."""
-    if impacts is None:
-        return -1
-    while j + 1 < impacts.filled[0] and impacts.data[j + 1, TOUCH] <= time:
-        j += 1
-    return j

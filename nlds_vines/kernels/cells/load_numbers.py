@@ -14,8 +14,8 @@ import numpy as np
 from ..numerics.compiling import jit
 from ..scene.codes import OK
 from ..scene.scene import damper_of, joined
-from ..watch.observe import RELEASE, TOUCH, WALL
-from .load_edges import joint_energy, state_at, structure_energy
+from ..watch.observe import TOUCH, WALL
+from .load_edges import joint_energy, lasts_until, state_at, structure_energy, touch_by
 from .load_orbit import structure_moved
 from .load_passages import STATISTICS, fill_passages
 from .load_times import last_above, time_of_largest
@@ -49,23 +49,6 @@ class Asked(NamedTuple):
 
 
 @jit
-def contact_at(impacts, first, time):
-    """Return the number of the first contact that is not over, and whether it has begun.
-
-    first: it at an earlier time. One that a jump of the speed ends has no release: it is over when
-    the next one begins.
-    """
-    if impacts is None:
-        return first, False
-    data, count = impacts.data, impacts.filled[0]
-    while first < count and (
-        data[first, RELEASE] <= time or (first + 1 < count and data[first + 1, TOUCH] <= time)
-    ):
-        first += 1
-    return first, first < count and data[first, TOUCH] <= time
-
-
-@jit
 def fill_balance(ps, damper, load, begin, buffers, numbers):
     """Fill in the energies.
 
@@ -73,12 +56,12 @@ def fill_balance(ps, damper, load, begin, buffers, numbers):
     is compared.
     """
     section, sums, edges = buffers.section, buffers.sums, load.edges
-    scale, error, first = abs(begin), 0.0, 0
+    scale, error, j = abs(begin), 0.0, -1
     for i in range(len(edges)):
         e1, came = structure_energy(ps, section, i), begin + sums[i, 0]
         scale = max(scale, abs(came))
-        first, touching = contact_at(buffers.impacts, first, edges[i])
-        if not touching:
+        j = touch_by(buffers.impacts, j, edges[i])
+        if not lasts_until(buffers.impacts, j, edges[i]):
             gone = sums[i, 1] + sums[i, 2] + sums[i, 3]
             left = e1 + joint_energy(damper, state_at(ps, damper, section, i, 0.0))
             error = max(error, abs(came - left - gone))

@@ -24,13 +24,11 @@ from ..scene.scene import accelerations, damper_of, joined, unloaded
 from .load_edges import (
     ends_of_cell,
     energy_of,
-    impacts_noted,
     lasts_until,
     on_wall,
     state_at,
     structure_energy,
     touch_by,
-    touch_from,
     walls_of,
 )
 from .load_orbit import Load, buffers_for, fly_under, structure_moved
@@ -236,7 +234,7 @@ def last_above(parts, cell, load, level, buffers, last):
     ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
     near, far = walls_of(parts, cell, damper)
-    j = impacts_noted(impacts) - 1
+    j = -1
     if not structure_energy(ps, section, len(edges) - 1) <= level:
         return math.nan, last, OK
     for i in range(last, -1, -1):
@@ -286,18 +284,15 @@ def time_of_largest(parts, cell, load, buffers):
     ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
     near, far = walls_of(parts, cell, damper)
-    j, level = -1, NEARLY * buffers.peak[0]
-    before = state_at(ps, joined(damper), section, 0, load.jumps[0])
-    time, most = (
-        edges[0],
-        max(structure_energy(ps, section, 0), energy_of(ps, before[0], before[1])),
-    )
+    x1, v1, _, _ = state_at(ps, joined(damper), section, 0, load.jumps[0])
+    most = max(energy_of(ps, x1, v1), structure_energy(ps, section, 0))
+    time, level, j = edges[0], NEARLY * buffers.peak[0], -1
     for i in range(len(edges) - 1):
         if most >= level:
             break
         h, ends = edges[i + 1] - edges[i], ends_of_cell(ps, joined(damper), load, section, i)
         begun = on_wall(near, far, joined(damper), section, i)
-        j = touch_from(impacts, j, edges[i + 1])
+        j = touch_by(impacts, j, edges[i + 1])
         touched = begun or lasts_until(impacts, j, edges[i])
         if may_exceed(level, h, ends, touched, begun):
             if touched:

@@ -11,6 +11,7 @@ Source: Weidemann, Bergman, Vakakis, Krack: Nonlinear Dyn. (2025), doi 10.1007/s
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -18,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nlds_vines.errors import RequestError
+from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.system import System
 
 _MOST_XI = 1e3
@@ -26,6 +28,9 @@ mass that sticks to neither wall and takes nothing."""
 
 _LEAST_XI = 1e-6
 """Where impacts take nothing, e = 1, and 1:1 motion is sustained however small the structure's."""
+
+_LEAST_S = 1e-15
+"""The smallest s > 0 at which `best` evaluates Gamma: below the optimum of every e < 1."""
 
 _REAL = 1e-7
 """Imaginary part over the modulus of a root that is real: of a double root, half the digits."""
@@ -133,9 +138,8 @@ class SlowManifold:
         with np.errstate(invalid="ignore"):
             return (1.0 + np.sqrt(one * xi**2 - self.rho**2)) / one
 
-    def _pull(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _pull(self, xi: np.ndarray, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return (a, b): the structure's balance at xi is (xi - a r^2) + i (2 D r xi + b r^2)."""
-        theta = self.theta(xi)
         zigzag = 8.0 * self.share / np.pi**2 * theta / xi  # the fundamental of a triangle
         return (1.0 - self.share) * xi + zigzag * (theta - 1.0), zigzag * self.rho * theta
 
@@ -145,12 +149,12 @@ class SlowManifold:
         Gamma = 2 D / |(1 - (1 - eps) r^2 + 2 i D r) xi + Pi|,
         Pi = -(8 eps / pi^2) r^2 theta ((theta - 1) - i rho theta) / xi.
         """
-        a, b = self._pull(np.asarray(xi, dtype=float))
+        a, b = self._pull(np.asarray(xi, dtype=float), self.theta(xi))
         return 2.0 * self.damping / np.hypot(xi - a * r**2, 2.0 * self.damping * r * xi + b * r**2)
 
     def resonance(self, xi: np.ndarray) -> np.ndarray:
         """Return r of phase resonance (the backbone): r^2 = xi / a, the force a quarter ahead."""
-        a, _ = self._pull(np.asarray(xi, dtype=float))
+        a, _ = self._pull(np.asarray(xi, dtype=float), self.theta(xi))
         return np.sqrt(xi / a)
 
     @cached_property
@@ -158,9 +162,14 @@ class SlowManifold:
         """The largest clearance at which there is a 1:1 response in phase resonance.
 
         With a larger one the structure reaches the amplitude of a sustained 1:1 motion at no
-        frequency; with a smaller one the damper takes less.
+        frequency; with a smaller one the damper takes less. Where impacts take much (`vi-nes`:
+        e < 0.428) the response lies at the end of the manifold, xi = xi_min.
 
-        Raises `RequestError` without damping of the structure, for which Gamma means nothing.
+        The largest Gamma(s) over s >= 0, s^2 = (1 + rho^2) xi^2 - rho^2: Gamma is smooth in s at
+        xi_min, unlike in xi.
+
+        Raises `RequestError` if c1 = 0, because Gamma then means nothing, and if e = 1, because
+        Gamma grows without bound as xi goes to 0.
         """
         from scipy.optimize import minimize_scalar
 
@@ -168,23 +177,28 @@ class SlowManifold:
             raise RequestError(
                 "c1 = 0: the best clearance is a share of the amplitude at resonance"
             )
+        if self.rho == 0.0:
+            raise RequestError("e = 1: without loss in impacts the best clearance is unbounded")
 
-        def missing(log_xi: float) -> float:
-            xi = np.exp(log_xi)
-            return -float(self.gamma(xi, self.resonance(xi)))
+        def resonant(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            """Return (Gamma, xi, r) in phase resonance; Gamma is 0 where a <= 0 allows none."""
+            one = 1.0 + self.rho**2
+            xi, theta = np.sqrt((s**2 + self.rho**2) / one), (1.0 + s) / one
+            a, b = self._pull(xi, theta)
+            r = np.sqrt(xi / np.where(a > 0.0, a, np.inf))
+            loss = 2.0 * self.damping * r * xi + b * r**2
+            return np.where(a > 0.0, 2.0 * self.damping / np.where(a > 0.0, loss, 1.0), 0.0), xi, r
 
-        low = np.log(max(self.least, _LEAST_XI))
-        grid = np.linspace(low, np.log(_MOST_XI), 400)[1:]
-        values = [missing(x) for x in grid]
-        top = int(np.argmin(values))
-        found = minimize_scalar(
-            missing,
+        grid = np.append(0.0, np.geomspace(_LEAST_S, _MOST_XI, 800))
+        top = int(np.argmax(resonant(grid)[0]))
+        between = minimize_scalar(
+            lambda s: -float(resonant(np.array(s))[0]),
             bounds=(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)]),
             method="bounded",
-            options={"xatol": 1e-12},
+            options={"xatol": 1e-12 * max(grid[top], grid[1])},
         )
-        xi, Gamma = float(np.exp(found.x)), -float(found.fun)
-        r = float(self.resonance(np.array(xi)))
+        s = grid[top] if top == 0 else between.x  # the search never evaluates its bounds
+        Gamma, xi, r = (float(number) for number in resonant(np.array(s)))
         return BestClearance(Gamma * self.alone, Gamma, xi, r * self.omega_joint, r)
 
     def response(self, points: int = 400) -> FrequencyResponse:
@@ -254,7 +268,7 @@ class SlowManifold:
 
         NaN where it is reached nowhere; the lower alone is NaN below the static amplitude.
         """
-        (a, b), D = self._pull(xi), self.damping
+        (a, b), D = self._pull(xi, self.theta(xi)), self.damping
         push = self.force / (self.k1 * self.clearance)
         lead = a**2 + b**2
         companion = np.zeros((len(xi), 4, 4))
@@ -270,13 +284,15 @@ class SlowManifold:
         return np.stack([below, np.where(one, ordered[:, 0], ordered[:, 1])])
 
 
-def slow_manifold(system: System) -> SlowManifold:
+def slow_manifold(system: System | str | os.PathLike[str]) -> SlowManifold:
     """Return the slow manifold of a system that is a free mass between two rigid walls.
 
-    Arguments: a `system` of kind `ssbl` under `restitution`, with k2 = c2 = 0 and C = D > 0.
+    Arguments: a `system`, its name or the path of a TOML file; of kind `ssbl` under `restitution`,
+    with k2 = c2 = 0 and C = D > 0.
 
     Raises `RequestError`, which names what is otherwise, for another system.
     """
+    system = as_system(system)
     p = system.parameters
     wanted = "a free mass between two rigid walls, each as far from the middle"
     if system.kind != "ssbl" or system.law != "restitution" or system.law_2:

@@ -20,7 +20,7 @@ def with_clearance(gap, **changes):
 
 def test_the_best_clearance_is_the_published_one():
     """Weidemann, Bergman, Vakakis, Krack (2025): eps = 0.02, D = 0.001, e = 0.8."""
-    manifold = nv.slow_manifold(nv.load_system("vi-nes"))
+    manifold = nv.slow_manifold("vi-nes")
     best = manifold.best
     assert best.Gamma == pytest.approx(0.33866, abs=5e-6)
     assert best.xi == pytest.approx(0.5703, abs=5e-5)
@@ -55,6 +55,34 @@ def test_beyond_the_best_clearance_there_is_no_response():
     best = nv.slow_manifold(nv.load_system("vi-nes")).best.clearance
     assert nv.slow_manifold(with_clearance(0.999 * best)).response().amplitude.size
     assert not nv.slow_manifold(with_clearance(1.001 * best)).response().amplitude.size
+
+
+@pytest.mark.parametrize("changes", [{}, {"m2": 2.0}, {"c1": 1e-9}, {"c1": 0.5}])
+@pytest.mark.parametrize("e", [0.0, 0.1, 0.3, 0.42, 0.43, 0.5, 0.8, 0.99])
+def test_the_best_clearance_is_the_largest_on_a_dense_grid(e, changes):
+    """The formulas written out, over amplitudes that crowd at xi_min.
+
+    With m2 = 2 kg, a changes its sign for small e: below, there is no phase resonance.
+    """
+    manifold = nv.slow_manifold(nv.load_system("vi-nes", e=e, **changes))
+    rho, eps, D = manifold.rho, manifold.share, manifold.damping
+    ends = manifold.least * (1 + np.geomspace(1e-15, 1, 20000))
+    xi = np.append(ends, np.geomspace(2 * manifold.least, 10, 200000))
+    root = np.sqrt(np.maximum((1 + rho**2) * xi**2 - rho**2, 0))
+    theta = (1 + root) / (1 + rho**2)
+    pull = 8 * eps / np.pi**2 * theta * (theta - 1 - 1j * rho * theta) / xi
+    square = xi / ((1 - eps) * xi + pull.real)
+    r = np.sqrt(np.where(square > 0, square, np.nan))
+    Gamma = 2 * D / abs((1 - (1 - eps) * r**2 + 2j * D * r) * xi - r**2 * pull)
+    best, top = manifold.best, np.nanargmax(Gamma)
+    assert best.Gamma == pytest.approx(Gamma[top], rel=1e-7)
+    assert best.xi == pytest.approx(xi[top], rel=1e-4)
+    assert best.clearance == pytest.approx(best.Gamma * manifold.alone, rel=1e-14)
+
+
+def test_without_loss_in_impacts_there_is_no_best_clearance():
+    with pytest.raises(RequestError, match=r"e = 1: .* unbounded"):
+        _ = nv.slow_manifold(nv.load_system("vi-nes", e=1.0)).best
 
 
 def free(e, c1=0.0):
@@ -171,6 +199,8 @@ def test_a_tuning_of_both_clearances_begins_with_the_best_one():
     found = load_tuning({"system": "vi-nes", "free": free}).first_design
     assert found == pytest.approx([169.3324, 169.3324], abs=1e-3)
     assert load_tuning({"system": "vi-nes", "free": {"C": free["C"]}}).first_design is None
+    elastic = {"system": "vi-nes", "set": {"e": 1.0}, "free": free}
+    assert load_tuning(elastic).first_design is None
     assert load_tuning({"system": "ssbl", "free": {"C": {}, "D": {}}}).first_design is None
 
 

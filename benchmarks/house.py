@@ -1,28 +1,49 @@
-"""Counts of the package: entries, floors, circles, long functions, comments, lines by folder.
+"""Size of the repository: lines, statements, functions, names and pages, beside the targets.
 
     python -m benchmarks.house [CHECKOUT]
 
-The sources are parsed, not run. All imports count, those inside functions and under TYPE_CHECKING
-too. Floors: modules in the longest chain of imports, a circle being one. Wings: the top-level
-folders and files, without the package's `__init__`.
+The sources are parsed, not run. Statements are the `ast.stmt` nodes; the lines of a body are those
+of a function without its signature and its docstring. A page is a file of `docs`; its words include
+tables and programs. Pages that a command writes (commands, keys, datasets) are not counted.
 """
 
 from __future__ import annotations
 
 import ast
 import sys
-import tokenize
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 MOST_PARAMETERS = 8  # of a function, self and cls among them
-LONG = 50  # lines of a function from `def` to its end
-ARC_TABLES = ("hertz_arc", "impact_series", "quadrature")  # kernels' constants, wherever they stand
+FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+DOCUMENTED = (ast.Module, ast.ClassDef, *FUNCTIONS)
+GENERATED = {"commands.md", "keys.md", "datasets.md"}
+FORBIDDEN = {"found", "told", "kept", "held", "own", "known", "said", "given", "taken"}
+FORBIDDEN |= {"more", "way", "once"}
+"""Names that say nothing about the value they stand for."""
 
-Graph = Mapping[str, set[str]]
-"""What each module imports; both by their dotted names within the package."""
+TARGETS = {
+    "package, lines": (42_085, 29_000, 31_000, 34_000),
+    "kernels, lines": (14_785, 12_800, 12_800, 15_000),
+    "tests, lines": (38_796, 30_000, 31_000, 33_000),
+    "benchmarks, lines": (10_417, 3_500, 3_700, 4_000),
+    "pages": (34, 20, None, None),
+    "words of pages": (43_300, 26_000, 27_000, 29_000),
+    "CHANGELOG [kB]": (48, 6, None, None),
+    "CONTRIBUTING [kB]": (41, 14, None, None),
+}
+"""Where each count began, and where it should be after each step of `STEPS`."""
+STEPS = ("at b6c556c", "cut, text", "records", "structures")
+
+OTHERS = {
+    "scipy.optimize": (22, 21, 554),
+    "diffrax": (32, 16, 261),
+    "NumbaCS": (20, 27, 847),
+    "xarray": (37, 11, 871),
+}
+"""Functions per 1,000 lines, lines per function body and lines per file of other libraries."""
 
 
 def modules(package: Path) -> dict[str, Path]:
@@ -39,64 +60,30 @@ def parsed(path: Path) -> ast.Module:
 
 
 def imports(path: Path, package: Path) -> set[str]:
-    """Return the full dotted names of all that a source of a package imports, wherever in it."""
+    """Return the full dotted names that a source of a package imports, at any depth."""
     home = (package.name, *path.relative_to(package).parts[:-1])
-    found = set()
+    names = set()
     for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             base = home[: len(home) - node.level + 1] if node.level else ()
             source = ".".join([*base, *filter(None, [node.module])])
-            found |= {f"{source}.{alias.name}" for alias in node.names}
-    return found
+            names |= {f"{source}.{alias.name}" for alias in node.names}
+    return names
 
 
 def graph(package: Path) -> dict[str, set[str]]:
-    """Return which modules of a package each of them imports."""
-    known, found = modules(package), {}
-    for name, path in known.items():
-        own = [n.split(".")[1:] for n in imports(path, package) if n.split(".")[0] == package.name]
-        starts = ([".".join(parts[:n]) for n in range(len(parts), -1, -1)] for parts in own)
-        found[name] = {next(start for start in tried if start in known) for tried in starts}
-        found[name] -= {name}
-    return found
-
-
-def wings(files: Graph) -> dict[str, set[str]]:
-    """Return which top-level folders and files import which."""
-    found: dict[str, set[str]] = {}
-    for name, targets in files.items():
-        own = name.split(".")[0]
-        found.setdefault(own, set()).update({t.split(".")[0] for t in targets} - {own, ""})
-    del found[""]
-    return found
-
-
-def circles(arrows: Graph) -> list[list[str]]:
-    """Return the circles of a graph, each as the sorted names that reach one another."""
-    reach = {name: set(targets) for name, targets in arrows.items()}
-    for between in arrows:  # Warshall's closure
-        for name in arrows:
-            if between in reach[name]:
-                reach[name] |= reach[between]
-    mutual = {tuple(sorted(n for n in reach[name] if name in reach[n])) for name in arrows}
-    return sorted(list(names) for names in mutual if names)
-
-
-def depth(arrows: Graph) -> int:
-    """Return the number of floors of a graph."""
-    circle_of = {name: circle[0] for circle in circles(arrows) for name in circle}
-    below: dict[str, set[str]] = {}
-    for name, targets in arrows.items():
-        own = circle_of.get(name, name)
-        below.setdefault(own, set()).update({circle_of.get(t, t) for t in targets} - {own})
-
-    @cache
-    def height(name: str) -> int:
-        return 1 + max(map(height, below[name]), default=0)
-
-    return max(map(height, below))
+    """Return the modules of the package that each of its modules imports."""
+    sources, arrows = modules(package), {}
+    for name, path in sources.items():
+        inside = [
+            n.split(".")[1:] for n in imports(path, package) if n.split(".")[0] == package.name
+        ]
+        starts = ([".".join(parts[:n]) for n in range(len(parts), -1, -1)] for parts in inside)
+        arrows[name] = {next(s for s in candidates if s in sources) for candidates in starts}
+        arrows[name] -= {name}
+    return arrows
 
 
 def functions(package: Path) -> Iterator[tuple[str, ast.FunctionDef]]:
@@ -112,96 +99,102 @@ def parameters(function: ast.FunctionDef) -> int:
     return sum(isinstance(node, ast.arg) for node in ast.walk(function.args))
 
 
-def comments(path: Path) -> int:
-    """Return how many comments of a source stand on a line of their own."""
-    with path.open("rb") as file:
-        found = [t.line for t in tokenize.tokenize(file.readline) if t.type == tokenize.COMMENT]
-    return sum(line.lstrip().startswith("#") for line in found)
+def repeated_constants(package: Path) -> set[str]:
+    """Return the constants of the kernels that several modules assign, or that are one letter."""
+    homes: dict[str, set[str]] = {}
+    for module, path in modules(package).items():
+        if module.split(".")[0] == "kernels":
+            assignments = (node for node in parsed(path).body if isinstance(node, ast.Assign))
+            for node in (n for a in assignments for t in a.targets for n in ast.walk(t)):
+                if isinstance(node, ast.Name) and node.id.isupper():
+                    homes.setdefault(node.id, set()).add(module)
+    return {name for name, where in homes.items() if len(where) > 1 or len(name) == 1}
 
 
-def assigned(path: Path) -> Iterator[tuple[str, str]]:
-    """Yield the constants of a source, and the text of what each of them is."""
-    for node in parsed(path).body:
-        if isinstance(node, ast.Assign):
-            for target in node.targets:
-                named = [n.id for n in ast.walk(target) if isinstance(n, ast.Name)]
-                yield from ((name, ast.unparse(node)) for name in named if name.isupper())
+def source_counts(paths: list[Path]) -> Counter[str]:
+    """Return the counts of some sources that add up."""
+    counts = Counter(files=len(paths))
+    for path in paths:
+        counts["lines"] += len(path.read_text(encoding="utf-8").splitlines())
+        for node in ast.walk(parsed(path)):
+            counts["statements"] += isinstance(node, ast.stmt)
+            counts["names to avoid"] += bound_name(node) in FORBIDDEN
+            if isinstance(node, DOCUMENTED) and (text := ast.get_docstring(node)) is not None:
+                counts["docstrings"] += 1
+                counts["lines of docstrings"] += len(text.splitlines())
+                counts["'Return what'"] += text.startswith("Return what")
+                counts["'Tell'"] += text.startswith("Tell ")
+            if isinstance(node, FUNCTIONS):
+                counts["functions"] += 1
+                body = node.body[ast.get_docstring(node) is not None :]
+                if body:
+                    counts["lines of bodies"] += (node.end_lineno or 0) - body[0].lineno + 1
+    return counts
 
 
-def _word(decorator: ast.expr) -> str:
-    """Return a decorator without its arguments."""
-    return ast.unparse(decorator).split("(")[0]
+def bound_name(node: ast.AST) -> str | None:
+    """Return the name that a node gives to a value: a variable, a parameter or an attribute."""
+    if isinstance(node, ast.arg):
+        return node.arg
+    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+        return node.id
+    if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+        return node.attr
+    return None
 
 
-def named_twice(found: Counter[str]) -> str:
-    """Return how many names count more than once, and which."""
-    twice = sorted(name for name, count in found.items() if count > 1)
-    return f"{len(twice)}: {', '.join(twice)}"
+def areas(root: Path) -> dict[str, Counter[str]]:
+    """Return the counts of the package without kernels, kernels, tests and benchmarks."""
+    package = sorted((root / "nlds_vines").rglob("*.py"))
+    kernels = [path for path in package if root / "nlds_vines" / "kernels" in path.parents]
+    return {
+        "package": source_counts([path for path in package if path not in kernels]),
+        "kernels": source_counts(kernels),
+        "tests": source_counts(sorted((root / "tests").rglob("*.py"))),
+        "benchmarks": source_counts(sorted((root / "benchmarks").rglob("*.py"))),
+    }
 
 
-def kernel_counts(package: Path) -> Iterator[tuple[str, object]]:
-    """Yield what is counted of the kernels alone, with the arc tables that they are given.
-
-    Names that several modules give to functions or constants are alike by design where they are
-    what a law says of its walls, and elsewhere something to look at.
-    """
-    known = modules(package)
-    own = {name for name in known if name.split(".")[0] == "kernels"}
-    tables = {name for name in known if name.split(".")[-1] in ARC_TABLES}
-    laws = {name for name in own if ".laws." in f"{name}."}
-    yield "own-line comments, kernels", sum(comments(known[name]) for name in own)
-    length = {name: len(known[name].read_text("utf-8").splitlines()) for name in own | tables}
-    yield "lines, kernels and arc tables", sum(length.values())
-    yield "folders of kernels", len({known[name].parent for name in own})
-    plain = [name for name in own | tables if known[name].stem != "__init__"]
-    yield "files of kernels", len(plain)
-    yield "files of kernels below 80 lines", sum(length[name] < 80 for name in plain)
-    yield "files of kernels over 400 lines", sum(length[name] > 400 for name in plain)
-    defined = [
-        (name, node)
-        for name in own | tables
-        for node in parsed(known[name]).body
-        if isinstance(node, ast.FunctionDef)
-    ]
-    by_law = [node for _, node in defined if "by_wall" in map(_word, node.decorator_list)]
-    shared = Counter(node.name for name, node in defined if name not in laws)
-    yield "functions of kernels", len(defined)
-    yield "functions of kernels, by law", len(by_law)
-    yield "functions of kernels, one name", named_twice(shared)
-    values: dict[str, set[str]] = {}
-    for name in own:
-        for constant, text in assigned(known[name]):
-            values.setdefault(constant, set()).add(f"{name}: {text}")
-    shared = Counter({name: len(found) for name, found in values.items()})
-    yield "constants of kernels, one name", named_twice(shared)
-    yield "constants of one letter", ", ".join(sorted(n for n in values if len(n) == 1)) or 0
+def shape(counts: Counter[str]) -> tuple[float, float, float]:
+    """Return functions per 1,000 lines, lines per function body and lines per file."""
+    return (
+        1000 * counts["functions"] / max(counts["lines"], 1),
+        counts["lines of bodies"] / max(counts["functions"], 1),
+        counts["lines"] / max(counts["files"], 1),
+    )
 
 
-def counts(package: Path) -> Iterator[tuple[str, object]]:
-    """Yield what is counted of a package, and the count."""
-    known, files, every = modules(package), graph(package), list(functions(package))
-    yield "entries", len([path for path in package.iterdir() if path.name != "__pycache__"])
-    for what, arrows in (("wings", wings(files)), ("files", files)):
-        yield f"floors of {what}", depth(arrows)
-        yield f"circles of {what}", "; ".join(map(", ".join, circles(arrows))) or 0
-    lengths = {name: (node.end_lineno or 0) - node.lineno + 1 for name, node in every}
-    longest = max(lengths, key=lambda name: lengths[name])
-    yield "longest function", f"{lengths[longest]} lines, {longest}"
-    yield f"functions over {LONG} lines", sum(length > LONG for length in lengths.values())
-    crowded = [name for name, node in every if parameters(node) > MOST_PARAMETERS]
-    outside = [name for name in crowded if not name.startswith("kernels.")]
-    yield f"over {MOST_PARAMETERS} parameters, kernels", len(crowded) - len(outside)
-    yield f"over {MOST_PARAMETERS} parameters, elsewhere", ", ".join(outside) or 0
-    yield "own-line comments, all", sum(map(comments, known.values()))
-    yield from kernel_counts(package)
-    lines: Counter[str] = Counter()
-    for name, path in known.items():
-        lines[name.split(".")[0] or "__init__"] += len(path.read_text("utf-8").splitlines())
-    yield "lines", lines.total()
-    yield from ((f"lines, {wing}", count) for wing, count in lines.items())
+def progress(root: Path, sources: dict[str, Counter[str]]) -> dict[str, float]:
+    """Return today's value of each count in `TARGETS`."""
+    pages = [path for path in (root / "docs").glob("*.md") if path.name not in GENERATED]
+    texts = (path.read_text(encoding="utf-8") for path in [*pages, root / "README.md"])
+    return {
+        **{f"{area}, lines": counts["lines"] for area, counts in sources.items()},
+        "pages": len(pages),
+        "words of pages": sum(len(text.split()) for text in texts),
+        "CHANGELOG [kB]": round((root / "CHANGELOG.md").stat().st_size / 1000),
+        "CONTRIBUTING [kB]": round((root / "CONTRIBUTING.md").stat().st_size / 1000),
+    }
+
+
+def report(root: Path) -> Iterator[str]:
+    """Yield the lines of both tables: sources, and all counts beside their targets."""
+    sources = areas(root)
+    yield " " * 28 + "".join(f"{area:>15}" for area in (*sources, *OTHERS))
+    for what in ("files", "lines", "statements", "functions", "docstrings", "lines of docstrings"):
+        yield f"{what:28}" + "".join(f"{counts[what]:15,}" for counts in sources.values())
+    for what in ("'Return what'", "'Tell'", "names to avoid"):
+        yield f"{what:28}" + "".join(f"{counts[what]:15,}" for counts in sources.values())
+    shapes = [*map(shape, sources.values()), *OTHERS.values()]
+    for row, what in enumerate(("functions per 1,000 lines", "lines per body", "lines per file")):
+        yield f"{what:28}" + "".join(f"{numbers[row]:15.3g}" for numbers in shapes)
+    yield ""
+    yield f"{'':28}{'today':>12}" + "".join(f"{step:>12}" for step in STEPS)
+    for what, value in progress(root, sources).items():
+        cells = ("" if target is None else f"{target:,}" for target in TARGETS[what])
+        yield f"{what:28}{value:12,}" + "".join(f"{cell:>12}" for cell in cells)
 
 
 if __name__ == "__main__":
     checkout = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1]
-    for what, count in counts((checkout / "nlds_vines").resolve()):
-        print(f"{what:28} {count}")
+    print("\n".join(report(checkout.resolve())))

@@ -1,6 +1,7 @@
 """Arrows point down, walls stand, names are used once: rules of the house, read from sources."""
 
 import ast
+import inspect
 import shutil
 import subprocess
 import sys
@@ -15,10 +16,10 @@ from benchmarks.house import (
     functions,
     graph,
     imports,
-    kernel_counts,
     modules,
     parameters,
     parsed,
+    repeated_constants,
 )
 
 PACKAGE = Path(nlds_vines.__path__[0])
@@ -196,28 +197,15 @@ def test_a_function_with_many_parameters_is_caught(copy):
     assert too_wide(copy) == ["kernels.scene.scene.wide", "runs.pool.method", "runs.threads.broad"]
 
 
-def test_what_is_counted_of_kernels(copy):
-    """Notices: a name that two modules define, a chooser, a constant with two values."""
-    before = dict(kernel_counts(copy))
-    with (copy / "kernels" / "numerics" / "elementary.py").open("a") as file:
-        file.write("\n\n\n\nX = 1\nHUGE = 2\n\n\n@by_wall\ndef scale_of(x):\n    return x\n")
-    parsed.cache_clear()
-    after = dict(kernel_counts(copy))
-    more = {name: after[name] - before[name] for name in before if isinstance(after[name], int)}
-    assert {name: count for name, count in more.items() if count} == {
-        "lines, kernels and arc tables": 11,
-        "functions of kernels": 1,
-        "functions of kernels, by law": 1,
-    }
-    assert "scale_of" in after["functions of kernels, one name"]
-    assert "HUGE" in after["constants of kernels, one name"]
-    assert "X" in after["constants of one letter"]
-
-
 def test_no_constant_of_the_kernels_has_the_name_of_another():
-    counts = dict(kernel_counts(PACKAGE))
-    assert counts["constants of kernels, one name"] == "1: SORTS"  # of each law
-    assert counts["constants of one letter"] == 0
+    assert repeated_constants(PACKAGE) == {"SORTS"}  # of each law
+
+
+def test_a_repeated_constant_of_the_kernels_is_caught(copy):
+    with (copy / "kernels" / "numerics" / "elementary.py").open("a") as file:
+        file.write("\n\nX = 1\nHUGE = 2\n")
+    parsed.cache_clear()
+    assert repeated_constants(copy) == {"SORTS", "X", "HUGE"}
 
 
 def test_codes_are_numbers_in_one_place():
@@ -239,16 +227,19 @@ def assigned(path):
 
 
 @pytest.mark.parametrize("path", MODULES.values(), ids=lambda path: str(path.relative_to(ROOT)))
-def test_everything_public_says_what_it_is(path):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    assert ast.get_docstring(tree)
-    kinds = ast.FunctionDef | ast.ClassDef
-    for node in tree.body:
-        if isinstance(node, kinds) and node.name[0] != "_":
-            assert ast.get_docstring(node), node.name
-            for inner in node.body if isinstance(node, ast.ClassDef) else ():
-                if isinstance(inner, kinds) and inner.name[0] != "_":
-                    assert ast.get_docstring(inner), f"{node.name}.{inner.name}"
+def test_every_module_has_a_docstring(path):
+    assert ast.get_docstring(parsed(path))
+
+
+@pytest.mark.parametrize("name", nlds_vines.__all__)
+def test_every_public_name_has_a_docstring(name):
+    value = getattr(nlds_vines, name)
+    if isinstance(value, type) or inspect.isroutine(value):
+        assert value.__doc__, name
+    members = vars(value).items() if isinstance(value, type) else ()
+    for member, part in members:
+        if member[0] != "_" and (inspect.isfunction(part) or isinstance(part, property)):
+            assert part.__doc__, f"{name}.{member}"
 
 
 @pytest.mark.parametrize("folder", sorted({path.parent for path in MODULES.values()} - {PACKAGE}))

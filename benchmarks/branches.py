@@ -81,7 +81,7 @@ def costs() -> Iterator[str]:
     rows = []
     for name, work in jobs.items():
         seconds, found = spent(work)
-        points = len(found.tables["period"]) + len(found.tables.get("curve_of_point", ()))
+        points = len(found.tables["periodicity"]) + len(found.tables.get("curve_of_point", ()))
         special = len(found.special)
         rows.append([name, f"{points}", f"{special}", f"{seconds:.2f} s"])
     head = ["job", "points", "special points", "CPU time"]
@@ -100,7 +100,7 @@ def page(found: Continued, scan: Path, picture: str) -> Iterator[str]:
     )
     yield ""
     with read(scan) as view:
-        periodic = int((view["period"] > 0).sum())
+        periodic = int((view["periodicity"] > 0).sum())
         missing = strays(found, view)
         yield (
             f"{len(found.branches)} branches with {len(found.special)} special points. Of "

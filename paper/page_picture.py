@@ -36,6 +36,9 @@ def values_of(page: CurvePage, archive_of: Callable[[Curve], Path]) -> list[Curv
 def _values(curve: Curve, path: Path) -> CurveValues:
     """Return what a scan's archive holds along a curve."""
     with read(path) as view:
-        names = ["E1max", *(name for name in ("E2max", "impacts", "period") if name in view)]
+        names = [
+            "E1max",
+            *(name for name in ("E2max", "impact_count", "periodicity") if name in view),
+        ]
         numbers = {name: view.take(name, start=0) for name in names}
         return CurveValues(label_of(curve), view[view.axes[0]], numbers)

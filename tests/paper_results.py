@@ -208,7 +208,7 @@ def _along(found: MadeUp, system: System, omega: np.ndarray) -> dict[str, np.nda
     share = found.damper if system.kind == "ssul" else 0.2
     far = (k * found.walls).astype(int)
     return {
-        "E1max": E1, "E2max": share * E1, "period": n, "impacts": k, "label": label,
+        "E1max": E1, "E2max": share * E1, "periodicity": n, "impact_count": k, "label": label,
         "reduction": np.full(omega.size, found.reduction),
         "impacts_by_wall": np.stack([k - far, far], axis=1),
     }  # fmt: skip

@@ -300,7 +300,7 @@ def _create(file: h5py.File, table: Table, scales: Iterable[Scale]) -> None:
     for entry in table.datasets.values():
         shape = table.shape(entry.name)
         dtype = _STRING if entry.dtype == "str" else np.dtype(entry.dtype)
-        sampled = not {"cycle", "impact"}.isdisjoint(entry.dims)
+        sampled = not {"forcing_period", "impact"}.isdisjoint(entry.dims)
         dataset = _dataset(file, entry.name, shape, dtype, entry.fill, compress=sampled)
         dataset.attrs.update(_attributes(entry))
         for axis, dim in zip(dataset.dims, entry.dims, strict=True):

@@ -98,7 +98,7 @@ class Computer:
             outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)
         if "spectra_agree" in self.scan.table.datasets:
-            told = (arrays[name] for name in ("regime", "period", "spectral_label"))
+            told = (arrays[name] for name in ("regime", "periodicity", "spectral_label"))
             arrays["spectra_agree"] = agreement(*told)
         for name, dataset in self.scan.table.datasets.items():
             _one_nan(_failed_filled(arrays[name], dataset, arrays["status"]))
@@ -172,8 +172,8 @@ class Computer:
         if outputs.response is not None:
             arrays |= responses.arrays_of(outputs.response, self.scan.system.scene, cells)
         if outputs.cycle is not None:
-            arrays["period"], by_wall = outputs.cycle[..., 0], outputs.cycle[..., 1:]
-            arrays["impacts"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
+            arrays["periodicity"], by_wall = outputs.cycle[..., 0], outputs.cycle[..., 1:]
+            arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
         if outputs.counts is not None:
             arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / self.scan.periods
         if outputs.counts is not None and "modulation" in self.scan.want:

@@ -92,7 +92,7 @@ class ScanContents:
         return (
             *varied,
             Scale("start", starts, "1", "start of the orbit"),
-            Scale.counted("cycle", self.periods, cycle, 1),
+            Scale.counted("forcing_period", self.periods, cycle, 1),
             Scale.counted("impact", self._touches, _IMPACT, 1),
             Scale("component", np.array(scene.components), "1", "component of the state"),
             *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
@@ -109,7 +109,7 @@ class ScanContents:
         """Return the length of every dimension: there may be too many values to make them."""
         size, walls = len(self.scene.components), struck(self.scene)
         found = {axis.name: axis.values.size for axis in self.axes}
-        found |= {"start": self.start.orbits, "cycle": self.periods, "component": size}
+        found |= {"start": self.start.orbits, "forcing_period": self.periods, "component": size}
         if self._touches:
             found |= {"impact": self._touches}
         if walls:

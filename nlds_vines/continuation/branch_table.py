@@ -47,7 +47,7 @@ def _of_points(request: Continuation) -> Entries:
     yield free.dataset(dims), lambda c: c.values[0]
     yield Dataset.real("state", (*dims, "component"), SI, "orbit at the first of them"), None
     yield Dataset.real("section", ("row", "component"), SI, "orbits at phase zero"), None
-    yield Dataset.whole("period", dims, "n of nT"), lambda c: c.n
+    yield Dataset.whole("periodicity", dims, "n of nT"), lambda c: c.n
     near, far = (f"impacts per nT at the {wall} wall" for wall in ("near", "far"))
     yield Dataset.whole("impacts_near", dims, near), lambda c: c.counts[0]
     yield Dataset.whole("impacts_far", dims, far), lambda c: c.counts[1]
@@ -77,7 +77,7 @@ def _of_specials(request: Continuation) -> Entries:
     yield free.dataset(dims, "special_"), lambda s: s.point.cycle.values[0]
     yield Dataset.real("special_state", (*dims, "component"), SI, "orbit there"), None
     yield Dataset.whole("special_index", dims, "point of its branch before it"), lambda s: s.index
-    yield Dataset.whole("special_period", dims, "n of nT"), lambda s: s.point.cycle.n
+    yield Dataset.whole("special_periodicity", dims, "n of nT"), lambda s: s.point.cycle.n
     yield BY_NAME["E1max"].dataset(dims, scene, prefix="special_"), None
     yield Dataset.text("before", dims, "label before it along the branch"), lambda s: s.before
     yield Dataset.text("after", dims, "label after it along the branch"), lambda s: s.after
@@ -182,7 +182,7 @@ def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
         return Scale.counted(name, count, text, first)
 
     return [
-        numbered("point", "period", "point of a branch, branch after branch"),
+        numbered("point", "periodicity", "point of a branch, branch after branch"),
         numbered("row", "section", "state of an orbit, the n of one point after the other"),
         numbered("special", "kind", "special point, branch after branch"),
         numbered("branch", "status", "branch"),

@@ -156,7 +156,7 @@ class Continued(Outlined, Drawable):
                     parameter=t[self.request.along.name][rows],
                     states=t["state"][rows],
                     sections=self._sections(rows),
-                    period=int(t["period"][rows][0]),
+                    period=int(t["periodicity"][rows][0]),
                     labels=t["label"][rows],
                     impacts=np.stack([t["impacts_near"][rows], t["impacts_far"][rows]], axis=1),
                     stable=t["stable"][rows].astype(bool),
@@ -171,7 +171,7 @@ class Continued(Outlined, Drawable):
 
     def _sections(self, rows: np.ndarray) -> np.ndarray:
         """Return the sections (points, n, components) of the points of a branch."""
-        periods = self.tables["period"]
+        periods = self.tables["periodicity"]
         found = self.tables["section"][np.repeat(rows, periods)]
         return found.reshape(int(rows.sum()), -1, found.shape[-1])
 
@@ -187,22 +187,22 @@ class Continued(Outlined, Drawable):
         kind: LP, PD, NS, BP, GR or LIM; value: of the parameter; before, after: the labels along
         the branch; residual: the test function, relative; bracket: width of the last bracket, in
         units of the parameter; defect: what does not close, relative; wall: of an impact that
-        grazes; branch: its number; index: of the branch's point before it; period: n; state: at
-        phase zero, in the user's coordinates.
+        grazes; branch: its number; index: of the branch's point before it; periodicity: n of nT;
+        state: at phase zero, in the user's coordinates.
         """
         t = self.tables
         size = t["special_state"].shape[1]
         kinds = [
             ("kind", "U3"), ("value", float), ("before", "U16"), ("after", "U16"),
             ("residual", float), ("bracket", float), ("defect", float), ("wall", "U4"),
-            ("branch", int), ("index", int), ("period", int), ("state", float, (size,)),
+            ("branch", int), ("index", int), ("periodicity", int), ("state", float, (size,)),
         ]  # fmt: skip
         rows = np.zeros(len(t["kind"]), kinds)
         rows["kind"] = [_KINDS[int(code)] for code in t["kind"]]
         rows["value"] = t[f"special_{self.request.along.name}"]
         rows["before"], rows["after"] = t["before"].astype(str), t["after"].astype(str)
         rows["wall"] = t["wall"].astype(str)
-        for name in ("residual", "defect", "branch", "index", "period", "state"):
+        for name in ("residual", "defect", "branch", "index", "periodicity", "state"):
             rows[name] = t[f"special_{name}"]
         rows["bracket"] = t["bracket"]
         return rows.view(np.recarray)
@@ -221,7 +221,7 @@ class Continued(Outlined, Drawable):
             found.append(
                 SpecialCurve(
                     kind=_KINDS[int(t["curve_kind"][i])],
-                    period=int(t["curve_period"][i]),
+                    period=int(t["curve_periodicity"][i]),
                     values=np.stack([t[f"curve_{name}"][rows] for name in names], axis=-1),
                     states=t["curve_state"][rows],
                     multipliers=pairs[..., 0] + 1j * pairs[..., 1],
@@ -299,7 +299,7 @@ class Continued(Outlined, Drawable):
     def lines(self) -> Iterator[str]:
         """Yield the report, a line at a time."""
         yield self.request.title
-        points = len(self.tables["period"])
+        points = len(self.tables["periodicity"])
         counts = (len(self.branches), "branch", "es"), (points, "point", "s")
         special = (len(self.special), "special point", "s")
         yield ", ".join(f"{n} {word}{more * (n != 1)}" for n, word, more in (*counts, special))

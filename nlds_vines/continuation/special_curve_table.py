@@ -122,9 +122,9 @@ def _tables(request: Continuation, found: Sequence[Arrays]) -> dict[str, np.ndar
         **{f"curve_{name}": values[:, i] for i, name in enumerate(names)},
         "curve_state": joined("states", size),
         "curve_multipliers": joined("multipliers", size, 2),
-        "curve_impacts": joined("impacts").astype(np.int64),
+        "curve_impact_count": joined("impacts").astype(np.int64),
         "curve_kind": about[:, 0].astype(np.int8),
-        "curve_period": about[:, 1],
+        "curve_periodicity": about[:, 1],
         "curve_first_end": about[:, 2].astype(np.int8),
         "curve_last_end": about[:, 3].astype(np.int8),
         "curve_of_meeting": np.repeat(np.arange(len(found)), met),
@@ -158,9 +158,9 @@ def curve_datasets(request: Continuation) -> Iterator[Dataset]:
     yield Dataset.real("curve_state", (*point, "component"), SI, "orbit at phase zero")
     pair = (*point, "multiplier", "part")
     yield Dataset.real("curve_multipliers", pair, "1", "Floquet multipliers")
-    yield Dataset.whole("curve_impacts", point, "k of nT,k")
+    yield Dataset.whole("curve_impact_count", point, "k of nT,k")
     yield Dataset.code("curve_kind", curve, "kind of its special points", KIND_FLAGS)
-    yield Dataset.whole("curve_period", curve, "n of nT")
+    yield Dataset.whole("curve_periodicity", curve, "n of nT")
     yield Dataset.code("curve_first_end", curve, "why it ends at first", END_FLAGS)
     yield Dataset.code("curve_last_end", curve, "why it ends at last", END_FLAGS)
     yield Dataset.whole("curve_of_meeting", meeting, "curve that it lies on")

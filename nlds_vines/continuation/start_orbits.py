@@ -89,7 +89,7 @@ def _judged(
     arrays = outputs.verdicts(cells)
     for lane in range(len(starts)):
         label = str(arrays["label"][lane, 0])
-        n = int(arrays["period"][lane, 0]) if outputs.status[lane, 0] == OK else 0
+        n = int(arrays["periodicity"][lane, 0]) if outputs.status[lane, 0] == OK else 0
         point = arrays["orbit_point"][lane, 0]
         state = np.zeros(4)
         state[: point.size] = point
@@ -115,7 +115,7 @@ def orbits_in(
     """
     if name not in view.axes:
         raise RequestError(f"{view.path} varies {', '.join(view.axes)}, not {name}")
-    for dataset in ("period", "label"):
+    for dataset in ("periodicity", "label"):
         if dataset not in view:
             raise RequestError(f"{view.path} holds no {dataset}: scan with regime in --record")
     where = {}
@@ -135,7 +135,7 @@ def _orbits_of(view: ArchiveView, name: str, where: dict[str, int], every: bool)
     if source not in view:
         raise RequestError(f"{view.path} holds no section: record section or evidence")
     chosen = {axis: index for axis, index in where.items() if axis != name}
-    period, label = view.take("period", **chosen), view.take("label", **chosen)
+    period, label = view.take("periodicity", **chosen), view.take("label", **chosen)
     states = view.take(source, **chosen)
     if source == "section":
         states = states[..., -1, :]

@@ -218,7 +218,7 @@ def _numbers(request: Decay, scene: Scene, cells: np.ndarray, told: Told) -> dic
         "damping_ratio": np.where(column[of_orbit.FELL] > 0.0, ratio, np.nan),
         "E1max": told.peak[:, 0],
         "E2max": told.peak[:, 1] if scene.damper else missing,
-        "impacts": column[of_orbit.IMPACTS],
+        "impact_count": column[of_orbit.IMPACTS],
         "energy_in": column[of_orbit.CAME],
         "balance": column[of_orbit.BALANCE],
         "captured": column[of_orbit.CAPTURE],

@@ -198,7 +198,7 @@ _NEVER = ("damping_ratio", "capture", "escape", "first_passage", "balance", "ret
           "return_low", "return_high", "x1_rms_low", "above_low")  # fmt: skip
 """Numbers that nobody wants to be small, and the lower ends of intervals."""
 
-_OF_CONTACTS = ("share_contact", "force_max", "impulse_max", "impacts", "captured")
+_OF_CONTACTS = ("share_contact", "force_max", "impulse_max", "impact_count", "captured")
 _OF_LEVELS = ("crossings", "above", "above_high")
 
 

@@ -57,7 +57,7 @@ OF_LOADS = (
         "largest stroke"),
     _of("force_max", "N", "largest contact force", "largest contact force"),
     _of("impulse_max", "N s", "largest impulse of an impact", "largest impulse"),
-    _of("impacts", "1", "number of impacts", "impacts"),
+    _of("impact_count", "1", "number of impacts", "impacts"),
     _of("captured", "s", "longest time in which each wall is struck in each cycle, at most 1.5 "
         "natural periods apart: 1:1 resonance", "time in 1:1 resonance"),
     _of("capture", "s", "when it begins; NaN where there is none", "capture in 1:1 resonance"),

@@ -151,7 +151,7 @@ OF_SIGNALS = "{signals}"
 QUANTITIES = (
     Quantity(
         "section", _STATE, "state at t = nT, the integer forcing periods", ("section",),
-        dims=("cycle", "component"), buffer="section",
+        dims=("forcing_period", "component"), buffer="section",
     ),
     *_energies("max", "energy", "steady-state maximum", drawn=(MAPS, CURVES)),
     *_energies("peak", "peak", "maximum, the transient included,", drawn=(MAPS,)),
@@ -202,7 +202,7 @@ QUANTITIES = (
         "power_in", "W", "mean power put in by {by}", "power put in", column=POWERS + 3,
     ),
     _whole(
-        "impacts", "impacts per nT; where no period was found, per sampled window",
+        "impact_count", "impacts per nT; where no period was found, per sampled window",
         ("impacts", "regime"), has=_walls, label="impacts per $n$T",
     ),
     Quantity(
@@ -210,7 +210,7 @@ QUANTITIES = (
         drawn=(MAPS, CURVES),
     ),
     _whole(
-        "impacts_by_wall", "impacts by what is struck, counted as `impacts`", ("impacts",),
+        "impacts_by_wall", "impacts by what is struck, counted as `impact_count`", ("impacts",),
         has=_two_walls, dims=("wall",),
     ),
     Quantity(
@@ -248,8 +248,8 @@ QUANTITIES = (
         buffer="clearance", column=0, drawn=(MAPS, CURVES),
     ),
     _whole(
-        "period", "n of nT; 0 where none was found", ("regime", "impacts"), fill=0, label="period",
-        symbol="n", drawn=(MAPS, CURVES), scale=PERIOD,
+        "periodicity", "n of nT; 0 where none was found", ("regime", "impacts"), fill=0,
+        label="period", symbol="n", drawn=(MAPS, CURVES), scale=PERIOD,
     ),
     _code("regime", "kind of the steady state", ("regime",), 0),
     _text("label", "regime in words: nT,k, chaos, undetermined ...", ("regime",)),

@@ -147,15 +147,15 @@ def classify(
 
 def _regime(system: System, found: dict[str, Any], energy: np.ndarray) -> Regime:
     """Return the `Regime` in the datasets of one lane."""
-    periodic = found["period"] > 0
+    periodic = found["periodicity"] > 0
     pairs = found["multipliers"]
     near, far = (int(count) for count in found["impacts_by_wall"])
     return Regime(
         system=system,
         label=str(found["label"]),
         kind=_KINDS[int(found["regime"])],
-        period=int(found["period"]),
-        impacts=int(found["impacts"]),
+        period=int(found["periodicity"]),
+        impacts=int(found["impact_count"]),
         impacts_by_wall=(near, far),
         multipliers=pairs[:, 0] + 1j * pairs[:, 1] if periodic else None,
         lyapunov=float(found["lyapunov"]),

@@ -74,8 +74,8 @@ def regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict
     impacts = by_wall.sum(axis=-1)
     regime = flags_of(status, rows[..., ev.KIND].astype(np.int64))
     return {
-        "period": period,
-        "impacts": impacts,
+        "periodicity": period,
+        "impact_count": impacts,
         "impacts_by_wall": by_wall,
         "regime": regime,
         "label": labels_of(regime, period, impacts),

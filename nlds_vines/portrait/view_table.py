@@ -47,13 +47,13 @@ class _Row:
     begin: Annotated[int, Column("1", "forcing period with which the window begins")]
     end: Annotated[int, Column("1", "forcing period with which it ends")]
     label: Annotated[str, Column("1", "regime by recurrence alone")]
-    cycle: Annotated[int, Column("1", "n of nT by recurrence; 0: none found")]
+    period: Annotated[int, Column("1", "n of nT by recurrence; 0: none found", "periodicity")]
     tolerance: Annotated[float, Column("1", "to which the section recurs", "recurs_within")]
-    longest: Annotated[int, Column("1", "longest n that was looked for", "longest_cycle")]
+    longest: Annotated[int, Column("1", "longest n that was looked for", "longest_periodicity")]
     comb: Annotated[int, Column("1", "n of the nT whose lines do not count as broadband")]
     share: Annotated[float, Column("1", "share of the power beside the lines", "broadband")]
     times: Annotated[int, Column("1", "states in the window", "states")]
-    touches: Annotated[int, Column("1", "impacts that begin in the window", "impacts")]
+    touches: Annotated[int, Column("1", "impacts that begin in the window", "impact_count")]
     periods: Annotated[int, Column("1", "periods in the spectrum", "spectrum_periods")]
     bins: Annotated[int, Column("1", "bins of the spectrum", "spectrum_bins")]
     number: Annotated[int, Column("1", "passages of the limit; -1: there is none", "passages")]
@@ -84,7 +84,7 @@ def contents(
         scales.append(Scale.counted("impact", impacts.size, "number of the impact", 1))
     spectrum, unit = f"of {request.signal}, {request.taper} window", SIGNALS[request.signal].unit
     status = Dataset.code("status", ("row",), "how the orbit ended", STATUS_FLAGS)
-    period = Dataset.whole("period", ("section_point",), "n of t = nT")
+    period = Dataset.whole("forcing_period", ("section_point",), "n of t = nT")
     section = Dataset.real("section", ("section_point", "component"), "m, m/s", "state at t = nT")
     found = [
         *((entry, table_of([entry], rows)[entry.name]) for entry in columns(_Row)),
@@ -133,7 +133,7 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
             states=np.column_stack([view[name][here] for name in scene.components]),
             samples=request.samples,
             contacts=impacts[part("impact", row.touches)],
-            period=row.cycle,
+            period=row.period,
             tolerance=row.tolerance,
             longest=row.longest,
             comb=row.comb,
@@ -159,7 +159,7 @@ def _row_of(view: View) -> _Row:
         begin=begin,
         end=end,
         label=view.label,
-        cycle=view.period,
+        period=view.period,
         tolerance=view.tolerance,
         longest=view.longest,
         comb=view.comb,

@@ -37,7 +37,7 @@ def stiffnesses_with_all(data: Data) -> tuple[list[float], list[float]]:
     whose labels are the published words, 3T,3, chaos and transient chaos.
     """
     three, chaos, settled = (data.place(omega) for omega in SPECIAL)
-    period, impacts, label = data["period"], data["impacts"], data["label"].astype(str)
+    period, impacts, label = data["periodicity"], data["impact_count"], data["label"].astype(str)
     found = (period[three] == 3) & (impacts[three] == 3)
     found &= label[chaos] == "chaos"
     found &= (period[settled] == 1) & (impacts[settled] == 0)

@@ -131,7 +131,7 @@ def _best(changed: Changed) -> Check:
 
 def regimes(data: Data) -> np.ndarray:
     """Return one number for each regime nT,k along the frequency; -1 without a period."""
-    period, impacts = data["period"], data["impacts"]
+    period, impacts = data["periodicity"], data["impact_count"]
     return np.where(period > 0, 1000 * period + impacts, -1)
 
 

@@ -30,7 +30,7 @@ NEXT = 0.15  # largest share by which it may exceed that of the regular motions 
 
 def _regimes(data: Data) -> set[tuple[int, int]]:
     """Return the different (n, k) of nT,k; (0, 0) stands for all motion without a period."""
-    pairs = zip(data["period"].tolist(), data["impacts"].tolist(), strict=True)
+    pairs = zip(data["periodicity"].tolist(), data["impact_count"].tolist(), strict=True)
     return {(n, k if n else 0) for n, k in pairs}
 
 
@@ -39,10 +39,10 @@ def _less_varied(evidence: Evidence) -> Finding:
     text = []
     shares = []
     for data in (ours, other):
-        plain = (data["period"] == 1) & (data["impacts"] <= 1)
+        plain = (data["periodicity"] == 1) & (data["impact_count"] <= 1)
         shares.append(float(np.mean(plain)))
         kinds = len(_regimes(data))
-        irregular = int(np.sum(data["period"] == 0))
+        irregular = int(np.sum(data["periodicity"] == 0))
         text.append(
             f"{data.system.name} T,0 or T,1 at {100 * shares[-1]:.0f} % of the frequencies, "
             f"{kinds} different regimes, {irregular} frequencies without a period"
@@ -61,7 +61,9 @@ def _widest_range(evidence: Evidence) -> Finding:
 def _above_only(evidence: Evidence) -> Finding:
     data = evidence("8", SET6)
     above = data.omega > 7.3
-    calm_below = bool(np.all((data["period"][~above] == 1) & (data["impacts"][~above] == 1)))
+    calm_below = bool(
+        np.all((data["periodicity"][~above] == 1) & (data["impact_count"][~above] == 1))
+    )
     others = len(_regimes(Data(data.system, data.axes, _cut(data, above))))
     text = f"below 7.3 rad/s only T,1; above {others} different regimes"
     return decided(calm_below and others >= 4, text)
@@ -69,7 +71,7 @@ def _above_only(evidence: Evidence) -> Finding:
 
 def _cut(data: Data, chosen: np.ndarray) -> dict[str, np.ndarray]:
     """Return periods and impacts of the chosen cells."""
-    return {name: data[name][chosen] for name in ("period", "impacts")}
+    return {name: data[name][chosen] for name in ("periodicity", "impact_count")}
 
 
 def _labelled(
@@ -107,7 +109,7 @@ def _window_width(evidence: Evidence) -> Finding:
     study = evidence("stiffness", SET6)
     widths = []
     for column in range(study.axes["K"].size):
-        three = (study["period"][:, column] == 3) & (study["impacts"][:, column] == 3)
+        three = (study["periodicity"][:, column] == 3) & (study["impact_count"][:, column] == 3)
         widths += [high - low for low, high in spans(study.omega, three)]
     if not widths:
         return Finding(Verdict.DIFFER, "no 3T,3 at any K")
@@ -120,7 +122,7 @@ def _then_chaos(evidence: Evidence) -> Finding:
     study = evidence("stiffness", SET6)
     below, above = [], []
     for column in range(study.axes["K"].size):
-        three = (study["period"][:, column] == 3) & (study["impacts"][:, column] == 3)
+        three = (study["periodicity"][:, column] == 3) & (study["impact_count"][:, column] == 3)
         for low, high in spans(study.omega, three):
             first, last = study.place(low), study.place(high)
             below.append(str(study["label"][max(first - 1, 0), column]))
@@ -143,7 +145,7 @@ def _counted(words: list[str]) -> str:
 def _final_motion(evidence: Evidence) -> Finding:
     data, omega = evidence("8", SET6), SPECIAL[2]
     place = data.place(omega)
-    n, k = int(data["period"][place]), int(data["impacts"][place])
+    n, k = int(data["periodicity"][place]), int(data["impact_count"][place])
     found = response(data.system, np.array([omega]))
     expected = float(found.E1max[0])
     text = (
@@ -164,7 +166,9 @@ def _slow_damper(evidence: Evidence) -> Finding:
 
 def _irregular_energy(evidence: Evidence) -> Finding:
     data = evidence("8", SET6)
-    irregular = data["period"] == 0  # a transient that has settled is regular where E1max is taken
+    irregular = (
+        data["periodicity"] == 0
+    )  # a transient that has settled is regular where E1max is taken
     if not irregular.any():
         return Finding(Verdict.OPEN, "no irregular regime was found")
     worst, peak = float(data["E1max"][irregular].max()), data.peak()[0]

@@ -104,8 +104,8 @@ def _away(evidence: Evidence) -> Finding:
 
 def _wide_impacts(evidence: Evidence) -> Finding:
     data = evidence("2b", SET6)
-    share = float(np.mean(data["impacts"] > 0))
-    first, last = next(iter(spans(data.omega, data["impacts"] > 0)), (0.0, 0.0))
+    share = float(np.mean(data["impact_count"] > 0))
+    first, last = next(iter(spans(data.omega, data["impact_count"] > 0)), (0.0, 0.0))
     text = (
         f"without a gap from {first:.3f} to {last:.3f} rad/s; {100 * share:.0f} % of 5 to 8 rad/s"
     )
@@ -114,7 +114,7 @@ def _wide_impacts(evidence: Evidence) -> Finding:
 
 def simple_region(data: Data) -> tuple[float, float]:
     """Return the widest range of frequencies with T,1 throughout [rad/s]; (0, 0) for none."""
-    simple = (data["period"] == 1) & (data["impacts"] == 1)
+    simple = (data["periodicity"] == 1) & (data["impact_count"] == 1)
     return max(spans(data.omega, simple), key=lambda span: span[1] - span[0], default=(0.0, 0.0))
 
 
@@ -131,12 +131,14 @@ def _simple_motion(evidence: Evidence) -> Finding:
 def _alternation(evidence: Evidence) -> Finding:
     data = evidence("8", SET6)
     above = data.omega > simple_region(data)[1]
-    pairs = zip(data["period"][above].tolist(), data["impacts"][above].tolist(), strict=True)
+    pairs = zip(
+        data["periodicity"][above].tolist(), data["impact_count"][above].tolist(), strict=True
+    )
     counted = Counter((n, k) for n, k in pairs if n > 0)
     found = sorted(counted)
     shown = ", ".join(f"{n if n > 1 else ''}T,{k}" for n, k in found)
     study = evidence("stiffness", SET6)
-    three = np.any((study["period"] == 3) & (study["impacts"] == 3), axis=0)
+    three = np.any((study["periodicity"] == 3) & (study["impact_count"] == 3), axis=0)
     text = (
         f"{shown}; three impacts (3T,3) at {counted[3, 3]} of {data.omega.size} frequencies with "
         f"the assumed K, somewhere at {three.sum()} of {three.size} K"
@@ -169,7 +171,7 @@ def _irregular(evidence: Evidence) -> Finding:
 
 def _windows(evidence: Evidence) -> Finding:
     data = evidence("2b", SET6)
-    free = spans(data.omega, data["impacts"] == 0)
+    free = spans(data.omega, data["impact_count"] == 0)
     widest = sorted(free, key=lambda span: span[0] - span[1])[:3]
     shown = ", ".join(f"{low:.4f} to {high:.4f}" for low, high in sorted(widest))
     inside = [span for span in free if span[1] < data.omega[-1]]

@@ -131,7 +131,7 @@ def test_other_records_do_not_change_the_attractors(plane, tmp_path):
         assert other["section"].shape == (24, 20, 1, 120, 2)
         assert "E1max" in other
         assert "E1max" not in view
-        assert "period" not in view
+        assert "periodicity" not in view
 
 
 @pytest.mark.kernels

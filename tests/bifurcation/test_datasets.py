@@ -23,9 +23,9 @@ def names(*args, **keywords):
     ("want", "expected"),
     [
         ("section", {"section"}),
-        ("impacts", {"impacts", "impact_rate", "period"}),
+        ("impacts", {"impact_count", "impact_rate", "periodicity"}),
         ("energy", {"E1max", "E2max", "reduction"}),
-        ("regime", {"period", "impacts", "regime", "label"}),
+        ("regime", {"periodicity", "impact_count", "regime", "label"}),
         ("clearance", {"clearance"}),
         ("error", {"error", "error_at_end"}),
     ],
@@ -36,7 +36,7 @@ def test_each_want_brings_its_datasets_and_status_alone(want, expected):
 
 def test_without_walls_there_are_no_impacts_and_without_damper_no_second_energy():
     assert names("tmd", ["energy", "regime"]) == {
-        *("E1max", "E2max", "reduction", "period", "regime", "label", "status")
+        *("E1max", "E2max", "reduction", "periodicity", "regime", "label", "status")
     }
     assert names("none", ["energy"]) == {"E1max", "status"}
 
@@ -52,21 +52,21 @@ def test_an_error_is_told_of_what_else_is_wanted():
 
 
 def test_what_two_wants_share_is_there_once():
-    assert list(scan(want=["impacts", "regime"]).table.datasets).count("impacts") == 1
+    assert list(scan(want=["impacts", "regime"]).table.datasets).count("impact_count") == 1
 
 
 def test_dimensions_are_axes_start_and_tail():
     vary = {"omega": {"values": [5.0, 6.0]}, "P": {"values": [1.0, 2.0, 3.0]}}
     request = scan(vary=vary, start={"policy": "random", "count": 5, "seed": 1})
     by_name = request.table.datasets
-    assert by_name["section"].dims == ("omega", "P", "start", "cycle", "component")
-    assert by_name["section"].tail == ("cycle", "component")
+    assert by_name["section"].dims == ("omega", "P", "start", "forcing_period", "component")
+    assert by_name["section"].tail == ("forcing_period", "component")
     assert by_name["label"].dims == ("omega", "P", "start")
     found = request.table.length
     axes = {"omega": 2, "P": 3, "start": 5}
     of_state = dict.fromkeys(("component", "multiplier", "exponent"), 4)
     of_spectra = {"signal": 2, "frequency": 33, "line": 24}
-    assert found == axes | of_state | of_spectra | {"cycle": 4, "impact": 16, "part": 2}
+    assert found == axes | of_state | of_spectra | {"forcing_period": 4, "impact": 16, "part": 2}
     assert "part" not in scan(want=["section"]).table.length
     assert scan("ssbl", ["impacts"]).table.length["wall"] == 2
 
@@ -88,7 +88,9 @@ def test_types_units_and_fills_are_those_of_the_contract():
     types = {name: dataset.dtype for name, dataset in table.items()}
     assert types == {
         **dict.fromkeys(table, "float64"),
-        **dict.fromkeys(("period", "impacts", "settling", "attractor", "arrival"), "int32"),
+        **dict.fromkeys(
+            ("periodicity", "impact_count", "settling", "attractor", "arrival"), "int32"
+        ),
         "line_period": "int32",
         **dict.fromkeys(("regime", "status", "label_kept", "spectra_agree"), "int8"),
         **dict.fromkeys(("label", "refined_label", "spectral_label"), "str"),

@@ -367,11 +367,11 @@ def test_settling_is_the_largest_of_all_starts_and_black_where_one_never_did(fou
 
 def test_a_map_of_periods_has_the_colours_of_regimes_and_is_pale_where_none_was_found(tmp_path):
     def fill(name, array):
-        if name == "period":
+        if name == "periodicity":
             array[...] = 1
             array[9:18], array[18:27], array[27:] = 3, 40, 0
 
-    axes, bar = shown(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill), "period").axes
+    axes, bar = shown(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill), "periodicity").axes
     mesh = mesh_of(axes)
     assert [faces(axes)[i] for i in (0, 9, 18)] == [palette.RAMP[i] for i in (0, 2, -1)]
     assert mesh.get_array().mask[0].tolist() == [False] * 27 + [True] * 3

@@ -63,7 +63,7 @@ def test_xarray_opens_it_with_dimensions_units_and_flags(path, system):
         assert dataset["omega"].attrs["units"] == "rad/s"
         np.testing.assert_array_equal(dataset["omega"], scan.axes[0].values)
         assert dataset["start"].values.tolist() == ["rest"]
-        assert dataset["cycle"].values.tolist() == [1, 2, 3]
+        assert dataset["forcing_period"].values.tolist() == [1, 2, 3]
         for entry in scan.table.datasets.values():
             variable = dataset[entry.name]
             assert variable.dims == entry.dims

@@ -86,7 +86,7 @@ def cut(monkeypatch):
 def test_threads_and_blocks_do_not_matter(vary, start, tmp_path, cut):
     scan = nv.load_scan(document(vary, start))
     whole = compute(tmp_path / "whole.h5", scan, threads=1)
-    assert {"section", "period", "E1max", "label", "status"} <= whole.keys()
+    assert {"section", "periodicity", "E1max", "label", "status"} <= whole.keys()
     assert compute(tmp_path / "two.h5", scan, threads=2) == whole
     counts = {len(list(cutting.blocks_of(scan)))}
     for cells in (1, 2, 7):
@@ -283,8 +283,8 @@ def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(
     assert np.isnan(beside["E1max"][-1]).all()
     assert np.isnan(beside["impact_rate"][-1]).all()
     assert set(beside["label"][-1]) == {"failed"}
-    assert set(beside["impacts"][-1]) == {-1}
-    assert set(beside["period"][-1]) == {0}
+    assert set(beside["impact_count"][-1]) == {-1}
+    assert set(beside["periodicity"][-1]) == {0}
     for name in ("error", "error_at_end", "E1max_error"):
         assert np.isnan(beside[name][-1]).all(), name
         assert np.isfinite(alone[name]).all(), name

@@ -93,7 +93,7 @@ def test_pandas_and_xarray_take_an_archive(path):
     pytest.importorskip("xarray")
     view = nv.read(path)
     labelled = view.to_xarray()
-    assert labelled["section"].dims == ("omega", "start", "cycle", "component")
+    assert labelled["section"].dims == ("omega", "start", "forcing_period", "component")
     assert np.array_equal(labelled["section"].sel(component="x1"), view["section"][..., 0])
     assert labelled["E1max"].attrs["units"] == "J"
     assert labelled.attrs["title"] == view.text("title")

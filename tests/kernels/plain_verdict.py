@@ -186,7 +186,7 @@ def test_a_scan_tells_impacts_as_a_verdict_does():
         )
         found = Computer(scan).block(Block(0, ((0, 1),)))
         assert found["label"][0, 0] == f"{'' if n == 1 else n}T,{k}"
-        assert found["impacts"][0, 0] == k
+        assert found["impact_count"][0, 0] == k
         assert found["impact_rate"][0, 0] == pytest.approx(k / n, abs=0.04)
 
 

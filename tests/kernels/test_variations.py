@@ -280,7 +280,7 @@ def labelled():
 
 def test_multipliers_and_exponents_of_every_labelled_orbit():
     scan, found = labelled()
-    omega, n = scan.axes[0].values, found["period"][:, 0]
+    omega, n = scan.axes[0].values, found["periodicity"][:, 0]
     periodic = n > 0
     assert periodic.mean() > 0.9
     trace = divergence(scan.system)

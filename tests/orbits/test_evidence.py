@@ -50,7 +50,7 @@ def found():
 def test_labels_count_impacts_of_a_cycle_or_of_the_window(found):
     assert found["label"].tolist() == ["2T,4", "chaos", "failed"]
     assert found["impacts_by_wall"].tolist()[:2] == [[3, 1], [5, 6]]
-    assert found["impacts"].tolist()[:2] == [4, 11]
+    assert found["impact_count"].tolist()[:2] == [4, 11]
     assert found["regime"].tolist() == [FLAGS[n] for n in ("periodic", "chaotic", "failed")]
     assert found["settling"].tolist() == [17, -1, -1]
 
@@ -73,7 +73,7 @@ def test_points_are_in_the_users_coordinates(found):
 
 
 def test_a_lane_that_failed_keeps_no_evidence(found):
-    assert found["period"][2] == 0
+    assert found["periodicity"][2] == 0
     for name in ("exponents", "multipliers", "orbit_point", "lyapunov", "residual"):
         assert np.isnan(found[name][2]).all(), name
 

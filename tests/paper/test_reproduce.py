@@ -307,7 +307,7 @@ def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
     (curve,) = request.curves
     omega = curve.scan.axes[0].values
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
-    numbers = {"E1max": omega, "E2max": omega, "impacts": np.where(free, 0, 120)}
+    numbers = {"E1max": omega, "E2max": omega, "impact_count": np.where(free, 0, 120)}
     path = paper_results.write_archive(tmp_path / "a.h5", curve.scan, numbers)
     found = page_picture.values_of(request.page, lambda _: path)
     (frame,) = drawing.draw_page(request.page, found).axes

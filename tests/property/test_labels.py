@@ -50,7 +50,7 @@ class Judged:
     @property
     def arrived(self):
         """The point of a periodic orbit, otherwise the last state, as kernels have it."""
-        return np.where((self.arrays["period"] > 0)[:, np.newaxis], self.points, self.ends)
+        return np.where((self.arrays["periodicity"] > 0)[:, np.newaxis], self.points, self.ends)
 
 
 def judge(cells, starts=None, method="exact", effort="standard", transient=240, periods=60):
@@ -122,7 +122,7 @@ def check_methods(cells, least):
     determined = ~np.isin(one, OPEN) & ~np.isin(two, OPEN)
     assert determined.mean() > 0.98
     assert len(set(one[determined])) >= least
-    periodic = (exact.arrays["period"] > 0) & (one == two)
+    periodic = (exact.arrays["periodicity"] > 0) & (one == two)
     radius = [np.abs(j.arrays["multipliers"][periodic, 0] @ [1, 1j]) for j in (exact, classical)]
     np.testing.assert_allclose(*radius, atol=1e-4)
 
@@ -155,9 +155,9 @@ def test_threads_and_company_do_not_matter(monkeypatch):
 
 def check_found_more(less, more):
     """Check that what is known stays, but for chaos and tori that end in a periodic orbit."""
-    assert not (less.arrays["period"] > 0)[less.labels != more.labels].any()
+    assert not (less.arrays["periodicity"] > 0)[less.labels != more.labels].any()
     changed = np.isin(less.labels, ["chaos", "quasiperiodic"]) & (less.labels != more.labels)
-    assert (more.arrays["period"][changed] > 0).all()
+    assert (more.arrays["periodicity"][changed] > 0).all()
     assert (more.arrays["watched"] >= less.arrays["watched"]).all()
 
 
@@ -176,7 +176,7 @@ def check_lengths(cells, *, least_known, lengths=((300, 60), (300, 2000), (5000,
     first, *others = (judge(cells, transient=t, periods=p) for t, p in lengths)
     assert (first.labels != "undetermined").mean() >= least_known
     for other in others:
-        both = (first.arrays["period"] > 0) & (other.arrays["period"] > 0)
+        both = (first.arrays["periodicity"] > 0) & (other.arrays["periodicity"] > 0)
         for name in ("label", "settling", "impacts_by_wall"):
             np.testing.assert_array_equal(first.arrays[name][both], other.arrays[name][both])
         one, two = ends_of(first.labels[~both]), ends_of(other.labels[~both])
@@ -213,7 +213,7 @@ def test_the_phase_at_which_sections_are_taken_does_not_matter():
     found = judge(cells)
     later = cells.copy()
     later["P"] = -later["P"]
-    periodic = np.flatnonzero(found.arrays["period"] > 0)
+    periodic = np.flatnonzero(found.arrays["periodicity"] > 0)
     half = halfway(cells[periodic], found.points[periodic])
     again = judge(later[periodic], half, "rk4", transient=40, periods=80)
     np.testing.assert_array_equal(ends_of(again.labels), ends_of(found.labels[periodic]))

@@ -79,7 +79,7 @@ def test_the_numbers_are_those_of_a_scan_of_the_same_system(here):
         assert page["P"].tolist() == [600.0, 600.0]
         assert page["system"].tolist() == ["none", "ssul-set6"]
         assert np.isnan(page["C"][0])
-        for name in ("E1max", "E2max", "reduction", "impacts", "status"):
+        for name in ("E1max", "E2max", "reduction", "impact_count", "status"):
             np.testing.assert_array_equal(page[name][1], one[name][:, 0])
 
 
@@ -227,8 +227,8 @@ def test_no_line_joins_two_regimes():
     E1max = np.array([1.0, 2.0, 9.0, 5.0, 6.0, 3.0, 4.0])
     numbers = {"E1max": E1max, "reduction": 1.0 - E1max}
     numbers |= {
-        "period": np.array([1, 1, 0, 3, 3, 1, 1]),
-        "impacts": np.array([1, 1, 7, 2, 2, 1, 1]),
+        "periodicity": np.array([1, 1, 0, 3, 3, 1, 1]),
+        "impact_count": np.array([1, 1, 7, 2, 2, 1, 1]),
     }
     (axes, reduction) = page_of_numbers(numbers, reduction=True)
     for panel, factor in ((axes, 1.0), (reduction, 100.0)):
@@ -242,7 +242,7 @@ def test_no_line_joins_two_regimes():
         assert pieces == [piece.tolist() for piece in wanted]
         dots = [line for line in panel.lines if line.get_marker() == "o"]
         assert dots[-1].get_xdata().tolist() == [6.133]
-    del numbers["period"]
+    del numbers["periodicity"]
     axes, _ = page_of_numbers(numbers, reduction=True)
     assert axes.lines[-1].get_ydata().tolist() == E1max.tolist()
 
@@ -257,7 +257,7 @@ def test_archives_tell_regimes_along_curves_without_a_verdict(here):
     found = nv.curves_in("a.h5")
     curve = found["SSul NES, Set 6"]
     with nv.read("b.h5") as view:
-        labels, periods = view["label"][:, 0].tolist(), view["period"][:, 0]
+        labels, periods = view["label"][:, 0].tolist(), view["periodicity"][:, 0]
     words = [label.rpartition(" ")[2].replace("T", "") for label in labels]
     words = [word if word[0].isdigit() else f"1{word}" for word in words]
     assert (periods > 0).all()

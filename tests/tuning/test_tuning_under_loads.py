@@ -90,7 +90,7 @@ def test_options_mean_the_same_as_a_file(file, capsys):
         ({"sampling": {"duration": 3.0}}, "duration is not used without [load]"),
         ({**BLOW, "search": {"objective": "last_2"}}, "did you mean 'last_1'"),
         ({**BLOW, "search": {"objective": "first_passage"}}, "unknown objective 'first_passage'"),
-        ({**BLOW, "search": {"objective": "impacts"}}, "unknown objective 'impacts'"),
+        ({**BLOW, "search": {"objective": "impact_count"}}, "unknown objective 'impact_count'"),
         (
             {
                 "load": {"record": {"times": [0.0, 0.05], "values": [0.0, 1.0], "unit": "g"}},
@@ -129,7 +129,9 @@ def test_a_wrong_request_is_one_line(changes, said, error_of):
 def test_a_level_and_walls_bring_objectives_of_their_own():
     table = {**BLOW, "sampling": {"duration": 12.0, "level": 0.1}}
     assert {"above", "above_high", "crossings"} <= load_tuning("tmd", table).objectives.keys()
-    assert {"impacts", "force_max", "captured"} <= load_tuning("ssul-set6", BLOW).objectives.keys()
+    assert {"impact_count", "force_max", "captured"} <= load_tuning(
+        "ssul-set6", BLOW
+    ).objectives.keys()
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,7 @@ def _usual_rows(
     if not places:
         numbers = [name for name in drawn_in(CURVES) if name in known]
         if len(cuts) > 1 and len(numbers) > 1:  # the strips tell the periods
-            numbers = [name for name in numbers if name != "period"]
+            numbers = [name for name in numbers if name != "periodicity"]
         return numbers + below
     if len(cuts) > 1:
         places = places[:1]

@@ -20,7 +20,16 @@ Content = tuple[Dataset, np.ndarray]
 
 _RESPONSE = tuple(name for name in SHOWN if "response" in BY_NAME[name].record)
 
-ARRAYS = ("status", "E1max", "E2max", "reduction", "impacts", "period", "regime", *_RESPONSE)
+ARRAYS = (
+    "status",
+    "E1max",
+    "E2max",
+    "reduction",
+    "impact_count",
+    "periodicity",
+    "regime",
+    *_RESPONSE,
+)
 """The datasets along a curve."""
 
 DOWN = "_down"
@@ -52,8 +61,8 @@ def _along(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[C
     table = [
         Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS),
         *(_recorded(name, dims, page) for name in ("E1max", "E2max", "reduction")),
-        Dataset.whole("impacts", dims, "impacts per nT; -1: not recorded", -1),
-        Dataset.whole("period", dims, BY_NAME["period"].words),
+        Dataset.whole("impact_count", dims, "impacts per nT; -1: not recorded", -1),
+        Dataset.whole("periodicity", dims, BY_NAME["periodicity"].words),
         Dataset.code("regime", dims, "kind of the steady state", FLAGS),
         *(_recorded(name, dims, page) for name in _RESPONSE),
     ]

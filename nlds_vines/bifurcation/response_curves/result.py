@@ -60,14 +60,14 @@ class CurveValues:
     @property
     def impacts(self) -> np.ndarray:
         """Impacts per nT; -1 where they were not recorded."""
-        return self._along("impacts", -1)
+        return self._along("impact_count", -1)
 
     def periods(self, ending: str = "") -> np.ndarray:
         """Return n,k of each nT,k in words, "" where none was found; (0,) where none is recorded.
 
         Arguments: the `ending` of the names of a second start.
         """
-        n, k = (self.numbers.get(name + ending) for name in ("period", "impacts"))
+        n, k = (self.numbers.get(name + ending) for name in ("periodicity", "impact_count"))
         if n is None or k is None or (k < 0).all():  # of older archives, and without walls
             return np.empty(0, dtype=np.str_)
         return np.array([f"{one},{of}" if one > 0 else "" for one, of in zip(n, k, strict=True)])

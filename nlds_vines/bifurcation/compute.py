@@ -98,8 +98,12 @@ class Computer:
             outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)
         if "spectra_agree" in self.scan.table.datasets:
-            told = (arrays[name] for name in ("regime", "periodicity", "spectral_label"))
-            arrays["spectra_agree"] = agreement(*told)
+            arrays["spectra_agree"] = agreement(
+                arrays["regime"],
+                arrays["periodicity"],
+                arrays["spectral_label"],
+                self.scan.periods,
+            )
         for name, dataset in self.scan.table.datasets.items():
             _one_nan(_failed_filled(arrays[name], dataset, arrays["status"]))
         return arrays

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
+from nlds_vines.kernels.orbit.recurrence import REPEATS, TOLERANCE, period_of
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.orbits.spectral_records import LINES, SpectralRecords
 from nlds_vines.orbits.spectrum import spectrum_of
@@ -18,30 +18,46 @@ UNCLEAR = "unclear"
 LINES_BELOW, BROADBAND_ABOVE = 1e-4, 1e-3
 """Broadband shares of lines alone and of continuous spectra.
 
-Along the example of `docs/spectra.md`, 240 periods: quasiperiodic motions up to 1.05e-4, chaos from
-6e-4, half of it above 5e-3."""
+Set 6 between 7.363 and 7.425 rad/s, 19 quasiperiodic motions and 13 chaotic ones: see
+`docs/spectra.md`."""
+
+FEWEST_PERIODS = 120
+"""Sampled periods from which on the broadband share separates regimes. With 60, lines are so near
+each other that 14 of 19 quasiperiodic motions have shares above `BROADBAND_ABOVE`, with 90 two of
+18, with 120 none (at most 7.3e-4)."""
 
 
-def spectral_label(n: int, share: float) -> str:
-    """Return what spectra say of an orbit: its period, or what the broadband share tells."""
+def spectral_label(n: int, share: float, periods: int) -> str:
+    """Return the label of an orbit by its spectra alone, sampled over `periods`.
+
+    `nT` if the section recurs. Otherwise the broadband `share` decides, if the periods suffice.
+    """
     if n:
         return f"{n}T" if n > 1 else "T"
+    if periods < FEWEST_PERIODS:
+        return UNCLEAR
     if share < LINES_BELOW:
         return "lines"
     return "broadband" if share > BROADBAND_ABOVE else UNCLEAR
 
 
-def agreement(regime: np.ndarray, period: np.ndarray, spectral_labels: np.ndarray) -> np.ndarray:
+def agreement(
+    regime: np.ndarray, period: np.ndarray, spectral_labels: np.ndarray, periods: int
+) -> np.ndarray:
     """Return where verdicts and spectra agree, codes of `labels.KEPT`; -1 where one cannot tell.
 
-    Arguments: codes of the `regime`, the `period` n of nT and the spectral labels, of one shape.
+    Arguments: codes of the `regime`, the `period` n of nT and the spectral labels, of one shape;
+    the number of sampled `periods`.
     An nT orbit agrees with nT, a quasiperiodic one with lines, chaos with a broadband spectrum.
+    An orbit whose period is longer than a third of the sampled ones cannot recur (`period_of`).
     """
     known = {FLAGS["quasiperiodic"]: "lines", FLAGS["chaotic"]: "broadband"}
     found = np.full(regime.shape, -1, np.int8)
     for place in np.ndindex(regime.shape):
         n, says = int(period[place]), str(spectral_labels[place])
-        expected = spectral_label(n, 0.0) if n else known.get(int(regime[place]), "")
+        expected = spectral_label(n, 0.0, periods) if n else known.get(int(regime[place]), "")
+        if REPEATS * n > periods:
+            continue
         if expected and says not in ("", UNCLEAR):
             found[place] = KEPT["yes" if says == expected else "no"]
     return found
@@ -75,7 +91,9 @@ def arrays_of(
                 amplitude, phase = _lines(records, values, n, transient)
                 found["line_amplitude"][here], found["line_phase"][here] = amplitude, phase
         if "broadband" in records.want:
-            found["spectral_label"][lane] = spectral_label(n, found["broadband"][lane].max())
+            found["spectral_label"][lane] = spectral_label(
+                n, found["broadband"][lane].max(), len(section)
+            )
     return found
 
 

@@ -49,7 +49,7 @@ def test_a_sine_has_one_line_with_the_amplitude_and_phase_of_the_closed_form(tmp
 @pytest.mark.kernels
 def test_a_disagreement_of_spectra_and_labels_is_told(tmp_path, answer):
     """An orbit that settles slowly: by its multipliers T,0, but its section does not recur yet."""
-    options = ["--set", "c1=2", "--vary", "omega=6:6.3:2", "--transient", "20", "--periods", "24"]
+    options = ["--set", "c1=2", "--vary", "omega=6:6.3:2", "--transient", "20", "--periods", "120"]
     command = ["bifurcation", "--system", "none", *options, "--record", "regime,broadband"]
     told = [
         line
@@ -75,6 +75,8 @@ def test_verdicts_and_spectra_agree_where_both_can_tell():
         ("periodic", 3, "T", "no"),
         ("periodic", 40, "lines", "no"),
         ("periodic", 40, "unclear", ""),
+        ("periodic", 41, "lines", ""),  # longer than a third of the 120 periods
+        ("periodic", 41, "broadband", ""),
         ("quasiperiodic", 0, "lines", "yes"),
         ("quasiperiodic", 0, "broadband", "no"),
         ("chaotic", 0, "broadband", "yes"),
@@ -83,7 +85,7 @@ def test_verdicts_and_spectra_agree_where_both_can_tell():
         ("chaotic", 0, "", ""),
     ]
     regime, period, spectral, expected = (np.array(column) for column in zip(*rows, strict=True))
-    found = agreement(np.array([codes[word] for word in regime]), period, spectral)
+    found = agreement(np.array([codes[word] for word in regime]), period, spectral, 120)
     assert found.tolist() == [KEPT.get(word, -1) for word in expected]
 
 
@@ -146,8 +148,23 @@ def test_the_broadband_share_tells_periodic_quasiperiodic_and_chaotic_apart(tmp_
 
 
 def test_the_words_for_what_a_spectrum_says():
-    assert [spectral_label(1, 0.0), spectral_label(3, 1e-2)] == ["T", "3T"]
-    assert [spectral_label(0, s) for s in (1e-5, 5e-4, 1e-2)] == ["lines", "unclear", "broadband"]
+    shares = (1e-5, 5e-4, 1e-2)
+    assert [spectral_label(1, 0.0, 60), spectral_label(3, 1e-2, 60)] == ["T", "3T"]
+    assert [spectral_label(0, s, 120) for s in shares] == ["lines", "unclear", "broadband"]
+    assert {spectral_label(0, s, 119) for s in shares} == {"unclear"}
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize(("periods", "judged"), [(60, 0), (120, 4), (240, 4)])
+def test_no_quasiperiodic_motion_is_called_broadband(tmp_path, periods, judged):
+    """With 60 periods all four have shares above 1e-3, because their lines crowd."""
+    vary = {"omega": {"values": [7.368, 7.416, 7.42, 7.423]}}
+    sampling = {"transient": 1500, "periods": periods}
+    with scanned(tmp_path, "ssul-set6", ["regime", "broadband"], vary, sampling) as found:
+        assert set(found["label"].ravel().tolist()) == {"quasiperiodic"}
+        assert "broadband" not in found["spectral_label"]
+        assert KEPT["no"] not in found["spectra_agree"]
+        assert np.count_nonzero(found["spectra_agree"] == KEPT["yes"]) == judged
 
 
 def test_lines_anywhere_leave_no_background_and_noise_does():

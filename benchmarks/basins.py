@@ -29,7 +29,7 @@ from nlds_vines.transients.basin_shares import basin_measures
 from nlds_vines.transients.survival import share_interval
 
 SYSTEM, OMEGA = "ssul-set6", 7.7
-RANGES = {"x2_0": (-0.06, 0.1), "v2_0": (-1.0, 1.0)}
+RANGES = {"x2_0": (0.1, 0.26), "v2_0": (-1.0, 1.0)}
 PLAIN, RANDOM = 10_000, 100_000
 """Cells that are followed to their end, and random starts."""
 

@@ -12,7 +12,7 @@ plane = {
     "system": "ssul-set6",
     "set": {"omega": 7.7},
     "vary": {
-        "x2_0": {"start": -0.06, "stop": 0.1, "num": 80},
+        "x2_0": {"start": 0.1, "stop": 0.26, "num": 80},
         "v2_0": {"start": -1.0, "stop": 1.0, "num": 80},
     },
     "record": {"want": ["attractor"]},

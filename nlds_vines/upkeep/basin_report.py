@@ -21,7 +21,7 @@ _NAME = "basins"
 _SIDE = 20
 _EXAMPLES = """\
 examples:
-  nlds-vines bifurcation --set omega=7.7 --vary x2_0=-0.06:0.1:300 --vary v2_0=-1:1:300 \\
+  nlds-vines bifurcation --set omega=7.7 --vary x2_0=0.1:0.26:300 --vary v2_0=-1:1:300 \\
           --record attractor -o plane.h5
   nlds-vines basins plane.h5 --by 50,100
       shares, basin entropies and uncertainty exponent of the plane; who has arrived by 50 T

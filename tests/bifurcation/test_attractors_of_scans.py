@@ -109,7 +109,7 @@ def test_labels_of_ten_thousand_cells_are_those_of_plain_following():
         "system": "ssul-set6",
         "set": {"omega": 7.7},
         "vary": {
-            "x2_0": {"start": -0.06, "stop": 0.1, "num": 1000},
+            "x2_0": {"start": 0.1, "stop": 0.26, "num": 1000},
             "v2_0": {"start": -1.0, "stop": 1.0, "num": 1000},
         },
     }

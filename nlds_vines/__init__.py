@@ -17,8 +17,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from nlds_vines.errors import renamed
-
 if sys.platform == "win32":  # which has neither fcntl nor resource nor SIGUSR1
     _as_program = sys.argv[0] == "-m" or "nlds-vines" in sys.argv[0]  # then without a traceback
     raise (SystemExit if _as_program else ImportError)(
@@ -35,20 +33,7 @@ _HOMES: dict[str, str] = {
 }
 """The modules in which public names are, as `__init__.pyi` says."""
 
-_OLD = {
-    "continue_orbit": "follow",
-    "continued": "open",
-    "response_curves": "curves",
-    "curves_in": "open",
-}
-"""Names that go with version 0.2, and what to call instead."""
-
-_FOLDERS = "bifurcation", "portrait", "transients"
-"""Folders that can be called (`callable_package`) until then."""
-
-_MOVED = {"reproduce_paper": "in a clone, `paper.reproduce_paper` makes the paper's figures"}
-
-__all__ = sorted({*_HOMES, "__version__"} - {*_OLD, *_FOLDERS})
+__all__ = sorted({*_HOMES, "__version__"})
 
 
 def __getattr__(name: str) -> Any:
@@ -57,19 +42,14 @@ def __getattr__(name: str) -> Any:
         from nlds_vines.archives.provenance import version
 
         return version("nlds-vines")
-    if name in _FOLDERS:
-        return import_module(f"{__name__}.{name}")
     if name not in _HOMES:
-        raise AttributeError(_MOVED.get(name) or f"module {__name__!r} has no attribute {name!r}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if _HOMES[name].startswith("orbits.") or name == "orbit_of":  # which loads Numba
         from nlds_vines.runs.threads import check_environment
 
         check_environment()
     value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    if name in _OLD:
-        renamed(f"nv.{name}", f"nv.{_OLD[name]}")
-    else:
-        globals()[name] = value
+    globals()[name] = value
     return value
 
 

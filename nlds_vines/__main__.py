@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from nlds_vines.cli.command_main import DONE, WRONG_REQUEST, complain, ended, say
-from nlds_vines.cli.commands import COMMANDS, MOVED, UPKEEP, USUAL
+from nlds_vines.cli.commands import COMMANDS, UPKEEP, USUAL
 from nlds_vines.errors import unknown
 
 
@@ -31,8 +31,7 @@ def _run(arguments: Sequence[str]) -> int:
 
         say(f"nlds-vines {version('nlds-vines')}")
         return DONE
-    reason = MOVED.get(name) or unknown("command", name, COMMANDS)
-    complain("", f"error: {reason}")
+    complain("", f"error: {unknown('command', name, COMMANDS)}")
     return WRONG_REQUEST
 
 

@@ -6,20 +6,15 @@ Every message is one line that says what was given, where, and what is allowed.
 from __future__ import annotations
 
 import difflib
-import inspect
 import math
 import numbers
-import os
 import re
 import unicodedata
-import warnings
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import wraps
 from typing import Any, TypeVar
 
 Number = TypeVar("Number", int, float)
-Public = TypeVar("Public", bound=Callable[..., Any])
 
 MOST_CHARACTERS = 1000
 """Characters of a title, a name or a note: as many as a picture can hold."""
@@ -228,101 +223,3 @@ def table(what: str, value: object, keys: Iterable[str] | None = None) -> Mappin
         if allowed is not None and key not in allowed:
             raise unknown("key", key, allowed)
     return value
-
-
-_KINDS: Mapping[str, tuple[str, Any]] = {
-    "Any": ("anything", object),
-    "None": ("None", type(None)),
-    "bool": ("True or False", bool),
-    "int": ("a whole number", numbers.Integral),
-    "float": ("a number", numbers.Real),
-    "str": ("a text", str),
-    "PathLike": ("a path", os.PathLike),
-    "tuple": ("a tuple", (tuple, list)),
-    "Sequence": ("a sequence", Collection),  # as arrays are
-    "Collection": ("a collection", Collection),
-    "Mapping": ("a table", Mapping),
-    "Document": ("a table", Mapping),
-    "Source": ("a system, a list of systems or a file", object),
-}
-"""What the words of an annotation mean; every other word is the name of a class."""
-
-
-def renamed(old: str, new: str, depth: int = 3) -> None:
-    """Warn that `old` is called `new` now; `depth` calls above stands the user's line."""
-    text = f"{old} is called {new} now; the old name goes with version 0.2"
-    warnings.warn(text, DeprecationWarning, stacklevel=depth)
-
-
-def typed(public: Public) -> Public:
-    """Let a public function or class refuse arguments of another type than its annotations say.
-
-    Nothing is checked as long as all goes well.  An error in the midst of its work becomes a
-    `RequestError` that names the first such argument; with none, it is an error of the program, and
-    stays what it is.
-    """
-    if isinstance(public, type):
-        public.__init__ = typed(public.__init__)  # type: ignore[misc]
-        return public
-
-    @wraps(public)
-    def called(*args: Any, **keywords: Any) -> Any:
-        try:
-            return public(*args, **keywords)
-        except (TypeError, AttributeError, ValueError, LookupError, ArithmeticError) as error:
-            wrong = None if isinstance(error, RequestError) else _mistyped(public, args, keywords)
-            if wrong is None:
-                raise
-            raise RequestError(wrong) from error
-
-    return called  # type: ignore[return-value]
-
-
-def _mistyped(
-    public: Callable[..., Any], args: Sequence[Any], keywords: Mapping[str, Any]
-) -> str | None:
-    """Return in words which argument is not of the type that its annotation says; None for none."""
-    signature = inspect.signature(public)
-    try:
-        given = signature.bind(*args, **keywords).arguments
-    except TypeError:  # a name that there is not: Python says so itself
-        return None
-    for name, value in given.items():
-        parameter = signature.parameters[name]
-        pairs = [(name, value)]
-        if parameter.kind == parameter.VAR_POSITIONAL:
-            pairs = [(name, each) for each in value]
-        elif parameter.kind == parameter.VAR_KEYWORD:
-            pairs = list(value.items())
-        for what, each in pairs:
-            if wrong := _unlike(parameter.annotation, each):
-                return f"{what} = {shown(each)} must be {wrong}"
-    return None
-
-
-def _unlike(annotation: object, value: object) -> str:
-    """Return what an annotation allows, in words, where a value is nothing of that; else empty."""
-    if not isinstance(annotation, str):  # no annotation, as that of `self`
-        return ""
-    words = _words_of(annotation)
-    classes = {one.__name__ for one in type(value).__mro__}
-    if any(isinstance(value, _KINDS[w][1]) if w in _KINDS else w in classes for w in words):
-        return _unlike_within(annotation, value)
-    allowed = (_KINDS[word][0] if word in _KINDS else f"of class {word}" for word in words)
-    return " or ".join(allowed)
-
-
-def _unlike_within(annotation: str, value: object) -> str:
-    """Return what each item of a collection must be, in words, where one is not; else empty."""
-    inner = re.search(r"(?:tuple|Sequence|Collection)\[(\w+)(?:, \.\.\.)?\]", annotation)
-    if inner is None or isinstance(value, str) or not isinstance(value, Collection):
-        return ""
-    wrong = next(filter(None, (_unlike(inner[1], item) for item in value)), "")
-    return f"a sequence of which each is {wrong}" if wrong else ""
-
-
-def _words_of(annotation: str) -> list[str]:
-    """Return the names of the types that an annotation allows, without what is in brackets."""
-    while "[" in annotation:
-        annotation = re.sub(r"\[[^\[\]]*\]", "", annotation)
-    return [word.strip().rpartition(".")[2] for word in annotation.split("|")]

@@ -25,7 +25,7 @@ from nlds_vines.cli.paths import (
     refuse_replacing,
 )
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.errors import RequestError, choice, shown, typed, unknown
+from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
 from paper.request import FigureRequest, short_name
@@ -54,7 +54,6 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 """
 
 
-@typed
 def reproduce_paper(
     output: str | os.PathLike[str] = _FOLDER,
     *,

@@ -67,12 +67,6 @@ def declare(parser: Parser, archive: str = "accuracy.h5") -> None:
 def _declare(parser: Parser) -> None:
     declare(parser)
     parser.add_argument("--want", metavar="ERROR", help="of the setting that is advised [1e-9]")
-    parser.moved = {
-        "--suite": "in a clone, `python -m benchmarks.accuracy --suite` measures the five cases",
-        "--stiff": "in a clone, `python -m benchmarks.stiffness` measures stiff contacts",
-        "--parts": "in a clone, `python -m benchmarks.costs` measures what parts and records cost",
-        "--markdown": "what is printed is Markdown, `nlds-vines accuracy > FILE.md`",
-    }
 
 
 def _carry_out(options: argparse.Namespace) -> int:

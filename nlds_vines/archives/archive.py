@@ -38,7 +38,7 @@ from nlds_vines.archives.view import (
     values_of,
     whole_crc,
 )
-from nlds_vines.errors import RequestError, shown, typed
+from nlds_vines.errors import RequestError, shown
 
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
 """The name of a dataset, a rectangle of its cells, and the values there."""
@@ -95,7 +95,6 @@ def whole(contents: Iterable[tuple[Dataset, np.ndarray]]) -> Iterator[Piece]:
         yield entry.name, (slice(None),) * values.ndim, stored
 
 
-@typed
 def read(path: str | os.PathLike[str]) -> ArchiveView:
     """Open an archive for reading, with or without a `with` statement.
 
@@ -171,7 +170,6 @@ def _words(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-@typed
 def verify(path: str | os.PathLike[str]) -> list[str]:
     """Read an archive from end to end and return its problems, one line each; empty if sound.
 

@@ -22,7 +22,3 @@ In reading order:
     response_curves/  scans of several dampers beside each other
     command           `python -m nlds_vines.bifurcation` and `nv.scan`
 """
-
-from nlds_vines.callable_package import make_callable
-
-make_callable(__name__, "scan")

@@ -14,7 +14,7 @@ from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.cell_start import Place, own_state, swept_before, system_at
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import scan_of
-from nlds_vines.errors import RequestError, number, typed, unknown, whole
+from nlds_vines.errors import RequestError, number, unknown, whole
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.simulation import Beginning, IntegrationError, Orbit, checked_record
@@ -68,7 +68,6 @@ class CellOrbit:
         )
 
 
-@typed
 def orbit_of(
     archive: ArchiveView | str | os.PathLike[str],
     *,

@@ -33,13 +33,11 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_run_options
 from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, from_text, typed
-from nlds_vines.model.catalogue import looks_like_path
+from nlds_vines.errors import RequestError, from_text
 from nlds_vines.model.system import System
 from nlds_vines.model.words import parameters_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
-from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.run import Report
@@ -67,7 +65,6 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 
 
 # public: its keywords are those of the command, more than eight
-@typed
 def scan(
     source: Scan | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     *,
@@ -109,44 +106,6 @@ def scan(
     )
     job.run()
     return ScanArchive.of(job.archive)
-
-
-# public: its keywords are those of the command, more than eight
-@typed
-def bifurcation(
-    scan: Scan | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
-    output: str | os.PathLike[str] | None = None,
-    *,
-    plot: str | os.PathLike[str] | None = None,
-    show: str | None = None,
-    tolerance: float | str | None = None,
-    threads: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    shard: str | None = None,
-    scheduler: str | None = None,
-    quiet: bool = False,
-) -> ScanArchive:
-    """Compute a scan by the name that `scan` had, into a file unasked; it goes with version 0.2.
-
-    Arguments: as `scan`, whose `source` is called `scan` here, and its `to` `output`; the archive
-    has the scan file's name where none is given. Beside these a picture to `plot` and what of it to
-    `show`, as `nlds_vines.plot` has it, and the `shard` of a run that is shared out, as `3/7`.
-    """
-    named = isinstance(scan, str) and not looks_like_path(scan)
-    source = Path(scan) if isinstance(scan, str | os.PathLike) and not named else None
-    share = None if shard is None else Shard.parse(shard)
-    asked = None if tolerance is None else {"sampling": {"tolerance": tolerance}}
-    job = Job(
-        request=load_scan(scan, asked, "bifurcation"),
-        source=source,
-        archive=Path(jobs.named_after(source, _DEFAULT) if output is None else output),
-        plot=optional_path(plot),
-        how=RunOptions(threads, resume, overwrite, share, scheduler, quiet),
-        show=show,
-    )
-    job.run()
-    return ScanArchive.of(job.archive, job.plot)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from nlds_vines.archives.dataset import Scale, Table
 from nlds_vines.archives.provenance import Value
 from nlds_vines.archives.representation import Rows
 from nlds_vines.bifurcation.datasets import ScanContents
-from nlds_vines.errors import RequestError, string, typed, unknown
+from nlds_vines.errors import RequestError, string, unknown
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of
 from nlds_vines.model.setting import (
@@ -70,7 +70,6 @@ def _for_experts(name: str, words: str) -> Any:
     return setting(None, Checked(FINENESS[name]), "sampling", words)
 
 
-@typed
 @dataclass(frozen=True, repr=False)
 class Scan(Request):
     """What to compute; checked when made, immutable afterwards.
@@ -111,18 +110,17 @@ class Scan(Request):
     signals: tuple[str, ...] = setting(
         (), Checked(checked_signals, listed=True), "spectrum",
         "what spectra are of: components of the state, or u = x2 - x1", "A,B", usual="x1, u",
-        later=True,
     )  # fmt: skip
     highest: float = setting(
         8.0, Real(0.0, 1000.0, inside=True), "spectrum",
-        "multiple of the forcing frequency up to which a spectrum is kept", later=True,
+        "multiple of the forcing frequency up to which a spectrum is kept",
     )  # fmt: skip
     window: str = setting(
         "hann", OneOf(TAPERS), "spectrum",
-        f"of its amplitudes: {' or '.join(f'`{name}`' for name in TAPERS)}", later=True,
+        f"of its amplitudes: {' or '.join(f'`{name}`' for name in TAPERS)}",
     )  # fmt: skip
     samples: int = setting(
-        64, Whole(4, 4096), "spectrum", "states in each forcing period, for spectra", later=True
+        64, Whole(4, 4096), "spectrum", "states in each forcing period, for spectra"
     )
     nodes: int | None = _for_experts("nodes", "collocation nodes of a short impact")
     contact_steps: float | None = _for_experts("contact_steps", "steps of a contact")
@@ -288,7 +286,7 @@ class Scan(Request):
             "start": start,
             "sampling": entries(self, "sampling"),
             "record": {"want": list(self.want)},
-            **({"spectrum": spectra} if (spectra := entries(self, "spectrum")) else {}),
+            "spectrum": entries(self, "spectrum"),
         }
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.request import Scan, refuse_too_many
-from nlds_vines.errors import RequestError, at, typed
+from nlds_vines.errors import RequestError, at
 from nlds_vines.model.axis import MOST_VALUES, Axis, announced
 from nlds_vines.model.catalogue import as_system, looks_like_path, resource_text
 from nlds_vines.model.ratios import axes_of_parameters, meant_by
@@ -33,7 +33,6 @@ DEFAULT_FILE = "figure8.toml"
 """The packaged scan that is taken unless another one is given."""
 
 
-@typed
 def load_scan(
     source: str | os.PathLike[str] | Mapping[str, Any] | Scan | System | None = None,
     changes: Mapping[str, Any] | None = None,

@@ -38,6 +38,3 @@ UPKEEP = {
 
 COMMANDS = USUAL | UPKEEP
 """All sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
-
-MOVED = {"reproduce": "in a clone, `python -m paper` makes the paper's figures and report"}
-"""Commands of earlier versions, and what has taken their place."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Mapping
 from functools import partial
 from typing import Any, NoReturn
 
@@ -16,9 +15,6 @@ _NO_VALUE = re.compile(r"(-[a-z]=?|--[a-z-]+=)--")
 
 class Parser(argparse.ArgumentParser):
     """An argument parser that raises `RequestError` where others print their usage and exit."""
-
-    moved: Mapping[str, str] = {}
-    """Options of earlier versions, and what has taken their place."""
 
     def __init__(self, **settings: Any) -> None:
         """Take argparse's own settings; options are not abbreviated, the text keeps its lines."""
@@ -46,8 +42,6 @@ class Parser(argparse.ArgumentParser):
         found, rest = self.parse_known_args(args, namespace)
         if rest and rest[0].startswith("-"):
             name = rest[0].partition("=")[0]
-            if name in self.moved:
-                raise RequestError(f"{name} has moved: {self.moved[name]}")
             options = [name for name in self._option_string_actions if name.startswith("--")]
             raise unknown("option", name, options)
         if rest:

@@ -7,14 +7,13 @@ import re
 from dataclasses import dataclass
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.errors import RequestError, shown, typed, whole
+from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.runs.shard import Shard
 from nlds_vines.runs.threads import MOST_THREADS, check_environment
 
 _MOST_WORKERS = 1024  # processes of --scheduler local:N, for the same reason
 
 
-@typed
 @dataclass(frozen=True)
 class RunOptions:
     """How a run goes; checked when made, before anything heavy is loaded.

@@ -33,7 +33,7 @@ from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.continuation.request import STARTS, Begin, Continuation
 from nlds_vines.continuation.request_file import in_parameters, load_continuation
-from nlds_vines.errors import RequestError, at, from_text, number, shown, typed
+from nlds_vines.errors import RequestError, at, from_text, number, shown
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
@@ -62,7 +62,6 @@ exit status: 0 done; 1 a branch is not complete; 2 the request is wrong;
 
 
 # public: its keywords are those of the command, more than eight
-@typed
 def follow(
     system: System | str | os.PathLike[str],
     along: str,
@@ -120,21 +119,6 @@ def follow(
     )  # fmt: skip
     archive = ArchivePath.for_result(to, "branches", resume, overwrite)
     return Job(request, request_path(system), archive, None, how).run()
-
-
-@typed
-def continue_orbit(
-    system: System | str | os.PathLike[str],
-    along: str,
-    between: tuple[float, float],
-    start: Regime | Sequence[float] | np.ndarray | str | None = None,
-    **options: Any,
-) -> Continued:
-    """Follow branches by the name that `follow` had; it goes with version 0.2.
-
-    Arguments: as `follow`.
-    """
-    return follow(system, along, between, start, **options)
 
 
 def _request_of(

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, checked_state, number, shown, string, typed
+from nlds_vines.errors import RequestError, checked_state, number, shown, string
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.labels import PERIODIC, TRANSIENT
 from nlds_vines.model.setting import (
@@ -107,7 +107,6 @@ def _listed(key: str, value: object) -> list[Any] | tuple[Any, ...]:
     return value
 
 
-@typed
 @dataclass(frozen=True, repr=False)
 class Continuation(Request):
     """What to follow; checked when made, immutable afterwards.

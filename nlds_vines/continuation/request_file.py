@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.continuation.request import Begin, Continuation
-from nlds_vines.errors import RequestError, at, number, shown, table, typed
+from nlds_vines.errors import RequestError, at, number, shown, table
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.request_layers import Document, Form, Layers
@@ -35,7 +35,6 @@ DEFAULT_ALONG = {"omega": {"start": 5.0, "stop": 9.0}}
 """The parameter that is free unless another one is named."""
 
 
-@typed
 def load_continuation(
     source: str | os.PathLike[str] | Document | System | Continuation | None = None,
     changes: Document | None = None,

@@ -24,7 +24,7 @@ from nlds_vines.continuation.shooting_phase import best_map, cycle_at_zero, plac
 from nlds_vines.continuation.special_curve_table import curve_datasets
 from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
-from nlds_vines.errors import RequestError, number, typed
+from nlds_vines.errors import RequestError, number
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import CONTINUATION
@@ -358,7 +358,6 @@ def map_of(request: Continuation) -> SectionMap:
     return SectionMap(request.system, (request.along.name,), Settings(float(request.tolerance)))
 
 
-@typed
 def continued(path: str | os.PathLike[str]) -> Continued:
     """Return the results of a continuation, from its archive.
 

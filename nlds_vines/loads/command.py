@@ -17,7 +17,7 @@ from nlds_vines.cli.option_values import settings_of, varied
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import request_path
 from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.errors import at, typed
+from nlds_vines.errors import at
 from nlds_vines.loads.load_options import add_load_options, load_changes
 from nlds_vines.loads.request import Decay
 from nlds_vines.loads.request_file import Source, load_decay
@@ -47,7 +47,6 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 """
 
 
-@typed
 def decay(
     source: Source = None,
     *,

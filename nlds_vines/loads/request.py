@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, number, shown, string, typed
+from nlds_vines.errors import RequestError, number, shown, string
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.load_quantities import OF_LOADS
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
@@ -41,7 +41,6 @@ def _state(value: object) -> tuple[float, ...]:
     return tuple(number("state", float(one) if isinstance(one, str) else one) for one in value)
 
 
-@typed
 @dataclass(frozen=True, repr=False)
 class Decay(Request):
     """What acts on which structures, and how long; checked when made, immutable afterwards.
@@ -65,7 +64,7 @@ class Decay(Request):
     state: tuple[float, ...] = setting(
         (), Checked(_state, listed=True), "start",
         "x1, v1, x2, v2 at t = 0, before any blow [m, m/s]", "X1,V1,...", option="--start",
-        usual="at rest", later=True,
+        usual="at rest",
     )  # fmt: skip
     duration: float = setting(60.0, Real(1e-6, 1e9), "sampling", "of the decay [s]", "SECONDS")
     samples: int = setting(
@@ -73,11 +72,11 @@ class Decay(Request):
     )
     level: float = setting(
         0.0, Real(0.0, 1e9), "sampling",
-        "of abs(x1) [m], whose first passage and exceedances are told", "METRES", later=True,
+        "of abs(x1) [m], whose first passage and exceedances are told", "METRES",
     )  # fmt: skip
     settle: float = setting(
         0.0, Real(0.0, 1e9), "sampling",
-        "time that the rms of x1 and the exceedances leave out [s]", "SECONDS", later=True,
+        "time that the rms of x1 and the exceedances leave out [s]", "SECONDS",
     )  # fmt: skip
     tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
 

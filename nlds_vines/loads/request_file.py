@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, shown, typed
+from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, shown
 from nlds_vines.loads.request import Decay, is_of_load
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system, load_system, system_from
@@ -32,7 +32,6 @@ Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | D
 """What may stand for a decay: systems or their names, a file, the document in one."""
 
 
-@typed
 def load_decay(
     source: Source = None, changes: Document | None = None, changes_from: str = "changes"
 ) -> Decay:

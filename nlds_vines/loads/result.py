@@ -10,7 +10,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.errors import RequestError, choice, typed
+from nlds_vines.errors import RequestError, choice
 from nlds_vines.loads.closed_form import closed_form, energy_after_blow
 from nlds_vines.loads.fall import HISTORIES, Fall
 from nlds_vines.loads.request import Decay
@@ -145,16 +145,10 @@ def shares_of(fall: Fall) -> dict[str, float]:
     return {way: share for way, share in found.items() if np.isfinite(share)}
 
 
-@typed
 def decays_in(path: str | os.PathLike[str]) -> Decays | LoadScan:
     """Return the decay in an archive; `RequestError` for an archive of anything else."""
     with read(path) as view:
         request = view.request(DECAY, load_decay)
-        if "last" in view:
-            raise RequestError(
-                f"{view.path} was written before decays told their numbers by name: "
-                f"`nlds-vines rerun {view.path}` computes it again"
-            )
         place = ArchivePath.of(view.path)
         if request.vary:
             names = [entry.name for entry in OF_LOADS if entry.name in view]

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from nlds_vines.archives.toml import parse_toml, read_toml
-from nlds_vines.errors import RequestError, at, choice, shown, table, typed, unknown
+from nlds_vines.errors import RequestError, at, choice, shown, table, unknown
 from nlds_vines.model.contact_laws import HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.ratios import ratios_in
@@ -34,7 +34,6 @@ def catalogue() -> Mapping[str, System]:
     return {name: _entry(name, entry, document["groups"]) for name, entry in entries}
 
 
-@typed
 def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | str) -> System:
     """Return a system of the catalogue, or one from a TOML file.
 

@@ -123,8 +123,6 @@ class Setting:
         option: its name where it is not that of the key, as `--record`.
         key: where it is not the name of the field.
         usual: the default in words, where the field's own does not say it.
-        later: whether it came when there were requests without it: these keep their hash, as it is
-            written only where it is not as usual.
     """
 
     table: str
@@ -134,7 +132,6 @@ class Setting:
     option: str = ""
     key: str = ""
     usual: str = ""
-    later: bool = False
     default: Any = None
 
     @property
@@ -204,13 +201,9 @@ def check_settings(owner: Any) -> None:
 
 
 def entries(owner: Any, table: str) -> dict[str, Any]:
-    """Return what stands in a table of the file that means exactly this object."""
-    found = {}
-    for name, said in settings_of(owner, table).items():
-        value = getattr(owner, name)
-        if value is not None and not (said.later and value == said.default):
-            found[said.key] = value
-    return found
+    """Return the entries of `table` that mean exactly this object; None and () have no entry."""
+    values = {said.key: getattr(owner, name) for name, said in settings_of(owner, table).items()}
+    return {key: value for key, value in values.items() if value not in (None, ())}
 
 
 class Request(Outlined):

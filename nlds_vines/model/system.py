@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, number, shown, string, table, typed, unknown
+from nlds_vines.errors import RequestError, choice, number, shown, string, table, unknown
 from nlds_vines.model.contact_laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
 from nlds_vines.model.ratios import of_parameters, ratios_in, without_ratios
@@ -78,7 +78,6 @@ def hertz_stiffness(p: Mapping[str, Any]) -> Any:
         return (4 / 3) * q1 / ((d1 + d2) * np.sqrt(A + B))
 
 
-@typed
 @dataclass(frozen=True, repr=False)
 class System(Outlined):
     """A kind of damper with its parameters; checked when made, immutable afterwards.
@@ -219,7 +218,6 @@ class System(Outlined):
         """Forcing period T = 2 pi / omega [s]."""
         return 2 * pi / self.parameters["omega"]
 
-    @typed
     def with_(self, /, **overrides: float | str) -> System:
         """Return this system with some parameters replaced, by name, in SI units.
 

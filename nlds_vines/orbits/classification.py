@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import choice, typed, whole
+from nlds_vines.errors import choice, whole
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
@@ -100,7 +100,6 @@ class Regime(Outlined):
         return least_lifetime(self.watched) if self.kind == "chaotic" else float("nan")
 
 
-@typed
 def classify(
     system: System | str | os.PathLike[str],
     *,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -12,7 +11,7 @@ import numpy as np
 
 from nlds_vines.archives.frames import library
 from nlds_vines.archives.representation import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, shown, typed, whole
+from nlds_vines.errors import RequestError, choice, shown, whole
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.arguments import CellBuffers, Parts, Span
@@ -26,7 +25,7 @@ from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.impact_rows import IMPACT, Violation
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.records import refuse_impossible
-from nlds_vines.orbits.solver_settings import METHODS, Settings, checked_steps, chosen_settings
+from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
 from nlds_vines.orbits.status_words import STATUS
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
@@ -145,7 +144,6 @@ class Orbit(Outlined):
         return frame
 
 
-@typed
 def simulate(
     system: System | str | os.PathLike[str],
     periods: int,
@@ -159,7 +157,6 @@ def simulate(
     period_steps: float | None = None,
     nodes: int | None = None,
     samples: int = SAMPLES,
-    resolution: float | None = None,
     quiet: bool = False,
 ) -> Orbit:
     """Follow one orbit over forcing periods and return what was recorded.
@@ -181,7 +178,6 @@ def simulate(
             tolerance.
         samples: states of a trajectory in each period.
         quiet: whether not to say that something is compiled.
-        resolution: old name of `contact_steps` (exact) and `period_steps` (rk4); deprecated.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
     Cost with the defaults: about 2 us a period for an SSul NES, once compiled.
@@ -192,8 +188,6 @@ def simulate(
     whole("samples", samples, 1, 10**6)
     choice("method", method, METHODS)
     record = checked_record(system, record)
-    if resolution is not None:
-        contact_steps, period_steps = _renamed(method, resolution, contact_steps, period_steps)
     given = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
     settings = chosen_settings(method, {"tolerance": tolerance, **given})
     cell = cell_of(system)
@@ -349,19 +343,6 @@ def checked_record(system: System, record: Collection[str] | None) -> tuple[str,
         choice("record", word, RECORDS)
     refuse_impossible(tuple(record), system.scene)
     return tuple(record)
-
-
-def _renamed(
-    method: str, resolution: float, contact_steps: float | None, period_steps: float | None
-) -> tuple[float | None, float | None]:
-    """Return (contact_steps, period_steps) where one of them was given as `resolution`."""
-    name = "contact_steps" if method == "exact" else "period_steps"
-    if contact_steps is not None or period_steps is not None:
-        raise RequestError(f"resolution is the old name of {name}: give {name} alone")
-    checked_steps("resolution", resolution)
-    message = f"resolution is deprecated: method {method!r} calls it {name}"
-    warnings.warn(message, DeprecationWarning, stacklevel=4)
-    return (resolution, None) if method == "exact" else (None, resolution)
 
 
 def room_for_impacts(capacity: int) -> Impacts:

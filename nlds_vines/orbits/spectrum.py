@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import RequestError, choice, number, shown, typed, whole
+from nlds_vines.errors import RequestError, choice, number, shown, whole
 from nlds_vines.orbits.signals import SIGNALS, checked_signal
 from nlds_vines.orbits.tapers import TAPERS, weights_of
 
@@ -163,7 +163,6 @@ class Spectrum(Outlined):
         return (np.abs(place - nearest) <= reach) & (place > reach)
 
 
-@typed
 def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -> Spectrum:
     """Return the spectrum of a signal along an orbit.
 

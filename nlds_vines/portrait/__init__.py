@@ -15,7 +15,3 @@ In reading order:
     animation       a window as a film
     command         `python -m nlds_vines.portrait` and `nv.portray`
 """
-
-from nlds_vines.callable_package import make_callable
-
-make_callable(__name__, "portray")

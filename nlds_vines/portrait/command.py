@@ -33,7 +33,7 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, from_text, shown, typed
+from nlds_vines.errors import RequestError, from_text, shown
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.signals import SIGNALS
@@ -75,7 +75,6 @@ exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 
 """
 
 
-@typed
 def portray(
     source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     *,
@@ -222,20 +221,6 @@ class Job(jobs.Job):
         found = {"archive": named, "histories": self.csv, "picture": self.plot}
         found["film"] = self.animation
         return [(what, path) for what, path in found.items() if path is not None]
-
-
-@typed
-def portrait(
-    source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
-    plot: str | os.PathLike[str] | None = None,
-    overwrite: bool = False,
-    **options: Any,
-) -> Figure:
-    """Return the portrait of an orbit by the name that `portray` had; it goes with version 0.2.
-
-    Arguments: as `portray`, whose `to` is called `plot` here.
-    """
-    return portray(source, to=plot, overwrite=overwrite, **options)
 
 
 def _carry_out(options: argparse.Namespace) -> int:

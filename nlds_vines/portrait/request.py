@@ -148,7 +148,7 @@ class PortraitRequest(Request):
     section_phase: float = setting(
         0.0, Real(0.0, 1.0), "portrait",
         "phase of the force at which sections are taken, in turns: 0.25 where P cos(omega t) falls "
-        "through zero; the nearest sample", "TURN", later=True,
+        "through zero; the nearest sample", "TURN",
     )  # fmt: skip
     tolerance: float | str | None = tolerance_setting("sampling")
     cell: CellOrbit | None = None

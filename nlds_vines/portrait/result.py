@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.view import ArchiveView
-from nlds_vines.errors import RequestError, typed
+from nlds_vines.errors import RequestError
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.portrait.request import CELL, CELL_OF, PortraitRequest
 from nlds_vines.portrait.request_file import load_portrait
@@ -81,7 +81,6 @@ def histories_in(view: ArchiveView) -> tuple[str, ...]:
     return (*first, *(name for name in found if name not in first))
 
 
-@typed
 def portrait_in(path: str | os.PathLike[str]) -> Portrait:
     """Return the portrait in an archive; `RequestError` for an archive of anything else."""
     with read(path) as view:

@@ -9,7 +9,3 @@ In reading order:
     basin_measures  how a plane of basins is divided: shares, entropies, uncertainty exponent
     basin_shares    basins of attraction measured: `nv.basin_measures`
 """
-
-from nlds_vines.callable_package import make_callable
-
-make_callable(__name__, "ensemble")

@@ -15,7 +15,7 @@ import numpy as np
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.datasets import begins_at_sections
 from nlds_vines.bifurcation.result import scan_of
-from nlds_vines.errors import RequestError, number, typed, unknown
+from nlds_vines.errors import RequestError, number, unknown
 from nlds_vines.model.parameters import INITIAL, component_of, described
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.transients.basin_measures import (
@@ -121,7 +121,6 @@ class Basins(Outlined):
             yield f"arrived by {t:g} T: {self.arrived(t):.4f} of all; {', '.join(own)}"
 
 
-@typed
 def basin_measures(
     archive: ArchiveView | str | os.PathLike[str], side: int = BOX, **values: float
 ) -> Basins:

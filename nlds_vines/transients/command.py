@@ -25,15 +25,12 @@ from nlds_vines.cli.option_values import (
 )
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
-    check_output,
-    check_plot,
     file_path,
-    optional_path,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, at, number, typed
+from nlds_vines.errors import RequestError, at, number
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.contact_laws import HERTZ
@@ -70,7 +67,6 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 
 
 # public: its keywords are those of the command, more than eight
-@typed
 def ensemble(
     system: System | str | os.PathLike[str] | None = None,
     *,
@@ -113,29 +109,6 @@ def ensemble(
     job = Job(scan, request_path(system), archive, None, how, delay=delay)
     job.run()
     return job.ensemble()
-
-
-@typed
-def transients(
-    system: System | str | os.PathLike[str] | None = None,
-    output: str | os.PathLike[str] = f"{_NAME}.h5",
-    *,
-    plot: str | os.PathLike[str] | None = None,
-    **options: Any,
-) -> Ensemble:
-    """Follow an ensemble by the name that `ensemble` had; it goes with version 0.2.
-
-    Arguments: as `ensemble`, whose `to` is called `output` here; a picture to `plot`.
-    """
-    path = optional_path(plot)
-    if path is not None:
-        check_plot(path)
-        check_output(Path(output), path)
-    found = ensemble(system, to=output, **options)
-    if path is not None:
-        how = RunOptions(resume=True)
-        Job(found.request, None, found.archive, path, how, delay=found.delay).run()
-    return found
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.bifurcation.result import ScanArchive
-from nlds_vines.errors import RequestError, typed
+from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import TRANSIENT, by_frequency, finals
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.transients.survival import LEVEL, Decay, Survival, decay, share_interval, survival
@@ -53,7 +53,6 @@ class Share:
         return self.count / self.total
 
 
-@typed
 @dataclass(frozen=True, repr=False)
 class Ensemble(Outlined, Drawable):
     """The results of the starts of one cell.
@@ -182,7 +181,6 @@ def is_ensemble(view: ArchiveView) -> bool:
     return one and view["start"].size > 2 and all(name in view for name in NEEDED)
 
 
-@typed
 def ensemble_of(
     source: ArchiveView | str | os.PathLike[str],
     *cell: int,

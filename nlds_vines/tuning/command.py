@@ -32,7 +32,7 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, from_text, renamed, typed
+from nlds_vines.errors import RequestError, from_text
 from nlds_vines.loads.load_options import add_load_options, load_changes
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -65,7 +65,6 @@ exit status: 0 done; 1 no design was admissible; 2 the request is wrong;
 """
 
 
-@typed
 def tune(
     source: str | os.PathLike[str] | Mapping[str, Any] | System | Tuning | None = None,
     to: str | os.PathLike[str] | None = None,
@@ -93,9 +92,6 @@ def tune(
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
-    if "output" in tables:  # until version 0.2
-        renamed("output of nv.tune", "to", 4)
-        to = tables.pop("output")
     if isinstance(tables.get("load"), str | os.PathLike):
         tables["load"] = {"record": os.fspath(tables["load"])}
     job = Job(

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, choice, shown, string, typed
+from nlds_vines.errors import RequestError, choice, shown, string
 from nlds_vines.loads.request import (
     Decay,
     is_of_load,
@@ -86,7 +86,7 @@ class Search:
         OBJECTIVE, Text(),
         "what is to be small: `E1max`, `E2max`, a number of a [response](datasets.md) as `a1_rms`; "
         "under a load a number of [it](decay.md)", "NAME", usual=f"{OBJECTIVE}; under a load "
-        f"{UNDER_LOAD}", later=True,
+        f"{UNDER_LOAD}",
     )  # fmt: skip
     population: int = _of_search(
         60, Whole(5, 10**5), "designs in a generation, all computed at once", "N"
@@ -113,11 +113,11 @@ class Search:
     seeds: int = _of_search(1, Whole(1, 1000), "how many searches, each with the next seed", "N")
     draws: int = _of_search(
         0, Whole(0, MOST_DRAWS), "of all that is uncertain and of noise, by which a design is "
-        "judged: a power of two", "N", usual=f"{DRAWS} where something is uncertain", later=True,
+        "judged: a power of two", "N", usual=f"{DRAWS} where something is uncertain",
     )  # fmt: skip
     quantile: float | None = _of_search(
         None, Real(0.0, 1.0, inside=True), "of the draws, by which a design is judged", "SHARE",
-        usual="their mean", later=True,
+        usual="their mean",
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -156,7 +156,6 @@ def _two_names(names: object) -> tuple[str, str]:
     return names[0], names[1]
 
 
-@typed
 @dataclass(frozen=True, repr=False)
 class Tuning(Request):
     """What to tune; checked when made, immutable afterwards.

@@ -6,7 +6,7 @@ import os
 from math import prod
 from typing import Any
 
-from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice, typed
+from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice
 from nlds_vines.loads.request import Decay, is_of_load
 from nlds_vines.loads.request_file import flattened
 from nlds_vines.model.axis import Axis, announced
@@ -46,7 +46,6 @@ DEFAULT_SYSTEM = "ssul-set6"
 """The system whose structure, force and contact are taken unless another one is named."""
 
 
-@typed
 def load_tuning(
     source: str | os.PathLike[str] | Document | System | Tuning | None = None,
     changes: Document | None = None,

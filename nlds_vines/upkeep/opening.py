@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.errors import typed
 from nlds_vines.runs.task_registry import task_of
 
 if TYPE_CHECKING:
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     )
 
 
-@typed
 def open(path: str | os.PathLike[str]) -> Opened:
     """Return what an archive holds: the same object as the function that has computed it.
 

@@ -17,7 +17,7 @@ from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.errors import RequestError, typed
+from nlds_vines.errors import RequestError
 from nlds_vines.runs.manifest import DECAY, PORTRAIT, SCAN
 from nlds_vines.runs.task_registry import TASKS, task_of
 
@@ -47,7 +47,6 @@ exit status: 0 done; 2 the request is wrong
 """
 
 
-@typed
 def plot(
     archive: str | os.PathLike[str],
     show: str | None = None,

@@ -27,14 +27,14 @@ from nlds_vines.upkeep.verify import problems
 @pytest.fixture(scope="module")
 def plane(tmp_path_factory):
     path = tmp_path_factory.mktemp("basins") / "plane.h5"
-    nv.bifurcation(PLANE, path, quiet=True)
+    nv.scan(PLANE, to=path, quiet=True)
     return path
 
 
 @pytest.fixture(scope="module")
 def along(tmp_path_factory):
     path = tmp_path_factory.mktemp("basins") / "along.h5"
-    nv.bifurcation(ALONG, path, quiet=True)
+    nv.scan(ALONG, to=path, quiet=True)
     return path
 
 
@@ -81,7 +81,7 @@ def test_chaos_has_the_energies_of_an_orbit_of_it(tmp_path):
         "vary": {"v2_0": {"start": -0.5, "stop": 0.5, "num": 12}},
         "record": {"want": ["attractor", "energy"]},
     }
-    path = nv.bifurcation(document, tmp_path / "chaos.h5", quiet=True)
+    path = nv.scan(document, to=tmp_path / "chaos.h5", quiet=True)
     with nv.read(path) as view:
         number = view["attractor_label"].tolist().index("chaos")
         cells = view["attractor"][:, 0] == number
@@ -92,7 +92,7 @@ def test_chaos_has_the_energies_of_an_orbit_of_it(tmp_path):
 
 @pytest.mark.kernels
 def test_labels_are_those_of_plain_following(plane, tmp_path):
-    plain = nv.bifurcation({**PLANE, "record": {"want": ["regime"]}}, tmp_path / "p.h5", quiet=True)
+    plain = nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=tmp_path / "p.h5", quiet=True)
     with nv.read(plane) as view, nv.read(plain) as other:
         assert (finals(view["label"]) == finals(other["label"])).all()
         names = view["attractor_label"][view["attractor"]]
@@ -124,7 +124,7 @@ def test_labels_of_ten_thousand_cells_are_those_of_plain_following():
 @pytest.mark.kernels
 def test_other_records_do_not_change_the_attractors(plane, tmp_path):
     want = ["section", "energy", "regime", "attractor"]
-    path = nv.bifurcation({**PLANE, "record": {"want": want}}, tmp_path / "all.h5", quiet=True)
+    path = nv.scan({**PLANE, "record": {"want": want}}, to=tmp_path / "all.h5", quiet=True)
     with nv.read(plane) as view, nv.read(path) as other:
         for name in ("attractor", "arrival", "attractor_share", "attractor_point"):
             assert np.array_equal(view[name], other[name])
@@ -173,7 +173,7 @@ def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
         "vary": {"P": {"values": [2.1, 2.2]}},
         "start": {"policy": "random", "count": 20},
     }
-    path = nv.bifurcation(document, tmp_path / "flip.h5", quiet=True)
+    path = nv.scan(document, to=tmp_path / "flip.h5", quiet=True)
     with nv.read(path) as view:
         labels = view["attractor_label"]
     assert labels.tolist() == [["T,0", "2T,1"], ["T,0", "4T,2"]]
@@ -318,7 +318,7 @@ def test_measures_along_a_parameter(along, answer):
 def test_random_starts_have_an_interval(tmp_path):
     document = {**PLANE, "set": {"omega": 1.5}, "vary": {"P": {"values": [AMPLITUDE]}}}
     document["start"] = {"policy": "random", "count": 200, "seed": 4}
-    path = nv.bifurcation(document, tmp_path / "random.h5", quiet=True)
+    path = nv.scan(document, to=tmp_path / "random.h5", quiet=True)
     found = nv.basin_measures(path)
     for basin in found.basins:
         assert (basin.low, basin.high) == share_interval(basin.count, 200)
@@ -328,7 +328,7 @@ def test_random_starts_have_an_interval(tmp_path):
 @pytest.mark.kernels
 def test_an_archive_without_attractors_or_with_a_damaged_table_is_refused(plane, tmp_path):
     h5py = pytest.importorskip("h5py")
-    other = nv.bifurcation({**PLANE, "record": {"want": ["regime"]}}, tmp_path / "o.h5", quiet=True)
+    other = nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=tmp_path / "o.h5", quiet=True)
     with pytest.raises(RequestError, match="holds no attractor: scan with --record attractor"):
         nv.basin_measures(other)
     for change in (

@@ -27,7 +27,7 @@ def archive(tmp_path_factory):
     def of(name):
         if name not in found:
             scan = {**SCAN, "start": STARTS[name]}
-            found[name] = nv.bifurcation(scan, folder / f"{name}.h5", quiet=True)
+            found[name] = nv.scan(scan, to=folder / f"{name}.h5", quiet=True)
         return found[name]
 
     return of

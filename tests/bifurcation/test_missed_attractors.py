@@ -25,9 +25,9 @@ def arrays_of(path):
 
 
 def test_what_one_orbit_has_missed_has_a_number_at_last(sample_of_one, tmp_path, monkeypatch):
-    one = arrays_of(nv.bifurcation(PLANE, tmp_path / "one.h5", quiet=True))
+    one = arrays_of(nv.scan(PLANE, to=tmp_path / "one.h5", quiet=True))
     monkeypatch.undo()
-    all_of = arrays_of(nv.bifurcation(PLANE, tmp_path / "all.h5", quiet=True))
+    all_of = arrays_of(nv.scan(PLANE, to=tmp_path / "all.h5", quiet=True))
     assert sorted(one["attractor_label"].tolist()) == ["T,0", "T,1"]
     assert (one["attractor"] >= 0).all()
     assert (one["arrival"] >= 0).all()
@@ -41,7 +41,7 @@ def test_what_one_orbit_has_missed_has_a_number_at_last(sample_of_one, tmp_path,
 
 
 def test_it_keeps_its_number_along_a_parameter(sample_of_one, tmp_path):
-    found = arrays_of(nv.bifurcation(ALONG, tmp_path / "along.h5", quiet=True))
+    found = arrays_of(nv.scan(ALONG, to=tmp_path / "along.h5", quiet=True))
     labels = found["attractor_label"]
     assert (found["attractor"] >= 0).all()
     for k in range(labels.shape[1]):
@@ -53,7 +53,7 @@ def test_it_keeps_its_number_along_a_parameter(sample_of_one, tmp_path):
 
 
 def test_shards_and_resumes_make_the_same_archive(sample_of_one, tmp_path):
-    nv.bifurcation(ALONG, tmp_path / "whole.h5", quiet=True)
+    nv.scan(ALONG, to=tmp_path / "whole.h5", quiet=True)
     scan, path = tmp_path / "scan.toml", tmp_path / "parts.h5"
     scan.write_text(nv.load_scan(ALONG).to_toml())
     command = ["bifurcation", str(scan), "-o", str(path), "--quiet"]
@@ -70,7 +70,7 @@ def test_chaos_that_was_missed_has_a_number(sample_of_one, tmp_path):
         "set": {"omega": 7.36},
         "vary": {"v2_0": {"start": -0.5, "stop": 0.5, "num": 12}},
     }
-    found = arrays_of(nv.bifurcation(document, tmp_path / "chaos.h5", quiet=True))
+    found = arrays_of(nv.scan(document, to=tmp_path / "chaos.h5", quiet=True))
     names = found["attractor_label"][found["attractor"][..., 0]]
     assert set(found["label"].ravel().tolist()) - {"chaos"}
     assert np.array_equal(names, [str(x).split(" to ")[-1] for x in found["label"][:, 0]])

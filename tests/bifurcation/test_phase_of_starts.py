@@ -117,7 +117,7 @@ def test_an_orbit_that_does_not_come_so_far_diverges():
 @pytest.fixture(scope="module")
 def plane(tmp_path_factory):
     path = tmp_path_factory.mktemp("phases") / "plane.h5"
-    nv.bifurcation(PLANE, path, quiet=True)
+    nv.scan(PLANE, to=path, quiet=True)
     return path
 
 
@@ -186,8 +186,8 @@ def test_a_phase_of_the_start_is_that_of_an_axis(tmp_path):
     both = {**along, "vary": {"phase": {"values": [1.25]}, **along["vary"]}}
     given = nv.load_scan({**along, "start": {"policy": "rest", "phase": 1.25}})
     assert nv.load_scan(given.document()) == given
-    one = nv.bifurcation(given, tmp_path / "one.h5", quiet=True)
-    two = nv.bifurcation(both, tmp_path / "two.h5", quiet=True)
+    one = nv.scan(given, to=tmp_path / "one.h5", quiet=True)
+    two = nv.scan(both, to=tmp_path / "two.h5", quiet=True)
     with nv.read(one) as view, nv.read(two) as other:
         assert np.array_equal(view["section"], other["section"][0])
     state = nv.load_scan({**along, "start": {"state": [0.1, 0.2], "phase": 1.25}})
@@ -199,7 +199,7 @@ def test_a_phase_of_the_start_is_that_of_an_axis(tmp_path):
 def test_a_scan_at_phase_zero_compiles_nothing_for_phases(tmp_path):
     before = len(enter.signatures) if hasattr(enter, "signatures") else 0
     document = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
-    nv.bifurcation(document, tmp_path / "zero.h5", quiet=True)
+    nv.scan(document, to=tmp_path / "zero.h5", quiet=True)
     assert (len(enter.signatures) if hasattr(enter, "signatures") else 0) == before
 
 

@@ -133,6 +133,6 @@ def test_what_has_no_basins_is_told(tmp_path):
         "vary": {"omega": {"values": [1.0, 2.0]}},
         "record": {"want": ["energy"]},
     }
-    path = nv.bifurcation(scan, tmp_path / "e.h5", quiet=True)
+    path = nv.scan(scan, to=tmp_path / "e.h5", quiet=True)
     with pytest.raises(RequestError, match="needs attractors: scan with --record attractor"):
         path.plot("basins")

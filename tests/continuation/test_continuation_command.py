@@ -11,8 +11,8 @@ import xarray
 
 from nlds_vines import (
     RequestError,
-    continue_orbit,
     continued,
+    follow,
     load_continuation,
     load_system,
     simulate,
@@ -190,7 +190,7 @@ def test_curves_in_a_plane(folder, scan):
 
 def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():
     """V shifts x2 alone: along a curve in (omega, V), each state is an orbit of its own system."""
-    path = continue_orbit("ssul-set6", "omega", (7.2, 7.6), plane=("V", 0.05, 0.2))
+    path = follow("ssul-set6", "omega", (7.2, 7.6), plane=("V", 0.05, 0.2))
     curve = next(curve for curve in path.curves if curve.kind == "PD")
     assert np.ptp(curve.values[:, 1]) > 0.05
     for i in (1, len(curve.values) // 2, -2):

@@ -30,7 +30,7 @@ from nlds_vines.archives import archive
 
 
 def test_two_hundred_runs_killed_at_random_moments(tmp_path):
-    whole = content(nv.bifurcation(DOCUMENT, tmp_path / "whole.h5"))
+    whole = content(nv.scan(DOCUMENT, to=tmp_path / "whole.h5"))
     (tmp_path / "killed").mkdir()
     kill_until(200, tmp_path / "killed", whole)
 
@@ -50,7 +50,7 @@ def test_a_million_cells_in_one_archive_open_lazily(tmp_path):
         "record": {"want": ["section", "energy"]},
     }
     began = time.perf_counter()
-    path = nv.bifurcation(document, tmp_path / "million.h5")
+    path = nv.scan(document, to=tmp_path / "million.h5")
     took = time.perf_counter() - began
     assert archive.verify(path) == []
     began = time.perf_counter()

@@ -92,7 +92,7 @@ def scanned(case, threads=None):
     """Return the digests of what the archive of a case holds, and its labels."""
     with tempfile.TemporaryDirectory() as folder:
         document = {"sampling": SAMPLING, **CASES[case]}
-        path = nv.bifurcation(nv.load_scan(document), Path(folder) / "a.h5", threads=threads)
+        path = nv.scan(nv.load_scan(document), to=Path(folder) / "a.h5", threads=threads)
         with nv.read(path) as archive:
             names = [*archive.names, *archive.dims("status")]
             found = {f"{case}: {name}": digest(archive[name]) for name in names}

@@ -10,8 +10,6 @@ from scipy.linalg import solve_continuous_lyapunov
 from support import linear_flow
 
 import nlds_vines as nv
-from nlds_vines.archives.dataset import Dataset
-from nlds_vines.errors import RequestError
 from nlds_vines.loads import run
 from nlds_vines.loads.cases import arrays_of, numbers_of
 from nlds_vines.loads.closed_form import closed_form
@@ -574,17 +572,3 @@ def test_a_sweep_stands_beside_its_closed_form(here, answer, refusal, monkeypatc
         np.testing.assert_allclose(steady.get_ydata(), size if name == "sweep" else largest)
     assert "`nlds-vines plot" in refusal("explore", "sweep.h5")
     assert "sweep.h5" in refusal("plot", "sweep.h5", "--mark", "sweep.h5")
-
-
-def test_an_archive_of_former_names_is_refused(tmp_path, monkeypatch):
-    path, contents = tmp_path / "old.h5", run.contents
-
-    def with_former_name(request, found):
-        scales, filled = contents(request, found)
-        former = Dataset("last", ("damper",), "float64", "s", "last times", np.nan)
-        return scales, [*filled, (former, np.ones(len(request.systems)))]
-
-    monkeypatch.setattr(run, "arrays_of", made_up)
-    monkeypatch.setattr(run, "contents", with_former_name)
-    with pytest.raises(RequestError, match=r"old.h5 was written before .* rerun"):
-        nv.decay("tmd", impulse=9.0, duration=3.0, to=path, quiet=True)

@@ -16,10 +16,12 @@ from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.run import run
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.status_words import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.shard import Shard
 
 ONE_AXIS = {"omega": {"start": 7.3, "stop": 7.6, "num": 13}}
 TWO_AXES = {"C": {"values": [0.05, 0.06233, 0.07]}, "omega": {"start": 7.3, "stop": 7.6, "num": 5}}
@@ -48,7 +50,12 @@ def document(vary=ONE_AXIS, start="rest", **more):
 
 def compute(path, scan, **options):
     """Compute a scan and return what its archive holds."""
-    return bits(nv.bifurcation(scan, path, **options))
+    return bits(nv.scan(scan, to=path, **options))
+
+
+def compute_shard(scan, path, shard):
+    """Compute the blocks of one shard of a scan."""
+    run(scan, path, RunOptions(shard=Shard.parse(shard), quiet=True))
 
 
 def bits(path):
@@ -97,11 +104,11 @@ def test_threads_and_blocks_do_not_matter(vary, start, tmp_path, cut):
 
 
 def test_the_orbits_compared_are_not_all_alike(tmp_path):
-    found = arrays(nv.bifurcation(document(TWO_AXES, "random:3"), tmp_path / "a.h5"))
+    found = arrays(nv.scan(document(TWO_AXES, "random:3"), to=tmp_path / "a.h5"))
     assert np.isfinite(found["section"]).all()
     assert len(np.unique(found["section"][..., -1, 0])) == found["status"].size
     up, down = (
-        arrays(nv.bifurcation(document(start=start), tmp_path / f"{start}.h5"))
+        arrays(nv.scan(document(start=start), to=tmp_path / f"{start}.h5"))
         for start in ("up", "down")
     )
     assert not np.array_equal(up["section"], down["section"])
@@ -110,11 +117,11 @@ def test_the_orbits_compared_are_not_all_alike(tmp_path):
 @pytest.mark.parametrize("vary", [ONE_AXIS, TWO_AXES], ids=["1", "2"])
 def test_both_is_up_and_down_in_one_archive(vary, tmp_path, cut):
     alone = {
-        policy: arrays(nv.bifurcation(document(vary, policy), tmp_path / f"{policy}.h5"))
+        policy: arrays(nv.scan(document(vary, policy), to=tmp_path / f"{policy}.h5"))
         for policy in ("up", "down")
     }
     cut(2, starts=2)
-    path = nv.bifurcation(document(vary, "both"), tmp_path / "both.h5")
+    path = nv.scan(document(vary, "both"), to=tmp_path / "both.h5")
     with nv.read(path) as archive:
         assert list(archive["start"]) == ["up", "down"]
     for name, found in arrays(path).items():
@@ -162,7 +169,7 @@ def test_a_resumed_scan_ends_in_the_same_bits(vary, start, tmp_path, monkeypatch
     go_on = stop_after(monkeypatch, done)
     path = tmp_path / "stopped.h5"
     with pytest.raises(Interrupted, match="--resume") as stop:
-        nv.bifurcation(scan, path)
+        nv.scan(scan, to=path)
     assert f"{done} of {blocks} blocks" in str(stop.value)
     assert not path.exists()
     kept = sorted((tmp_path / "stopped.h5.parts").glob("block-*"))
@@ -190,11 +197,11 @@ def test_errors_do_not_depend_on_threads_blocks_shards_or_interruptions(
     assert compute(tmp_path / "two.h5", scan, threads=2) == whole
     go_on = stop_after(monkeypatch, 1)
     with pytest.raises(Interrupted):
-        nv.bifurcation(scan, tmp_path / "stopped.h5")
+        nv.scan(scan, to=tmp_path / "stopped.h5")
     go_on()
     assert compute(tmp_path / "stopped.h5", scan, resume=True) == whole
     for shard in ("1/2", "2/2"):
-        nv.bifurcation(scan, tmp_path / "shared.h5", shard=shard)
+        compute_shard(scan, tmp_path / "shared.h5", shard)
     assert console(["consolidate", str(tmp_path / "shared.h5")]) == 0
     assert bits(tmp_path / "shared.h5") == whole
 
@@ -268,7 +275,7 @@ def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(
         sampling = {"transient": 2, "periods": 6}
         vary = {name: {"values": values}}
         scan = document(vary, start, set=settings, sampling=sampling, record=WITH_ERRORS)
-        return arrays(nv.bifurcation(scan, tmp_path / path))
+        return arrays(nv.scan(scan, to=tmp_path / path))
 
     alone, beside = found("alone.h5", good), found("beside.h5", [*good, bad])
     monkeypatch.setattr(cutting, "BLOCK_PERIODS", 1)

@@ -6,9 +6,9 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
-import nlds_vines.bifurcation as module
+import nlds_vines as nv
 from nlds_vines.__main__ import main as console
-from nlds_vines.bifurcation.command import bifurcation, main
+from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.runs.shard import Shard
 
@@ -138,17 +138,12 @@ def test_an_existing_archive_may_be_given_up(calls, option, tmp_path):
 
 def test_the_function_returns_the_archive(calls):
     scan = load_scan(None, {"sampling": {"periods": 3}})
-    assert bifurcation(scan, "a.h5", threads=1) == Path("a.h5")
+    assert nv.scan(scan, to="a.h5", threads=1) == Path("a.h5")
     assert calls.runs[0][:2] == (scan, Path("a.h5"))
     assert not calls.runs[0][2]["quiet"]  # a long run shows where it is, from Python too
-    bifurcation(scan, "b.h5", quiet=True)
+    nv.scan(scan, to="b.h5", quiet=True)
     assert calls.runs[1][2]["quiet"]
     assert calls.plots == []
-    assert bifurcation() == Path("figure8.h5")
-
-
-def test_module_and_function_may_be_called_alike(calls):
-    assert module(None, "b.h5") == Path("b.h5")
 
 
 @pytest.mark.parametrize("program", [main, lambda arguments: console(["bifurcation", *arguments])])

@@ -199,7 +199,7 @@ def test_a_verdict_makes_smaller_blocks():
 
 
 def test_an_archive_tells_where_it_comes_from(folder):
-    with h5py.File(nv.bifurcation(REAL, "a.h5")) as file:
+    with h5py.File(nv.scan(REAL, to="a.h5")) as file:
         attrs = dict(file.attrs)
     assert load_scan(REAL).to_toml() == attrs["scan"]
     assert load_scan(REAL).hash == attrs["scan_hash"]
@@ -271,7 +271,7 @@ def test_what_is_built_knows_its_commit_and_what_is_built_of_that(hook, tmp_path
 
 
 def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, answer, refusal):
-    nv.bifurcation(REAL, "a.h5")
+    nv.scan(REAL, to="a.h5")
     assert "parameters and results are the same" in answer("rerun", "a.h5")
     assert "a-rerun.h5' exists" in refusal("rerun", "a.h5")
     assert answer("rerun", "a.h5", "-o", "b.h5", "--threads", "1", "--quiet") == ""
@@ -286,7 +286,7 @@ def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, answer, ref
 @pytest.mark.kernels
 def test_errors_are_repeated_compared_and_verified_too(folder, answer, ask):
     want = [*REAL["record"]["want"], "error"]
-    nv.bifurcation({**REAL, "record": {"want": want}}, "a.h5")
+    nv.scan({**REAL, "record": {"want": want}}, to="a.h5")
     ask("rerun", "a.h5", "--quiet")
     ask("verify", "a.h5")
     with h5py.File("a.h5", "r+") as file:

@@ -17,12 +17,12 @@ blocks.BLOCK_PERIODS = 10**9  # all lanes in one block
 
 def scan(transient):
     "Run a scan and return the greatest memory [MB] that this process has had so far."
-    nv.bifurcation({
+    nv.scan({
         "system": "ssul-set6",
         "vary": {"omega": {"start": 6.0, "stop": 7.0, "num": LANES}},
         "sampling": {"transient": transient, "periods": 10},
         "record": {"want": ["section", "impacts", "energy", "regime"]},
-    }, f"{transient}.h5", overwrite=True)
+    }, to=f"{transient}.h5", overwrite=True)
     return peak()
 
 def peak():

@@ -40,7 +40,7 @@ def passing(tmp_path_factory):
         "record": {"want": ["section", "regime"]},
     }
     path = tmp_path_factory.mktemp("limit") / "passing.h5"
-    return nv.bifurcation(scan, path)
+    return nv.scan(scan, to=path)
 
 
 def test_the_function_returns_a_figure_and_writes_nothing(small):
@@ -210,22 +210,6 @@ def test_a_run_keeps_the_picture_of_another_and_resuming_draws_its_own(small, tm
 
 
 @pytest.mark.kernels
-def test_what_a_scan_returns_is_its_path_and_knows_its_picture(small, tmp_path):
-    path = nv.bifurcation(
-        {"system": "tmd", "vary": {"omega": {"values": [6.0, 6.5]}},
-         "sampling": {"transient": 5, "periods": 3}},
-        tmp_path / "t.h5", plot=tmp_path / "t.png",
-    )  # fmt: skip
-    assert path == tmp_path / "t.h5"
-    assert path.picture == tmp_path / "t.png"
-    with open(path, "rb") as file, path.read() as view:
-        assert file.read(4) == b"\x89HDF"
-        assert "E1max" in view
-    assert isinstance(path.plot("E1max"), Figure)
-    assert path.with_suffix(".png").exists()
-
-
-@pytest.mark.kernels
 def test_orbits_that_pass_the_limit_are_told_hatched_and_named(passing):
     from nlds_vines.bifurcation.run import Report
 
@@ -259,7 +243,7 @@ def test_words_fit_the_kind_of_one_mass(tmp_path):
         "vary": {"omega": {"values": [0.8, 0.9]}},
         "sampling": {"transient": 20, "periods": 5},
     }
-    path = nv.bifurcation(scan, tmp_path / "one.h5")
+    path = nv.scan(scan, to=tmp_path / "one.h5")
     labels = [axes.get_ylabel() for axes in path.plot("x,E1max").axes]
     assert [label.split(" $")[0] for label in labels if "$" in label] == [
         *("oscillator", "energy of the oscillator"),

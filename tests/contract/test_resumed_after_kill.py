@@ -92,7 +92,7 @@ def finish(folder, whole):
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    return content(nv.bifurcation(DOCUMENT, tmp_path_factory.mktemp("whole") / "whole.h5"))
+    return content(nv.scan(DOCUMENT, to=tmp_path_factory.mktemp("whole") / "whole.h5"))
 
 
 @pytest.mark.kernels
@@ -221,7 +221,7 @@ def test_a_signal_ends_a_run_between_blocks_and_says_how_to_go_on(
 
 def test_signals_mean_what_they_did_before_when_a_run_is_over(tmp_path):
     before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)]
-    nv.bifurcation(DOCUMENT | {"vary": {"omega": {"values": [6.0]}}}, tmp_path / "a.h5")
+    nv.scan(DOCUMENT | {"vary": {"omega": {"values": [6.0]}}}, to=tmp_path / "a.h5")
     after = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)]
     assert after == before
 

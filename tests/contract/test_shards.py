@@ -34,7 +34,7 @@ SCAN = document(
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """What one thread makes of the scan."""
-    return bits(nv.bifurcation(SCAN, tmp_path_factory.mktemp("whole") / "a.h5", threads=1))
+    return bits(nv.scan(SCAN, to=tmp_path_factory.mktemp("whole") / "a.h5", threads=1))
 
 
 @pytest.fixture

@@ -2,22 +2,16 @@
 
 import tomllib
 
-import h5py
 import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.archives.toml import toml_text
-from nlds_vines.bifurcation.command import bifurcation
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.bifurcation.result import UNTIL_TOLERANCE
 from nlds_vines.errors import RequestError
-from nlds_vines.model.request_layers import request_hash
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.solver_settings import TOLERANCES, Settings
 from nlds_vines.portrait.request_file import load_portrait
-from nlds_vines.transients.command import transients
 from nlds_vines.tuning.request_file import load_tuning
 
 SMALL = {
@@ -196,10 +190,9 @@ def test_commands_take_numbers_and_presets(command, here, answer, ask):
     [
         lambda **given: nv.simulate(SYSTEM, 1, **given),
         lambda **given: nv.classify(SYSTEM, **given),
-        lambda **given: nv.portrait(SYSTEM, **given),
-        lambda **given: transients(SYSTEM, "a.h5", **given),
-        lambda **given: bifurcation({**SMALL, "sampling": {"method": given.pop("method", "exact")}},
-                                    "a.h5", **given),
+        lambda **given: nv.portray(SYSTEM, **given),
+        lambda **given: nv.ensemble(SYSTEM, to="a.h5", **given),
+        lambda **given: nv.scan(SMALL, to="a.h5", sampling=given),
     ],
 )  # fmt: skip
 def test_functions_refuse_it_in_one_line(function, here):
@@ -227,55 +220,25 @@ def test_a_verdict_by_a_draft_is_the_same_and_coarser():
 # ---- archives ------------------------------------------------------------------------------------
 
 
-def without_tolerance(path, changed=None):
-    """Make an archive one of the time before there was a tolerance."""
-    with h5py.File(path, "r+") as file:
-        document = tomllib.loads(file.attrs["scan"])
-        del document["sampling"]["tolerance"]
-        file.attrs["scan"] = toml_text(document)
-        file.attrs["scan_hash"] = request_hash(document)
-        if changed:
-            document["sampling"] |= changed
-            file.attrs["scan"] = toml_text(document)
-
-
 @pytest.mark.kernels
 def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(here, answer, ask):
-    nv.bifurcation(SMALL, "a.h5", tolerance="draft")
+    draft = {**SMALL["sampling"], "tolerance": "draft"}
+    nv.scan(SMALL, to="a.h5", sampling=draft)
     with nv.read("a.h5") as view:
         assert tomllib.loads(view.text("scan"))["sampling"]["tolerance"] == 1e-6
     ask("rerun", "a.h5", "--quiet")
     assert nv.open(here / "a.h5").request.tolerance == 1e-6
     with pytest.raises(RequestError, match="holds another scan: --resume cannot continue it"):
-        nv.bifurcation(SMALL, "a.h5", resume=True)
-    nv.bifurcation(SMALL, "a.h5", tolerance=1e-6, resume=True)
-    nv.bifurcation(SMALL, "b.h5")
+        nv.scan(SMALL, to="a.h5", resume=True)
+    nv.scan(SMALL, to="a.h5", sampling={**draft, "tolerance": 1e-6}, resume=True)
+    nv.scan(SMALL, to="b.h5")
     assert "parameter: sampling.tolerance: 1e-06 -> 1e-09" in answer(
         "diff", "a.h5", "b.h5", status=1
     )
 
 
 @pytest.mark.kernels
-def test_an_archive_without_a_tolerance_means_the_nodes_and_steps_of_its_time(tmp_path):
-    """It stays readable, and is repeated; what is said of it wrongly is found."""
-    path = nv.bifurcation(SMALL, tmp_path / "old.h5")
-    without_tolerance(path)
-    with nv.read(path) as view:
-        assert view["section"].shape == (2, 1, 3, 4)
-    found = nv.open(path).request
-    assert found.settings == Settings(nodes=12, contact_steps=28.0)
-    assert UNTIL_TOLERANCE == {"nodes": 12, "contact_steps": 28.0}
-    with pytest.raises(RequestError, match="holds another scan: --resume cannot continue it"):
-        nv.bifurcation(SMALL, path, resume=True)
-    without = tmp_path / "damaged.h5"
-    nv.bifurcation(SMALL, without)
-    without_tolerance(without, {"periods": 4})
-    with pytest.raises(RequestError, match="is damaged, or means something else"):
-        _ = nv.open(without).request
-
-
-@pytest.mark.kernels
 def test_an_archive_of_rk4_means_what_it_meant(tmp_path):
     document = {**SMALL, "sampling": {**SMALL["sampling"], "method": "rk4"}}
-    path = nv.bifurcation(document, tmp_path / "a.h5")
+    path = nv.scan(document, to=tmp_path / "a.h5")
     assert nv.open(path).request.settings == Settings.rk4(512.0)

@@ -3,7 +3,6 @@
 import gc
 import os
 import pickle
-import warnings
 
 import numpy as np
 import pytest
@@ -139,32 +138,3 @@ def test_an_archive_is_opened_as_what_it_holds(here):
         nv.open("no.h5")
     with pytest.raises(nv.RequestError, match="path of a file"):
         nv.open(3)
-
-
-@pytest.mark.parametrize(
-    ("call", "new"),
-    [
-        (lambda: nv.bifurcation(1), "nv.scan"),
-        (lambda: nv.transients(1), "nv.ensemble"),
-        (lambda: nv.response_curves(1), "nv.curves"),
-        (lambda: nv.portrait(1), "nv.portray"),
-        (lambda: nv.continue_orbit(1, 2, 3), "nv.follow"),
-        (lambda: nv.continued(1), "nv.open"),
-        (lambda: nv.curves_in(1), "nv.open"),
-        (lambda: nv.tune(1, output="x.h5"), "to"),
-    ],
-    ids=["scan", "ensemble", "curves", "portray", "follow", "continued", "curves in", "tune"],
-)
-def test_old_names_say_the_new_one(call, new, here):
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
-        with pytest.raises(nv.RequestError):
-            call()
-    (warning,) = told
-    assert f"is called {new} now" in str(warning.message)
-    assert warning.filename == __file__
-
-
-def test_what_has_gone_says_where_it_went():
-    with pytest.raises(AttributeError, match=r"paper\.reproduce_paper"):
-        _ = nv.reproduce_paper

@@ -60,19 +60,19 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def small_map(folder):
-    return nv.bifurcation(MAP, folder / "map.h5")
+    return nv.scan(MAP, to=folder / "map.h5")
 
 
 @pytest.fixture(scope="session")
 def small_diagram(folder):
-    return nv.bifurcation(DIAGRAM, folder / "diagram.h5")
+    return nv.scan(DIAGRAM, to=folder / "diagram.h5")
 
 
 @pytest.fixture(scope="session")
 def small_basin(folder):
-    return nv.bifurcation(BASIN, folder / "basin.h5")
+    return nv.scan(BASIN, to=folder / "basin.h5")
 
 
 @pytest.fixture(scope="session")
 def small_sweeps(folder):
-    return nv.bifurcation(SWEEPS, folder / "sweeps.h5")
+    return nv.scan(SWEEPS, to=folder / "sweeps.h5")

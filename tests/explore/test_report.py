@@ -97,7 +97,7 @@ def test_the_page_asks_for_nothing_from_outside(page):
 
 def test_words_of_an_archive_do_no_harm(folder):
     title = "</script><script>alert(1)</script><b>"
-    path = nv.bifurcation({**MAP, "title": title}, folder / "bad.h5")
+    path = nv.scan({**MAP, "title": title}, to=folder / "bad.h5")
     html = report_page(stored(path)).html
     assert "<script>alert(1)" not in html
     assert "&lt;/script&gt;" in html
@@ -175,7 +175,7 @@ def test_branches_and_special_points_are_on_the_page(
     output = folder / f"{name}-branches.html"
     assert ask("report", folder / f"{name}.h5", "--branches", branches, "-o", output).err == ""
     html = output.read_text(encoding="utf-8")
-    special = nv.continued(branches).special
+    special = nv.open(branches).special
     assert len(special)
     for row in special:
         assert f"<td>{row.kind}</td><td>omega = {row.value:.8g}</td>" in html
@@ -189,7 +189,7 @@ def test_branches_of_another_parameter_are_refused(branches, folder, refusal):
         "P": {"start": 700.0, "stop": 900.0, "num": 3},
         "C": {"start": 0.06, "stop": 0.07, "num": 2},
     }
-    path = nv.bifurcation({**MAP, "vary": vary}, folder / "PC.h5")
+    path = nv.scan({**MAP, "vary": vary}, to=folder / "PC.h5")
     assert "continues along omega" in refusal(
         "report", path, "--branches", branches, "-o", folder / "x.html"
     )

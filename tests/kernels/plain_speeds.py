@@ -17,7 +17,7 @@ TRANSIENT, PERIODS = 5, 6
 
 def scanned(path, name, changes, values, want=("speeds", "impacts")):
     """Return the archive of a scan over omega."""
-    return nv.bifurcation(
+    return nv.scan(
         {
             "system": name,
             "set": changes,
@@ -25,7 +25,7 @@ def scanned(path, name, changes, values, want=("speeds", "impacts")):
             "sampling": {"transient": TRANSIENT, "periods": PERIODS},
             "record": {"want": list(want)},
         },
-        path,
+        to=path,
         quiet=True,
     )
 

@@ -33,7 +33,7 @@ def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(
             "record": {"want": ["section", "impacts", "energy", "regime"]},
         }
         began = time.process_time()
-        path = nv.bifurcation(scan, tmp_path / name)
+        path = nv.scan(scan, to=tmp_path / name)
         with nv.read(path) as archive:
             assert np.isfinite(archive["E2max"]).all()
         return time.process_time() - began

@@ -100,7 +100,7 @@ def test_where_only_the_refined_run_fails_nothing_is_made_up(monkeypatch, tmp_pa
         assert np.isnan(found[name]).all()
     assert set(found["refined_label"]) == {"failed"}
     assert (found["label_kept"] == KEPT["no"]).all()
-    with read(nv.bifurcation(scan, tmp_path / "a.h5")) as view:
+    with read(nv.scan(scan, to=tmp_path / "a.h5")) as view:
         assert (
             refinement_summary(view) == "refined: 3 of 3 orbits change their label, 3 of them fail"
         )

@@ -228,30 +228,12 @@ def test_absurd_forces_end_in_a_status(options):
         ({"start": (0.0, 0.0, np.inf, 0.0)}, "start"),
         ({"contact_steps": 1e7}, "contact_steps"),
         ({"method": "rk4", "period_steps": 3}, "period_steps = 3; allowed: 4 to 1e6"),
-        ({"resolution": 28.0, "contact_steps": 28.0}, "old name of contact_steps"),
     ],
 )
 def test_wrong_arguments(changes, words):
     arguments = {"periods": 3, **changes}
     with pytest.raises(RequestError, match=words):
         simulate(load_system("ssul-set6"), **arguments)
-
-
-@pytest.mark.kernels
-@pytest.mark.parametrize(
-    ("method", "name", "steps"), [("exact", "contact_steps", 20.0), ("rk4", "period_steps", 64.0)]
-)
-def test_resolution_is_the_old_name_of_two(method, name, steps):
-    system = load_system("ssul-set6", K=1e5)  # whose contacts are stepped
-    new = simulate(system, 4, record=BOTH, method=method, **{name: steps})
-    with pytest.warns(DeprecationWarning, match=f"resolution is deprecated.*{name}") as warned:
-        old = simulate(system, 4, record=BOTH, method=method, resolution=steps)
-    np.testing.assert_array_equal(old.section, new.section)
-    assert len(warned) == 1
-    assert "\n" not in str(warned[0].message)
-    assert warned[0].filename == __file__
-    usual = simulate(system, 4, record=BOTH, method=method)
-    assert not np.array_equal(usual.section, new.section)  # it was heeded
 
 
 @pytest.mark.parametrize("want", ["impacts", "clearance"])

@@ -74,7 +74,7 @@ def test_an_archive_is_exported(here, answer, refusal):
         "sampling": {"transient": 1, "periods": 3},
         "record": {"want": ["section", "energy"]},
     }
-    nv.bifurcation(scan, "a.h5", quiet=True)
+    nv.scan(scan, to="a.h5", quiet=True)
     assert answer("export", "a.h5") == "a.csv\n"
     (first, _) = csv.DictReader(io.StringIO((here / "a.csv").read_text()))
     assert float(first["E1max"]) == nv.read("a.h5")["E1max"][0, 0]

@@ -21,7 +21,7 @@ FINER = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     found = tmp_path_factory.mktemp("edges")
-    nv.bifurcation({**PLANE, "vary": FINER}, found / "plane.h5", quiet=True)
+    nv.scan({**PLANE, "vary": FINER}, to=found / "plane.h5", quiet=True)
     along = ["--along", "P=0.35:0.7", "--from", "T,1", "-o", str(found / "branches.h5")]
     assert main(["continuation", *OF_OSCILLATOR, *along, "--quiet"]) in (0, 1)
     return found
@@ -59,7 +59,7 @@ def test_report_and_picture_show_it(folder, answer):
 
 
 def test_a_longer_orbit_has_all_its_sections():
-    path = nv.continue_orbit("ssul-set6", "omega", (7.75, 7.85), start="2T,1")
+    path = nv.follow("ssul-set6", "omega", (7.75, 7.85), start="2T,1")
     edge = path.orbits_at(7.8)[0]
     assert edge.sections.shape == (2, 4)
     assert np.allclose(edge.sections[-1], edge.state, atol=1e-9)
@@ -70,20 +70,20 @@ def test_a_longer_orbit_has_all_its_sections():
 
 def test_what_does_not_fit_is_refused(folder, tmp_path):
     branches = folder / "branches.h5"
-    other = nv.bifurcation(
-        {**PLANE, "set": {"omega": 1.6, "P": 0.6}}, tmp_path / "other.h5", quiet=True
+    other = nv.scan(
+        {**PLANE, "set": {"omega": 1.6, "P": 0.6}}, to=tmp_path / "other.h5", quiet=True
     )
     with nv.read(other) as view, pytest.raises(RequestError, match=r"omega = 1\.5, not 1\.6"):
         edge_states(view, branches)
-    beyond = nv.bifurcation(
-        {**PLANE, "set": {"omega": 1.5, "P": 1.1}}, tmp_path / "beyond.h5", quiet=True
+    beyond = nv.scan(
+        {**PLANE, "set": {"omega": 1.5, "P": 1.1}}, to=tmp_path / "beyond.h5", quiet=True
     )
     with nv.read(beyond) as view, pytest.raises(RequestError, match=r"P = 1\.1; allowed: 0\.35"):
         edge_states(view, branches)
     with pytest.raises(RequestError, match="holds a scan; in basins are marked"):
         nv.plot(other, marks=other)
     line = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}}
-    path = nv.bifurcation(line, tmp_path / "line.h5", quiet=True)
+    path = nv.scan(line, to=tmp_path / "line.h5", quiet=True)
     with pytest.raises(RequestError, match="over two initial conditions"):
         nv.plot(path, marks=branches)
     with pytest.raises(RequestError, match="holds a continuation: no orbits are marked in it"):

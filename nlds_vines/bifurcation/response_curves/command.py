@@ -30,12 +30,11 @@ from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.option_values import settings_of, varied
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
-    optional_path,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, at, choice, shown, typed
+from nlds_vines.errors import RequestError, at, choice, shown
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.system import System
@@ -185,7 +184,6 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 """
 
 
-@typed
 def curves(
     source: Source = None,
     *,
@@ -214,27 +212,6 @@ def curves(
     archive = ArchivePath.for_result(to, "curves", resume, overwrite)
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
     return Job(page, request_path(source), archive, None, how).run()
-
-
-@typed
-def response_curves(
-    source: Source = None,
-    output: str | os.PathLike[str] = _DEFAULT,
-    *,
-    plot: str | os.PathLike[str] | None = None,
-    threads: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    quiet: bool = True,
-    **tables: Any,
-) -> ResponseCurves:
-    """Compute response curves by the name that `curves` had; it goes with version 0.2.
-
-    Arguments: as `curves`, whose `to` is called `output` here; a picture to `plot`.
-    """
-    page = page_from(source, (), tables, "response_curves")
-    how = RunOptions(threads, resume, overwrite, quiet=quiet)
-    return Job(page, request_path(source), Path(output), optional_path(plot), how).run()
 
 
 class Job(jobs.Job):

@@ -287,7 +287,7 @@ def _draw_curve(
     """Draw a number (n,) along a curve: a line within a regime, dots where there is none.
 
     Arguments: what was `found` along the curve; the `look` of its line; the `ending` of the names
-    of the start.  Without the periods of the orbits, as in older archives, all is joined.
+    of the start.  If the periods of the orbits are not recorded, all points are joined.
     """
     if not (periods := found.periods(ending)).size:
         frame.plot(found.values, up, **look)

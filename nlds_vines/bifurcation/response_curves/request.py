@@ -145,12 +145,11 @@ class CurvePage(Request):
     )
     log: bool = setting(
         False, Truth(), "figure", "draws what is shown on logarithmic axes", option="--log",
-        later=True,
     )  # fmt: skip
     manifold: bool = setting(
         False, Truth(), "figure",
         "draws the 1:1 response in closed form of each free mass between two rigid walls",
-        option="--manifold", later=True,
+        option="--manifold",
     )  # fmt: skip
 
     show: tuple[str, ...] = setting(
@@ -159,7 +158,7 @@ class CurvePage(Request):
         "response as x1_max, v1_rms, stroke_max, force_max, transmissibility, see "
         "[Datasets](datasets.md)",
         "A,B,C", usual=ENERGY,
-        option="--show", later=True,
+        option="--show",
     )  # fmt: skip
 
     def __post_init__(self) -> None:

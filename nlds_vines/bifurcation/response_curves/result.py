@@ -14,7 +14,7 @@ from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.response_curves.curves_table import STATUSES
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.bifurcation.response_curves.request_file import load_page
-from nlds_vines.errors import RequestError, shown, typed
+from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import RESPONSE_CURVES
@@ -68,7 +68,7 @@ class CurveValues:
         Arguments: the `ending` of the names of a second start.
         """
         n, k = (self.numbers.get(name + ending) for name in ("periodicity", "impact_count"))
-        if n is None or k is None or (k < 0).all():  # of older archives, and without walls
+        if n is None or k is None or (k < 0).all():  # without walls
             return np.empty(0, dtype=np.str_)
         return np.array([f"{one},{of}" if one > 0 else "" for one, of in zip(n, k, strict=True)])
 
@@ -124,7 +124,6 @@ def _in_words(reduction: float) -> str:
     return f"{abs(reduction):.1%} {'lower' if reduction >= 0 else 'higher'}".replace("%", " %")
 
 
-@typed
 def curves_in(path: str | os.PathLike[str]) -> ResponseCurves:
     """Return the response curves in an archive.
 

@@ -121,7 +121,7 @@ _WORDS = {
 
 def _of(kind: str) -> Any:
     words = f"{_WORDS[kind]}; a table `[load.{kind}]`, or a list of several"
-    return setting((), _parts(kind), "load", words, later=True)
+    return setting((), _parts(kind), "load", words)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,15 +133,15 @@ class Loading:
 
     impulse: float = setting(
         0.0, Checked(lambda value: value and Size()("impulse", value)), "load",
-        "of a blow on m1 at t = 0 [N s]", "N_S", later=True,
+        "of a blow on m1 at t = 0 [N s]", "N_S",
     )  # fmt: skip
     harmonic: bool = setting(
         False, Truth(), "load", "whether the harmonic force P cos(omega t) acts as well",
-        option="--harmonic", later=True,
+        option="--harmonic",
     )  # fmt: skip
     scale: float = setting(
         1.0, Real(-1e9, 1e9), "load", "by which all loads but the harmonic force are multiplied",
-        "FACTOR", later=True,
+        "FACTOR",
     )  # fmt: skip
     blow: tuple[Load, ...] = _of("blow")
     half_sine: tuple[Course, ...] = _of("half_sine")

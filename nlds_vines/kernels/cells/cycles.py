@@ -6,6 +6,7 @@ respect to parameters are from variations that these drive (`driven`).
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ from ..scene.arguments import CellBuffers, Span
 from ..scene.codes import OK
 from ..scene.contact_series import SHRUNK
 from ..scene.scene import damper_of, joined, scale_of, structure_under
-from ..watch.observe import IMPACT_COLUMNS, IMPACT_FORCE, SPEED, Impacts
+from ..watch.observe import IMPACT_COLUMNS, IMPACT_FORCE, RELEASE, SPEED, Impacts
 from .cells import checked_cell, run_cell
 
 # Columns of what is found of a cycle beside its arrays:
@@ -186,24 +187,31 @@ def broken_limit(violation, lane):
 
 @jit(entry=True)
 def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
-    """Measure orbits `begin` to `end` - 1 over so many `periods` (orbits,) each; fill `Extremes`.
+    """Measure nT orbits `begin` to `end` - 1, each over its `periods` (orbits,); fill `Extremes`.
 
-    cells (orbits,) and starts (orbits, 4) at phase zero.
+    cells (orbits,) and starts (orbits, 4) at phase zero. A contact that is under way there has its
+    touch at the end of the n periods and its release at their beginning. Row 0 takes what happens
+    before that release, so that the largest force of both parts counts.
     """
     strokes, touches = extremes.strokes, extremes.touches
     for lane in range(begin, end):
-        state, rows = np.zeros(STATE_SIZE), np.zeros((MOST_NOTED, IMPACT_COLUMNS))
+        state, rows = np.zeros(STATE_SIZE), np.zeros((MOST_NOTED + 1, IMPACT_COLUMNS))
         for i in range(4):
             state[i] = starts[lane, i]
-        impacts = Impacts(rows, np.zeros(1, np.int64))
+        rows[0, RELEASE] = np.nan
+        impacts = Impacts(rows, np.ones(1, np.int64))
         buffers = CellBuffers(
             None, None, None, impacts, extremes.energy[lane], None, None,
             broken_limit(extremes.violation, lane), None, None,
         )  # fmt: skip
         run_cell(parts, cells[lane], state, Span(0, periods[lane], 1), buffers)
-        for i in range(min(impacts.filled[0], touches.shape[1])):
+        filled = min(impacts.filled[0], MOST_NOTED + 1)
+        if filled > 1 and math.isnan(rows[filled - 1, RELEASE]):
+            period = 2.0 * math.pi / structure_under(parts.load, cells[lane]).omega
+            rows[filled - 1, RELEASE] = rows[0, RELEASE] + periods[lane] * period
+        for i in range(min(filled - 1, touches.shape[1])):
             for c in range(4):
-                touches[lane, i, c] = rows[i, c]
-        for i in range(min(impacts.filled[0], MOST_NOTED)):
+                touches[lane, i, c] = rows[i + 1, c]
+        for i in range(filled):
             strokes[lane, 0] = max(strokes[lane, 0], rows[i, SPEED])
             strokes[lane, 1] = max(strokes[lane, 1], rows[i, IMPACT_FORCE])

@@ -1,4 +1,4 @@
-"""Special points a second time, by shooting with SciPy: what docs/borders.md says of their values.
+"""Special points a second time, by shooting with SciPy.
 
 The equation of motion is that of `benchmarks.boundary_values`, written anew from the paper in plain
 NumPy; orbit and monodromy matrix are integrated by DOP853 piece by piece, from touch to release to
@@ -8,22 +8,16 @@ method, and its test function is computed; a straight line through both tells wh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.boundary_values import Motion
-from nlds_vines.cli.markdown_tables import table
-from nlds_vines.continuation.regime_borders import Border
-from nlds_vines.continuation.result import Continued
 
 BESIDE = 1.0e-7
 """How far beside a point orbits are closed, relative to the number that is held there."""
-
-SAME = 1.0e-9
-"""Relative difference of two values of one point."""
 
 CLOSED, MOST = 1.0e-10, 8
 """Step of Newton's method, relative, that is the last; and most of them."""
@@ -118,37 +112,3 @@ def again(motion: Motion, orbit: Orbit) -> float:
         sides.append((test_of(orbit.kind, matrix), found))
     (low, a), (high, b) = sides
     return float((a - low / (high - low) * (b - a))[4])
-
-
-def points_of(found: Continued, borders: list[Border]) -> Iterator[Orbit]:
-    """Yield the points that borders tell, each once: special points, and ends of branches."""
-    known = [(str(r.kind), int(r.period), float(r.value), r.state) for r in found.special]
-    for branch in found.branches:
-        for end, at in zip(branch.ends, (0, -1), strict=True):
-            if end == "shorter":
-                value = float(branch.parameter[at])
-                known.append(("PD", branch.period // 2, value, branch.states[at]))
-    for kind, value in dict.fromkeys(event for border in borders for event in border.events):
-        there = [entry for entry in known if entry[0] == kind]
-        _, n, omega, state = min(there, key=lambda entry: abs(entry[2] - value))
-        assert abs(omega - value) <= 1e-6 * value
-        yield Orbit(kind, n, value, np.asarray(state))
-
-
-def lines(found: Continued, borders: list[Border]) -> Iterator[str]:
-    """Yield the table of all points that borders tell, beside shooting, as Markdown."""
-    motion, rows = Motion.of(found.request.system), []
-    for orbit in points_of(found, borders):
-        other = again(motion, orbit)
-        off = abs(other - orbit.omega) / orbit.omega
-        assert off <= SAME, (orbit, other)
-        rows.append(
-            [
-                orbit.kind,
-                f"{orbit.n if orbit.n > 1 else ''}T",
-                f"{orbit.omega:.10f}",
-                f"{other:.10f}",
-                f"{off:.0e}",
-            ]
-        )
-    yield from table(["kind", "of", "omega", "by shooting", "difference"], rows, right=(2, 3, 4))

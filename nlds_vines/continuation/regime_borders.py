@@ -16,7 +16,6 @@ from nlds_vines.archives.view import ArchiveView
 from nlds_vines.cli.markdown_tables import table
 from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.exploration import is_same
-from nlds_vines.continuation.request import Orbit
 from nlds_vines.continuation.result import Branch, Continued, map_of
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_points import doubling_near
@@ -230,19 +229,6 @@ def _beyond(rows: np.recarray, event: tuple[str, float], ahead: int) -> str:
     """Return the label behind a grazing, in the direction of a walk."""
     row = rows[rows.value == event[1]][0]
     return str(row.after if ahead > 0 else row.before)
-
-
-def strays(found: Continued, scan: ArchiveView) -> list[Orbit]:
-    """Return the periodic orbits of a scan, of all cells within the interval, on no branch."""
-    name, along = found.request.along.name, found.request.along
-    section_map, missing = map_of(found.request), []
-    for orbit in orbits_in(scan, name, {}, every=True):
-        if not along.low < orbit.value < along.high:
-            continue
-        place = place_of(found.request.system, name, orbit.value, orbit.state)
-        if walk_of(found, section_map, place, orbit.period, orbit.value) is None:
-            missing.append(orbit)
-    return missing
 
 
 # ---- as a page -----------------------------------------------------------------------------------

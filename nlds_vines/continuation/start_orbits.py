@@ -102,14 +102,12 @@ def _judged(
 # ---- from an archive -----------------------------------------------------------------------------
 
 
-def orbits_in(
-    view: ArchiveView, name: str, cell: dict[str, float], *, every: bool = False
-) -> tuple[Orbit, ...]:
+def orbits_in(view: ArchiveView, name: str, cell: dict[str, float]) -> tuple[Orbit, ...]:
     """Return periodic orbits that a scan's archive holds, along a parameter that it varied.
 
     Arguments: the parameter's `name`; `cell`: values by the name of a varied parameter, whose
     nearest cells are looked at: of the parameter itself, that cell alone, otherwise of every run of
-    one label the first, the middle and the last cell, or `every` one.
+    one label the first, the middle and the last cell.
 
     Raises `RequestError` where the archive holds no periods, or no states.
     """
@@ -126,10 +124,10 @@ def orbits_in(
     for axis in view.axes:
         if axis not in where and axis != name:
             where[axis] = 0
-    return tuple(_orbits_of(view, name, where, every))
+    return tuple(_orbits_of(view, name, where))
 
 
-def _orbits_of(view: ArchiveView, name: str, where: dict[str, int], every: bool) -> Iterator[Orbit]:
+def _orbits_of(view: ArchiveView, name: str, where: dict[str, int]) -> Iterator[Orbit]:
     values = view[name]
     source = "orbit_point" if "orbit_point" in view else "section"
     if source not in view:
@@ -140,8 +138,7 @@ def _orbits_of(view: ArchiveView, name: str, where: dict[str, int], every: bool)
     if source == "section":
         states = states[..., -1, :]
     for start in range(period.shape[1]):
-        cells = range(len(values)) if every else list(_of_runs(label[:, start]))
-        cells = [where[name]] if name in where else cells
+        cells = [where[name]] if name in where else _of_runs(label[:, start])
         for i in cells:
             n = int(period[i, start])
             if n > 0 and np.isfinite(states[i, start]).all():

@@ -34,7 +34,7 @@ import numpy as np
 from scipy.integrate import solve_bvp, solve_ivp
 
 from nlds_vines.cli.markdown_tables import table
-from nlds_vines.continuation.command import follow
+from nlds_vines.continuation.command import continue_branch
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
 
@@ -281,11 +281,13 @@ def check_sides(motion: Motion, y: np.ndarray) -> None:
 
 def own_points() -> tuple[list[Point], float]:
     """Return the special points that the continuation finds, and its CPU time once compiled."""
-    follow(SOFT, "omega", BETWEEN)
+    continue_branch(SOFT, "omega", BETWEEN)
     began = process_time()
-    path = follow(SOFT, "omega", BETWEEN)
+    path = continue_branch(SOFT, "omega", BETWEEN)
     seconds = process_time() - began
-    return [Point(s.kind, s.value, s.state) for s in path.special if s.kind in KINDS], seconds
+    return [
+        Point(s.kind, s.value, s.state) for s in path.special_points if s.kind in KINDS
+    ], seconds
 
 
 def page() -> Iterator[str]:

@@ -27,7 +27,7 @@ import numpy as np
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.continuation.command import follow
+from nlds_vines.continuation.command import continue_branch
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Batch
 from nlds_vines.orbits.simulation import simulate
@@ -92,7 +92,7 @@ BENCHMARKS: dict[str, Callable[[], Callable[[], object]]] = {
     "diagram": lambda: scanned(LINE, record={"want": ["section", "impacts", "energy"]}),
     "verdicts": lambda: scanned(LINE, record={"want": ["regime", "lyapunov", "evidence"]}),
     "map": lambda: scanned(PLANE, record={"want": ["regime", "energy"]}),
-    "branch": lambda: lambda: follow(SET6, "omega", (5.0, 9.0), quiet=True),
+    "branch": lambda: lambda: continue_branch(SET6, "omega", (5.0, 9.0), quiet=True),
     "designs": designs,
 }
 

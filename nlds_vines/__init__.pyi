@@ -6,10 +6,10 @@ from nlds_vines.bifurcation.cell_orbit import orbit_of as orbit_of
 from nlds_vines.bifurcation.command import scan as scan
 from nlds_vines.bifurcation.request import Scan as Scan
 from nlds_vines.bifurcation.request_file import load_scan as load_scan
-from nlds_vines.bifurcation.response_curves.command import curves as curves
+from nlds_vines.bifurcation.response_curves.command import response_curves as response_curves
 from nlds_vines.bifurcation.response_curves.result import ResponseCurves as ResponseCurves
 from nlds_vines.bifurcation.result import ScanArchive as ScanArchive
-from nlds_vines.continuation.command import follow as follow
+from nlds_vines.continuation.command import continue_branch as continue_branch
 from nlds_vines.continuation.request import Continuation as Continuation
 from nlds_vines.continuation.request_file import load_continuation as load_continuation
 from nlds_vines.continuation.result import Continued as Continued
@@ -30,17 +30,17 @@ from nlds_vines.orbits.simulation import Orbit as Orbit
 from nlds_vines.orbits.simulation import simulate as simulate
 from nlds_vines.orbits.spectrum import Spectrum as Spectrum
 from nlds_vines.orbits.spectrum import spectrum as spectrum
-from nlds_vines.portrait.command import portray as portray
+from nlds_vines.portrait.command import orbit_portrait as orbit_portrait
 from nlds_vines.transients.basin_shares import Basins as Basins
 from nlds_vines.transients.basin_shares import basin_measures as basin_measures
-from nlds_vines.transients.command import ensemble as ensemble
+from nlds_vines.transients.command import transient_lifetimes as transient_lifetimes
 from nlds_vines.transients.ensemble import Ensemble as Ensemble
 from nlds_vines.transients.ensemble import ensemble_of as ensemble_of
 from nlds_vines.tuning.command import tune as tune
 from nlds_vines.tuning.request import Tuning as Tuning
 from nlds_vines.tuning.request_file import load_tuning as load_tuning
 from nlds_vines.tuning.result import Tuned as Tuned
-from nlds_vines.upkeep.opening import open as open
+from nlds_vines.upkeep.opening import open_archive as open_archive
 from nlds_vines.upkeep.plot import plot as plot
 
 __version__: str

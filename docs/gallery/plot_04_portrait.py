@@ -9,4 +9,4 @@ the obstacle.
 import nlds_vines as nv
 
 system = nv.load_system("ssbl", omega=5.6)
-figure = nv.portray(system, to="portrait.png")
+figure = nv.orbit_portrait(system, to="portrait.png")

@@ -11,8 +11,8 @@ import numpy as np
 
 import nlds_vines as nv
 
-found = nv.follow("ssul-set6", along="omega", between=(7.0, 8.0), doublings=1)
-for row in found.special[:3]:
+found = nv.continue_branch("ssul-set6", parameter="omega", bounds=(7.0, 8.0), doublings=1)
+for row in found.special_points[:3]:
     print(row.kind, f"{row.value:.6f} rad/s", row.before, row.after)
 
 # %%
@@ -23,7 +23,7 @@ for branch, colour in zip(found.branches, ("#0072b2", "#d55e00", "#009e73"), str
     for stable, line in ((True, "-"), (False, ":")):
         energy = np.where(branch.stable == stable, branch.E1max, np.nan)
         axes.plot(branch.parameter, energy, line, color=colour)
-for row in found.special:
+for row in found.special_points:
     if row.kind == "PD" and row.branch == 0:
         axes.axvline(row.value, color="#767676", linewidth=0.6)
         axes.annotate(" PD", (row.value, 0.97), xycoords=("data", "axes fraction"), va="top")

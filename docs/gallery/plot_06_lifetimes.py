@@ -9,5 +9,5 @@ the exponential law of their lifetimes.
 import nlds_vines as nv
 
 system = nv.load_system("ssul-set6", omega=7.575, K=2.5e7)
-ensemble = nv.ensemble(system, starts=400)
+ensemble = nv.transient_lifetimes(system, starts=400)
 ensemble.plot().savefig("lifetimes.png", dpi=200)

@@ -8,7 +8,7 @@ by how much each damper reduces it.  Where a curve lies below zero there, the da
 
 import nlds_vines as nv
 
-found = nv.curves(
+found = nv.response_curves(
     ["none", "tmd", "ssbl", "ssul-set6"],
     vary={"omega": {"start": 5.0, "stop": 7.5, "num": 126}},
     sampling={"transient": 400, "periods": 60},

@@ -9,7 +9,7 @@ field's other map, the phase of the force and the speed at each impact.
 import nlds_vines as nv
 
 system = nv.load_system("ssul-set6", omega=7.4, K=2.5e7)
-nv.portray(
+nv.orbit_portrait(
     system,
     windows=[[400, 3400]],
     samples=32,

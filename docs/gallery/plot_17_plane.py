@@ -8,5 +8,7 @@ and force: the borders of its regime without computing a map.
 
 import nlds_vines as nv
 
-found = nv.follow("ssul-set6", along="omega", between=(7.2, 7.6), plane=("P", 700.0, 900.0))
+found = nv.continue_branch(
+    "ssul-set6", parameter="omega", bounds=(7.2, 7.6), plane=("P", 700.0, 900.0)
+)
 found.plot().savefig("plane.png", dpi=200)

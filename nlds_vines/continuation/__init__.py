@@ -24,5 +24,5 @@ In reading order:
     marks                the mark of each kind of special point
     plane_picture        curves in their plane
     picture              the diagram of branches
-    command              `python -m nlds_vines.continuation` and `nv.follow`
+    command              `python -m nlds_vines.continuation` and `nv.continue_branch`
 """

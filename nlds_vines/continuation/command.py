@@ -1,7 +1,7 @@
 """Follow periodic orbits, stable or not, along a parameter: where and why regimes change.
 
 As a command: `python -m nlds_vines.continuation`, or `nlds-vines continuation`.
-In Python: `nlds_vines.follow(system, along="omega", between=(5.0, 9.0))`.
+In Python: `nlds_vines.continue_branch(system, parameter="omega", bounds=(5.0, 9.0))`.
 """
 
 from __future__ import annotations
@@ -62,10 +62,10 @@ exit status: 0 done; 1 a branch is not complete; 2 the request is wrong;
 
 
 # public: its keywords are those of the command, more than eight
-def follow(
+def continue_branch(
     system: System | str | os.PathLike[str],
-    along: str,
-    between: tuple[float, float],
+    parameter: str,
+    bounds: tuple[float, float],
     start: Regime | Sequence[float] | np.ndarray | str | None = None,
     *,
     to: str | os.PathLike[str] | None = None,
@@ -86,8 +86,8 @@ def follow(
     Arguments:
         system: a `System`, the name of one, or the path of a TOML file; where its own value of the
             parameter lies outside the interval, the start is looked for at the nearest end.
-        along: the free parameter, any one that is allowed for the system.
-        between: its smallest and largest value [SI].
+        parameter: the free one, any one that is allowed for the system.
+        bounds: its smallest and largest value [SI].
         start: None for the orbit from rest; a `Regime` that is periodic, at its own value of the
             parameter; a state (x1, v1, x2, v2) or (x, v) [m, m/s], whose orbit is judged; a label
             such as "3T,3", looked for among random starts; "random" for all their orbits.
@@ -113,7 +113,7 @@ def follow(
     """
     how = RunOptions(None, resume, overwrite, quiet=quiet)
     request = _request_of(
-        system, along, between, start, period,
+        system, parameter, bounds, start, period,
         {"doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance},
         {"count": starts, "seed": seed}, plane,
     )  # fmt: skip
@@ -123,38 +123,38 @@ def follow(
 
 def _request_of(
     system: System | str | os.PathLike[str],
-    along: str,
-    between: tuple[float, float],
+    parameter: str,
+    bounds: tuple[float, float],
     start: Regime | Sequence[float] | np.ndarray | str | None,
     period: int | None,
     search: Mapping[str, Any],
     draws: dict[str, int],
     plane: tuple[str, float, float] | None,
 ) -> Continuation:
-    """Return the request that the arguments of `follow` mean."""
+    """Return the request that the arguments of `continue_branch` mean."""
     known = as_system(system)
-    first, last = _pair(between)
+    first, last = _pair(bounds)
     free = () if plane is None else (_triple(plane)[0],)
-    meant = in_parameters({along: {"start": first, "stop": last}}, known, free)
-    ((along, ends),) = meant.items()
+    meant = in_parameters({parameter: {"start": first, "stop": last}}, known, free)
+    ((parameter, ends),) = meant.items()
     first, last = ends["start"], ends["stop"]
     changes: dict[str, Any] = {
-        "along": {along: {"start": first, "stop": last}},
-        "start": _near(known, along, start, (first, last), period)
+        "along": {parameter: {"start": first, "stop": last}},
+        "start": _near(known, parameter, start, (first, last), period)
         if period is not None
-        else _start_table(known, along, start, (first, last), draws),
+        else _start_table(known, parameter, start, (first, last), draws),
         "search": search,
     }
     if plane is not None:
         name, low, high = _triple(plane)
         changes["plane"] = {name: {"start": low, "stop": high}}
-    return load_continuation(known, changes, "follow")
+    return load_continuation(known, changes, "continue_branch")
 
 
-def _pair(between: Sequence[float]) -> tuple[float, float]:
-    if not isinstance(between, Sequence) or isinstance(between, str) or len(between) != 2:
-        raise RequestError(f"between = {shown(between)}; allowed: two numbers")
-    return between[0], between[1]
+def _pair(bounds: Sequence[float]) -> tuple[float, float]:
+    if not isinstance(bounds, Sequence) or isinstance(bounds, str) or len(bounds) != 2:
+        raise RequestError(f"bounds = {shown(bounds)}; allowed: two numbers")
+    return bounds[0], bounds[1]
 
 
 def _triple(plane: Sequence[Any]) -> Sequence[Any]:
@@ -164,25 +164,25 @@ def _triple(plane: Sequence[Any]) -> Sequence[Any]:
 
 
 def _near(
-    system: System, along: str, start: object, between: tuple[float, float], period: int
+    system: System, parameter: str, start: object, bounds: tuple[float, float], period: int
 ) -> dict[str, Any]:
     """Return the table [start] of the orbit of n periods near a state."""
     if not isinstance(start, Sequence | np.ndarray) or isinstance(start, str):
         raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
-    low, high = between
-    value = min(max(system.parameters.get(along, low), low), high)
+    low, high = bounds
+    value = min(max(system.parameters.get(parameter, low), low), high)
     state = [number("start", component) for component in start]
     return {"states": [state], "values": [value], "periods": [period]}
 
 
 def _start_table(
     system: System,
-    along: str,
+    parameter: str,
     start: Regime | Sequence[float] | np.ndarray | str | None,
-    between: tuple[float, float],
+    bounds: tuple[float, float],
     draws: dict[str, int],
 ) -> dict[str, Any]:
-    """Return the table [start] that the start of `follow` means."""
+    """Return the table [start] that the start of `continue_branch` means."""
     if start is None or (isinstance(start, str) and start == "rest"):
         return {"policy": "rest"}
     if isinstance(start, str):
@@ -192,16 +192,16 @@ def _start_table(
     if isinstance(start, Regime):
         found = start
     else:
-        low, high = between
-        nearest = min(max(system.parameters.get(along, low), low), high)
-        found = classify(system.with_(**{along: nearest}), start=start)
+        low, high = bounds
+        nearest = min(max(system.parameters.get(parameter, low), low), high)
+        found = classify(system.with_(**{parameter: nearest}), start=start)
     if found.point is None:
         raise RequestError(f"the start is {found.label}: only a periodic orbit can be followed")
-    if along not in found.system.parameters:
-        raise RequestError(f"the start's system has no {along}")
+    if parameter not in found.system.parameters:
+        raise RequestError(f"the start's system has no {parameter}")
     return {
         "states": [found.point.tolist()],
-        "values": [found.system.parameters[along]],
+        "values": [found.system.parameters[parameter]],
         "periods": [found.period],
     }
 

@@ -176,7 +176,7 @@ def _fill(panel: Axes, found: Continued, name: str, scan: ArchiveView | None = N
         for phase in range(1 if energy else branch.period):
             values = branch.E1max if energy else branch.sections[:, phase, index]
             _draw_curve(panel, branch, values)
-    for row, largest in zip(found.special, found.tables["special_E1max"], strict=True):
+    for row, largest in zip(found.special_points, found.tables["special_E1max"], strict=True):
         look = {**_POINT, **MARKS[row.kind]}
         panel.plot(row.value, largest if energy else row.state[index], **look)
 
@@ -259,7 +259,7 @@ def _handles(found: Continued, over: bool = False, borders: bool = False) -> lis
         if any((branch.stable != lost).any() for branch in found.branches)
     ]
     mark: dict[str, Any] = {"linestyle": "none", "markersize": _MARK, "markeredgewidth": 0}
-    kinds = [kind for kind in MARKS if kind in found.special.kind]
+    kinds = [kind for kind in MARKS if kind in found.special_points.kind]
     handles += [Line2D([], [], label=f"{k} {WORDS[k]}", **mark, **MARKS[k]) for k in kinds]
     if over:
         handles.append(Line2D([], [], label="scan", color=_PALE, markersize=3.5, **DOT))

@@ -187,7 +187,7 @@ def _walked(
     branch = found.branches[number]
     values, toward = branch.parameter, 1.0 if until > value else -1.0
     ahead = 1 if (values[segment + 1] - values[segment]) * toward > 0.0 else -1
-    rows = found.special[found.special.branch == number]
+    rows = found.special_points[found.special_points.branch == number]
     events: list[tuple[str, float]] = []
     label = str(branch.labels[segment + (ahead > 0)])
     while 0 <= segment < len(values) - 1:

@@ -181,7 +181,7 @@ class Continued(Outlined, Drawable):
         return first, last
 
     @cached_property
-    def special(self) -> np.recarray:
+    def special_points(self) -> np.recarray:
         """The special points, a row each, branch after branch.
 
         kind: LP, PD, NS, BP, GR or LIM; value: of the parameter; before, after: the labels along
@@ -301,7 +301,7 @@ class Continued(Outlined, Drawable):
         yield self.request.title
         points = len(self.tables["periodicity"])
         counts = (len(self.branches), "branch", "es"), (points, "point", "s")
-        special = (len(self.special), "special point", "s")
+        special = (len(self.special_points), "special point", "s")
         yield ", ".join(f"{n} {word}{more * (n != 1)}" for n, word, more in (*counts, special))
         for i, branch in enumerate(self.branches):
             yield from self._branch_lines(i, branch)
@@ -328,7 +328,7 @@ class Continued(Outlined, Drawable):
             f"{branch.parameter.max():.6g}; {int(branch.stable.sum())} of {len(branch)} points "
             f"stable; ends: {branch.ends[0]}, {branch.ends[1]}"
         )
-        for row in self.special[self.special.branch == i]:
+        for row in self.special_points[self.special_points.branch == i]:
             change = f"{row.before} -> {row.after}" if row.before != row.after else row.before
             wall = f" ({row.wall} wall{'s' * (row.wall == 'both')})" if row.wall else ""
             yield f"  {row.kind:<3} {name} = {row.value:.12g}  {change}{wall}"
@@ -342,7 +342,7 @@ class Continued(Outlined, Drawable):
         labels = dict.fromkeys(str(label) for b in self.branches for label in b.labels)
         points = sum(len(branch) for branch in self.branches)
         yield "branches", f"{len(self.branches)}, {points} points: {', '.join(labels)}"
-        names = ", ".join(f"{n} {k}" for k, n in _counted(self.special.kind.tolist()))
+        names = ", ".join(f"{n} {k}" for k, n in _counted(self.special_points.kind.tolist()))
         yield "special points", names or "none"
         if self.curves:
             kinds = _counted([curve.kind for curve in self.curves])

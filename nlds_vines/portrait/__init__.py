@@ -13,5 +13,5 @@ In reading order:
     spectrum_panel  the panel of the spectrum
     picture         the page drawn
     animation       a window as a film
-    command         `python -m nlds_vines.portrait` and `nv.portray`
+    command         `python -m nlds_vines.portrait` and `nv.orbit_portrait`
 """

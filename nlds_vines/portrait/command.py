@@ -1,7 +1,7 @@
 """One orbit in full, as one page: histories, phase planes, forces, energies, spectrum.
 
 As a command: `python -m nlds_vines.portrait`, or `nlds-vines portrait`.
-In Python: `nlds_vines.portray(system)`.
+In Python: `nlds_vines.orbit_portrait(system)`.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 
 """
 
 
-def portray(
+def orbit_portrait(
     source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     *,
     to: str | os.PathLike[str] | None = None,
@@ -109,9 +109,9 @@ def portray(
         request = source
     elif _is_archive(source):
         at, start = options.pop("at", {}), options.pop("start", 0)
-        request = _of_cell(str(source), at, start, _document(options), "portray")
+        request = _of_cell(str(source), at, start, _document(options), "orbit_portrait")
     else:
-        request = load_portrait(source, _document(options), "portray")
+        request = load_portrait(source, _document(options), "orbit_portrait")
     path = optional_path(to)
     archive, plot = (path, None) if _is_archive(path) else (None, path)
     how = RunOptions(overwrite=overwrite, quiet=quiet)

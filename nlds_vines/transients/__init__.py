@@ -5,7 +5,7 @@ In reading order:
     survival        Kaplan-Meier curve and exponential law of lifetimes
     ensemble        the starts of one cell of an archive: which settled, when, where
     picture         the curve with its law, and the shares of the final regimes
-    command         `python -m nlds_vines.transients` and `nv.ensemble`
+    command         `python -m nlds_vines.transients` and `nv.transient_lifetimes`
     basin_measures  how a plane of basins is divided: shares, entropies, uncertainty exponent
     basin_shares    basins of attraction measured: `nv.basin_measures`
 """

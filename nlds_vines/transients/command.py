@@ -1,7 +1,7 @@
 """How long chaos lasts before it ends, over an ensemble of starts, and where the starts end.
 
 As a command: `python -m nlds_vines.transients`, or `nlds-vines transients`.
-In Python: `nlds_vines.transients(system)`.
+In Python: `nlds_vines.transient_lifetimes(system)`.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 
 
 # public: its keywords are those of the command, more than eight
-def ensemble(
+def transient_lifetimes(
     system: System | str | os.PathLike[str] | None = None,
     *,
     to: str | os.PathLike[str] | None = None,

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     )
 
 
-def open(path: str | os.PathLike[str]) -> Opened:
+def open_archive(path: str | os.PathLike[str]) -> Opened:
     """Return what an archive holds: the same object as the function that has computed it.
 
     Arguments: the path (.h5).  The object has `.request`, `.plot()` and `.to_xarray()`; that of a

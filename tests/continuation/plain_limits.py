@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from nlds_vines import follow, load_system
+from nlds_vines import continue_branch, load_system
 from nlds_vines.continuation.arclength import Point
 from nlds_vines.continuation.defining_systems import augmented
 from nlds_vines.continuation.section_map import Cycle, SectionMap
@@ -138,8 +138,8 @@ def test_sticking_for_no_time_is_leaving_at_once():
 def test_a_ball_that_forgets_its_speed_doubles_in_closed_form():
     """With e = 0: mu = 1 - sqrt(Gamma^2 - pi^2), so -1 at Gamma^2 = pi^2 + 4."""
     unit = TABLE["g"] / TABLE["omega"] ** 2
-    path = follow(ball(e=0.0, Y=3.7 * unit), "Y", (3.68 * unit, 3.76 * unit), DROPPED)
-    (row,) = path.special
+    path = continue_branch(ball(e=0.0, Y=3.7 * unit), "Y", (3.68 * unit, 3.76 * unit), DROPPED)
+    (row,) = path.special_points
     assert (row.kind, row.before) == ("PD", "T,1")
     assert row.value == pytest.approx(np.hypot(np.pi, 2.0) * unit, rel=1e-12)
     (branch,) = path.branches

@@ -7,10 +7,9 @@ import pytest
 
 from benchmarks.boundary_values import Motion
 from benchmarks.shooting import Orbit, again
-from nlds_vines import classify, follow, load_system, simulate
+from nlds_vines import classify, continue_branch, load_system, simulate
 from nlds_vines.continuation import arclength, special_points
-from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point
-from nlds_vines.continuation.branch_arm import follow as follow_arm
+from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow
 from nlds_vines.continuation.section_map import SectionMap, closing
 from nlds_vines.continuation.start_orbits import place_of
 from nlds_vines.model.system import System
@@ -22,7 +21,7 @@ pytestmark = pytest.mark.kernels
 @pytest.fixture(scope="module")
 def set6():
     """Return the T,1 branch of Set 6 from 5 to 9 rad/s, with the branches of 2T."""
-    return follow("ssul-set6", "omega", (5.0, 9.0), doublings=1)
+    return continue_branch("ssul-set6", "omega", (5.0, 9.0), doublings=1)
 
 
 def test_the_branch_of_set_6_is_whole(set6):
@@ -30,20 +29,20 @@ def test_the_branch_of_set_6_is_whole(set6):
     assert branch.ends == ("bound", "bound")
     assert (branch.parameter[0], branch.parameter[-1]) == (5.0, 9.0)
     assert list(dict.fromkeys(branch.labels.tolist())) == ["T,1", "T,0"]
-    kinds = set6.special[set6.special.branch == 0].kind.tolist()
+    kinds = set6.special_points[set6.special_points.branch == 0].kind.tolist()
     assert kinds == ["PD", "PD", "GR"]
 
 
 def test_every_special_point_is_sharp(set6):
-    assert len(set6.special) > 10
-    assert (set6.special.bracket <= 1e-10 * set6.special.value).all()
-    assert (set6.special.defect < 1e-11).all()
+    assert len(set6.special_points) > 10
+    assert (set6.special_points.bracket <= 1e-10 * set6.special_points.value).all()
+    assert (set6.special_points.defect < 1e-11).all()
 
 
 def test_multipliers_tell_each_kind(set6):
     pairs = set6.tables["special_multipliers"]
     mu = pairs[..., 0] + 1j * pairs[..., 1]
-    for row, values in zip(set6.special, mu, strict=True):
+    for row, values in zip(set6.special_points, mu, strict=True):
         if row.kind == "LP":
             assert np.abs(values - 1.0).min() < 1e-6
         if row.kind == "PD":
@@ -78,7 +77,9 @@ def test_determinants_are_what_the_damping_makes_them(set6):
 
 
 def test_shooting_finds_a_doubling_where_it_is_and_not_where_it_is_said_to_be(set6):
-    row = set6.special[(set6.special.branch == 0) & (set6.special.kind == "PD")][0]
+    row = set6.special_points[
+        (set6.special_points.branch == 0) & (set6.special_points.kind == "PD")
+    ][0]
     motion = Motion.of(load_system("ssul-set6"))
     for value in (row.value, row.value + 1e-6):
         found = again(motion, Orbit("PD", 1, value, row.state))
@@ -118,8 +119,8 @@ def test_grazing_is_passed_from_both_sides():
     found = []
     for omega in (9.0, 6.28):
         system = load_system("ssul-set6", omega=omega)
-        path = follow(system, "omega", (6.2, 9.0))
-        (row,) = path.special[path.special.kind == "GR"]
+        path = continue_branch(system, "omega", (6.2, 9.0))
+        (row,) = path.special_points[path.special_points.kind == "GR"]
         assert {row.before, row.after} == {"T,0", "T,1"}
         assert row.wall == "near"
         found.append(row.value)
@@ -152,7 +153,7 @@ def doubled(set6):
 def test_a_broken_test_function_is_noticed(doubled, kind, monkeypatch):
     """With its test function replaced by a constant, a kind is not found any more."""
     section_map, start, bounds = doubled
-    whole = [special.kind for special in follow_arm(section_map, start, bounds).specials]
+    whole = [special.kind for special in follow(section_map, start, bounds).specials]
     assert kind in whole
     plain = arclength.Point.tests
 
@@ -161,14 +162,14 @@ def test_a_broken_test_function_is_noticed(doubled, kind, monkeypatch):
 
     monkeypatch.setattr(arclength.Point, "tests", property(tests))
     monkeypatch.setattr("nlds_vines.continuation.branch_arm.unexplained", lambda a, b: False)
-    broken = [special.kind for special in follow_arm(section_map, start, bounds).specials]
+    broken = [special.kind for special in follow(section_map, start, bounds).specials]
     assert kind not in broken
 
 
 def test_multipliers_that_cross_unseen_are_noticed(doubled, monkeypatch):
     """Between two points where multipliers have left the circle: told by a sign, or else unseen."""
     section_map, start, bounds = doubled
-    points = follow_arm(section_map, start, bounds).points
+    points = follow(section_map, start, bounds).points
     pairs = [(a, b) for a, b in pairwise(points) if b.cycle.unstable != a.cycle.unstable]
     assert len(pairs) >= 4
     assert not any(special_points.unexplained(a, b) for a, b in pairs)
@@ -179,11 +180,11 @@ def test_multipliers_that_cross_unseen_are_noticed(doubled, monkeypatch):
 
 def test_a_broken_grazing_function_is_noticed(doubled, monkeypatch):
     section_map, start, bounds = doubled
-    assert "GR" in [special.kind for special in follow_arm(section_map, start, bounds).specials]
+    assert "GR" in [special.kind for special in follow(section_map, start, bounds).specials]
     monkeypatch.setattr(
         "nlds_vines.continuation.special_points._grazing", lambda before, b: lambda point: 1.0
     )
-    found = follow_arm(section_map, start, bounds).specials
+    found = follow(section_map, start, bounds).specials
     assert "GR" not in [special.kind for special in found]
 
 
@@ -193,11 +194,11 @@ def test_a_broken_grazing_function_is_noticed(doubled, monkeypatch):
 def test_a_closed_loop_is_recognised():
     """The orbits 3T,2 and 3T,3 of Set 6 are an isola: they join no other branch."""
     regime = classify(load_system("ssul-set6", omega=7.45))
-    path = follow("ssul-set6", "omega", (5.0, 9.0), regime)
+    path = continue_branch("ssul-set6", "omega", (5.0, 9.0), regime)
     (branch,) = path.branches
     assert branch.ends == ("closed", "closed")
     assert set(branch.labels.tolist()) == {"3T,2", "3T,3"}
-    kinds = path.special.kind.tolist()
+    kinds = path.special_points.kind.tolist()
     assert kinds.count("LP") == 4
     assert kinds.count("GR") == 2
 
@@ -212,18 +213,19 @@ def test_a_broken_test_function_of_branch_points_is_noticed(monkeypatch):
         arclength.Point, "tests", property(lambda point: plain.func(point) | {"BP": 1.0})
     )
     monkeypatch.setattr("nlds_vines.continuation.branch_arm.unexplained", lambda a, b: False)
-    path = follow(system, "P", (0.05, 5.0))
-    assert "BP" not in path.special.kind  # two are there: see below
+    path = continue_branch(system, "P", (0.05, 5.0))
+    assert "BP" not in path.special_points.kind  # two are there: see below
 
 
 def test_a_symmetric_orbit_branches():
     """Between two equal stops: at a branch point a pair of unsymmetric orbits leaves, a loop."""
     numbers = EQUAL_STOPS
-    path = follow(System("oscillator-2", {**numbers, "K": 20.0}), "P", (0.05, 5.0))
+    path = continue_branch(System("oscillator-2", {**numbers, "K": 20.0}), "P", (0.05, 5.0))
     main, other = path.branches[:2]
     assert (other.origin, other.parent, other.ends) == ("BP", 0, ("closed", "closed"))
     points = [
-        path.special[(path.special.branch == i) & (path.special.kind == "BP")] for i in (0, 1)
+        path.special_points[(path.special_points.branch == i) & (path.special_points.kind == "BP")]
+        for i in (0, 1)
     ]
     for row in points[1]:
         assert np.abs(points[0].value - row.value).min() < 1e-8
@@ -282,14 +284,14 @@ def test_any_point_of_a_branch_is_a_start(set6):
     i = len(branch) // 2  # unstable: from its state alone, the orbit would end elsewhere
     value = float(branch.parameter[i])
     there = load_system("ssul-set6", omega=value)
-    path = follow(there, "omega", (7.4, 9.0), branch.states[i], period=2)
+    path = continue_branch(there, "omega", (7.4, 9.0), branch.states[i], period=2)
     near = path.orbits_at(value)
     assert any(np.allclose(orbit.state, branch.states[i], atol=1e-9) for orbit in near)
 
 
 def test_a_regime_is_a_start():
     regime = classify(load_system("ssul-set6", omega=7.45))
-    path = follow("ssul-set6", "omega", (7.44, 7.5), regime)
+    path = continue_branch("ssul-set6", "omega", (7.44, 7.5), regime)
     assert path.branches[0].labels[0] == regime.label
 
 
@@ -302,4 +304,4 @@ def test_a_regime_is_a_start():
     ],
 )
 def test_a_wrong_request_is_one_line(arguments, words, error_of):
-    assert words in error_of(follow, *arguments)
+    assert words in error_of(continue_branch, *arguments)

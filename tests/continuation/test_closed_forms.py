@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rigid import CASES, RIGID, oscillator, start_of
 
-from nlds_vines import follow, load_system
+from nlds_vines import continue_branch, load_system
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
@@ -35,10 +35,10 @@ def test_special_points_of_a_rigid_oscillator(case):
     """Folds, flips and grazing lie where closed forms have them, on the branch of one orbit."""
     orbit = case["orbits"][0]
     system = oscillator(case, orbit["A"])
-    path = follow(system, "P", (0.05, 6.0), start_of(case, orbit), period=case["n"])
+    path = continue_branch(system, "P", (0.05, 6.0), start_of(case, orbit), period=case["n"])
     branch = path.branches[0]
     assert branch.period == case["n"]
-    special = path.special[path.special.branch == 0]
+    special = path.special_points[path.special_points.branch == 0]
     folds = special[special.kind == "LP"].value
     if case["fold_A"]:
         assert np.abs(folds - case["fold_A"]).min() < 1e-9
@@ -53,9 +53,9 @@ def test_special_points_of_a_rigid_oscillator(case):
 @pytest.mark.parametrize("case", CASES, ids=named)
 def test_the_motion_without_impacts_grazes_a_rigid_stop_in_closed_form(case):
     system = oscillator(case, 0.5 * case["grazing_A"])
-    path = follow(system, "P", (0.01, 2.0 * case["grazing_A"]))
+    path = continue_branch(system, "P", (0.01, 2.0 * case["grazing_A"]))
     assert path.branches[0].ends[1] == "grazing"
-    (row,) = path.special[path.special.branch == 0]
+    (row,) = path.special_points[path.special_points.branch == 0]
     assert (row.kind, row.before, row.after) == ("GR", "T,0", "T,1")
     assert abs(row.value - case["grazing_A"]) < 1e-9
 
@@ -63,9 +63,9 @@ def test_the_motion_without_impacts_grazes_a_rigid_stop_in_closed_form(case):
 @pytest.mark.parametrize("case", [case for case in CASES if case["n"] == 1], ids=named)
 def test_from_rest_the_orbit_with_an_impact_is_found_through_grazing(case):
     """Beyond the grazing of rigid bodies, the branch of T,1 is followed without a hint."""
-    path = follow(oscillator(case, 0.5 * case["grazing_A"]), "P", (0.05, 3.0))
+    path = continue_branch(oscillator(case, 0.5 * case["grazing_A"]), "P", (0.05, 3.0))
     (number,) = [i for i, branch in enumerate(path.branches) if "T,1" in branch.labels]
-    special = path.special[path.special.branch == number]
+    special = path.special_points[path.special_points.branch == number]
     for kind, exact in [("LP", case["fold_A"]), *(("PD", flip["A"]) for flip in case["flips"])]:
         if exact:
             assert np.abs(special[special.kind == kind].value - exact).min() < 1e-9
@@ -76,7 +76,7 @@ def test_curves_of_grazing_of_a_rigid_stop_are_closed_forms(case):
     """In the plane of both, the motion without impacts grazes where its amplitude is the gap."""
     system, omega = oscillator(case, 0.5 * case["grazing_A"]), case["omega"]
     between = (0.01, 2.0 * case["grazing_A"])
-    path = follow(system, "P", between, plane=("omega", 0.98 * omega, 1.02 * omega))
+    path = continue_branch(system, "P", between, plane=("omega", 0.98 * omega, 1.02 * omega))
     curve = path.curves[0]
     assert (curve.kind, curve.period, curve.ends) == ("GR", 1, ("bound", "bound"))
     for P, there in curve.values:
@@ -91,7 +91,7 @@ def test_an_orbit_with_an_impact_grazes_another_rigid_stop():
     numbers = {"m": 1.0, "k": 1.0, "c": 0.6, "C": 1.0, "C_2": 1.05, "omega": 0.7, "P": 0.3}
     system = System("oscillator-2", {**numbers, "e": 0.6}, law="restitution")
     plane = ("omega", 0.65, 0.75)
-    path = follow(system, "P", (0.05, 0.9), free_motion(system), period=1, plane=plane)
+    path = continue_branch(system, "P", (0.05, 0.9), free_motion(system), period=1, plane=plane)
     found = [curve for curve in path.curves if curve.kind == "GR"]
     assert len(found) == 2  # T,0 to T,1, and T,1 to T,2, each found from both of its sides
     alone = SectionMap(system.with_(C_2=2.0), ("P", "omega"), Settings(1e-12))
@@ -116,8 +116,10 @@ def test_the_motion_without_impacts_grazes_where_the_linear_response_fills_the_g
     """From that motion, and with one damper from rest: then orbits are judged first."""
     system, along, between = GRAZES[name]
     begin = {} if name == "ssul" else {"start": free_motion(system), "period": 1}
-    path = follow(system, along, between, **begin)
-    rows = path.special[(path.special.kind == "GR") & (path.special.branch == 0)]
+    path = continue_branch(system, along, between, **begin)
+    rows = path.special_points[
+        (path.special_points.kind == "GR") & (path.special_points.branch == 0)
+    ]
     row = next(row for row in rows if "T,0" in (row.before, row.after))
     there = system.with_(**{along: row.value})
     amplitude = float(response(there, np.array(there.parameters["omega"])).shortening)
@@ -132,8 +134,8 @@ def test_a_branch_ends_where_its_orbit_touches_the_limit(kind):
     if kind == "ssvi-b":
         del p["L"]
     system = System(kind, p)
-    path = follow(system, "P", (1.0, 5000.0), free_motion(system), period=1)
-    (row,) = path.special[path.special.kind == "LIM"]
+    path = continue_branch(system, "P", (1.0, 5000.0), free_motion(system), period=1)
+    (row,) = path.special_points[path.special_points.kind == "LIM"]
     assert path.branches[0].ends[1] == "limit"
     there = system.with_(P=row.value)
     amplitude = float(response(there, np.array(p["omega"])).shortening)
@@ -152,8 +154,10 @@ def test_hertz_contacts_approach_the_rigid_ones_as_they_stiffen():
         for K in (1e8, 1e10, 1e12, 1e14, 1e16):
             system = oscillator(case, orbit["A"], law="hertz", K=K)
             start = start_of(case, orbit)
-            path = follow(system, "P", (0.1, 1.2), start, period=1)
-            rows = path.special[(path.special.kind == kind) & (path.special.branch == 0)]
+            path = continue_branch(system, "P", (0.1, 1.2), start, period=1)
+            rows = path.special_points[
+                (path.special_points.kind == kind) & (path.special_points.branch == 0)
+            ]
             errors.append(np.abs(rows.value - exact).min())
         orders = [np.log(a / b) / np.log(100.0) for a, b in itertools.pairwise(errors)]
         assert orders[-1] == pytest.approx(0.4, abs=0.02)

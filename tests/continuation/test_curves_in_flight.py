@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nlds_vines import follow, load_system
+from nlds_vines import continue_branch, load_system
 
 SYSTEM = load_system(
     "ssbl", law="restitution", m1=1.0, k1=1.0, P=1.0, C=1.0, D=1.0, c1=0.04, m2=0.05, k2=0.0453152,
@@ -18,8 +18,8 @@ pytestmark = pytest.mark.kernels
 
 
 def fold(system, low, high, start, **options):
-    path = follow(system, "omega", (low, high), start, period=1, quiet=True, **options)
-    return path, path.special[path.special.kind == "LP"]
+    path = continue_branch(system, "omega", (low, high), start, period=1, quiet=True, **options)
+    return path, path.special_points[path.special_points.kind == "LP"]
 
 
 def test_a_curve_goes_on_where_an_impact_passes_phase_zero():

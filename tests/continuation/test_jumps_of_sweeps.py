@@ -14,7 +14,7 @@ RATES = 2e-4, 5e-5  # rad/s^2
 def branches(tmp_path_factory):
     """Return the branches of a damper along omega, with their archive."""
     path = tmp_path_factory.mktemp("branches") / "branches.h5"
-    return nv.follow(SYSTEM, "omega", (6.9, 7.4), to=path, quiet=True)
+    return nv.continue_branch(SYSTEM, "omega", (6.9, 7.4), to=path, quiet=True)
 
 
 def swept(first, last, rate):
@@ -41,7 +41,7 @@ def jump(first, last, rate):
 @pytest.mark.kernels
 def test_a_slow_sweep_jumps_behind_the_fold_and_nearer_to_it_the_slower_it_is(branches):
     """The delay of a slow passage through a fold grows with its rate to the power 2/3."""
-    folds = np.sort(branches.special.value[branches.special.kind == "LP"])
+    folds = np.sort(branches.special_points.value[branches.special_points.kind == "LP"])
     upper, lower = folds[-1], folds[0]
     delays = [jump(6.95, 7.3, rate) - upper for rate in RATES]
     assert 0 < delays[1] < delays[0] < 0.02
@@ -85,7 +85,7 @@ def test_response_curves_are_drawn_beside_a_sweep(tmp_path, refusal, ask):
     ask(*of_both, "--vary", "omega=7:7.3:7", "--periods", "60", "--quiet", "-o", curves)
     (axes,) = nv.plot(path, "sweep_energy", marks=curves).figure.axes
     drawn = [line.get_ydata() for line in axes.get_lines() if len(line.get_xdata()) == 7]
-    _, own = nv.open(curves).curves
+    _, own = nv.open_archive(curves).curves
     assert [values.tolist() for values in drawn] == [
         own.E1max.tolist(), own.numbers["E1max_down"].tolist()
     ]  # fmt: skip
@@ -107,7 +107,7 @@ def test_dampers_of_one_kind_have_each_its_own_curve(tmp_path, refusal, ask):
     ask(*asked, *two, "-o", curves)
     (axes,) = nv.plot(path, "sweep_energy", marks=curves).figure.axes
     drawn = [line for line in axes.get_lines() if len(line.get_xdata()) == 7]
-    _, *own = nv.open(curves).curves  # the first is of no damper
+    _, *own = nv.open_archive(curves).curves  # the first is of no damper
     assert [line.get_ydata().tolist() for line in drawn] == [curve.E1max.tolist() for curve in own]
     assert drawn[0].get_color() != drawn[1].get_color()
     ask(*asked, "--system", "ssul-set6", "--set", "C=0.01", "--overwrite", "-o", curves)

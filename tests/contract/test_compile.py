@@ -142,7 +142,7 @@ compile_for(system.scene)
 nv.classify(system)
 compiled = []
 with told_of_compilations(compiled.append):
-    found = nv.follow(system, "omega", (6.2, 6.3))
+    found = nv.continue_branch(system, "omega", (6.2, 6.3))
 assert len(found.branches[0]) > 2
 print([kernel.py_func.__name__ for kernel in compiled if kernel in KERNELS])
 """

@@ -139,7 +139,7 @@ def test_a_damper_that_cannot_be_followed_is_told(here, ask, answer, monkeypatch
     out, err = ask(*words.split(), status=1)
     assert STATUS[code].remedy in out
     assert "1 of 2 orbits failed" in err
-    found = nv.open("decay.h5")
+    found = nv.open_archive("decay.h5")
     assert (found["tmd"].status, found["ssbl"].status) == (0, code)
     assert np.isnan(found["ssbl"].E1).all()
     answer("verify", "decay.h5")
@@ -159,7 +159,7 @@ def drawn_and_made_again(here, answer):
         answer("plot", "decay.h5", "--show", panel, "-o", "panel.pdf")
         said = answer("rerun", "decay.h5", "-o", "again.h5")
         assert "parameters and results are the same" in said
-        return nv.open("decay.h5")
+        return nv.open_archive("decay.h5")
 
     return opened
 
@@ -359,7 +359,7 @@ def test_a_scan_of_loads_goes_on_where_it_was_stopped(goes_on, monkeypatch):
     goes_on("--system tmd --vary impulse=1:8:8 --duration 3")
     resumed = seen[6:-8]  # all but what was stopped, and the whole scan at the end
     assert (seen[:6], resumed) == ([1, 2, 3, 4, 5, 6], [4, 5, 6, 7, 8])  # the first block was kept
-    assert nv.open("a.h5")["x1_max"].tolist() == [list(range(1, 9))]
+    assert nv.open_archive("a.h5")["x1_max"].tolist() == [list(range(1, 9))]
 
 
 @pytest.mark.kernels

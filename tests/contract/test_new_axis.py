@@ -23,7 +23,7 @@ assert main(["rerun", "new.h5", "-o", "again.h5", "--quiet"]) == 0
 assert main(["diff", "new.h5", "again.h5"]) == 0
 with read("new.h5") as view:
     k2, start, section = (view[name].tolist() for name in ("k2", "start", "section"))
-print(json.dumps([k2, start, section, nv.open("new.h5").request.to_toml()]))
+print(json.dumps([k2, start, section, nv.open_archive("new.h5").request.to_toml()]))
 """
 
 

@@ -116,7 +116,7 @@ def test_a_library_that_is_missing_is_named(path, monkeypatch):
 def objects(path):
     """Return an object of each public class."""
     orbit = nv.simulate("ssul-set6", 4, record=["section", "impacts", "energy", "trajectory"])
-    branches = nv.follow("ssul-set6", "omega", (6.2, 6.25), plane=("P", 700.0, 900.0))
+    branches = nv.continue_branch("ssul-set6", "omega", (6.2, 6.25), plane=("P", 700.0, 900.0))
     limited = nv.load_system("ssbl")
     limited = type(limited)("ssvi-c", {**limited.parameters, "L": 0.1})
     found = [
@@ -204,7 +204,7 @@ def test_a_notebook_shows_a_figure(shown, monkeypatch):
     shell = InteractiveShell()
     shell.kernel = object()
     monkeypatch.setattr(IPython, "get_ipython", lambda: shell)
-    figure = nv.portray("none", periods=4, transient=1, panels=["displacement"])
+    figure = nv.orbit_portrait("none", periods=4, transient=1, panels=["displacement"])
     data, _ = shell.display_formatter.format(figure)
     assert "image/png" in data
 

@@ -190,8 +190,8 @@ def test_commands_take_numbers_and_presets(command, here, answer, ask):
     [
         lambda **given: nv.simulate(SYSTEM, 1, **given),
         lambda **given: nv.classify(SYSTEM, **given),
-        lambda **given: nv.portray(SYSTEM, **given),
-        lambda **given: nv.ensemble(SYSTEM, to="a.h5", **given),
+        lambda **given: nv.orbit_portrait(SYSTEM, **given),
+        lambda **given: nv.transient_lifetimes(SYSTEM, to="a.h5", **given),
         lambda **given: nv.scan(SMALL, to="a.h5", sampling=given),
     ],
 )  # fmt: skip
@@ -227,7 +227,7 @@ def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(here, answer, as
     with nv.read("a.h5") as view:
         assert tomllib.loads(view.text("scan"))["sampling"]["tolerance"] == 1e-6
     ask("rerun", "a.h5", "--quiet")
-    assert nv.open(here / "a.h5").request.tolerance == 1e-6
+    assert nv.open_archive(here / "a.h5").request.tolerance == 1e-6
     with pytest.raises(RequestError, match="holds another scan: --resume cannot continue it"):
         nv.scan(SMALL, to="a.h5", resume=True)
     nv.scan(SMALL, to="a.h5", sampling={**draft, "tolerance": 1e-6}, resume=True)
@@ -241,4 +241,4 @@ def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(here, answer, as
 def test_an_archive_of_rk4_means_what_it_meant(tmp_path):
     document = {**SMALL, "sampling": {**SMALL["sampling"], "method": "rk4"}}
     path = nv.scan(document, to=tmp_path / "a.h5")
-    assert nv.open(path).request.settings == Settings.rk4(512.0)
+    assert nv.open_archive(path).request.settings == Settings.rk4(512.0)

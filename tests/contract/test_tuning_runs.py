@@ -76,7 +76,7 @@ def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path, whole):
     """With eight times the steps it is that of a scan of the best design over these values."""
     band = [*TMD[:-4], "--band", "5.5:7:7"]
     assert main([*band, "-o", str(tmp_path / "a.h5"), "--quiet"]) == 0
-    tuned = nv.open(tmp_path / "a.h5")
+    tuned = nv.open_archive(tmp_path / "a.h5")
     best, said = tuned.best, "\n".join(tuned.lines())
     finer = np.linspace(5.5, 7.0, 49)
     how = {"transient": tuned.request.transient, "periods": tuned.request.periods}
@@ -95,7 +95,7 @@ def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path, whole):
     assert "E1max is the largest of 7 values of omega; finer: of 49" in said
     assert f"{best.objective:11.5g}  {best.finer:11.5g}" in said
     assert "optimum_finer" not in bits(whole)  # four values are no band
-    assert np.isnan(nv.open(whole).best.finer)
+    assert np.isnan(nv.open_archive(whole).best.finer)
 
 
 @pytest.mark.parametrize("batches", [0, 1, 4, 15, 22])

@@ -63,25 +63,29 @@ def test_a_start_may_be_a_word():
 @pytest.mark.slow("an ensemble of its own records")
 @pytest.mark.kernels
 def test_an_ensemble(here):
-    found = nv.ensemble("ssul-set6", starts=8, transient=200, periods=20, quiet=True)
+    found = nv.transient_lifetimes("ssul-set6", starts=8, transient=200, periods=20, quiet=True)
     assert os.listdir(here) == []
     assert found.labels.size == 8
     assert found.request.starts == 8
     assert "label" in found.to_xarray()
     assert found.plot().axes
-    assert nv.open(nv.ensemble("tmd", starts=3, transient=9, quiet=True, to="e.h5").archive)
+    assert nv.open_archive(
+        nv.transient_lifetimes("tmd", starts=3, transient=9, quiet=True, to="e.h5").archive
+    )
 
 
 @pytest.mark.slow("kernels of the structure alone")
 @pytest.mark.kernels
 def test_curves(here):
-    found = nv.curves(["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True)
+    found = nv.response_curves(["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True)
     assert os.listdir(here) == []
     assert found["SSul NES, Set 6"].E1max.shape == (3,)
     assert found.request.axis == "omega"
     assert found.plot().axes
-    again = nv.curves(["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True, to="c.h5")
-    opened = nv.open("c.h5")
+    again = nv.response_curves(
+        ["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True, to="c.h5"
+    )
+    opened = nv.open_archive("c.h5")
     assert type(opened) is type(again)
     np.testing.assert_array_equal(opened.curves[1].E1max, found.curves[1].E1max)
     assert found.to_xarray().equals(opened.to_xarray())
@@ -96,27 +100,29 @@ def test_a_tuning(here):
     assert os.listdir(here) == []
     assert found.request == found.tuning
     nv.tune("ssul-set6", free=free, search=few, sampling=SHORT, quiet=True, to="t.h5")
-    assert nv.open("t.h5").best.objective == found.best.objective
+    assert nv.open_archive("t.h5").best.objective == found.best.objective
     assert "objective" in found.to_xarray()
 
 
 @pytest.mark.slow("branches")
 def test_branches(here):
-    found = nv.follow("ssul-set6", along="omega", between=(6.2, 6.4), quiet=True)
+    found = nv.continue_branch("ssul-set6", parameter="omega", bounds=(6.2, 6.4), quiet=True)
     assert os.listdir(here) == []
     assert found.branches[0].labels[0] == "T,1"
     assert found.request.along.name == "omega"
     assert found.plot().axes
     assert "label" in found.to_xarray()
-    nv.follow("ssul-set6", along="omega", between=(6.2, 6.4), quiet=True, to="b.h5")
-    np.testing.assert_array_equal(nv.open("b.h5").branches[0].states, found.branches[0].states)
+    nv.continue_branch("ssul-set6", parameter="omega", bounds=(6.2, 6.4), quiet=True, to="b.h5")
+    np.testing.assert_array_equal(
+        nv.open_archive("b.h5").branches[0].states, found.branches[0].states
+    )
 
 
 def test_a_portrait_is_a_figure_and_a_file_where_it_is_asked_for(here):
     options = {"transient": 5, "periods": 3, "samples": 32, "panels": ["phase"]}
-    assert nv.portray("ssul-set6", quiet=True, **options).axes
+    assert nv.orbit_portrait("ssul-set6", quiet=True, **options).axes
     assert os.listdir(here) == []
-    nv.portray("ssul-set6", to="p.png", quiet=True, **options)
+    nv.orbit_portrait("ssul-set6", to="p.png", quiet=True, **options)
     assert os.listdir(here) == ["p.png"]
 
 
@@ -133,8 +139,8 @@ def test_results_and_requests_are_pickled(here):
 
 def test_an_archive_is_opened_as_what_it_holds(here):
     scan(to="scan.h5")
-    assert type(nv.open("scan.h5")) is type(scan())
+    assert type(nv.open_archive("scan.h5")) is type(scan())
     with pytest.raises(nv.RequestError, match="no such file"):
-        nv.open("no.h5")
+        nv.open_archive("no.h5")
     with pytest.raises(nv.RequestError, match="path of a file"):
-        nv.open(3)
+        nv.open_archive(3)

@@ -175,7 +175,7 @@ def test_branches_and_special_points_are_on_the_page(
     output = folder / f"{name}-branches.html"
     assert ask("report", folder / f"{name}.h5", "--branches", branches, "-o", output).err == ""
     html = output.read_text(encoding="utf-8")
-    special = nv.open(branches).special
+    special = nv.open_archive(branches).special_points
     assert len(special)
     for row in special:
         assert f"<td>{row.kind}</td><td>omega = {row.value:.8g}</td>" in html

@@ -277,7 +277,7 @@ def test_columns_of_other_systems_are_other_runs_beside_each_other():
     }
     request = load_portrait(document)
     assert len(request.runs()) == 2
-    figure = nv.portray(document)
+    figure = nv.orbit_portrait(document)
     low, high = figure.axes[:2]
     assert low.get_ylim() == high.get_ylim()
     assert [text.get_text() for text in figure.texts[1:]] == [
@@ -466,7 +466,9 @@ def test_vectors_stay_small_and_repeat_to_the_byte(suffix, folder):
     first, second = folder / f"a{suffix}", folder / f"b{suffix}"
     options = {"transient": 100, "periods": 170, "samples": 512, "panels": ["phase1", "force"]}
     for path in (first, second):
-        figure = nv.portray(nv.load_system("ssul-set6", omega=7.4, K=2.5e7), to=path, **options)
+        figure = nv.orbit_portrait(
+            nv.load_system("ssul-set6", omega=7.4, K=2.5e7), to=path, **options
+        )
     assert first.read_bytes() == second.read_bytes()
     assert first.stat().st_size < 2_000_000
     vectors = [

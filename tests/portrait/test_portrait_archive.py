@@ -51,7 +51,7 @@ def same(one, other):
 def test_windows_come_back_to_the_last_bit(archive):
     request = load_portrait(DOCUMENT)
     found = portrait_in(archive)
-    assert isinstance(nv.open(archive), Portrait)
+    assert isinstance(nv.open_archive(archive), Portrait)
     assert found.request.hash == request.hash
     computed = views_of(request, quiet=True)
     assert len(found.views) == len(computed) == 2
@@ -97,10 +97,10 @@ def test_parseval_holds_in_the_archive(archive):
 
 @pytest.mark.slow("two pages are drawn")
 def test_the_picture_is_that_of_the_orbit_itself(archive, here):
-    nv.portray(DOCUMENT, to="direct.png", quiet=True)
-    figure = nv.portray(DOCUMENT, to="orbit.h5", quiet=True)
+    nv.orbit_portrait(DOCUMENT, to="direct.png", quiet=True)
+    figure = nv.orbit_portrait(DOCUMENT, to="orbit.h5", quiet=True)
     figure.savefig("archived.png")
-    nv.open(archive).plot().savefig("opened.png")
+    nv.open_archive(archive).plot().savefig("opened.png")
     assert Path("archived.png").read_bytes() == Path("opened.png").read_bytes()
     shutil.copy(archive, "copy.h5")
     assert main(["plot", "copy.h5"]) == 0
@@ -136,7 +136,7 @@ def test_in_one_column_all_stands_below_one_another(archive):
 
 
 def test_histories_as_rows(archive, tmp_path, refusal):
-    frame = nv.open(archive).to_dataframe()
+    frame = nv.open_archive(archive).to_dataframe()
     assert {"time", "x1", "v1", "x2", "v2", "E1", "E2", "force"} <= {*frame.columns}
     assert len(frame) == (6 + 12) * 32
     request = tmp_path / "two.toml"
@@ -186,7 +186,7 @@ def test_the_orbit_of_a_cell_names_its_scan(here, refusal, ask):
     ask("bifurcation", *scan, "-o", "scan.h5")
     told = ["portrait", "scan.h5", "--at", "omega=7.2", "--samples", "16", "-o", "cell.h5"]
     ask(*told, "--quiet")
-    found = nv.open("cell.h5")
+    found = nv.open_archive("cell.h5")
     with nv.read("scan.h5") as view:
         assert np.array_equal(found.views[0].section, view["section"][1, 0])
     assert nv.verify("cell.h5") == []

@@ -51,7 +51,7 @@ def here(here):
 @pytest.mark.kernels
 def test_dampers_are_compared_with_the_structure_alone(here):
     assert main(["--system", "tmd", "--system", "ssul-set6", *SHORT, "-o", "a.h5"]) == 0
-    found = nv.open("a.h5")
+    found = nv.open_archive("a.h5")
     assert [curve.label for curve in found.curves] == [
         ALONE, "Tuned mass damper", "SSul NES, Set 6"
     ]  # fmt: skip
@@ -93,7 +93,7 @@ def test_the_archive_is_verified_repeated_and_redrawn(here, answer, refusal):
     with nv.read("a.h5") as view:
         again = load_page(tomllib.loads(view.text("scan")))
         figure = curves_picture(view)
-    assert again.to_toml() == nv.open("a.h5").request.to_toml()
+    assert again.to_toml() == nv.open_archive("a.h5").request.to_toml()
     assert with_structure_alone(again) == again
     assert [len(panel.curves) for panel in again.panels] == [3, 2]
     first, second = figure.axes
@@ -128,7 +128,7 @@ def test_the_reduction_stands_below_and_zero_is_marked(here):
     assert main(["--system", "tmd", *SHORT, "-o", "a.h5"]) == 0
     with nv.read("a.h5") as view:
         upper, lower = curves_picture(view).axes
-    found = nv.open("a.h5")
+    found = nv.open_archive("a.h5")
     assert lower.get_ylabel() == "reduction [%]"
     zero, curve = lower.get_lines()
     assert set(zero.get_ydata()) == {0}
@@ -144,7 +144,7 @@ def test_curves_show_any_number_of_the_response(here):
     assert main([*systems, "--show", ",".join(shown), "--log", *SHORT, "-o", "a.h5"]) == 0
     scan = ["bifurcation", "--system", "ssbl", "--set", "P=1200", "--record", "energy,response"]
     assert console([*scan, *SHORT, "-o", "b.h5"]) == 0
-    found = nv.open("a.h5")
+    found = nv.open_archive("a.h5")
     ssbl, tmd = found["SSbl NES"].numbers, found["Tuned mass damper"].numbers
     with nv.read("b.h5") as one:
         for name in shown[:3]:
@@ -174,7 +174,7 @@ def test_two_sweeps_are_drawn_and_shaded_where_they_differ(here):
     assert main(["--system", "ssul-set6", "--start", "both", *vary, "-o", "a.h5"]) == 0
     scan = ["bifurcation", "--system", "ssul-set6", "--start", "both", "--record", "energy,impacts"]
     assert console([*scan, *vary, "-o", "b.h5"]) == 0
-    curve = nv.open("a.h5")["SSul NES, Set 6"]
+    curve = nv.open_archive("a.h5")["SSul NES, Set 6"]
     with nv.read("b.h5") as one:
         assert curve.E1max.tolist() == one["E1max"][:, 0].tolist()
         assert curve.numbers["E1max_down"].tolist() == one["E1max"][:, 1].tolist()
@@ -202,7 +202,7 @@ def test_irregular_responses_are_shaded(here):
         "set": {"K": 2.5e7},
         "curves": [{"label": "set 6"}],
     }
-    found = nv.curves(document, to="a.h5", quiet=True)
+    found = nv.response_curves(document, to="a.h5", quiet=True)
     regime = found["set 6"].numbers["regime"]
     with nv.read("a.h5") as view:
         words = view.flags("regime")
@@ -254,7 +254,7 @@ def test_archives_tell_regimes_along_curves_without_a_verdict(here):
     assert main(["--system", "ssul-set6", *vary, "-o", "a.h5"]) == 0
     scan = ["bifurcation", "--system", "ssul-set6", "--record", "regime", *vary, "-o", "b.h5"]
     assert console(scan) == 0
-    found = nv.open("a.h5")
+    found = nv.open_archive("a.h5")
     curve = found["SSul NES, Set 6"]
     with nv.read("b.h5") as view:
         labels, periods = view["label"][:, 0].tolist(), view["periodicity"][:, 0]
@@ -334,11 +334,14 @@ def test_python_takes_systems_names_files_and_documents(here):
         "sampling": {"transient": 20, "periods": 4},
     }
     mine = nv.load_system("tmd", c2=50.0)
-    found = nv.curves([mine, "tmd"], to="a.h5", set={"P": 400.0}, **tables)
+    found = nv.response_curves([mine, "tmd"], to="a.h5", set={"P": 400.0}, **tables)
     assert found.request.title == "Response curves, P = 400 N, ω from 6 to 6.3 rad/s"
     assert len(found.curves) == 3
-    assert nv.curves("page.toml", to="b.h5", **tables).curves[0].values.tolist() == [6.0, 6.3]
-    assert nv.curves(found.request, to="c.h5").request.hash == found.request.hash
+    assert nv.response_curves("page.toml", to="b.h5", **tables).curves[0].values.tolist() == [
+        6.0,
+        6.3,
+    ]
+    assert nv.response_curves(found.request, to="c.h5").request.hash == found.request.hash
     with nv.read("a.h5") as view:
         assert (view["status"] == OK).all()
 

@@ -118,22 +118,22 @@ def test_the_command_stores_tells_and_draws(here, answer):
 @pytest.mark.kernels
 def test_the_same_archive_is_looked_at_again(here):
     system = nv.load_system("ssul-set6", **SADDLE)
-    first = nv.ensemble(system, to="a.h5", delay=0.0, **SMALL)
+    first = nv.transient_lifetimes(system, to="a.h5", delay=0.0, **SMALL)
     before = (here / "a.h5").read_bytes()
-    again = nv.ensemble(system, to="a.h5", delay=100.0, resume=True, **SMALL)
+    again = nv.transient_lifetimes(system, to="a.h5", delay=100.0, resume=True, **SMALL)
     assert (here / "a.h5").read_bytes() == before
     np.testing.assert_array_equal(first.times, again.times)
     assert again.decay.ended < first.decay.ended
     with pytest.raises(RequestError, match="--overwrite"):
-        nv.ensemble(system, to="a.h5", **SMALL)
+        nv.transient_lifetimes(system, to="a.h5", **SMALL)
 
 
 @pytest.mark.kernels
 def test_more_starts_of_a_seed_begin_with_the_same_ones(here):
     system = nv.load_system("ssul-set6", **SADDLE)
-    few = nv.ensemble(system, to="few.h5", **{**SMALL, "starts": 15})
-    many = nv.ensemble(system, to="many.h5", **SMALL)
-    other = nv.ensemble(system, to="other.h5", seed=1, **SMALL)
+    few = nv.transient_lifetimes(system, to="few.h5", **{**SMALL, "starts": 15})
+    many = nv.transient_lifetimes(system, to="many.h5", **SMALL)
+    other = nv.transient_lifetimes(system, to="other.h5", seed=1, **SMALL)
     np.testing.assert_array_equal(few.settling, many.settling[:15])
     assert not np.array_equal(many.settling, other.settling)
 

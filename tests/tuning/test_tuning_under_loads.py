@@ -317,7 +317,7 @@ def test_a_tuning_under_a_load_gives_the_same_bits_resumes_and_says_what_it_foun
     assert "last_1 [s]" in said
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert nv.open(again.path).objective == first.objective
+        assert nv.open_archive(again.path).objective == first.objective
 
 
 @pytest.mark.kernels

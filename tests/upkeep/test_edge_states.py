@@ -59,7 +59,7 @@ def test_report_and_picture_show_it(folder, answer):
 
 
 def test_a_longer_orbit_has_all_its_sections():
-    path = nv.follow("ssul-set6", "omega", (7.75, 7.85), start="2T,1")
+    path = nv.continue_branch("ssul-set6", "omega", (7.75, 7.85), start="2T,1")
     edge = path.orbits_at(7.8)[0]
     assert edge.sections.shape == (2, 4)
     assert np.allclose(edge.sections[-1], edge.state, atol=1e-9)
@@ -94,7 +94,7 @@ def test_the_section_of_an_orbit_lies_over_the_basins(folder):
     """Of a T,1 orbit its own point, at the end of each period; of another system none."""
     plane, orbit = str(folder / "plane.h5"), str(folder / "orbit.h5")
     system = nv.load_system("impact-oscillator", omega=1.5, P=0.6)
-    nv.portray(system, to=orbit, quiet=True, windows=[(0, 40)], overwrite=True)
+    nv.orbit_portrait(system, to=orbit, quiet=True, windows=[(0, 40)], overwrite=True)
     section = nv.simulate(system, 40, quiet=True).section
     with nv.read(plane) as view:
         low, high = ([view[name][end] for name in view.axes] for end in (0, -1))
@@ -108,7 +108,7 @@ def test_the_section_of_an_orbit_lies_over_the_basins(folder):
     np.testing.assert_allclose(dots, known, atol=1e-9)
     out = str(folder / "section.png")
     assert main(["plot", plane, "--mark", orbit, "-o", out, "--overwrite"]) == 0
-    nv.portray(system.with_(P=0.7), to=orbit, quiet=True, overwrite=True, windows=[(0, 4)])
+    nv.orbit_portrait(system.with_(P=0.7), to=orbit, quiet=True, overwrite=True, windows=[(0, 4)])
     with pytest.raises(RequestError, match=r"is of another system: P = 0\.7, not 0\.6"):
         nv.plot(plane, marks=orbit)
     with pytest.raises(RequestError, match="holds a portrait, not a continuation"):
@@ -139,6 +139,6 @@ def test_orbits_of_branches_are_marked_in_a_section(folder, monkeypatch):
         nv.plot("marked.h5", show="displacement", marks="branches.h5")
     with pytest.raises(RequestError, match="give no axes"):
         nv.plot("marked.h5", "section", ax=figure.axes[1], marks="branches.h5")
-    nv.portray("ssul-set6", to="other.h5", transient=10, periods=5, quiet=True)
+    nv.orbit_portrait("ssul-set6", to="other.h5", transient=10, periods=5, quiet=True)
     with pytest.raises(RequestError, match="is of another system"):
         nv.plot("other.h5", marks="branches.h5")

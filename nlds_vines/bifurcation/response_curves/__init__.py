@@ -9,5 +9,5 @@ In reading order:
     result         `ResponseCurves`: an archive read
     curve_picture  how curves look, and the entries of a legend
     picture        a page of curves drawn
-    command        `python -m nlds_vines.bifurcation.response_curves` and `nv.curves`
+    command        `python -m nlds_vines.bifurcation.response_curves` and `nv.response_curves`
 """

@@ -1,6 +1,6 @@
 """Response curves of dampers beside each other, and of the structure alone.
 
-As a command: `nlds-vines response-curves`.  In Python: `nv.curves(["tmd", "my-damper.toml"])`.
+As a command: `nlds-vines response-curves`; in Python: `nv.response_curves(["tmd", "own.toml"])`.
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 """
 
 
-def curves(
+def response_curves(
     source: Source = None,
     *,
     to: str | os.PathLike[str] | None = None,
@@ -208,8 +208,8 @@ def curves(
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
-    page = page_from(source, (), tables, "curves")
-    archive = ArchivePath.for_result(to, "curves", resume, overwrite)
+    page = page_from(source, (), tables, "response_curves")
+    archive = ArchivePath.for_result(to, "response-curves", resume, overwrite)
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
     return Job(page, request_path(source), archive, None, how).run()
 

@@ -73,7 +73,7 @@ def special_table(result: Continued) -> Table:
     """Return the special points in words, and where curves meet."""
     name = result.request.along.name
     rows: list[tuple[str, ...]] = []
-    for row in result.special:
+    for row in result.special_points:
         change = f"{row.before} → {row.after}" if row.before != row.after else str(row.before)
         rows.append((str(row.kind), f"{name} = {row.value:.8g}", change))
     names = [item.name for item in result.request.free]
@@ -91,7 +91,7 @@ def marks_of(result: Continued) -> list[dict[str, str]]:
     return [
         {"path": _PATHS[marker], "colour": shade, "words": f"{kind} {WORDS[kind]}"}
         for kind, (shade, marker) in KINDS.items()
-        if kind in result.special.kind or kind in curves
+        if kind in result.special_points.kind or kind in curves
     ]
 
 
@@ -126,7 +126,9 @@ def _draw_values(figure: Any, result: Continued, show: str) -> None:
                     ys.append(one[part])
         line = figure.multi_line(xs, ys, line_width=1.6, line_dash=dash, visible=False)
         roled(line, "wall", f"of {show}")
-    rows = [row for row in result.special if row.index + 1 < len(result.branches[row.branch])]
+    rows = [
+        row for row in result.special_points if row.index + 1 < len(result.branches[row.branch])
+    ]
     at = [_at(values(result.branches[row.branch]), int(row.index)) for row in rows]
     _mark(figure, [r.kind for r in rows], [r.value for r in rows], at, f"of {show}")
 
@@ -170,10 +172,10 @@ def _draw_points(figure: Any, result: Continued, found: Stored) -> None:
     axes, name = [axis.name for axis in found.scan.axes], result.request.along.name
     other = next(axis for axis in axes if axis != name)
     across = float(result.request.system.parameters[other])
-    values = [float(value) for value in result.special.value]
+    values = [float(value) for value in result.special_points.value]
     places = [values, [across] * len(values)]
     first, second = places if axes[0] == name else places[::-1]
-    _mark(figure, list(result.special.kind), first, second)
+    _mark(figure, list(result.special_points.kind), first, second)
 
 
 def _mark(figure: Any, kinds: list[Any], x: list[Any], y: list[Any], *tags: str) -> None:

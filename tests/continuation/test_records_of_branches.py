@@ -36,7 +36,7 @@ def assert_records_are_those_of_the_twin(system, branch):
 def test_a_contact_that_straddles_phase_zero_counts_whole():
     """Its first part alone gave 289 N for 30,680 N at 6.2305 rad/s."""
     system = nv.load_system("ssul-set6", omega=6.23)
-    path = nv.follow(system, along="omega", between=(6.22, 6.24), step=0.2, quiet=True)
+    path = nv.continue_branch(system, parameter="omega", bounds=(6.22, 6.24), step=0.2, quiet=True)
     (branch,) = path.branches
     inside = branch.states[:, 2] - branch.states[:, 0] < system.parameters["V"]
     assert 1 < inside.sum() < len(inside) - 1
@@ -46,7 +46,9 @@ def test_a_contact_that_straddles_phase_zero_counts_whole():
 def test_a_contact_that_never_ends_has_a_force():
     """A pressed damper rests on the obstacle for whole periods, without an impact."""
     system = nv.load_system("ssul-set6", omega=6.28, C=-0.01, P=1.0)
-    (branch,) = nv.follow(system, along="omega", between=(6.2, 6.3), step=0.5, quiet=True).branches
+    (branch,) = nv.continue_branch(
+        system, parameter="omega", bounds=(6.2, 6.3), step=0.5, quiet=True
+    ).branches
     assert (branch.impacts == 0).all()
     omegas = branch.parameter
     models = [twin.model_of({**system.parameters, "K": system.K, "omega": w}) for w in omegas]

@@ -1,7 +1,6 @@
 """The public names and their types; `__init__.py` loads each when it is first used."""
 
 from nlds_vines.archives.archive import read as read
-from nlds_vines.archives.archive import verify as verify
 from nlds_vines.bifurcation.cell_orbit import orbit_of as orbit_of
 from nlds_vines.bifurcation.command import scan as scan
 from nlds_vines.bifurcation.request import Scan as Scan

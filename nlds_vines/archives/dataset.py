@@ -1,9 +1,8 @@
-"""The description of an archive: datasets with unit and meaning, dimensions; chunks, checksums."""
+"""The description of an archive: datasets with unit and meaning, dimensions; chunks."""
 
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import prod
@@ -23,7 +22,7 @@ class Dataset:
         name: in the archive.
         dims: the names of its dimensions: the varied parameters, then `start`, then the dimensions
             of a single orbit (`cycle`, `component`).
-        dtype: the name of a NumPy type, or "str" for UTF-8 strings of variable length.
+        dtype: the name of a NumPy type, or "str" for UTF-8 strings.
         units: SI, in the notation of CF; "1" for a number without a unit.
         long_name: its meaning in words.
         fill: the value of cells that were not computed.
@@ -151,10 +150,3 @@ def slabs(shape: tuple[int, ...]) -> Iterator[slice]:
     step = max(1, _SLAB_VALUES // max(1, math.prod(shape[1:])))
     for first in range(0, shape[0], step):
         yield slice(first, min(first + step, shape[0]))
-
-
-def crc32_of(values: np.ndarray, crc: int = 0) -> int:
-    """Return the CRC-32 of values, continued from `crc`; a zero byte ends each string."""
-    if values.dtype.kind not in "UO":
-        return zlib.crc32(np.ascontiguousarray(values).data, crc)
-    return zlib.crc32("".join(f"{text}\0" for text in values.flat).encode(), crc)

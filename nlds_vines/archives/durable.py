@@ -1,25 +1,23 @@
-"""Files that survive a power cut: they appear whole or not at all.  Seals, and locks.
+"""Files that survive a power cut: they appear whole or not at all.  And locks.
 
 A writer may be killed, or the power cut, between any two system calls.  So no file is written in
 place: the bytes go to a temporary file, are forced to the disk (fsync), and take their name by a
 rename, which is forced to the disk as well (fsync of the folder).  What is computed into memory or
 by another library goes through `whole`, which also says what must not be replaced.
 
-A seal is the SHA-256 of all bytes before it, appended to the file.  It detects every flipped bit,
-in data, headers and padding alike.  HDF5 ignores bytes after its own end of file, so a sealed
-archive is an ordinary archive.
+What `write` writes ends in the CRC-32 of all bytes before it, which `read` checks.
 """
 
 from __future__ import annotations
 
 import errno
 import fcntl
-import hashlib
 import os
 import secrets
 import shutil
 import stat
 import time
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -32,9 +30,7 @@ Buffer = bytes | memoryview
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 """The first bytes of every archive."""
 
-_MARK = b"\nnlds_vines seal sha256 "
-_SEAL_BYTES = len(_MARK) + hashlib.sha256().digest_size * 2 + 1
-_SLAB = 1 << 20  # bytes hashed at a time, so that a file may be larger than the memory
+_CRC_BYTES = 4
 _RETRY = 0.02  # s between two attempts to take a lock
 
 
@@ -62,19 +58,19 @@ def beside(path: Path) -> Path:
 
 
 def write(path: Path, *pieces: Buffer) -> None:
-    """Write `pieces` one after the other and a seal to the file `path`, and force it to the disk.
+    """Write `pieces` and their CRC-32 to the file `path`, and force it to the disk.
 
     Each of two writers of the same name has a temporary file of its own, and the last rename wins.
     Raises OSError, and then leaves the file as it was.
     """
     temporary = beside(path)
-    digest = hashlib.sha256()
+    crc = 0
     try:
         with temporary.open("xb") as file:
             for piece in pieces:
-                digest.update(piece)
+                crc = zlib.crc32(piece, crc)
                 file.write(piece)
-            file.write(_seal(digest))
+            file.write(crc.to_bytes(_CRC_BYTES))
             file.flush()
             os.fsync(file.fileno())
         replace(temporary, path)
@@ -128,27 +124,16 @@ def open_regular(path: Path) -> BinaryIO:
 
 
 def read(path: Path) -> bytes:
-    """Return the bytes that `write` wrote, without the seal.
+    """Return the bytes that `write` wrote, without their checksum.
 
-    Raises ValueError if any bit has changed, or as `open_regular`.
+    Raises ValueError if they have changed, or as `open_regular`.
     """
     with open_regular(path) as file:
-        sealed = file.read() if _ends_in_seal(file) else b""
-    data = sealed[:-_SEAL_BYTES]
-    if sealed[-_SEAL_BYTES:] != _seal(hashlib.sha256(data)):
-        raise ValueError("its seal is broken")
+        data = file.read()
+    data, crc = data[:-_CRC_BYTES], data[-_CRC_BYTES:]
+    if crc != zlib.crc32(data).to_bytes(_CRC_BYTES):
+        raise ValueError("its checksum is wrong")
     return data
-
-
-def _ends_in_seal(file: BinaryIO) -> bool:
-    """Tell whether an open file ends in a seal, right or wrong; else it need not be read at all."""
-    end = os.fstat(file.fileno()).st_size - _SEAL_BYTES
-    if end < 0:
-        return False
-    file.seek(end)
-    found = file.read(len(_MARK)) == _MARK
-    file.seek(0)
-    return found
 
 
 def replace(temporary: Path, path: Path) -> None:
@@ -234,23 +219,6 @@ def reserve(path: Path, size: int) -> None:
         trial.unlink(missing_ok=True)
 
 
-def seal(path: Path) -> None:
-    """Append a seal to a finished file and force the file to the disk."""
-    with path.open("rb") as file:
-        digest = _digest(file, path.stat().st_size)
-    with path.open("ab") as file:
-        file.write(_seal(digest))
-        file.flush()
-        os.fsync(file.fileno())
-
-
-def sealed(path: Path) -> bool:
-    """Return whether a file ends in the seal of all the bytes before it."""
-    with open_regular(path) as file:
-        size = os.fstat(file.fileno()).st_size - _SEAL_BYTES
-        return _ends_in_seal(file) and _seal(_digest(file, size)) == file.read()
-
-
 def lock(path: Path, *, shared: bool = False, patience: float = 0.3) -> int | None:
     """Lock the file `path`, created if need be, for this process.
 
@@ -303,17 +271,3 @@ def _is_open_as(path: Path, descriptor: int) -> bool:
         return os.path.samestat(path.stat(), os.fstat(descriptor))
     except FileNotFoundError:
         return False
-
-
-def _seal(digest: hashlib._Hash) -> bytes:
-    """Return the bytes of a seal."""
-    return _MARK + digest.hexdigest().encode() + b"\n"
-
-
-def _digest(file: BinaryIO, size: int) -> hashlib._Hash:
-    """Return the SHA-256 of the next `size` bytes of an open file."""
-    digest = hashlib.sha256()
-    while slab := file.read(min(_SLAB, size)):
-        digest.update(slab)
-        size -= len(slab)
-    return digest

@@ -1,12 +1,12 @@
 """An open archive: datasets by name, attributes, dimensions; damage is told where it is met.
 
-It is handed an open HDF5 file by `archive.read`, which has checked how the file is laid out.
+`archive.read` opens the HDF5 file and hands it over.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +15,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from nlds_vines.archives import frames
-from nlds_vines.archives.dataset import Dataset, crc32_of, slabs
+from nlds_vines.archives.dataset import Dataset, slabs
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.archives.structure_check import flags_of
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import RequestError, at, shown, unknown, whole
 
@@ -133,9 +132,7 @@ class ArchiveView(Outlined):
             index[dim] = whole(f"{dim} of {name}", i, -length, length - 1)
         where = tuple(index.get(dim, slice(None)) for dim in dims)
         with _reading(self.path, f"dataset {name}"):
-            dataset = self._file[name]
-            check_crc(dataset)
-            return values_of(dataset, where)
+            return values_of(self._file[name], where)
 
     def to_xarray(self) -> Any:
         """Return all of it as an `xarray.Dataset`, in memory; needs the extra `xarray`."""
@@ -244,15 +241,15 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def whole_crc(dataset: Any) -> int:
-    """Return the CRC-32 of all values of a dataset, in the order of the disk."""
-    crc = 0
-    for slab in slabs(dataset.shape):
-        crc = crc32_of(values_of(dataset, slab), crc)
-    return crc
+def flags_of(attributes: Mapping[str, Any]) -> dict[int, str]:
+    """Return the words of an enumeration by their codes, from the attributes of its dataset.
 
-
-def check_crc(dataset: Any) -> None:
-    """Raise ValueError if the strings of a dataset have another CRC-32 than its attribute says."""
-    if is_text(dataset) and whole_crc(dataset) != dataset.attrs.get("crc32"):
-        raise ValueError("its checksum is not that of its strings")
+    Raises ValueError, or what HDF5 raises, where they do not belong together.
+    """
+    codes, meanings = np.asarray(attributes["flag_values"]), attributes["flag_meanings"]
+    if codes.ndim != 1 or codes.dtype.kind not in "iu":
+        raise ValueError("its codes are no whole numbers")
+    words = meanings.split(" ") if isinstance(meanings, str) else []
+    if len(words) != len(codes):
+        raise ValueError(f"it has {len(codes)} codes, but {len(words)} words")
+    return dict(zip(map(int, codes), words, strict=True))

@@ -1,4 +1,4 @@
-"""A scan under way: one sealed part file for every finished block, beside the archive to be.
+"""A scan under way: one part file for every finished block, beside the archive to be.
 
 Each block of cells becomes a part file in the folder of the run as soon as it is computed, so that
 it is not lost when the run ends early.  At the end the parts become one archive, which is checked
@@ -152,7 +152,7 @@ class Parts(RunFolder):
         return cls.open(path, scan_of(manifest), resume=True)
 
     def sound(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, Part]]:
-        """Yield the blocks whose parts verify: seal, scan, rectangle, arrays and makers.
+        """Yield the blocks whose parts verify: checksum, scan, rectangle, arrays and makers.
 
         A part that does not verify is removed, and noted in `discarded`.
         """

@@ -23,7 +23,6 @@ USUAL = {
 
 UPKEEP = {
     "status": ("nlds_vines.upkeep.status", "how a scan under way stands"),
-    "verify": ("nlds_vines.upkeep.verify", "check archives and parts from end to end"),
     "consolidate": ("nlds_vines.upkeep.consolidate", "join the parts of shards into an archive"),
     "rerun": ("nlds_vines.upkeep.rerun", "repeat a scan from its own archive"),
     "diff": ("nlds_vines.upkeep.diff", "what differs between two archives"),

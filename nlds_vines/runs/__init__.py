@@ -4,7 +4,7 @@ In reading order:
 
     task_registry    the tasks by the kind of their archives
     manifest         which request the parts belong to, and who began it
-    partfile         one sealed part file
+    partfile         one part file
     shard            the share of one of several machines
     folder           the folder of a run, and its locks
     numbered_parts   the folder of a run whose parts have numbers

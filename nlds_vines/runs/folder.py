@@ -162,12 +162,8 @@ class RunFolder:
             return False
         if not resume:
             raise RequestError(f"{self.path} exists: --overwrite replaces it, -o names another")
-        try:
-            with archive.read(self.path) as view:
-                same = view.text("scan_hash") == self.request.hash
-        except RequestError:
-            self._refuse_damaged()
-            raise
+        with archive.read(self.path) as view:
+            same = view.text("scan_hash") == self.request.hash
         if not same:
             manifest = Manifest.read(self.folder)
             if manifest and manifest.overwrite:
@@ -175,13 +171,7 @@ class RunFolder:
             raise RequestError(
                 f"{self.path} holds another {self.content}: --resume cannot continue it"
             )
-        self._refuse_damaged()
         return True
-
-    def _refuse_damaged(self) -> None:
-        """Refuse an archive that is damaged."""
-        if problems := archive.verify(self.path):
-            raise RequestError(f"{self.path} is damaged ({problems[0]}): use --overwrite")
 
     def _take_locks(self) -> None:
         """Lock the folder: a run for itself alone, a shard together with others."""

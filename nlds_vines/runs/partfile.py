@@ -1,8 +1,8 @@
-"""Part files: sealed results, piece by piece, in the folder of a run under way.
+"""Part files: results, piece by piece, in the folder of a run under way.
 
 A part is one line of JSON (which part of what, made by what, which arrays), the bytes of the arrays
-one after the other, and a seal.  A file that exists is not enough: a part counts when its seal, its
-identity, its arrays and its makers are right.  The parts of a scan hold one block each.
+one after the other, and a checksum.  A part counts if its checksum, its identity, its arrays and
+its makers are right.  The parts of a scan hold one block each.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def request_of(path: Path) -> str | None:
 
 
 def peek(path: Path, wanted: Iterable[str]) -> Part:
-    """Return the `wanted` arrays of a part as they stand; the seal is not checked.
+    """Return the `wanted` arrays of a part as they stand; the checksum is not checked.
 
     It is for a look at a run under way, and reads no more than it must.
     """

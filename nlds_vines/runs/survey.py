@@ -68,7 +68,7 @@ class Survey:
 
 @dataclass
 class SurveyRun(NumberedParts):
-    """A survey under way: one sealed part for each task."""
+    """A survey under way: one part for each task."""
 
     request: Survey
 

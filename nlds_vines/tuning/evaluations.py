@@ -1,4 +1,4 @@
-"""The journal of a search: every evaluation in order, in sealed parts beside the archive to be.
+"""The journal of a search: every evaluation in order, in parts beside the archive to be.
 
 A search depends on its request alone: run again, it asks for the same designs in the same order.
 So it is resumed by running it again, with values of the journal in place of those of the kernels.

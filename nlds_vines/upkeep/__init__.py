@@ -8,7 +8,6 @@ In reading order:
     status          how a scan under way stands
     plot            a finished archive drawn
     opening         what an archive holds, as the function returns it that has computed it
-    verify          archives and parts checked from end to end
     consolidate     the parts of shards joined into an archive
     rerun           what an archive holds repeated, and compared
     diff            what differs between two archives

@@ -16,7 +16,6 @@ from nlds_vines import (
     load_continuation,
     load_system,
     simulate,
-    verify,
 )
 from nlds_vines.__main__ import main
 from nlds_vines.archives.archive import read
@@ -55,7 +54,6 @@ def scan(folder):
 
 
 def test_an_archive_is_sound_and_opens_elsewhere(archive):
-    assert verify(archive) == []
     with xarray.open_dataset(archive, engine="h5netcdf") as data:
         assert data.attrs["content"] == "continuation"
         assert set(data["kind"].dims) == {"special"}
@@ -113,7 +111,6 @@ def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
             continue
         break
     assert count >= 2
-    assert verify(path) == []
     whole, pieces = continued(archive).tables, continued(path).tables
     for name, values in whole.items():
         assert np.array_equal(values, pieces[name], equal_nan=values.dtype.kind == "f"), name
@@ -132,11 +129,6 @@ def test_a_signal_stops_it_and_resume_finishes(tmp_path):
     assert b"--resume" in errors
     assert not path.exists()
     assert len(list(folder.glob("block-*"))) >= 2
-    assert verify_parts(folder) == 0
-
-
-def verify_parts(folder):
-    return main(["verify", str(folder)])
 
 
 def test_an_archive_repeats_itself(archive, tmp_path, answer):
@@ -167,7 +159,6 @@ def test_curves_in_a_plane(folder, scan):
     path, plot = folder / "plane.h5", folder / "plane.svg"
     arguments = ["--along", "omega=7:8", "--plane", "P=700:900", "--quiet"]
     assert main(["continuation", *arguments, "-o", str(path), "--plot", str(plot)]) == 0
-    assert verify(path) == []
     found = continued(path)
     (grazing,) = [curve for curve in found.curves if curve.kind == "GR"]
     assert len(grazing.values) > 10

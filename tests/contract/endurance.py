@@ -26,7 +26,6 @@ from test_resumed_after_kill import (
 )
 
 import nlds_vines as nv
-from nlds_vines.archives import archive
 
 
 def test_two_hundred_runs_killed_at_random_moments(tmp_path):
@@ -52,7 +51,6 @@ def test_a_million_cells_in_one_archive_open_lazily(tmp_path):
     began = time.perf_counter()
     path = nv.scan(document, to=tmp_path / "million.h5")
     took = time.perf_counter() - began
-    assert archive.verify(path) == []
     began = time.perf_counter()
     with xr.open_dataset(path, engine="h5netcdf", chunks=None) as dataset:
         assert dataset.sizes["omega"] * dataset.sizes["P"] == 10**6
@@ -98,7 +96,6 @@ def test_a_run_killed_at_every_system_call_that_changes_a_file_can_be_resumed(tm
             status, calls = traced(path, *inject)
             run_to(path)
             assert content(path) == reference, (name, count)
-            assert archive.verify(path) == []
             shutil.rmtree(path.parent)
             if status == 0:
                 break

@@ -33,10 +33,10 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
 def test_a_closed_stream_changes_nothing(folder, closed):
     sound = (folder / "a.h5").read_bytes()
-    assert ask(f"nlds-vines verify a.h5 {closed}", folder)[::2] == (0, "")
+    assert ask(f"nlds-vines plot a.h5 --show '?' {closed}", folder)[::2] == (0, "")
     assert ask(f"nlds-vines bifurcation --dry-run {closed}", folder)[::2] == (0, "")
     assert (folder / "a.h5").read_bytes() == sound
-    assert ask(f"nlds-vines verify no.h5 {closed}", folder)[0] == 2
+    assert ask(f"nlds-vines plot no.h5 {closed}", folder)[0] == 2
 
 
 def test_no_file_gets_the_number_of_a_closed_stream(folder):
@@ -48,7 +48,7 @@ def test_no_file_gets_the_number_of_a_closed_stream(folder):
     assert int(ask(f"{line} <&- 2>&-", folder)[1]) > 2
 
 
-@pytest.mark.parametrize("words", ["verify a.h5", "verify --help", "--help", "--version"])
+@pytest.mark.parametrize("words", ["plot a.h5 --show '?'", "plot --help", "--help", "--version"])
 def test_a_full_disk_for_output_is_one_line(folder, words):
     status, _, errors = ask(f"nlds-vines {words} > /dev/full", folder)
     assert status == 2

@@ -142,7 +142,6 @@ def test_a_damper_that_cannot_be_followed_is_told(here, ask, answer, monkeypatch
     found = nv.open_archive("decay.h5")
     assert (found["tmd"].status, found["ssbl"].status) == (0, code)
     assert np.isnan(found["ssbl"].E1).all()
-    answer("verify", "decay.h5")
 
 
 # ---- command, archive, picture -------------------------------------------------------------------
@@ -150,12 +149,11 @@ def test_a_damper_that_cannot_be_followed_is_told(here, ask, answer, monkeypatch
 
 @pytest.fixture
 def drawn_and_made_again(here, answer):
-    """Return a function that computes, draws, verifies and computes again, and opens the first."""
+    """Return a function that computes, draws and computes again, and opens the first."""
 
     def opened(words, panel):
         answer(*f"decay {words} -o decay.h5 --plot decay.png --quiet".split())
         assert (here / "decay.png").stat().st_size > 10000
-        answer("verify", "decay.h5")
         answer("plot", "decay.h5", "--show", panel, "-o", "panel.pdf")
         said = answer("rerun", "decay.h5", "-o", "again.h5")
         assert "parameters and results are the same" in said

@@ -18,7 +18,6 @@ Path("own.toml").write_text("system = 'tmd'\\n[set]\\nc1 = 400.0\\n[band]\\ncoun
 frf = ["frf", "own.toml", "-o", "own.h5", "--high", "6.5", "--quiet"]
 assert main([*frf, "--plot", "own.png"]) == 0
 assert main([*frf, "--resume"]) == 0  # complete already
-assert main(["verify", "own.h5"]) == 0
 assert main(["plot", "own.h5", "-o", "own.svg"]) == 0
 assert main(["export", "own.h5", "-o", "own.csv"]) == 0
 assert main(["rerun", "own.h5", "-o", "again.h5"]) == 0

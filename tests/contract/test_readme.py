@@ -189,12 +189,12 @@ def test_the_recipes_for_clusters_are_understood(own):
             assert console([*words, "--dry-run"]) == 0
 
 
-def test_an_archive_is_verified_repeated_and_compared(own):
+def test_an_archive_is_drawn_repeated_and_compared(own):
     small = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
     assert main(small) == 0
     found = sister_commands("".join(blocks("sh", text_of("archive.md"))))
-    assert [words[0] for words in found] == ["plot", "plot", "verify", "rerun", "diff"]
-    assert [console(words) for words in found] == [0] * 5
+    assert [words[0] for words in found] == ["plot", "plot", "rerun", "diff"]
+    assert [console(words) for words in found] == [0] * 4
 
 
 @pytest.mark.skipif(find_spec("bokeh") is None, reason="Bokeh is not installed")
@@ -329,7 +329,7 @@ def test_the_gate_walks_the_readme_and_the_tutorial():
 
 def test_what_is_walked_is_understood(own):
     for line in sister_commands(text_of("tutorial.md")):
-        if line[0] not in ("verify", "rerun"):
+        if line[0] != "rerun":
             assert console([*line, *([] if "--dry-run" in line else ["--dry-run"])]) == 0, line
 
 

@@ -2,17 +2,12 @@
 
 import errno
 import os
-import time
 
 import pytest
 from made_up import cut, fill, finished, make_scan, results, write
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main
-from nlds_vines.archives import durable
 from nlds_vines.bifurcation.block_files import Parts
-
-TERABYTE = 1 << 40
 
 
 @pytest.fixture
@@ -29,45 +24,11 @@ def test_permission_denied_is_said_as_such(path, monkeypatch, refusal):
         return really(place, *arguments, **keywords)
 
     monkeypatch.setattr(os, "open", refused)
-    for words in (["verify"], ["status"], ["export"], ["plot", "--show", "?"], ["diff", "scan.h5"]):
+    for words in (["status"], ["export"], ["plot", "--show", "?"], ["diff", "scan.h5"]):
         err = refusal(*words, "scan.h5")
         assert err.count("\n") == 1
         assert "Permission denied" in err
         assert "damaged" not in err
-
-
-@pytest.mark.parametrize("content", ["nothing", "an archive"])
-def test_a_sparse_file_of_a_terabyte_is_told_at_once(path, answer, content):
-    if content == "nothing":
-        path.write_bytes(b"")
-    try:
-        os.truncate(path, TERABYTE)
-    except OSError:
-        pytest.skip("no sparse files here")
-    began = time.process_time()
-    assert "the seal is broken" in answer("verify", "scan.h5", status=1)
-    assert main(["status", "scan.h5"]) == (2 if content == "nothing" else 0)
-    assert time.process_time() - began < 5.0
-
-
-def test_a_manifest_of_a_terabyte_is_damaged(path, refusal):
-    folder = path.with_name("other.h5.parts")
-    folder.mkdir()
-    (folder / "manifest.json").write_bytes(b"")
-    try:
-        os.truncate(folder / "manifest.json", TERABYTE)
-    except OSError:
-        pytest.skip("no sparse files here")
-    assert "manifest.json is damaged (its seal is broken)" in refusal("status", "other.h5")
-
-
-@pytest.mark.parametrize("left", [0, 1, 10, 40])
-def test_a_file_shorter_than_a_seal_has_none(tmp_path, left):
-    file = tmp_path / "short"
-    file.write_bytes((b"\nnlds_vines seal sha256 " * 2)[:left])
-    assert not durable.sealed(file)
-    with pytest.raises(ValueError, match="its seal is broken"):
-        durable.read(file)
 
 
 # ---- a manifest of which a bit has changed -------------------------------------------------------
@@ -95,7 +56,6 @@ def test_sound_blocks_are_kept_without_their_manifest(begun):
         assert finished(parts, cut(scan)) == {0, 1}
         parts.write(cut(scan)[2], results(scan, cut(scan)[2]))
         parts.consolidate(cut(scan), {})
-    assert nv.verify(begun) == []
 
 
 def test_blocks_of_another_scan_are_not_touched_without_their_manifest(begun):

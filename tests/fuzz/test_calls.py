@@ -21,7 +21,7 @@ CALLS = {
     "load_scan": ["source", "changes", "changes_from"],
     "load_tuning": ["source", "changes", "changes_from"],
     "load_continuation": ["source", "changes", "changes_from"],
-    "read": ["path"], "verify": ["path"], "curves_in": ["path"], "continued": ["path"],
+    "read": ["path"],
     "plot": ["archive", "show"], "ensemble_of": ["source"], "basin_measures": ["archive"],
     "orbit_of": ["archive", "omega", "P", "start"], "spectrum": ["orbit", "signal"],
     "System": ["kind", "parameters"], "Scan": ["title", "system", "axes", "want"],

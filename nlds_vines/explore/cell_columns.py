@@ -31,8 +31,8 @@ def columns(found: Stored) -> dict[str, np.ndarray]:
 
     `capture` counts the codes of the archive from 1, 0 where there is none; `label` holds codes of
     `map_choices.label_words`, `status` those of the archive; `multiplier` is the modulus of the
-    largest Floquet multiplier; `computed`, codes of `map_choices.COMPUTED`, is there where nothing
-    else is.  Columns of `map_choices` have a row for each cell only.
+    largest Floquet multiplier; `computed` holds codes of `map_choices.COMPUTED`.  Columns of
+    `map_choices` have a row for each cell only.
     """
     columns: dict[str, np.ndarray] = {"status": found.lanes("status").ravel().astype(np.int8)}
     if "label" in found:
@@ -42,10 +42,8 @@ def columns(found: Stored) -> dict[str, np.ndarray]:
     for name in NUMBERS:
         if name in found:
             columns[name] = _number(name, found.lanes(name))
-    if len(columns) == 1:
-        status = columns["status"]
-        places = [status == NOT_COMPUTED, status == OK]
-        columns["computed"] = np.select(places, [0, 1], 2).astype(np.uint8)
+    places = [columns["status"] == NOT_COMPUTED, columns["status"] == OK]
+    columns["computed"] = np.select(places, [0, 1], 2).astype(np.uint8)
     if "multipliers" in found:
         largest = found.lanes("multipliers")[:, :, 0]
         columns["multiplier"] = np.hypot(largest[..., 0], largest[..., 1]).ravel().astype("f4")

@@ -70,6 +70,10 @@ class Show:
         return {**vars(self), "classes": [list(pair) for pair in self.classes]}
 
 
+STATUS_SHOW = Show("status", "status", "computed", classes=COMPUTED)
+"""The show of a scan, or of a page, that holds nothing else to color cells by."""
+
+
 def shows_of(found: Stored) -> list[Show]:
     """Return what the map or the diagram of a scan may show, the usual one first."""
     several = len(found.starts) > 1
@@ -85,9 +89,7 @@ def shows_of(found: Stored) -> list[Show]:
         )  # fmt: skip
         if several:
             shows += [*_of_several(found)]
-    return [*shows, *_codes(found, maps), *_numbers(found)] or [
-        Show("status", "status", "computed", classes=COMPUTED)
-    ]
+    return [*shows, *_codes(found, maps), *_numbers(found)] or [STATUS_SHOW]
 
 
 def _sections(found: Stored) -> list[Show]:

@@ -52,6 +52,7 @@ const REPORT = (() => {
       line.append(dt, dd)
       return line
     }))
+    if (!at.meta.points) return // the page carries no sections
     const data = {}
     at.meta.components.forEach((name, c) => {
       data[name] = Array.from({length: at.meta.points}, (_, p) => state(NV.row(i, j, k), p, c))
@@ -83,6 +84,7 @@ const REPORT = (() => {
     delete found.section
     const lanes = {}, cells = {}
     for (const [name, values] of Object.entries(found)) (values.length === meta.rows ? lanes : cells)[name] = values
+    el("section").hidden = !meta.points
     NV.startPage()
     NV.listeners.chosen = cell
     NV.listeners.shown = shown

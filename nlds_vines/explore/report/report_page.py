@@ -17,6 +17,7 @@ from bokeh.resources import Resources
 
 from nlds_vines.continuation.result import Continued
 from nlds_vines.explore.cell_columns import columns, meta_of, section_points
+from nlds_vines.explore.map_choices import STATUS_SHOW
 from nlds_vines.explore.map_data import NUMBERS, Stored
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.page_elements import frame, page_file, plain_figure, roled
@@ -123,7 +124,11 @@ def _page(
     components = found.scan.system.scene.components  # of touches the page holds nothing
     held = [s for s in meta["shows"] if not s["points"] or s["name"] in components]
     shows = [s for s in held if (points if s["points"] else s["column"] in kept)]
-    meta |= {"shows": shows, "cell": list(middle(found)), "ranges": content.ranges}
+    meta |= {
+        "shows": shows or [STATUS_SHOW.plain()],
+        "cell": list(middle(found)),
+        "ranges": content.ranges,
+    }
     meta["components"] = list(components)
     meta |= {"entries": [one.entry for one in content.columns], "rows": found.scan.lanes}
     left_out = _left_out(found, content.points, kept)

@@ -1,9 +1,11 @@
 """The compiled kernels: found by the next process as long as their sources do the same."""
 
+import ast
 import hashlib
 import json
 import os
 import shutil
+import stat
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -287,3 +289,108 @@ def test_without_any_folder_it_works_all_the_same(blocked, monkeypatch):
     said = blocked("/dev/null", "/dev/null")
     assert said.count("\n") == 1
     assert "are lost when the process ends; set NUMBA_CACHE_DIR" in said
+
+
+# ---- who may have written what is run ------------------------------------------------------------
+
+OTHER = 4242
+"""A user who is not the one that runs the tests."""
+
+
+def belongs_to_another(path):
+    os.chown(path, OTHER, OTHER)
+
+
+def group_may_write(path):
+    path.chmod(path.stat().st_mode | 0o020)
+
+
+def others_may_write(path):
+    path.chmod(path.stat().st_mode | 0o002)
+
+
+def folder_of(tmp_path):
+    """Return the folder where `BLOCKED` has put its kernels, in the user's cache."""
+    (folder,) = {path.parent for path in compiled_in(tmp_path / "home")}
+    return folder
+
+
+@pytest.mark.slow("processes that load the compiler")
+@pytest.mark.parametrize("kind", ["folder", "files"])
+@pytest.mark.parametrize("open_to", [belongs_to_another, group_may_write, others_may_write])
+def test_what_others_may_have_written_is_not_read(blocked, tmp_path, kind, open_to):
+    if open_to is belongs_to_another and os.getuid() != 0:
+        pytest.skip("only the superuser gives files to other users")
+    assert blocked(tmp_path / "home", tmp_path / "tmp") == ""
+    folder = folder_of(tmp_path)
+    for path in [folder] if kind == "folder" else [*folder.iterdir()]:
+        open_to(path)
+    files = {path: path.stat() for path in compiled_in(folder)}
+    said = blocked(tmp_path / "home", tmp_path / "tmp")
+    named = [line for line in said.splitlines() if f"{folder} are not read" in line]
+    assert len(named) == 1
+    if kind == "folder":  # nothing is written there either
+        assert {path: path.stat() for path in compiled_in(folder)} == files
+    else:  # they are replaced
+        assert blocked(tmp_path / "home", tmp_path / "tmp") == ""
+
+
+def test_the_files_of_root_are_read_by_all(blocked, tmp_path, monkeypatch):
+    """What an administrator compiled: the folder cannot be written, its files have usual modes."""
+    if os.getuid() != 0:
+        pytest.skip("only the superuser becomes another user")
+    before = os.umask(0o022)
+    try:
+        assert blocked(tmp_path / "home", tmp_path / "tmp") == ""
+    finally:
+        os.umask(before)
+    files = compiled_in(tmp_path / "home")
+    assert {stat.S_IMODE(path.stat().st_mode) for path in files} == {0o644}
+    for path in [tmp_path, *tmp_path.parents][:-2]:
+        path.chmod(path.stat().st_mode | 0o055)
+    monkeypatch.setattr(
+        sys.modules[__name__],
+        "BLOCKED",
+        f"""
+import os
+from nlds_vines.kernels.numerics import stored_code
+os.setgid({OTHER}), os.setuid({OTHER})
+read = [stored_code.load(name) for name in {[path.name for path in files]}]
+print(2.718281828459045 if all(read) else 0.0)
+""",
+    )
+    assert blocked(tmp_path / "home", "/dev/null").count("\n") == 1  # its own are lost
+
+
+@pytest.mark.parametrize("mask", [0o000, 0o002, 0o027, 0o077])
+def test_the_umask_decides_who_may_read(tmp_path, mask):
+    before = os.umask(mask)
+    try:
+        stored_code._write_whole(tmp_path / "a", b"code")
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "a").stat().st_mode) == 0o644 & ~mask
+
+
+PLACES = """
+import os
+from nlds_vines.kernels.numerics import stored_code
+os.setgid(54321), os.setuid(54321)  # who has no entry in the list of users
+print([str(place) for place in stored_code._places()])
+"""
+
+
+def test_a_user_without_a_home_and_a_relative_cache(tmp_path):
+    if os.getuid() != 0:
+        pytest.skip("only the superuser becomes another user")
+    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT)}
+    said = {}
+    for name, settings in (("none", {}), ("relative", {"XDG_CACHE_HOME": "cache", "HOME": "/h"})):
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", PLACES],
+            capture_output=True, text=True, check=False, cwd=tmp_path, env=environment | settings,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        said[name] = [Path(place) for place in ast.literal_eval(done.stdout)]
+    assert said["none"] == [stored_code.KERNELS / "__pycache__"]
+    assert said["relative"][1].parent == Path("/h/.cache/nlds_vines")

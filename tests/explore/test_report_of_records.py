@@ -1,4 +1,4 @@
-"""The report of each set of records, opened in a browser: what a reader sees, however it is made."""
+"""The report of each set of records, opened in a browser: what a reader sees."""
 
 import io
 

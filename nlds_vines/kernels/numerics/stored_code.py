@@ -1,7 +1,9 @@
 """Compiled kernels on the disk: where they lie, and for which sources they hold.
 
 Each specialisation of a kernel is a file of its own, written whole, so that any number of processes
-may read and write.  A file that is damaged counts as not there, and is written anew.
+may read and write.  A file that is damaged counts as not there, and is written anew.  What is read
+is run, so a file also counts as not there if another user but root owns it or its folder, or may
+write to them.
 
 What a file holds for is told by a stamp: of the syntax tree of the kernel's module, without
 comments and docstrings, and of all modules of the kernels that it imports; and of the laws of the
@@ -15,6 +17,7 @@ import ast
 import hashlib
 import json
 import os
+import secrets
 import stat
 import sys
 import tempfile
@@ -44,6 +47,29 @@ def say_once(text: str) -> None:
 # ---- where ---------------------------------------------------------------------------------------
 
 
+NOT_TRUSTED = (
+    "nlds_vines: compiled kernels in {folder} are not read, for they would be run: another user "
+    "owns them or their folder, or group or others may write to them (remedy: chmod -R go-w)"
+)
+
+
+def _trusted(info: os.stat_result) -> bool:
+    """Return True if nobody but this user and root can have written a file or folder."""
+    return info.st_uid in (0, os.getuid()) and not info.st_mode & 0o022
+
+
+def _read(path: Path) -> bytes | None:
+    """Return the bytes of a file of a cache; None if it is not there, or not trusted."""
+    with suppress(OSError):
+        if _trusted(path.parent.stat()):
+            with path.open("rb") as file:
+                if _trusted(os.fstat(file.fileno())):
+                    return file.read()
+        if path.exists():
+            say_once(NOT_TRUSTED.format(folder=path.parent))
+    return None
+
+
 def _private(folder: Path) -> bool:
     """Tell whether a folder is this user's, and nobody else's."""
     found = folder.lstat()
@@ -64,23 +90,29 @@ def temporary_folder() -> Path:
 
 
 def _places() -> Iterator[Path]:
-    """Yield the lasting folders that may hold compiled kernels, the best one first."""
+    """Yield the lasting folders that may hold compiled kernels, the best one first.
+
+    The cache of the user is that of the XDG Base Directory Specification, which says to ignore a
+    relative path; a user without a home has none.
+    """
     name = f"kernels-{hashlib.sha256(str(KERNELS).encode()).hexdigest()[:16]}"
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
         yield Path(chosen, "nlds_vines", name)
     yield KERNELS / "__pycache__"
-    home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
-    yield Path(home, "nlds_vines", name)
+    home = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    with suppress(RuntimeError):  # no HOME, and no entry in the list of users
+        home = home if home.is_absolute() else Path("~/.cache").expanduser()
+        yield home / "nlds_vines" / name
 
 
 def _writable(folder: Path) -> bool:
-    """Tell whether a folder can be written; make it if it is not there."""
+    """Return True if a folder is trusted and can be written; make it if it is not there."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o755, parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
+        return _trusted(folder.stat())
     except OSError:
         return False
-    return True
 
 
 @lru_cache(maxsize=1)
@@ -150,8 +182,9 @@ def _source(path: Path) -> tuple[str, list[str]]:
 def _notes() -> dict[str, tuple[str, list[str]]]:
     """Return what is known of sources: reading a syntax tree takes longer than a hash."""
     place = folder()
-    with suppress(OSError, ValueError):
-        return dict(json.loads((place / "sources.json").read_text())) if place else {}
+    data = _read(place / "sources.json") if place else None
+    with suppress(ValueError):
+        return dict(json.loads(data or b"{}"))
     return {}
 
 
@@ -193,15 +226,19 @@ def stamp_of(*paths: Path) -> str:
 
 
 def _write_whole(path: Path, data: bytes) -> None:
-    """Write a file that other processes see whole or not at all."""
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=path.name, delete=False) as file:
-        try:
+    """Write a file that other processes see whole or not at all.
+
+    Its mode is that of the umask, but for writing: `_read` does not trust what others may write to.
+    """
+    draft = path.with_name(f"{path.name}.{secrets.token_hex(8)}")
+    number = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+    try:
+        with os.fdopen(number, "wb") as file:
             file.write(data)
-            file.close()
-            os.replace(file.name, path)
-        except BaseException:
-            os.unlink(file.name)
-            raise
+        os.replace(draft, path)
+    except BaseException:
+        draft.unlink()
+        raise
 
 
 def load(name: str) -> bytes | None:
@@ -210,13 +247,14 @@ def load(name: str) -> bytes | None:
     A file is the SHA-256 of the data (32 bytes), then the data; a damaged one is said, and the next
     place is tried.  For which sources it holds, its name tells.  Places: the folder this process
     writes to, then the other lasting ones, which may be read-only, as in an image of a container.
-    A folder that the user has chosen (NUMBA_CACHE_DIR) is the only one.
+    Of these, a folder that the user has chosen (NUMBA_CACHE_DIR) is the only one.
     """
-    own = folder()
-    others = () if os.environ.get("NUMBA_CACHE_DIR") else _places()
+    own, others = folder(), [*_places()]
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        others = others[:1]
     for place in dict.fromkeys([*([own] if own else []), *others]):
-        with suppress(OSError):
-            data = (place / name).read_bytes()
+        data = _read(place / name)
+        if data is not None:
             if hashlib.sha256(data[32:]).digest() == data[:32]:
                 return data[32:]
             say_damaged()

@@ -82,6 +82,35 @@ def test_averages_of_the_worst_component_decide():
         assert evidence[ev.DIGITS] < 4.0
 
 
+@pytest.mark.parametrize(
+    ("decay", "steady"),
+    [(0.0, True), (1e-3, True), (0.5, False), (4.0, False), (10.0, False), (40.0, False)],
+)
+def test_a_motion_that_shrinks_is_not_steady(decay, steady):
+    """The amplitude decays by exp(-decay) over the sections; the mean is far from zero."""
+    shrinking = 100.0 + torus(600) * np.exp(-decay * np.linspace(0, 1, 600))
+    even = 100.0 + torus(600)
+    for column in (0, 2):  # the displacements
+        record = np.stack([even, shrinking, even, shrinking], axis=-1)
+        record[:, column] = shrinking
+        assert uncompiled(verdict.is_steady)(Scene(4, -1.35), record, 600, 600) == steady
+
+
+def test_a_torus_forgets_its_start_and_a_pair_of_zero_exponents_does_not():
+    def forgets(trace, *exponents):
+        evidence = np.full(ev.LENGTH_OF_ROW, np.nan)
+        evidence[ev.EXPONENTS : ev.EXPONENTS + len(exponents)] = exponents
+        return uncompiled(verdict.forgets)(len(exponents), trace, evidence, 1.0, 600.0)
+
+    assert forgets(-1.35, 1e-3, -0.02, -0.6, -0.731)  # an attracting torus
+    assert not forgets(-1.0, 2e-3, -2e-3, -0.5, -0.5)  # a pair: a free oscillation
+    assert not forgets(-1e-7, 2e-3, -2.0001e-3)
+    assert forgets(-0.02, -0.01, -0.01)  # which has had the time to decay
+    assert forgets(0.0, 2e-3, -2e-3)  # nothing dissipates
+    assert not forgets(0.0, 2e-3, -2.1e-3)  # impacts do
+    assert forgets(0.0, 0.0, -0.1)
+
+
 @pytest.mark.kernels
 def test_noise_is_nothing():
     assert decided(noise(2400), 0.0, 1e-3) == codes.UNDETERMINED

@@ -112,6 +112,26 @@ def test_a_torus_beside_the_published_3t_3(periods):
     assert found.averaging >= 7.0
 
 
+LIGHT = {"m2": 1e-5, "k2": 1e-4, "c2": 1e-6, "C": 1e7, "omega": 4.1}
+"""A damper that weighs nothing and meets no obstacle: the structure alone is damped by c1."""
+
+
+@pytest.mark.parametrize(
+    ("changes", "x1", "label"),
+    [
+        ({"C": 10.0, "c1": 0.0, "c2": 0.0}, 0.0, "quasiperiodic"),  # nothing ever decays
+        ({"C": 10.0, "c1": 1e-4, "c2": 1e-5}, 0.0, "undetermined"),
+        ({**LIGHT, "c1": 1e-3}, 0.0, "undetermined"),
+        ({**LIGHT, "c1": 2.0}, 1e5, "undetermined"),  # decays by e^-3.6, from 10^6 times the orbit
+        ({**LIGHT, "c1": 20.0}, 0.0, "T,0"),
+    ],
+)
+def test_a_free_oscillation_that_has_not_decayed_is_no_torus(changes, x1, label):
+    system = load_system("ssul-set6", **{"omega": 4.1, **changes})
+    found = classify(system, start=(x1, 0.0, x1, 0.0) if x1 else None)
+    assert (found.label, found.impacts) == (label, 0)
+
+
 def test_a_flight_without_impact_is_not_yet_a_periodic_orbit():
     """Some orbits fly all of period 360; T,0 predicts the next section from anywhere."""
     flying = []

@@ -3,8 +3,9 @@
 An orbit is periodic if shooting closes a stable orbit of minimal period to round-off and the orbit
 at hand is drawn to it as the monodromy matrix predicts. It is chaotic if the interval of its
 largest exponent lies above zero. It is quasi-periodic if that exponent is zero, time averages
-converge as only those of a smooth torus do, and neither the orbit nor a near return of it belongs
-to a periodic one. Everything else is undetermined.
+converge as only those of a smooth torus do, the motion is steady and has had the time to forget its
+start, and neither the orbit nor a near return of it belongs to a periodic one. Everything else is
+undetermined.
 
 A verdict is reached stage by stage, each of so many further periods. A periodic orbit ends the
 search; chaos and a torus may be transient, and are followed for as long as the effort allows. So
@@ -17,7 +18,7 @@ import numpy as np
 
 from ..numerics.compiling import jit
 from ..numerics.elementary import log
-from ..orbit.growth import digits_of
+from ..orbit.growth import digits_of, weighted_mean
 from ..orbit.variations import new_state, no_section, place_state, set_identity, shrunk_in_contacts
 from ..scene import evidence_rows as ev
 from ..scene.codes import CHAOTIC, OK, QUASIPERIODIC, UNDETERMINED
@@ -26,6 +27,8 @@ from .period_search import FEW_TRIED, FOUND, MANY_TRIED, NOTHING, SUM_TRIED, fin
 from .settling import MARGIN, growth_of, note_chaotic_transient
 
 SMOOTH_DIGITS = 7.0  # digits to which averages agree only on a torus
+STEADY = 0.01  # largest relative change of a mean square where the size of the motion is steady
+FORGOTTEN = 4.0  # -ln of the factor by which areas must have shrunk; see `forgets`
 RESOLVED = -18.0  # ln det M, 1.5e-8: with round-off of 1e-16 in M, eight digits of it are left
 ALIGNING = 2  # cycles after which variations have the directions of a long orbit
 
@@ -100,6 +103,42 @@ def seems_quasiperiodic(trace, evidence):
 
 
 @jit
+def is_steady(space, record, length, count):
+    """Return True if the motion has the same size in both halves of the last `count` sections.
+
+    A free oscillation whose areas shrink by FORGOTTEN meanwhile does not: its mean squares differ
+    by a factor of e^2. The mean squares are weighted, and about the mean.
+    """
+    for c in range(0, space.size, 2):
+        squares, mean = record[length - count : length, c].copy(), 0.0
+        for value in squares:
+            mean += value / count
+        for i in range(count):
+            squares[i] = (squares[i] - mean) * (squares[i] - mean)
+        early = weighted_mean(squares, 0, count // 2)
+        late = weighted_mean(squares, count // 2, count)
+        if abs(early - late) > STEADY * max(early, late):
+            return False
+    return True
+
+
+@jit
+def forgets(size, trace, evidence, period, time):
+    """Return True if the motion forgot its start within `time` [s], or if nothing dissipates.
+
+    On an attracting torus one exponent is zero and the second is negative. A free oscillation that
+    has not decayed has two that are nearly zero, a pair. Their sum is the growth of areas, which
+    unlike that of lengths does not vary from period to period on an invariant plane.
+    """
+    total = 0.0
+    for i in range(size):
+        total += evidence[ev.EXPONENTS + i]
+    if trace == 0.0 and total * period > -MARGIN:
+        return True
+    return (evidence[ev.EXPONENTS] + evidence[ev.EXPONENTS + 1]) * time < -FORGOTTEN
+
+
+@jit
 def judge(flow, ends, record, first, stages, evidence):
     """Say what an orbit is; see `evidence_rows` for the columns of `evidence` (COLUMNS,).
 
@@ -128,7 +167,11 @@ def judge(flow, ends, record, first, stages, evidence):
         # a torus has no periodic orbit beside it
         unknown = evidence[ev.KIND] == UNDETERMINED
         if unknown and long and found == NOTHING and seems_quasiperiodic(flow.trace, evidence):
-            evidence[ev.KIND] = QUASIPERIODIC
+            time = stages[stage - 1] * period
+            if forgets(flow.space.size, flow.trace, evidence, period, time) and is_steady(
+                flow.space, course.record, course.length, followed
+            ):
+                evidence[ev.KIND] = QUASIPERIODIC
         if stage == len(stages):
             return OK
         # it is followed further; if it is not known what it seems, with its variations

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels.cells import load_numbers as of_orbit
-from nlds_vines.kernels.cells import load_passages as of_x1
 from nlds_vines.kernels.cells.load_lanes import Told
 from nlds_vines.loads.request import Decay, is_of_load
 from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
@@ -123,10 +122,10 @@ def _with_blow(cells: Cells, jump: float) -> Cells:
 def _in_cells(
     request: Decay, load: Loading, struck: Struck, reach: float, history: bool
 ) -> Cells:  # fmt: skip
-    """Return the cells of a load: histories are states at edges, statistics need short cells."""
+    """Return the cells of a load, with edges at the states of a history and at `settle`."""
     marks = request.times[1:-1] if history else np.zeros(0)
-    if request.level or request.settle or request.load.noise:
-        reach = min(reach, request.duration / (request.windows * request.samples))
+    if request.settle:
+        marks = np.append(marks, request.settle)
     return load.cells(struck, request.duration, reach, marks)
 
 
@@ -165,7 +164,7 @@ def _flown(
     """
     batch = LoadBatch(scene, request.load.shaken, request.tolerance, tell)
     reach, found = _rounded(batch.longest(cells)), dict[int, Arrays]()
-    asked = of_orbit.Asked(np.array(SHARES), request.level, request.settle)
+    asked = of_orbit.Asked(np.array(SHARES), request.settle)
 
     def some(begin: int, end: int) -> None:
         if stop is not None:
@@ -173,7 +172,7 @@ def _flown(
         own = slice(begin, end)
         made = loads(range(begin, end), reach[own])
         told = batch.run(cells[own], made, starts[own], asked, histories=history)
-        numbers = _numbers(request, scene, cells[own], told)
+        numbers = _numbers(scene, cells[own], told)
         more = _histories(request, scene, cells[own], made, told) if history else {}
         found[begin] = {**numbers, **more}
 
@@ -192,7 +191,7 @@ def _rounded(reach: np.ndarray) -> np.ndarray:
 # ---- what they tell ------------------------------------------------------------------------------
 
 
-def _numbers(request: Decay, scene: Scene, cells: np.ndarray, told: Told) -> dict[str, np.ndarray]:
+def _numbers(scene: Scene, cells: np.ndarray, told: Told) -> dict[str, np.ndarray]:
     """Return the numbers (lanes,) by name, status and violations; what there is not is NaN."""
     numbers, missing = told.numbers, np.full(len(cells), np.nan)
     column = numbers.T
@@ -204,7 +203,6 @@ def _numbers(request: Decay, scene: Scene, cells: np.ndarray, told: Told) -> dic
         period = 2 * math.pi / np.sqrt(cells["k1"] / cells["m1"])
         ratio = math.log(10.0) / (4 * math.pi * (column[of_orbit.FELL] / period))
         shares = [column[of_orbit.GONE + i] / column[of_orbit.CAME] for i in range(len(WAYS))]
-        often = [1.0 / column[of_orbit.PASSAGE + of_x1.CROSSINGS + i] for i in (0, 2, 1)]
     has = {"c1": True, "c2": scene.damper, "contact": bool(scene.walls)}
     every = {entry.name: response.get(entry.name, missing) for entry in OF_LOADS}
     every |= {
@@ -221,33 +219,12 @@ def _numbers(request: Decay, scene: Scene, cells: np.ndarray, told: Told) -> dic
         "impact_count": column[of_orbit.IMPACTS],
         "energy_in": column[of_orbit.CAME],
         "balance": column[of_orbit.BALANCE],
-        "captured": column[of_orbit.CAPTURE],
-        "capture": column[of_orbit.CAPTURE + 1],
-        "escape": column[of_orbit.CAPTURE + 2],
-        **_statistics(request, column[of_orbit.PASSAGE :], often),
+        "x1_rms": column[of_orbit.RMS],
     }
     failed = told.status != OK
     every = {name: np.where(failed, np.nan, values) for name, values in every.items()}
     violation = np.zeros(len(cells)) if told.violation is None else told.violation[:, 2]
     return {**every, "status": told.status, "violations": violation}
-
-
-def _statistics(
-    request: Decay, column: np.ndarray, often: Sequence[np.ndarray]
-) -> dict[str, np.ndarray]:
-    """Return the statistics of x1; intervals of confidence of noise alone, which is stationary."""
-    found = {
-        "x1_rms": column[of_x1.RMS],
-        "first_passage": column[of_x1.FIRST_PASSAGE],
-        "above": column[of_x1.ABOVE],
-        "crossings": column[of_x1.CROSSINGS],
-    }
-    if request.load.noise:
-        ends = {"x1_rms": column[of_x1.RMS + 1 :], "above": column[of_x1.ABOVE + 1 :]}
-        found |= {f"{name}_low": two[0] for name, two in ends.items()}
-        found |= {f"{name}_high": two[1] for name, two in ends.items()}
-        found |= dict(zip(("return_period", "return_low", "return_high"), often, strict=True))
-    return found
 
 
 def _histories(

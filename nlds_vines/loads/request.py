@@ -70,13 +70,9 @@ class Decay(Request):
     samples: int = setting(
         64, Whole(8, 10**5), "sampling", "states in each natural period of the structure", "N"
     )
-    level: float = setting(
-        0.0, Real(0.0, 1e9), "sampling",
-        "of abs(x1) [m], whose first passage and exceedances are told", "METRES",
-    )  # fmt: skip
     settle: float = setting(
         0.0, Real(0.0, 1e9), "sampling",
-        "time that the rms of x1 and the exceedances leave out [s]", "SECONDS",
+        "time that the rms of x1 leaves out [s]", "SECONDS",
     )  # fmt: skip
     tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
 
@@ -193,20 +189,15 @@ def is_of_load(name: str) -> bool:
     return name in NUMBERS or "." in name
 
 
-_NEVER = ("damping_ratio", "capture", "escape", "first_passage", "balance", "return_period",
-          "return_low", "return_high", "x1_rms_low", "above_low")  # fmt: skip
-"""Numbers that nobody wants to be small, and the lower ends of intervals."""
+_NEVER = ("damping_ratio", "balance")
+"""Numbers that no tuning makes small."""
 
-_OF_CONTACTS = ("share_contact", "force_max", "impulse_max", "impact_count", "captured")
-_OF_LEVELS = ("crossings", "above", "above_high")
+_OF_CONTACTS = ("share_contact", "force_max", "impulse_max", "impact_count")
 
 
-def objectives_of_loads(scene: Scene, level: bool) -> dict[str, str]:
-    """Return the numbers that a tuning under a load may make small, by name, with their unit.
-
-    Arguments: the `scene` of the damper; whether there is a `level` of x1.
-    """
-    never = (*_NEVER, *(() if scene.walls else _OF_CONTACTS), *(() if level else _OF_LEVELS))
+def objectives_of_loads(scene: Scene) -> dict[str, str]:
+    """Return the numbers that a tuning of a damper under a load may minimize, with their units."""
+    never = _NEVER if scene.walls else (*_NEVER, *_OF_CONTACTS)
     return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in never}
 
 

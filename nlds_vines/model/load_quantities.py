@@ -31,15 +31,6 @@ def _gone(way: str, what: str) -> Quantity:
     return _of(f"share_{way}", "1", words, f"share dissipated by {what}")
 
 
-def _interval(name: str, unit: str, what: str) -> tuple[Quantity, Quantity]:
-    low, high = (
-        _of(f"{name}_{end}", unit, f"{end}er end of the 95 % confidence interval of the {what} "
-            "under noise, by batch means", f"{what}, {end}er end")
-        for end in ("low", "high")
-    )  # fmt: skip
-    return low, high
-
-
 OF_LOADS = (
     *map(_last, SHARES),
     _of("damping_ratio", "1",
@@ -58,26 +49,11 @@ OF_LOADS = (
     _of("force_max", "N", "largest contact force", "largest contact force"),
     _of("impulse_max", "N s", "largest impulse of an impact", "largest impulse"),
     _of("impact_count", "1", "number of impacts", "impacts"),
-    _of("captured", "s", "longest time in which each wall is struck in each cycle, at most 1.5 "
-        "natural periods apart: 1:1 resonance", "time in 1:1 resonance"),
-    _of("capture", "s", "when it begins; NaN where there is none", "capture in 1:1 resonance"),
-    _of("escape", "s", "when it ends; NaN where there is none, or no end", "escape from it"),
     _of("energy_in", "J", "energy that came in, by the start and by the load", "energy brought in"),
     *(_gone(way, what)
       for way, what in zip(WAYS, ("dashpot c1", "dashpot c2", "contacts"), strict=True)),
     _of("balance", "1", "largest of abs(in - stored - dissipated) by the largest energy brought in",
         "error of the energy balance", scale=ERROR),
-    _of("first_passage", "s", "when abs(x1) first exceeds the level; NaN: never",
-        "first passage"),
-    _of("crossings", "1/s", "how often in a second abs(x1) rises above the level",
-        "rate of crossings"),
-    _of("above", "1", "share of the time with abs(x1) above the level", "share of time above"),
-    _of("return_period", "s", "mean time from one rise of abs(x1) above the level to the next; "
-        "infinite where there is none", "return period"),
-    *(entry for name, unit, what in (("x1_rms", "m", "rms displacement"),
-                                     ("above", "1", "share of time above"),
-                                     ("return", "s", "return period"))
-      for entry in _interval(name, unit, what)),
 )  # fmt: skip
 """What is told of a structure and its damper, the most telling first."""
 

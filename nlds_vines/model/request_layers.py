@@ -57,7 +57,7 @@ SHARED = ("start", "search")
 
 SAMPLING = frozenset(
     ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
-     "period_steps", "samples", "windows", "duration", "level", "settle")
+     "period_steps", "samples", "windows", "duration", "settle")
 )  # fmt: skip
 """What some kind of request or other has in its [sampling]."""
 

@@ -53,7 +53,7 @@ class LoadBatch:
         with Compilation(needed, tell, helped=False).followed(kernels):
             nothing = np.zeros(0, cell_type(scene))
             self.longest(nothing)
-            self.run(nothing, [], np.zeros((0, 4)), Asked(np.zeros(3), 0.0, 0.0))
+            self.run(nothing, [], np.zeros((0, 4)), Asked(np.zeros(3), 0.0))
 
     def longest(self, cells: np.ndarray) -> np.ndarray:
         """Return how long a cell of a load may be (lanes,) [s] for cells (lanes,) of the scene."""

@@ -219,7 +219,7 @@ class Tuning(Request):
         """What may be small, by name, with its unit."""
         if self.decay is None:
             return objectives_of(self.system.scene)
-        return objectives_of_loads(self.system.scene, bool(self.decay.level))
+        return objectives_of_loads(self.system.scene)
 
     @property
     def unit(self) -> str:

@@ -405,7 +405,7 @@ def test_threads_and_blocks_leave_all_bits_as_they_are():
         "systems": ["ssul-set6"],
         "load": {"impulse": 1.0},
         "vary": {"impulse": {"values": [300.0, 1000.0]}, "C": {"values": [0.02, 0.047, 0.1]}},
-        "sampling": {"duration": 12.0, "level": 0.05},
+        "sampling": {"duration": 12.0, "settle": 2.0},
     }
     request = load_decay(document)
     use_threads(1)
@@ -476,14 +476,14 @@ def test_the_variance_of_a_tmd_is_least_where_warburton_found_it(mu):
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("name", ["none", "tmd"])
-def test_the_variance_under_noise_lies_in_its_interval(name):
-    """Of twenty seeds each has its own interval; of the structure alone it is pi S0 / (k c)."""
+def test_the_variance_under_noise_is_that_of_its_density(name):
+    """Its mean over twenty seeds; of the structure alone it is pi S0 / (k c)."""
     system, high, seeds = nv.load_system(name), 30.0, 20
     request = load_decay({
         "systems": [name],
         "load": {"noise": {"rms": 200.0, "high": high, "tones": 3000}},
         "vary": {"noise.seed": {"values": list(range(1, seeds + 1))}},
-        "sampling": {"duration": 600.0, "settle": 40.0, "level": 0.02, "samples": 16},
+        "sampling": {"duration": 600.0, "settle": 40.0, "samples": 16},
     })  # fmt: skip
     found = arrays_of(request, range(seeds), Stop())
     density = request.load.noise[0].density
@@ -492,16 +492,8 @@ def test_the_variance_under_noise_lies_in_its_interval(name):
         p = system.parameters
         assert white == pytest.approx(math.pi * density / (p["k1"] * p["c1"]), rel=1e-12)
     assert band == pytest.approx(white, rel=0.02)
-    sigma = math.sqrt(band)
-    within = (found["x1_rms_low"] < sigma) & (sigma < found["x1_rms_high"])
-    assert within.sum() >= 17  # of 20 with 95 %, fewer are within in 1.6 % of all cases
     squares = found["x1_rms"] ** 2
     assert abs(squares.mean() - band) < 3 * squares.std(ddof=1) / math.sqrt(seeds)
-    over = math.erfc(0.02 / (sigma * math.sqrt(2.0)))  # of a normal distribution
-    assert abs(found["above"].mean() - over) < 4 * found["above"].std(ddof=1) / math.sqrt(seeds)
-    assert found["return_period"] == pytest.approx(1.0 / found["crossings"], rel=1e-15)
-    assert (found["return_low"] < found["return_period"]).all()
-    assert (found["return_period"] < found["return_high"]).all()
 
 
 @pytest.mark.kernels

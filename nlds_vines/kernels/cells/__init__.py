@@ -12,9 +12,8 @@ In reading order:
     cycles          an nT orbit as a point of a branch, with its derivatives
     basins          orbits followed until they are certain to be drawn to a known attractor
     lanes           many cells, one after another
-    load_passages   statistics of x1 under a load: rms, passages of a level, intervals
     load_edges      an orbit under a load at the edges of cells, and bounds in between
     load_times      when E1 is largest, and when it last exceeds a level
-    load_numbers    what is told of an orbit under a load: energies, captures, all of it
+    load_numbers    the numbers of an orbit under a load: last times, energies, the rms of x1
     load_lanes      many orbits under loads, one after another
 """

@@ -1,6 +1,6 @@
-"""What is told of an orbit under a load in numbers: last times, energies, captures.
+"""The numbers of an orbit under a load: last times, energies, the rms of x1.
 
-They are found from the states and the energies at the edges of the load's cells and from the
+They are computed from the states and the energies at the edges of the load's cells and from the
 impacts, when the orbit is over.
 """
 
@@ -9,18 +9,12 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..numerics.compiling import jit
 from ..scene.codes import OK
 from ..scene.scene import damper_of, joined
-from ..watch.observe import TOUCH, WALL
 from .load_edges import joint_energy, lasts_until, state_at, structure_energy, touch_by
-from .load_orbit import structure_moved
-from .load_passages import STATISTICS, fill_passages
+from .load_orbit import ALIKE, structure_moved
 from .load_times import last_above, time_of_largest
-
-CYCLE = 1.5  # natural periods in which a wall is struck again while the motion is captured
 
 # Places of the numbers of an orbit:
 #   LAST_TIMES 3 last times [s] at which E1 exceeds shares of its largest; NaN: at the end, it does
@@ -29,20 +23,17 @@ CYCLE = 1.5  # natural periods in which a wall is struck again while the motion 
 #   CAME         energy [J] brought in by the start and by the load
 #   GONE     3   that c1, c2 and contacts have dissipated [J]
 #   BALANCE      the largest of |in - stored - dissipated| by the largest energy brought in
-#   CAPTURE  3   how long the longest capture lasts, when it begins and when it ends [s]
 #   START        energy of the start [J]
-#   PASSAGE      first of those of `load_passages`
+#   RMS          of x1 [m], without the time to settle
 LAST_TIMES, FELL, IMPACTS, CAME, GONE, BALANCE = 0, 3, 4, 5, 6, 9
-CAPTURE, START, PASSAGE = 10, 13, 14
-ORBIT_NUMBERS = PASSAGE + STATISTICS
+START, RMS, ORBIT_NUMBERS = 10, 11, 12
 
 
 class Asked(NamedTuple):
     """What is asked of an orbit."""
 
     shares: Any  # (3,) of the largest E1, rising
-    level: float  # of |x1| [m], 0 where none is asked for
-    settle: float  # time [s] that the statistics leave out
+    settle: float  # time [s] that the rms of x1 leaves out
 
 
 # ---- energies and contacts at edges --------------------------------------------------------------
@@ -72,55 +63,17 @@ def fill_balance(ps, damper, load, begin, buffers, numbers):
     numbers[BALANCE] = error / scale if scale > 0.0 else 0.0
 
 
-# ---- captures ------------------------------------------------------------------------------------
-
-
-@jit
-def fill_capture(impacts, walls, period, end, capture):
-    """Fill in how long [s] the longest 1:1 resonance lasts, when it begins and when it ends.
-
-    It is a stretch in which no wall is left alone for more than `CYCLE` natural periods [s]: each
-    is struck in every cycle, which the damper's mass makes longer than that period. It has no end
-    where it lasts to that of the orbit, and no beginning where there is none.
-    """
-    capture[0], capture[1], capture[2] = 0.0, math.nan, math.nan
-    data, count, longest = impacts.data, impacts.filled[0], CYCLE * period
-    begin, last = 0, np.full(walls, -1)  # the stretch's first impact; the last one of each wall
-    for j in range(count):
-        begin = begin_of_stretch(data, data[j, TOUCH], longest, begin, last)
-        last[int(data[j, WALL]) if walls == 2 else 0] = j
-        lasted = data[j, TOUCH] - data[begin, TOUCH]
-        if last.min() >= begin and j - begin >= walls and lasted > capture[0]:
-            capture[0], capture[1], capture[2] = lasted, data[begin, TOUCH], data[j, TOUCH]
-    still = begin_of_stretch(data, end, longest, begin, last) == begin
-    if still and capture[0] > 0.0 and capture[1] == data[begin, TOUCH]:
-        capture[2] = math.nan
-
-
-@jit
-def begin_of_stretch(data, time, longest, begin, last):
-    """Return the first impact from which on no wall is left alone for too long up to a time [s].
-
-    begin, last: that up to an earlier time, and the last impact on each wall before `time`. A wall
-    that is not struck after the stretch's first impact is left alone from there on.
-    """
-    while begin <= last.max() and time - data[max(begin, last.min()), TOUCH] > longest:
-        begin = max(begin, last.min()) + 1
-    return begin
-
-
-@jit
-def fill_captures(parts, impacts, ps, end, numbers):
-    """Fill in the number of impacts and the longest capture, if there are walls."""
-    if impacts is None:
-        return None
-    numbers[IMPACTS] = impacts.filled[0]
-    walls = (0 if parts.near is None else 1) + (0 if parts.far is None else 1)
-    period = 2.0 * math.pi / math.sqrt(ps.stiffness) if ps.stiffness > 0.0 else math.inf
-    fill_capture(impacts, walls, period, end, numbers[CAPTURE:])
-
-
 # ---- all of them ---------------------------------------------------------------------------------
+
+
+@jit
+def rms_of_x1(edges, sums, settle):
+    """Return the rms of x1 [m] from the first edge that is not before `settle` [s] to the end."""
+    first, last = 0, len(edges) - 1
+    begin = settle - ALIKE * edges[last]
+    while first < last - 1 and edges[first] < begin:
+        first += 1
+    return math.sqrt((sums[last, 4] - sums[first, 4]) / (edges[last] - edges[first]))
 
 
 @jit
@@ -151,6 +104,7 @@ def fill_numbers(parts, cell, load, asked, begin, buffers, numbers):
     if status != OK:
         return status
     numbers[FELL] = numbers[LAST_TIMES + 1] - largest
-    fill_captures(parts, buffers.impacts, ps, edges[len(edges) - 1], numbers)
-    fill_passages(load, buffers, asked, numbers[PASSAGE:])
+    if buffers.impacts is not None:
+        numbers[IMPACTS] = buffers.impacts.filled[0]
+    numbers[RMS] = rms_of_x1(edges, buffers.sums, asked.settle)
     return OK

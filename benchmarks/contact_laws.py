@@ -154,7 +154,7 @@ A law says what a wall does to the damper that meets it.
 - `linear` for soft stops, rubber, or a spring that was built: kc and cc can be measured.
   `kelvin-voigt` is the same with a joint that may pull until the depth is zero; in nature only
   glue does. Both are exact, and their round-off is as likely up as down: without damping and
-  forcing, energy is kept to 1e-12 for 100,000 periods.
+  forcing, energy is kept to 5e-10 for 100,000 periods.
 - `power` where a force was measured over the depth.
 
 SSul NES Set 6 at 6.28 rad/s, from rest, once it has settled, under each of them. Gains and losses

@@ -12,7 +12,6 @@ from ..impact.arc_table import Arc
 from ..motion.bounds import REACH, SHORT, cells_of
 from ..motion.flight import PERIOD, grid_from, grid_of
 from ..motion.load_cells import Stretch, grid_over
-from ..motion.once_rounded import grid_once_rounded
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..orbit.orbit import bounded, on_ground, run, set_mode
@@ -72,12 +71,9 @@ def multiple_of(stops, n):
 
 @jit
 def make_grid(parts, ps, damper, n, begun):
-    """Return the grid of the method, in n cells; where contacts are linear, too, it is finer."""
-    near, far = parts.near, parts.far
+    """Return the grid of the method, in n cells."""
     if parts.rk4 is not None:
         return fixed_grid_from(ps, damper, n, begun)
-    if says(near, "LINEAR") or says(far, "LINEAR"):
-        return grid_once_rounded(ps, damper, n, begun)
     return grid_from(ps, damper, n, begun)
 
 
@@ -85,7 +81,7 @@ def make_grid(parts, ps, damper, n, begun):
 def cells_for(parts, n, stops):
     """Return the cells of the method's grid, a multiple of `stops`: n exact ones, or its steps.
 
-    Where contacts are linear, too, cells are so short that not even their truncation adds up.
+    Where contacts are linear, too, cells are so short that their truncation is below round-off.
     """
     if parts.rk4 is not None:
         return multiple_of(stops, int(parts.period_steps))

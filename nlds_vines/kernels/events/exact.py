@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..motion.bounds import bounds_of
-from ..motion.flight import bare_grid
+from ..motion.flight import at, bare_grid
 from ..motion.load_cells import (
     Loaded,
     drive_then,
@@ -12,7 +12,6 @@ from ..motion.load_cells import (
     polynomial_from,
     pushed_over,
 )
-from ..motion.once_rounded import after_piece
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..scene.codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
@@ -163,7 +162,7 @@ def fly(flight, watch, begun, stop, y):
             end, filled = 1.0 - x, False
             if x > 0.0:
                 filled = fill(grid, phase, now, False)
-                y = after_piece(grid.low, damper, grid.load, grid.table, end, now, phase)
+                y = at(grid.table, end)
             else:
                 y = end_of_cell(grid, damper, j, now)
             # The first touch, unless the two ends prove that there is none.
@@ -177,7 +176,7 @@ def fly(flight, watch, begun, stop, y):
                 if event == SECTION:
                     place = end
                 else:
-                    y = after_piece(grid.low, damper, grid.load, grid.table, place, now, phase)
+                    y = at(grid.table, place)
             # Note what is wanted up to the touch or the end of the cell.
             if energy is not None:
                 before = work_anew(ps, damper, grid, j, x, now, before)

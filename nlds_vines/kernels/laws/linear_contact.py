@@ -2,7 +2,7 @@
 
 While the wall is pressed, the damper hangs on two springs: with k2 + kc and c2 + cc in place of k2
 and c2, and r counted from where the two are in balance, eq. (5) is that of a flight. It is followed
-on a grid of its own, cell by cell and once rounded, until the force has fallen to zero; that place
+on a grid of its own, cell by cell, until the force has fallen to zero; that place
 is certified as a touch is. Then the damper is still at a depth z = -cc s / kc, from which it leaves
 without a force: a flight too, to z = 0, unless it turns and presses again. Where the joint may pull
 (the law `kelvin-voigt`) it lasts until z = 0.
@@ -29,8 +29,6 @@ from ..motion.driven import (
 )
 from ..motion.driven_flight import Linear, carry
 from ..motion.flight import COEF, FACTOR, ORDER, TERMS, Grid, at, bare_grid
-from ..motion.load_cells import Stretch
-from ..motion.once_rounded import rounded_once
 from ..motion.response_sums import LOSS, OF_FORCE, S2, place_of_largest
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
@@ -154,20 +152,12 @@ def pressed_bodies(ps, damper, wall):
 
 
 @jit
-def short_grid(ps, damper, begun):
-    """Return a `local_grid` whose cells are rounded once; a load does not last so long."""
-    if is_a(begun, Stretch):
-        return local_grid(ps, damper, begun)
-    return rounded_once(ps, damper, local_grid(ps, damper, begun))
-
-
-@jit
 def held_at(wall, ps, damper, begun):
     """Return the `Pressed` of a cell at a wall; `begun` as `flight.grid_with` takes it."""
     one, joint, share = pressed_bodies(ps, damper, wall)
     watched = np.zeros(COEF + TERMS)
     leaving = Leaving(wall, local_grid(ps, damper, begun), watched)
-    return Pressed(wall, share * wall.gap, short_grid(one, joint, begun), watched, leaving)
+    return Pressed(wall, share * wall.gap, local_grid(one, joint, begun), watched, leaving)
 
 
 @jit

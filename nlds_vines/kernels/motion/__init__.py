@@ -4,7 +4,6 @@ In reading order:
 
     bounds          how fast the linear motion may change
     flight          the exact flight: a period in cells, each a matrix and a Taylor polynomial
-    once_rounded    cells without a bias, in twice the precision, where all else is linear
     load_cells      flight under a load: any force that is a polynomial over each cell
     driven          variations that parameters drive
     driven_flight   the same along a flight

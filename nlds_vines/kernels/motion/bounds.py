@@ -13,7 +13,7 @@ from ..numerics.compiling import jit
 from ..scene.scene import greatest_push, joined
 
 REACH = 0.7  # longest cell in units of 1/rate: 0.7^15 / 15! = 4e-15, and the rate is a bound
-SHORT = 0.4  # of those of a scene where all is linear, in which no error is to add up: 8e-19
+SHORT = 0.4  # the same in a scene where all is linear, below round-off: 0.4^15 / 15! = 8e-19
 FEWEST_CELLS = 8  # in a period: cheap, and short enough for the proofs of `touch` to succeed often
 MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status is TOO_STIFF
 

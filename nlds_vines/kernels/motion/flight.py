@@ -2,9 +2,10 @@
 
 A forcing period is cut into `n` equal cells. Over one cell the state is advanced by a constant
 matrix and a forced response tabulated by phase: sixteen multiplications and no rounding beyond
-them (`once_rounded` removes what these have of a bias). Inside a cell every motion is a Taylor
-polynomial whose remainder lies below round-off, so that any instant can be reached and any question
-about the path between samples answered.
+them. The numbers of the matrix are rounded, always the same way: an undamped oscillator at a linear
+stop changes its energy by 1.6e-10 in 1e5 periods. Inside a cell every motion is a Taylor polynomial
+whose remainder lies below round-off, so that any instant can be reached and any question about the
+path between samples answered.
 
 Nothing here needs eigenvectors or a steady amplitude: a defective damper pair and an undamped
 structure driven at resonance are flights like any other.
@@ -43,7 +44,6 @@ TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
 #   CELLS     6 (n + 1)     for each cell j, and for the start of the next period:
 #                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
 #   grid.load  TERMS        the state's that a constant load alone would move, where there is one
-#   grid.low                matrices of twice the precision, where they are wanted (`once_rounded`)
 STEP = 0
 OF_E2 = 16
 FACTOR = 24
@@ -75,23 +75,16 @@ class Grid(NamedTuple):
     bend: float  # |d2r/dt2| <= bend * S + P / m1
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
     load: Any  # place in the table of what a constant load does; None where there is none
-    low: Any = None  # place of the matrices of `once_rounded`; None where errors may add up
     begun: Any = PERIOD  # or `load_cells.Loaded`
-
-
-@jit
-def with_table(grid, table, low):
-    """Return a grid with another table, and with the place of `low` in that."""
-    return Grid(
-        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, table, grid.load, low,
-        grid.begun,
-    )  # fmt: skip
 
 
 @jit
 def bare_grid(grid):
     """Return the grid with its table as a bare row."""
-    return with_table(grid, bare(grid.table), grid.low)
+    return Grid(
+        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, bare(grid.table), grid.load,
+        grid.begun,
+    )  # fmt: skip
 
 
 @jit
@@ -192,9 +185,7 @@ def grid_with(ps, damper, h, n, tabulated, begun):
     fill_drive(ps, h, w)
     response = np.zeros(24)  # what each of the six unit inputs becomes after a whole cell
     for i in range(6):
-        for k in range(ORDER, -1, -1):
-            for c in range(4):
-                response[4 * i + c] += w[TAYLOR + i * TERMS + 4 * k + c]
+        put_sum(w, TAYLOR + i * TERMS, response, 4 * i)
     for i in range(16):
         w[STEP + i] = response[i]
     # cos and sin at the end, where the next period starts
@@ -211,7 +202,15 @@ def grid_with(ps, damper, h, n, tabulated, begun):
     w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
     turn = begun.share / n
-    return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, begun)
+    return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, begun)
+
+
+@jit
+def put_sum(w, first, out, place):
+    """Add to out[place : place + 4] the value at the end of a cell of the polynomial at `first`."""
+    for k in range(ORDER, -1, -1):
+        for c in range(4):
+            out[place + c] += w[first + 4 * k + c]
 
 
 @jit

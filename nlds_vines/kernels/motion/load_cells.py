@@ -48,9 +48,10 @@ from .flight import (
     grid_with,
     move_on,
     phase_at,
+    put_sum,
+    step,
     turned,
 )
-from .once_rounded import after_cell, put_sum, put_sum_of_load
 
 LOAD_ROW = ORDER + 1  # numbers of a cell: the coefficients of the force [N]
 OF_CELL, END, HIGHEST_POWER = 8, 4, 5
@@ -133,14 +134,15 @@ def grid_under(ps, damper, h, n, stretch):
     for m in range(min(degree + 1, ORDER)):
         expand_push(unloaded(ps), damper, h, m, w, powers + m * TERMS)
         put_sum(w, powers + m * TERMS, w, ends + 4 * m)
-    put_sum_of_load(free.load, w, w, ends + 4 * (ORDER + 1))
+    if free.load is not None:
+        put_sum(w, free.load, w, ends + 4 * (ORDER + 1))
     rate = max(free.rate, LEAST_RATE / h)
     fill_weights(w, weights, rate * h)
     begun = Loaded(
         stretch.begin, stretch.rows, stretch.sums, degree, powers, ends, weights,
         math.sqrt(moved_mass(ps, damper)), shaking_of(ps),
     )  # fmt: skip
-    return Grid(n, h, 0.0, rate, free.push, free.bend, w, free.load, None, begun)
+    return Grid(n, h, 0.0, rate, free.push, free.bend, w, free.load, begun)
 
 
 @jit
@@ -202,8 +204,7 @@ def under_majorant(ps, grid, j, last):
             ps.m1, ps.k1, ps.stiffness, ps.damping, force, grid.rate, ps.load, ps.shaken
         ),
         Grid(
-            grid.n, grid.h, grid.turn, grid.rate, push, grid.bend, grid.table, grid.load, grid.low,
-            grid.begun,
+            grid.n, grid.h, grid.turn, grid.rate, push, grid.bend, grid.table, grid.load, grid.begun
         ),
     )  # fmt: skip
 
@@ -298,7 +299,7 @@ def end_of_cell(grid, damper, j, y):
     """Return the state at the end of cell j, at whose beginning it is y."""
     if is_a(grid.begun, Loaded):
         return end_under(grid, j, y)
-    return after_cell(grid.low, damper, grid.table, j, y)
+    return step(damper, grid.table, j, y[0], y[1], y[2], y[3])
 
 
 @jit

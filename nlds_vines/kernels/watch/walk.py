@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 
 from ..motion.bounds import SHORT, rate_of
-from ..motion.flight import grid_with
+from ..motion.flight import at, grid_with
 from ..motion.load_cells import Stretch, grid_under, phase_during, polynomial_from
-from ..motion.once_rounded import after_piece, after_whole
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..scene.by_law import by_wall
@@ -55,10 +54,7 @@ def walk(motion, side, watch, phase, place, left, y):
         if where == LOST:
             return EXHAUSTED, y, took
         piece = min(where, end)
-        if piece == 1.0:
-            z = after_whole(grid.low, side.damper, w, y, then)
-        else:
-            z = after_piece(grid.low, side.damper, grid.load, w, piece, y, then)
+        z = at(w, piece)
         note_piece(motion, side, watch, grid, then, took / grid.h, piece)
         y, took = z, min(took + piece * grid.h, left)
         if where <= end and took < left:

@@ -17,6 +17,7 @@ from nlds_vines.bifurcation.datasets import ScanContents
 from nlds_vines.errors import RequestError, string, unknown
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of
+from nlds_vines.model.ratios import ratios_in, refuse_twice
 from nlds_vines.model.setting import (
     Checked,
     OneOf,
@@ -153,7 +154,9 @@ class Scan(Request):
         for axis in self.axes:
             if axis.name in INITIAL:
                 INITIAL[axis.name].check(axis.values[[0, -1]])
-        self._check_initial([name for name in names if name not in self.system.scene.allowed])
+        refuse_twice(self.system.scene, names)
+        known = (*self.system.scene.allowed, *ratios_in(self.system.scene))
+        self._check_initial([name for name in names if name not in known])
         # ranges are intervals and K is monotonic in each constant: the corners cover the grid
         self._grid([axis.values[[0, -1]] for axis in self.axes])
         refuse_too_many(self.shape, self.starts)
@@ -292,4 +295,5 @@ class Scan(Request):
     @property
     def about(self) -> dict[str, Value]:
         """The attributes of its archive beside the request itself: system, parameters, seed."""
-        return {**self.system.attributes, "seed": self.start.seed}
+        varied = [axis.name for axis in self.axes]
+        return {**self.system.attributes(varied), "seed": self.start.seed}

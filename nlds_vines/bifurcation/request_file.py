@@ -70,7 +70,9 @@ def _scan(layers: Layers) -> Scan:
     sampling = _sampling(layers) | layers.values("spectrum")
     want = _want(layers, system.scene, sampling.get("method", Scan.method))
     with at(varying.place("vary")):
-        axes = axes_of_parameters(axes, system.scene, system.parameters)
+        changing = meant_by(system.scene, [axis.name for axis in axes])
+        changing += system.following(changing)
+        axes = axes_of_parameters(axes, system.scene, system.parameters, changing)
     title = layers.title(outdated_by=("system", "set", "vary"))
     if title is None:
         title = _made_up_title(layers, system, axes)
@@ -83,9 +85,9 @@ def _made_up_title(layers: Layers, system: System, axes: tuple[Axis, ...]) -> st
     """Return a title made of the system, the parameters that are set, and those that vary."""
     varied = [axis.name for axis in axes]
     system = system.with_axes(varied)  # without a force, where the ground's motion varies
-    given = set(meant_by(system.scene, layers.table("set")))
-    fixed = sorted((given & system.parameters.keys()) - set(varied))
-    settings = "".join(f", {setting_in_words(name, system.parameters[name])}" for name in fixed)
+    given = {*layers.table("set"), *meant_by(system.scene, layers.table("set"))}
+    fixed = sorted((given & system.statements.keys()) - set(varied))
+    settings = "".join(f", {setting_in_words(name, system.statements[name])}" for name in fixed)
     symbols = ", ".join(symbol_of(name) for name in varied)
     return f"{system_in_words(system)}{settings}: {symbols}"
 

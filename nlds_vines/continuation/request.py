@@ -188,7 +188,8 @@ class Continuation(Request):
     @property
     def about(self) -> dict[str, Value]:
         """The attributes of its archive beside the request itself."""
-        return {**self.system.attributes, "along": self.along.name}
+        varied = [item.name for item in self.free]
+        return {**self.system.attributes(varied), "along": self.along.name}
 
     def document(self) -> dict[str, Any]:
         """Return the file that means exactly this continuation, complete, as nested tables."""

@@ -11,7 +11,7 @@ import numpy as np
 from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.errors import RequestError, at, number, shown, table
 from nlds_vines.model.axis import Interval
-from nlds_vines.model.ratios import ratios_in
+from nlds_vines.model.ratios import meant_by, ratios_in
 from nlds_vines.model.request_layers import Document, Form, Layers
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
@@ -75,7 +75,8 @@ def load_continuation(
 def _intervals(layers: Layers, system: System) -> tuple[Interval, Interval | None]:
     """Return the intervals that the uppermost tables `along` and `plane` mean."""
     holders = {key: layers.holder(key) for key in ("along", "plane")}
-    free = [name for key, holder in holders.items() for name in holder.table(key)]
+    free = meant_by(system.scene, [n for key, one in holders.items() for n in one.table(key)])
+    free += system.following(free)
     found: dict[str, Interval] = {}
     for key, holder in holders.items():
         if entries := holder.table(key):

@@ -11,7 +11,7 @@ import numpy as np
 
 from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_lanes import Told
-from nlds_vines.loads.request import Decay, is_of_load
+from nlds_vines.loads.request import Decay, has, is_of_load
 from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
 from nlds_vines.model.scenes import Scene
@@ -90,7 +90,7 @@ class _Scan:
         values = {
             axis.name: axis.values[place] for axis, place in zip(request.vary, places, strict=True)
         }
-        grid = {name: given for name, given in values.items() if name in system.scene.allowed}
+        grid = {name: given for name, given in values.items() if has(system, name)}
         self._request, self.scene = request, system.scene
         self._of_load = {name: given for name, given in values.items() if is_of_load(name)}
         self.cells, self.starts = _begun(request, system, grid, len(numbers))

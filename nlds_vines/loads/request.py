@@ -14,7 +14,7 @@ from nlds_vines.errors import RequestError, number, shown, string
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.load_quantities import OF_LOADS
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
-from nlds_vines.model.ratios import ratios_in
+from nlds_vines.model.ratios import ratios_in, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settings, entries, setting
 from nlds_vines.model.system import System
@@ -117,10 +117,10 @@ class Decay(Request):
         names = [axis.name for axis in self.vary]
         of_systems = [name for name in names if not is_of_load(name)]
         for name in of_systems:
-            if not any(name in system.scene.allowed for system in self.systems):
+            if not any(has(system, name) for system in self.systems):
                 self.systems[0].with_(**{name: 1.0})  # which says what is allowed
-                gives = ratios_in(self.systems[0].scene)[name].gives
-                raise RequestError(f"{name} stands for {gives}: vary that")
+        for system in self.systems:
+            refuse_twice(system.scene, of_systems)
 
     def _corners(self) -> list[tuple[System, Loading]]:
         """Return each system with its load at the ends of all axes."""
@@ -139,7 +139,7 @@ class Decay(Request):
             for axis, place in zip(self.vary, places, strict=True)
         }
         system = self.systems[which]
-        own = {name: value for name, value in values.items() if name in system.scene.allowed}
+        own = {name: value for name, value in values.items() if has(system, name)}
         return (
             system.with_(**own) if own else system,
             self.load.with_({name: value for name, value in values.items() if is_of_load(name)}),
@@ -182,6 +182,11 @@ class Decay(Request):
             "sampling": entries(self, "sampling"),
         }
         return {key: value for key, value in found.items() if value}
+
+
+def has(system: System, name: str) -> bool:
+    """Return True if a system has a parameter, or a ratio, of this name."""
+    return name in system.scene.allowed or name in ratios_in(system.scene)
 
 
 def is_of_load(name: str) -> bool:

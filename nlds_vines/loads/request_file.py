@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, shown
-from nlds_vines.loads.request import Decay, is_of_load
+from nlds_vines.loads.request import Decay, has, is_of_load
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system, load_system, system_from
 from nlds_vines.model.loads.loading import ALL, Loading
-from nlds_vines.model.ratios import ratios_in
+from nlds_vines.model.ratios import meant_by
 from nlds_vines.model.request_layers import Document, Form, Layer, Layers
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
@@ -52,6 +52,9 @@ def load_decay(
         given = {"systems": list(given)}
     layers = Layers.of(FORM, given, changes, changes_from)
     systems, axes = tuple(_systems(layers)), _axes(layers.holder("vary"))
+    for layer in layers:
+        for system in systems:
+            _refuse_set_and_varied(layer, system)
     title = layers.title(outdated_by=("systems", "system", "set", "load", "vary", "start"))
     acts = layers.values("load")
     with at(layers.place("load")):
@@ -106,20 +109,32 @@ def _systems(layers: Layers) -> list[System]:
         if not isinstance(named, list | tuple):
             raise RequestError(f"systems = {shown(named)} must be a list of systems")
         found = [_system(one) for one in named]
-    settings = layers.table("set")
-    with at(layers.place("set")):
-        for name in settings:
-            if not any(_has(system, name) for system in found):
-                found[0].with_(**{name: settings[name]})  # which says what is allowed
-        return [
-            system.with_(**{k: v for k, v in settings.items() if _has(system, k)})
-            for system in found
-        ]
+    for layer in layers:
+        settings = layer.table("set")
+        with at(layer.place("set")):
+            for name in settings:
+                if not any(_takes(system, name) for system in found):
+                    found[0].with_(**{name: settings[name]})  # which says what is allowed
+            found = [
+                system.with_(**{k: v for k, v in settings.items() if _takes(system, k)})
+                for system in found
+            ]
+    return found
 
 
-def _has(system: System, name: str) -> bool:
-    allowed = (*system.scene.allowed, *ratios_in(system.scene))
-    return name in allowed or (name in ("law", "law_2") and bool(system.scene.walls))
+def _refuse_set_and_varied(layer: Layer, system: System) -> None:
+    """Raise `RequestError` where a parameter stands in [set] and in [vary] of one layer."""
+    names = {meant_by(system.scene, [name])[0]: name for name in layer.table("set")}
+    for name in layer.table("vary"):
+        (meant,) = meant_by(system.scene, [name])
+        if meant in names:
+            raise RequestError(
+                f"{names[meant]} is set, and {name} varied by {layer.place('vary')}: not both"
+            )
+
+
+def _takes(system: System, name: str) -> bool:
+    return has(system, name) or (name in ("law", "law_2") and bool(system.scene.walls))
 
 
 def _system(source: Any) -> System:

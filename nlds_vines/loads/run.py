@@ -15,7 +15,7 @@ from nlds_vines.loads.fall import HISTORIES
 from nlds_vines.loads.request import Decay
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.model.loads.loading import words_of_number
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.orbits.status_words import STATUS_FLAGS
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
@@ -58,8 +58,8 @@ def run(request: Decay, output: Path, how: RunOptions | None = None) -> None:
 
 def axis_words(request: Decay, name: str) -> tuple[str, str]:
     """Return the unit and the meaning of an axis."""
-    if name in PARAMETERS:
-        return PARAMETERS[name].unit, PARAMETERS[name].meaning
+    if name in DESCRIBED:
+        return DESCRIBED[name].unit, DESCRIBED[name].meaning
     return words_of_number(request.load, name)
 
 

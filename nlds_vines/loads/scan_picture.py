@@ -17,7 +17,7 @@ from nlds_vines.loads.closed_form import closed_form
 from nlds_vines.loads.result import LoadScan
 from nlds_vines.loads.run import axis_words
 from nlds_vines.model.load_quantities import BY_NAME, OF_LOADS
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantity import ERROR
 from nlds_vines.model.words import system_in_words
 from nlds_vines.plotting.bands import edges, logarithmic
@@ -140,7 +140,7 @@ def _map(axes: Axes, found: LoadScan, name: str, damper: int) -> QuadMesh:
 def _axis(found: LoadScan, number: int) -> str:
     """Return what stands along an axis."""
     name = found.request.vary[number].name
-    if name in PARAMETERS:
+    if name in DESCRIBED:
         return axis_label(name)
     unit, words = axis_words(found.request, name)
     return words + (f" [{raised(unit)}]" if unit != "1" else "")

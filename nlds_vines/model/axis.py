@@ -10,7 +10,7 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, whole
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import PARAMETERS, RATIOS, described
 
 LINEAR, LOG = "linear", "log"
 """How the values of a range are spaced: at equal distances, at equal ratios."""
@@ -171,10 +171,10 @@ class Interval:
 
     def __post_init__(self) -> None:
         """Check everything; integers become floats."""
-        choice("parameter", self.name, PARAMETERS)
+        choice("parameter", self.name, (*PARAMETERS, *RATIOS))
         for end in ("low", "high"):
             value = number(f"{end} of {self.name}", getattr(self, end))
-            PARAMETERS[self.name].check(np.asarray(value))
+            described(self.name).check(np.asarray(value))
             object.__setattr__(self, end, value)
         if not self.low < self.high:
             raise RequestError(

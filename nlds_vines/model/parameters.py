@@ -89,9 +89,29 @@ INITIAL: Mapping[str, Parameter] = {
 """Where an orbit begins, a component each, and at which phase: no parameters, but axes."""
 
 
+RATIOS: Mapping[str, Parameter] = {
+    entry.name: entry
+    for entry in (
+        Parameter("mass_ratio", "m₂/m₁", "1", "mass of the damper over that of the structure", 0,
+                  above=True),
+        Parameter("zeta1", "ζ₁", "1", "damping ratio of the structure", 0),
+        Parameter("zeta2", "ζ₂", "1", "damping ratio of the damper, on a structure that is fixed",
+                  0),
+        Parameter("zeta", "ζ", "1", "damping ratio of the oscillator", 0),
+        Parameter("f", "f", "Hz", "frequency of the force", 0, above=True),
+        Parameter("omega_ratio", "ω/ω₀", "1", "frequency of the force over that of the structure",
+                  0, above=True),
+    )
+}  # fmt: skip
+"""Ratios and frequencies that may stand in place of a parameter (`model.ratios`)."""
+
+DESCRIBED: Mapping[str, Parameter] = {**PARAMETERS, **INITIAL, **RATIOS}
+"""Everything that may vary: parameters, initial conditions and ratios, by name."""
+
+
 def described(name: str) -> Parameter:
-    """Return what is known of an axis of a scan: a parameter, or an initial condition."""
-    return INITIAL[name] if name in INITIAL else PARAMETERS[name]
+    """Return the description of a parameter, an initial condition or a ratio."""
+    return DESCRIBED[name]
 
 
 def component_of(name: str) -> str:

@@ -6,21 +6,24 @@ Each stands for one parameter, which is so many times a unit that follows from o
     zeta2        c2 = zeta2 2 sqrt(k2 m2)         mass_ratio: m2 = mass_ratio m1
     f            omega = f 2 pi                   omega_ratio: omega = omega_ratio sqrt(k1 / m1)
 
-They are turned into their parameters where they are given, and nothing else knows of them.
+What is set as a ratio stays at that ratio: `System` keeps it, and computes its parameter again
+whenever a parameter changes that the unit follows from.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import pi
 from typing import Any
 
 import numpy as np
 
 from nlds_vines.errors import RequestError, number
+from nlds_vines.model import parameters
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameter import Parameter
+from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 
 
@@ -32,13 +35,14 @@ class Ratio:
         what: its name, symbol, unit, meaning and range.
         gives: the name of the parameter that it stands for.
         needs: the parameters that its unit follows from.
-        unit: returns, from these in their order, what the parameter is where the ratio is 1 [SI].
+        unit: returns, from these in their order (floats or arrays), the value of the parameter
+            where the ratio is 1 [SI].
     """
 
     what: Parameter
     gives: str
     needs: tuple[str, ...]
-    unit: Callable[..., float]
+    unit: Callable[..., Any]
 
     @property
     def name(self) -> str:
@@ -46,53 +50,50 @@ class Ratio:
         return self.what.name
 
     def fits(self, scene: Scene) -> bool:
-        """Return whether a scene has its parameters."""
+        """Return True if a scene has its parameters."""
         return {self.gives, *self.needs} <= set(scene.own)
 
-    def unit_of(self, values: Mapping[str, Any]) -> float:
-        """Return its unit among parameters.
+    def unit_of(self, values: Mapping[str, Any]) -> Any:
+        """Return its unit among parameters (floats or arrays).
 
         Raises `RequestError` where one is missing, or makes the unit zero.
         """
         missing = [name for name in self.needs if name not in values]
         if missing:
             raise RequestError(f"{self.name} needs {' and '.join(missing)}, which is missing")
-        given = [number(name, values[name]) for name in self.needs]
-        if not all(value > 0.0 for value in given):
-            told = ", ".join(f"{n} = {v!r}" for n, v in zip(self.needs, given, strict=True))
+        needed = {name: _numbers(name, values[name]) for name in self.needs}
+        if not all(np.all(np.asarray(value) > 0.0) for value in needed.values()):
+            told = ", ".join(f"{name} = {float(np.min(v))!r}" for name, v in needed.items())
             raise RequestError(f"{self.name} means nothing with {told}: give {self.gives}")
-        return self.unit(*given)
+        return self.unit(*needed.values())
 
 
-def _critical(k: float, m: float) -> float:
-    return 2.0 * sqrt(k * m)
+def _numbers(name: str, value: Any) -> Any:
+    """Return a float, or an array of floats as it is."""
+    return value if isinstance(value, np.ndarray) else number(name, value)
 
 
-def _own_frequency(k: float, m: float) -> float:
-    return sqrt(k / m)
+def _critical(k: Any, m: Any) -> Any:
+    return 2.0 * np.sqrt(k * m)
 
 
-_OMEGA_RATIO = Parameter(
-    "omega_ratio", "ω/ω₀", "1", "frequency of the force over that of the structure", 0, above=True
-)
+def _own_frequency(k: Any, m: Any) -> Any:
+    return np.sqrt(k / m)
+
+
+def _ratio(name: str, gives: str, needs: tuple[str, ...], unit: Callable[..., Any]) -> Ratio:
+    return Ratio(parameters.RATIOS[name], gives, needs, unit)
+
 
 RATIOS = (
-    Ratio(
-        Parameter("mass_ratio", "m₂/m₁", "1", "mass of the damper over that of the structure", 0,
-                  above=True),
-        "m2", ("m1",), lambda m: m,
-    ),
-    Ratio(Parameter("zeta1", "ζ₁", "1", "damping ratio of the structure", 0), "c1", ("k1", "m1"),
-          _critical),
-    Ratio(Parameter("zeta2", "ζ₂", "1", "damping ratio of the damper, on a structure that is fixed",
-                    0), "c2", ("k2", "m2"), _critical),
-    Ratio(Parameter("zeta", "ζ", "1", "damping ratio of the oscillator", 0), "c", ("k", "m"),
-          _critical),
-    Ratio(Parameter("f", "f", "Hz", "frequency of the force", 0, above=True), "omega", (),
-          lambda: 2.0 * pi),
-    Ratio(_OMEGA_RATIO, "omega", ("k1", "m1"), _own_frequency),
-    Ratio(_OMEGA_RATIO, "omega", ("k", "m"), _own_frequency),
-)  # fmt: skip
+    _ratio("mass_ratio", "m2", ("m1",), lambda m: m),
+    _ratio("zeta1", "c1", ("k1", "m1"), _critical),
+    _ratio("zeta2", "c2", ("k2", "m2"), _critical),
+    _ratio("zeta", "c", ("k", "m"), _critical),
+    _ratio("f", "omega", (), lambda: 2.0 * pi),
+    _ratio("omega_ratio", "omega", ("k1", "m1"), _own_frequency),
+    _ratio("omega_ratio", "omega", ("k", "m"), _own_frequency),
+)
 """All ratios, those first from which others may follow."""
 
 
@@ -107,25 +108,61 @@ def meant_by(scene: Scene, names: Collection[str]) -> list[str]:
     return [known[name].gives if name in known else name for name in names]
 
 
-def without_ratios(
-    scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]
-) -> Mapping[str, Any]:
-    """Return the parameters that are `given`, each ratio turned into the one that it stands for.
+def following(scene: Scene, ratios: Collection[str], names: Collection[str]) -> set[str]:
+    """Return the parameters that change with those of `names`, if `ratios` stay as they are."""
+    changed = set(meant_by(scene, names))
+    found = set[str]()
+    for name, ratio in ratios_in(scene).items():
+        if name in ratios and changed & {*ratio.needs}:
+            found.add(ratio.gives)
+            changed.add(ratio.gives)
+    return found
 
-    Arguments: the scene; the parameters that are `known` before, which units follow from, too.
+
+def refuse_twice(scene: Scene, names: Collection[str]) -> None:
+    """Raise `RequestError` if two of `names` say something of one parameter, as c1 and zeta1."""
+    order, first = [*ratios_in(scene)], dict[str, str]()
+    names = sorted(names, key=lambda name: order.index(name) if name in order else -1)
+    for name, meant in zip(names, meant_by(scene, names), strict=True):
+        if first.setdefault(meant, name) != name:
+            raise RequestError(f"{first[meant]} beside {name}: give one of them")
+
+
+def still_set(
+    scene: Scene, ratios: Mapping[str, float], names: Collection[str]
+) -> dict[str, float]:
+    """Return those of `ratios` whose parameters none of `names` gives another value."""
+    replaced = set(meant_by(scene, names))
+    return {k: v for k, v in ratios.items() if not replaced & {*meant_by(scene, [k])}}
+
+
+def without_ratios(
+    scene: Scene,
+    known: Mapping[str, Any],
+    given: Mapping[str, Any],
+    ratios: Mapping[str, float],
+) -> dict[str, Any]:
+    """Return the parameters that are `given`, and those that follow from them by ratios.
+
+    Arguments: the scene; the parameters that are `known` before, which units follow from, too;
+    what is `given`, parameters and ratios, as floats or arrays; the `ratios` that were set before,
+    which stay unless their parameter is given.
 
     Raises `RequestError` for a ratio out of its range, and beside what it stands for.
     """
-    found, meant = dict(given), {name: name for name in given}
+    refuse_twice(scene, [*given])
+    found, stay = dict(given), still_set(scene, ratios, given)
     for name, ratio in ratios_in(scene).items():
-        if name not in given:
+        if name in found:
+            value = _numbers(name, found.pop(name))
+            ratio.what.check(np.asarray(value))
+        elif name in stay and not found.keys().isdisjoint(ratio.needs):
+            value = stay[name]
+        else:
             continue
-        if ratio.gives in meant:
-            raise RequestError(f"{meant[ratio.gives]} beside {name}: give one of them")
-        meant[ratio.gives] = name
-        value = number(name, found.pop(name))
-        ratio.what.check(np.asarray(value))
-        found[ratio.gives] = value * ratio.unit_of({**known, **found})
+        with np.errstate(over="ignore"):
+            found[ratio.gives] = value * ratio.unit_of({**known, **found})
+        PARAMETERS[ratio.gives].check(np.asarray(found[ratio.gives]))
     return found
 
 
@@ -134,28 +171,29 @@ def of_parameters(scene: Scene, values: Mapping[str, float]) -> dict[str, float]
     found = {}
     for name, ratio in ratios_in(scene).items():
         if ratio.gives in values and all(values.get(need, 0.0) > 0.0 for need in ratio.needs):
-            found[name] = values[ratio.gives] / ratio.unit_of(values)
+            found[name] = float(values[ratio.gives] / ratio.unit_of(values))
     return found
 
 
 def axes_of_parameters(
-    axes: tuple[Axis, ...], scene: Scene, values: Mapping[str, float]
+    axes: tuple[Axis, ...],
+    scene: Scene,
+    values: Mapping[str, float],
+    changing: Collection[str],
 ) -> tuple[Axis, ...]:
-    """Return axes along parameters in place of those along ratios.
+    """Return axes along parameters in place of those along ratios whose unit stays the same.
 
-    Raises `RequestError` where the unit of a ratio follows from a parameter that varies, too.
+    Arguments: the `axes`, the scene and its parameters; the names of all that is `changing`, from
+    one orbit to another.  An axis along a ratio whose unit changes stays one along that ratio.
+
+    Raises `RequestError` for a ratio out of its range.
     """
-    known = ratios_in(scene)
-    varied = meant_by(scene, [axis.name for axis in axes])
-    found = []
+    known, found = ratios_in(scene), []
     for axis in axes:
         ratio = known.get(axis.name)
-        if ratio is None:
+        if ratio is None or not {*changing}.isdisjoint(ratio.needs):
             found.append(axis)
             continue
-        both = next((name for name in ratio.needs if name in varied), None)
-        if both is not None:
-            raise RequestError(f"{axis.name} follows from {both}, which varies: vary {ratio.gives}")
         ratio.what.check(axis.values)
         found.append(Axis(ratio.gives, axis.values * ratio.unit_of(values)))
     return tuple(found)

@@ -17,8 +17,21 @@ import numpy as np
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, unknown
 from nlds_vines.model.contact_laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
-from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
-from nlds_vines.model.ratios import of_parameters, ratios_in, without_ratios
+from nlds_vines.model.parameters import (
+    CONTACT,
+    OSCILLATOR,
+    PARAMETERS,
+    STRUCTURE,
+    described,
+)
+from nlds_vines.model.ratios import (
+    following,
+    meant_by,
+    of_parameters,
+    ratios_in,
+    still_set,
+    without_ratios,
+)
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
 
@@ -85,13 +98,14 @@ class System(Outlined):
     Arguments:
         kind: one of `SCENES`.
         parameters: SI values by name, exactly those of the kind; `K` may be given in place of the
-            seven contact constants.
+            seven contact constants, and a ratio (`model.ratios`) in place of a parameter.
         name: the name in the catalogue, or the path of a file; by default the kind.
         title: one line that describes it.
         sources: by parameter, where its value comes from.
         assumptions: by parameter, what had to be assumed for its value.
         law: of all contacts, one of `LAWS`.
         law_2: of the second wall, if its contact is its own; its constants end in _2.
+        fixed_ratios: the ratios that stay as they are when the parameters of their unit change.
 
     Raises `RequestError` for an unknown kind or law, for a parameter that is missing or that the
     kind does not have, for a value that is no finite number or out of its range, and for a text
@@ -106,6 +120,7 @@ class System(Outlined):
     assumptions: Mapping[str, str] = field(default_factory=dict)
     law: str = HERTZ.name
     law_2: str = ""
+    fixed_ratios: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check everything and freeze the mappings."""
@@ -116,11 +131,15 @@ class System(Outlined):
         for key in ("sources", "assumptions"):
             for name, text in table(key, getattr(self, key), PARAMETERS).items():
                 string(f"{key}.{name}", text, lines=True)
-        complete = _merge(self.scene, {}, self.parameters)
+        follow = meant_by(self.scene, self.fixed_ratios)
+        given = {name: value for name, value in self.parameters.items() if name not in follow}
+        ratios = {**self.fixed_ratios, **_ratios_in(self.scene, self.parameters)}
+        complete = _merge(self.scene, {}, {**self.fixed_ratios, **given})
         values = {name: number(name, value) for name, value in complete.items()}
         for name, value in values.items():
             PARAMETERS[name].check(np.asarray(value))
         object.__setattr__(self, "parameters", MappingProxyType(values))
+        object.__setattr__(self, "fixed_ratios", MappingProxyType(ratios))
         self.__dict__.pop("scene", None)  # which follows from the parameters that there are
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         object.__setattr__(self, "assumptions", MappingProxyType(dict(self.assumptions)))
@@ -149,6 +168,8 @@ class System(Outlined):
         """Return the `[system]` table of a request file that describes exactly this system."""
         values = {item.name: getattr(self, item.name) for item in fields(self)}
         plain = {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
+        plain["parameters"] = self.statements
+        del plain["fixed_ratios"]
         if self.law == HERTZ.name:
             del plain["law"]
         return {key: value for key, value in plain.items() if value}
@@ -159,7 +180,21 @@ class System(Outlined):
 
         They may be given in place of c1, c2, m2 and omega (`model.ratios`).
         """
-        return of_parameters(self.scene, self.parameters)
+        return {**of_parameters(self.scene, self.parameters), **self.fixed_ratios}
+
+    @property
+    def statements(self) -> dict[str, float]:
+        """The parameters as they were set: those that were set as a ratio, as that ratio."""
+        ratios = list(self.fixed_ratios)
+        names = dict(zip(meant_by(self.scene, ratios), ratios, strict=True))
+        return {
+            names.get(name, name): self.fixed_ratios.get(names.get(name, name), value)
+            for name, value in self.parameters.items()
+        }
+
+    def following(self, names: Collection[str]) -> set[str]:
+        """Return the parameters that, by a ratio that was set, change with those of `names`."""
+        return following(self.scene, self.fixed_ratios, names)
 
     @cached_property
     def scene(self) -> Scene:
@@ -222,9 +257,10 @@ class System(Outlined):
         """Return this system with some parameters replaced, by name, in SI units.
 
         `K` replaces the seven contact constants; all seven together replace a given `K`.  Ratios
-        stand for parameters: zeta1, zeta2, mass_ratio, f [Hz], omega_ratio (`model.ratios`).  The
-        source of a changed value becomes "set by the user", and its assumption is dropped.  Another
-        `law` of the contacts takes constants of its own in place of all those of the present one.
+        stand for parameters: zeta1, zeta2, mass_ratio, f [Hz], omega_ratio (`model.ratios`).  What
+        was set as a ratio stays at it, unless its parameter is among the overrides.  The source of
+        a changed value becomes "set by the user", and its assumption is dropped.  Another `law` of
+        the contacts takes constants of its own in place of all those of the present one.
 
         Raises `RequestError` as `System` does, and for `K` beside a constant that it replaces.
         """
@@ -239,7 +275,8 @@ class System(Outlined):
                     for name, value in self.parameters.items()
                     if name not in known and name.endswith(SECOND) == second
                 }
-        merged = _merge(SCENES[self.kind].under(law, law_2), known, overrides)
+        scene = SCENES[self.kind].under(law, law_2)
+        merged = _merge(scene, known, overrides, self.fixed_ratios)
         for name in SCENES[self.kind].under(law, law_2, merged).optional:
             if merged[name] == 0 and DAMPING in name:  # damping that damps nothing
                 del merged[name]
@@ -253,13 +290,20 @@ class System(Outlined):
             assumptions={name: text for name, text in self.assumptions.items() if name in kept},
             law=law,
             law_2=law_2,
+            fixed_ratios=still_set(scene, self.fixed_ratios, overrides)
+            | _ratios_in(scene, overrides),
         )
 
     def with_axes(self, names: Iterable[str]) -> System:
         """Return the system that has all optional parameters of these names, 0 where it had none.
 
-        What varies is a part of a scene, although one of its values may be none.
+        What varies is a part of a scene, although one of its values may be none; and it is no
+        longer set as a ratio.
         """
+        names = list(names)
+        stay = still_set(self.scene, self.fixed_ratios, names)
+        if stay != self.fixed_ratios:
+            return replace(self, fixed_ratios=stay).with_axes(names)
         names = [name for name in names if name in self.scene.allowed]
         lacking = [name for name in names if name not in self.parameters]
         damping = [name for name in lacking if name.startswith(DAMPING)]
@@ -272,27 +316,31 @@ class System(Outlined):
         kept = {name: value for name, value in self.parameters.items() if name not in gone}
         return replace(self, parameters={**kept, **dict.fromkeys([*damping, *drives], 0.0)})
 
-    @property
-    def attributes(self) -> dict[str, str | float]:
-        """The attributes by which an archive describes the system.
+    def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
+        """Return the attributes by which an archive describes the system.
 
-        Every parameter under its own name in SI units, `K` [N/m^1.5] of every Hertz contact, the
-        law of any other, every assumption as `assumption_<parameter>`.
+        Every parameter under its own name in SI units, every ratio that was set, `K` [N/m^1.5] of
+        every Hertz contact, the law of any other, every assumption as `assumption_<parameter>`.  A
+        parameter that follows, by a ratio, from one of those `varied` has no value of its own.
         """
+        follow = following(self.scene, self.fixed_ratios, varied)
+        values = self.parameters.items()
         return {
             "system": self.name,
             "kind": self.kind,
             **({"law": self.law} if self.law != HERTZ.name else {}),
             **({"law_2": self.law_2} if self.law_2 else {}),
-            **{name: float(value) for name, value in self.parameters.items()},
+            **{name: float(value) for name, value in values if name not in follow},
             **({"K": self.K} if "K" in self.scene.allowed else {}),
+            **self.fixed_ratios,
             **{f"assumption_{name}": text for name, text in self.assumptions.items()},
         }
 
     def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
         """Return the numbers for the kernels, one record for each point of a grid.
 
-        Arguments: `grid` holds the varied parameters by name, as arrays that broadcast together.
+        Arguments: `grid` holds the varied parameters by name, ratios among them, as arrays that
+        broadcast together.
 
         Returns an array of dtype `CELL` of their common shape; of shape () for an empty grid.
         Where the ground moves, P is the force that it makes in each cell.
@@ -300,9 +348,9 @@ class System(Outlined):
         Raises `RequestError`, which names parameter and value, where one is not allowed.
         """
         varied = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
-        values = _merge(self.scene, self.parameters, varied)
+        values = _merge(self.scene, self.parameters, varied, self.fixed_ratios)
         for name, value in varied.items():  # the others were checked when the system was made
-            PARAMETERS[name].check(value)
+            described(name).check(value)
         shape = np.broadcast_shapes(*(array.shape for array in varied.values()))
         cells = np.zeros(shape, cell_type(self.scene))
         for name in values.keys() & {*_COPIED, *_ALSO}:
@@ -426,15 +474,27 @@ def _without_table(given: Mapping[str, Any]) -> Mapping[str, Any]:
     return {key: value for key, value in given.items() if key != "P"} | dict(inner)
 
 
-def _merge(scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+def _ratios_in(scene: Scene, given: Mapping[str, Any]) -> dict[str, float]:
+    """Return the ratios among the names of what is `given`, whose unit may change."""
+    found = {name: ratio for name, ratio in ratios_in(scene).items() if name in given}
+    return {name: number(name, given[name]) for name, ratio in found.items() if ratio.needs}
+
+
+def _merge(
+    scene: Scene,
+    known: Mapping[str, Any],
+    given: Mapping[str, Any],
+    ratios: Mapping[str, float] = MappingProxyType({}),
+) -> dict[str, Any]:
     """Return the scene's parameters, in its order: those `given`, then those `known`.
 
-    A ratio in place of a parameter (`ratios`) is turned into that.
+    A ratio in place of a parameter (`ratios`) is turned into that; a parameter that was set as one
+    of `ratios` follows from those that are given.
 
     Raises `RequestError` for parameters that the scene does not have, for `K` beside a constant
     that it replaces, and for missing parameters.
     """
-    given = without_ratios(scene, known, _without_table(given))
+    given = without_ratios(scene, known, _without_table(given), ratios)
     _refuse_foreign(scene, given)
     refuse_contradiction(given)
     constants = [name for name in CONTACT if name in given]

@@ -7,7 +7,8 @@ from collections.abc import Collection
 
 import numpy as np
 
-from nlds_vines.model.parameters import INITIAL, PARAMETERS, described
+from nlds_vines.model.parameters import DESCRIBED, described
+from nlds_vines.model.ratios import meant_by
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.system import System
 
@@ -33,9 +34,10 @@ def setting_in_words(name: str, value: float) -> str:
 
 def parameters_in_words(system: System, varied: Collection[str] = ()) -> str:
     """Return the kind of a system, its law, and its parameters but for those that are varied."""
+    varied = {*varied, *meant_by(system.scene, varied), *system.following(varied)}
     law = f" under {system.law}" if system.scene.walls else ""
     values = (
-        f"{name} = {value:g}" for name, value in system.parameters.items() if name not in varied
+        f"{name} = {value:g}" for name, value in system.statements.items() if name not in varied
     )
     return f"{system.kind}{law}: {', '.join(values)}"
 
@@ -48,14 +50,10 @@ def range_in_words(name: str, values: np.ndarray) -> str:
 
 def with_unit(name: str, text: str) -> str:
     """Return a text with the unit of a parameter after it, if that has one."""
-    unit = described(name).unit if _known(name) else "1"
+    unit = described(name).unit if name in DESCRIBED else "1"
     return text if unit == "1" else f"{text} {unit}"
 
 
 def symbol_of(name: str) -> str:
     """Return the symbol of a parameter; a wrong name as it is, which is refused later."""
-    return described(name).symbol if _known(name) else name
-
-
-def _known(name: str) -> bool:
-    return name in PARAMETERS or name in INITIAL
+    return described(name).symbol if name in DESCRIBED else name

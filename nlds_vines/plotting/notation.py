@@ -9,9 +9,10 @@ import re
 from fractions import Fraction
 
 from nlds_vines.errors import MOST_CHARACTERS, printable
-from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, described
+from nlds_vines.model.parameters import DESCRIBED, PHASE, described
 
-_LATEX = {"ω": r"\omega", "ν": r"\nu", "φ": r"\varphi", "λ": r"\lambda", "₁": "_1", "₂": "_2"}
+_GREEK = {"ω": r"\omega", "ν": r"\nu", "ζ": r"\zeta", "φ": r"\varphi", "λ": r"\lambda"}
+_LATEX = {**_GREEK, "₀": "_0", "₁": "_1", "₂": "_2"}
 _EXTREME = re.compile("(max|peak)$")
 _POWER = re.compile(r"(?<=[A-Za-z])\^(-?\d+(?:\.\d+)?)")
 _SCIENTIFIC = re.compile(r"(?<![\w.])([-+]?\d+(?:\.\d+)?)e([-+]?\d+)(?![\w.])")
@@ -54,7 +55,7 @@ def raised(unit: str) -> str:
 
 def setting_label(parameter: str, value: float) -> str:
     """Return symbol, value and unit of a parameter that is set, in LaTeX: k1 = 3.95 x 10^4 N/m."""
-    unit = PARAMETERS[parameter].unit
+    unit = described(parameter).unit
     text = f"${latex_symbol(parameter)}={number_text(value)}$"
     return text + (f" {raised(unit)}" if unit != "1" else "")
 
@@ -98,7 +99,7 @@ def _pattern(text: str) -> str:
 _IN_WORDS = ("exponent", "hunt_crossley")  # names that titles spell out
 _NAMES = {
     text: name
-    for name, entry in {**PARAMETERS, **INITIAL}.items()
+    for name, entry in DESCRIBED.items()
     if name not in _IN_WORDS
     for text in (name, entry.symbol)
     if text != PHASE  # a word of many titles

@@ -11,6 +11,7 @@ import numpy as np
 from nlds_vines.errors import RequestError, table
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.parameters import FORCING, STRUCTURE
+from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import BASES
 
@@ -33,6 +34,8 @@ BOUNDS: Mapping[str, Bounds] = {
     "L": Bounds(0.0, 0.5, False),
     "E2": Bounds(1e6, 1e9, True),
     "K": Bounds(1e6, 1e9, True),
+    "mass_ratio": Bounds(0.01, 0.2, True),
+    "zeta2": Bounds(0.01, 1.0, True),
 }
 """The default bounds (SI units), wide for a structure of a tonne as the paper has it.
 
@@ -48,8 +51,10 @@ INERT = ("V",)
 
 
 def tunable(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the parameters of a scene that belong to the damper."""
-    return tuple(name for name in scene.allowed if name not in STRUCTURE + FORCING + BASES)
+    """Return the names of the parameters of a scene that belong to the damper, and their ratios."""
+    of_damper = [name for name in scene.allowed if name not in STRUCTURE + FORCING + BASES]
+    ratios = ratios_in(scene).items()
+    return (*of_damper, *(name for name, ratio in ratios if ratio.gives in of_damper))
 
 
 def usual(scene: Scene) -> tuple[str, ...]:

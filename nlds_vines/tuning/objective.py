@@ -112,7 +112,7 @@ class Objective:
             grid[one.name] = one.at(given, self._places[:, i, np.newaxis])
         factor = trials.detuning[:, np.newaxis, np.newaxis]
         if tuning.decay is None:
-            grid["omega"] = grid["omega"] * factor
+            grid[tuning.frequency] = grid[tuning.frequency] * factor
         else:
             spring = spring_of(tuning.system.parameters)
             stiffness = grid.get(spring, np.asarray(tuning.value(spring)))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import DESCRIBED, described
 from nlds_vines.tuning.objective import Trials
 from nlds_vines.tuning.request import DETUNING, SHIFT, SIZE, STARTS, STRETCH, Tuning
 
@@ -55,7 +55,7 @@ def over_finer_bands(tuning: Tuning) -> Tuning | None:
 
 def is_band(axis: Axis) -> bool:
     """Tell whether the values of a parameter stand for a range."""
-    return axis.name in PARAMETERS and axis.values.size >= BAND
+    return axis.name in DESCRIBED and axis.values.size >= BAND
 
 
 def _finer(axis: Axis) -> Axis:
@@ -110,5 +110,5 @@ def perturbed(tuning: Tuning, point: np.ndarray) -> Trials:
             points[row, tuning.names.index(one.column)] *= one.value
     for i, name in enumerate(tuning.names):
         # within the range of the parameter, as Poisson's ratio up to 0.5
-        points[:, i] = np.clip(points[:, i], PARAMETERS[name].low, PARAMETERS[name].high)
+        points[:, i] = np.clip(points[:, i], described(name).low, described(name).high)
     return Trials(points, **how)

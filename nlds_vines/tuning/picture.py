@@ -16,7 +16,7 @@ from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import DESCRIBED, described
 from nlds_vines.plotting.bands import drawable, evenly_spaced, inner_edges
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import latex_symbol, raised
@@ -83,7 +83,7 @@ def _fill(axes: Axes, view: ArchiveView, name: str) -> None:
 def _free(view: ArchiveView) -> list[str]:
     """Return the parameters that are free and enter the dynamics."""
     found = (name.removeprefix(_OPTIMUM) for name in view.names if name.startswith(_OPTIMUM))
-    return [name for name in found if name in PARAMETERS and name != "V"]
+    return [name for name in found if name in DESCRIBED and name != "V"]
 
 
 def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
@@ -169,9 +169,9 @@ def _held(view: ArchiveView) -> str:
     prefix, shown = _OPTIMUM, _names(view)
     free = [n.removeprefix(prefix) for n in view.names if n.startswith(prefix)]
     held = [
-        f"${latex_symbol(n)}$ = {view[prefix + n][0]:.4g} {raised(PARAMETERS[n].unit)}"
+        f"${latex_symbol(n)}$ = {view[prefix + n][0]:.4g} {raised(described(n).unit)}"
         for n in free
-        if n in PARAMETERS and n not in shown
+        if n in DESCRIBED and n not in shown
     ]
     return f"with {', '.join(held)} as in the best" if held else ""
 

@@ -23,6 +23,7 @@ from nlds_vines.loads.request import (
     objectives_of_loads,
 )
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.ratios import refuse_twice
 from nlds_vines.model.setting import (
     Check,
     Checked,
@@ -202,7 +203,9 @@ class Tuning(Request):
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
-        system = self.system.with_axes(a.name for a in self.over if not self._of_load(a.name))
+        over = [axis.name for axis in self.over if not self._of_load(axis.name)]
+        refuse_twice(self.system.scene, [*self.names, *over])
+        system = self.system.with_axes([*over, *self.names])
         object.__setattr__(self, "system", system)
         if self.decay is not None:
             object.__setattr__(self, "decay", replace(self.decay, systems=(system,)))
@@ -284,6 +287,7 @@ class Tuning(Request):
 
     def _check_uncertain(self) -> None:
         """Refuse what is uncertain and has no one value, and draws of nothing."""
+        over = [axis.name for axis in self.over]
         noisy = self.decay is not None and bool(self.decay.load.noise)
         if self.search.draws and not (self.uncertain or noisy):
             raise RequestError(
@@ -292,10 +296,14 @@ class Tuning(Request):
         if self.search.quantile is not None and not self.draws:
             raise RequestError(f"quantile = {self.search.quantile}: of no draws; see [uncertain]")
         for one in self.uncertain:
-            if one.name in (axis.name for axis in self.over):
+            if one.name in over:
                 raise RequestError(f"{one.name} is uncertain and has values of its own: not both")
             if not self._of_load(one.name):
-                choice("uncertain parameter", one.name, self.system.parameters)
+                known = (*self.system.parameters, *self.system.ratios)
+                choice("uncertain parameter", one.name, known)
+        uncertain = [one.name for one in self.uncertain if not self._of_load(one.name)]
+        names = [*uncertain, *self.names, *self.system.fixed_ratios, *over]
+        refuse_twice(self.system.scene, names)
 
     def _of_load(self, name: str) -> bool:
         """Tell whether a name is that of a number of the load, where there is one."""
@@ -305,7 +313,7 @@ class Tuning(Request):
         """Return the value [SI] of a parameter, or of a number of the load."""
         if self.decay is not None and self._of_load(name):
             return self.decay.load.number(name)
-        return self.system.parameters[name]
+        return {**self.system.ratios, **self.system.parameters}[name]
 
     def _check_corners(self) -> None:
         """Let system and load check the corners of all intervals: what holds there holds inside."""
@@ -336,7 +344,7 @@ class Tuning(Request):
     @property
     def about(self) -> dict[str, Value]:
         """The attributes of its archive beside the request itself: system, parameters, seed."""
-        return {**self.system.attributes, "seed": self.search.seed}
+        return {**self.system.attributes(self.names), "seed": self.search.seed}
 
     def cases(self) -> Mapping[str, np.ndarray]:
         """Return the values of `over` in every combination; of the steady state with omega."""
@@ -344,8 +352,15 @@ class Tuning(Request):
         found = {axis.name: grid.ravel() for axis, grid in zip(self.over, grids, strict=True)}
         if self.decay is not None:
             return MappingProxyType(found)
-        omega = np.array([self.system.parameters["omega"]])
-        return MappingProxyType({"omega": np.repeat(omega, self.case_count)} | found)
+        value = np.array([self.value(self.frequency)])
+        return MappingProxyType({self.frequency: np.repeat(value, self.case_count)} | found)
+
+    @property
+    def frequency(self) -> str:
+        """The name of what says the frequency of the force: omega, or its ratio if that is set."""
+        names = [*self.system.fixed_ratios, *(axis.name for axis in self.over)]
+        names += [one.name for one in self.uncertain]
+        return next((name for name in ("omega_ratio", "f") if name in names), "omega")
 
     @property
     def case_count(self) -> int:

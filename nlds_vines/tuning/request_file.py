@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from math import prod
 from typing import Any
 
@@ -11,9 +12,10 @@ from nlds_vines.loads.request import Decay, is_of_load
 from nlds_vines.loads.request_file import flattened
 from nlds_vines.model.axis import Axis, announced
 from nlds_vines.model.loads.loading import Loading
-from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.model.ratios import axes_of_parameters
+from nlds_vines.model.parameters import DESCRIBED
+from nlds_vines.model.ratios import axes_of_parameters, meant_by
 from nlds_vines.model.request_layers import Document, Form, Layer, Layers
+from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import checks, settings_of
 from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, symbol_of
@@ -65,15 +67,16 @@ def load_tuning(
         return source
     given = DEFAULT_SYSTEM if source is None else source
     layers = Layers.of(FORM, given, changes, changes_from)
-    for layer in layers:
-        _refuse_contradiction(layer)
     system = layers.system_as_set(DEFAULT_SYSTEM)
+    for layer in layers:
+        _refuse_contradiction(layer, system.scene)
     decay, sampling = _decay(layers, system)
-    free, over = _free(layers, system), _over(layers, system, decay)
+    free, uncertain = _free(layers, system), _uncertain(layers)
+    changing = [one.name for one in free] + [one.name for one in uncertain]
+    over = _over(layers, system, decay, changing)
     title = layers.title(outdated_by=("system", "set", "free", "over", "load", "start"))
     usual_objective = {} if decay is None else {"objective": UNDER_LOAD}
     search, surface = Search(**usual_objective | layers.values("search")), _surface(layers)
-    uncertain = _uncertain(layers)
     with at(layers.holder("over").where):
         tuning = Tuning(
             title=_made_up_title(system, free, over, decay) if title is None else title,
@@ -117,14 +120,20 @@ def _uncertain(layers: Layers) -> tuple[Uncertain, ...]:
         return tuple(Uncertain.of(name, entry) for name, entry in entries.items())
 
 
-def _refuse_contradiction(layer: Layer) -> None:
-    """Raise `RequestError` where a parameter stands in two of the tables set, free and over."""
+def _refuse_contradiction(layer: Layer, scene: Scene) -> None:
+    """Raise `RequestError` where a parameter stands in two of the tables set, free and over.
+
+    A ratio stands for its parameter.
+    """
     for one, other in (("set", "free"), ("free", "over"), ("set", "over")):
-        both = sorted(layer.table(one).keys() & layer.table(other).keys())
-        if both:
-            raise RequestError(
-                f"{layer.where}: {both[0]} stands in [{one}] and in [{other}]: one of them only"
-            )
+        first = {meant_by(scene, [name])[0]: name for name in layer.table(one)}
+        for name in layer.table(other):
+            (meant,) = meant_by(scene, [name])
+            if meant in first:
+                raise RequestError(
+                    f"{layer.where}: {first[meant]} stands in [{one}] and {name} in [{other}]: "
+                    "one of them only"
+                )
 
 
 def _free(layers: Layers, system: System) -> tuple[Free, ...]:
@@ -133,10 +142,15 @@ def _free(layers: Layers, system: System) -> tuple[Free, ...]:
     A parameter that the upper layer sets, or gives values of its own, is not free any more.
     """
     below, above = layers
-    unset = [name for name in usual(system.scene) if name not in below.table("set")]
-    entries = below.document.get("free", {name: {} for name in unset})
-    taken = above.table("set").keys() | above.table("over").keys()
-    kept = {name: entry for name, entry in entries.items() if name not in taken}
+
+    def meant(names: Collection[str]) -> set[str]:
+        return {*meant_by(system.scene, names)}
+
+    unset = [name for name in usual(system.scene) if name not in meant(below.table("set"))]
+    entries = below.table("free") if "free" in below.document else {name: {} for name in unset}
+    taken = meant([*above.table("set"), *above.table("over")])
+    taken |= meant(above.table("free")) - {*above.table("free")}
+    kept = {name: entry for name, entry in entries.items() if not meant([name]) & taken}
     wanted: dict[str, Any] = {**kept, **above.table("free")}
     with at(layers.place("free")):
         for name in wanted:
@@ -145,7 +159,10 @@ def _free(layers: Layers, system: System) -> tuple[Free, ...]:
         return tuple(Free.of(name, wanted[name]) for name in in_order)
 
 
-def _over(layers: Layers, system: System, decay: Decay | None) -> tuple[Axis, ...]:
+def _over(
+    layers: Layers, system: System, decay: Decay | None, changing: Collection[str]
+) -> tuple[Axis, ...]:
+    """Return the axes that [over] means; what is `changing` beside them is free or uncertain."""
     with at(layers.place("over")):
         entries = flattened(layers.table("over"))
         cases = prod(announced(entries))
@@ -154,7 +171,9 @@ def _over(layers: Layers, system: System, decay: Decay | None) -> tuple[Axis, ..
         axes = tuple(Axis.of(*item) for item in entries.items())
         of_load = tuple(axis for axis in axes if decay is not None and is_of_load(axis.name))
         others = tuple(axis for axis in axes if axis not in of_load)
-        return (*axes_of_parameters(others, system.scene, system.parameters), *of_load)
+        names = meant_by(system.scene, [*changing, *(axis.name for axis in others)])
+        names += system.following(names)
+        return (*axes_of_parameters(others, system.scene, system.parameters, names), *of_load)
 
 
 def _surface(layers: Layers) -> Surface | None:
@@ -171,10 +190,10 @@ def _made_up_title(
 ) -> str:
     """Return a title made of the scene, the free parameters and what they are tuned for."""
     names = ", ".join(symbol_of(item.name) for item in free)
-    ranges = [range_in_words(axis.name, axis.values) for axis in over if axis.name in PARAMETERS]
+    ranges = [range_in_words(axis.name, axis.values) for axis in over if axis.name in DESCRIBED]
     if decay is not None:
         ranges.insert(0, decay.load.words() or "a free decay")
-    elif "omega" not in (axis.name for axis in over):
+    elif not {"omega", "omega_ratio"} & {axis.name for axis in over}:
         ranges.insert(0, setting_in_words("omega", system.parameters["omega"]))
     what = system.scene.meaning.split(":")[0]
     return f"{what[:1].upper()}{what[1:]}: {names} tuned for {', '.join(ranges)}"[:MOST_CHARACTERS]

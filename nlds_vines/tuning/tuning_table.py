@@ -8,7 +8,7 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.model.loads.loading import words_of_number
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import DESCRIBED, described
 from nlds_vines.orbits.status_words import STATUS_FLAGS
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.optima import perturbations
@@ -54,7 +54,7 @@ def scales(tuning: Tuning, found: Findings) -> list[Scale]:
     ]
     if tuning.surface is not None and found.surface is not None:
         for name, values in zip(tuning.surface.parameters, found.surface, strict=False):
-            dims.append(PARAMETERS[name].scale(values, "surface_"))
+            dims.append(described(name).scale(values, "surface_"))
     return dims
 
 
@@ -72,7 +72,7 @@ def contents(tuning: Tuning, found: Findings) -> list[Content]:
 def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
     """Return the log, one dataset for each column."""
     dims, columns, unit = ("evaluation",), found.columns, tuning.unit
-    table = [PARAMETERS[name].dataset(dims) for name in tuning.names]
+    table = [described(name).dataset(dims) for name in tuning.names]
     if tuning.decay is None:
         table += [
             Dataset.real("detuning", dims, "1", "factor on every omega"),
@@ -114,8 +114,8 @@ def _cases(tuning: Tuning) -> list[Content]:
 
 def _case(tuning: Tuning, name: str) -> Dataset:
     """Return the dataset of a parameter, or of a number of the load, that takes several values."""
-    if name in PARAMETERS:
-        return PARAMETERS[name].dataset(("case",), "case_")
+    if name in DESCRIBED:
+        return described(name).dataset(("case",), "case_")
     assert tuning.decay is not None
     unit, words = words_of_number(tuning.decay.load, name)
     return Dataset.real(f"case_{name}", ("case",), unit, words)
@@ -133,7 +133,7 @@ def _optima(tuning: Tuning, found: Findings) -> list[Content]:
     text = f"{least}, with more values in each band"
     finer = Dataset.real("optimum_finer", dims, unit, text, np.inf)
     designs = [
-        (PARAMETERS[name].dataset(dims, "optimum_"), columns[name][rows]) for name in tuning.names
+        (described(name).dataset(dims, "optimum_"), columns[name][rows]) for name in tuning.names
     ]
     return [
         *designs,

@@ -157,7 +157,7 @@ def test_the_force_follows_what_it_depends_on():
             pushed = load_system("tmd", k1=k1, omega=omega, P=float(found["P"][i, j, 0]))
             orbit = simulate(pushed, 4, transient=30)
             assert np.array_equal(found["section"][i, j, 0], orbit.section)
-    assert scan.system.attributes["base_displacement"] == 0.01
+    assert scan.system.attributes()["base_displacement"] == 0.01
     assert load_scan(scan.document()).hash == scan.hash
 
 

@@ -258,7 +258,7 @@ NOISE = {"load": {"noise": {"rms": 1.0, "high": 20.0, "tones": 400}}}
             ["friedlander.peak", "allowed: one"],
         ),
         ({"start": {"state": [0.1, 0.0]}}, ["state", "x2, v2"]),
-        (BLOW | over(zeta1=(0.01, 0.02)), ["zeta1", "c1", "vary that"]),
+        (BLOW | over(zeta=(0.01, 0.02)), ["unknown parameter 'zeta'", "zeta1"]),
         (BLOW | {"systems": ["none"], "set": {"K": 1e7}}, ["K"]),
         (record(0.5), ["too coarse", "natural period"]),
         (record(0.05) | over(k1=(40000.0, 4e6)), ["too coarse", "natural period 0.09"]),

@@ -7,7 +7,13 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.response_curves.request import with_structure_alone
+from nlds_vines.bifurcation.response_curves.request_file import load_page
+from nlds_vines.continuation.request_file import load_continuation
+from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.errors import RequestError
+from nlds_vines.loads.request_file import load_decay
+from nlds_vines.tuning.objective import Objective, Trials
 from nlds_vines.tuning.request_file import load_tuning
 
 SIX = nv.load_system("ssul-set6").parameters
@@ -98,11 +104,11 @@ def test_an_axis_along_a_ratio_is_one_along_its_parameter():
 @pytest.mark.parametrize(
     ("vary", "settings", "said"),
     [
-        ({"omega_ratio": {"values": [1.0]}, "k1": {"values": [3e4]}}, {}, "follows from k1"),
         ({"zeta1": {"values": [0.1]}}, {"c1": 3.0}, "c1 is varied"),
         ({"c1": {"values": [0.1]}}, {"zeta1": 3.0}, "c1 is varied"),
         ({"f": {"values": [0.0]}}, {}, "f = 0.0 is not allowed"),
         ({"f": {"values": [1.0]}, "omega": {"values": [6.0]}}, {}, "omega"),
+        ({"zeta2": {"values": [0.1]}, "k2": {"values": [0.0, 1.0]}}, {}, "means nothing with k2"),
     ],
 )
 def test_an_axis_that_means_nothing_is_refused(vary, settings, said):
@@ -119,3 +125,140 @@ def test_a_tuning_is_over_a_band_in_hertz():
     tuning = load_tuning("tmd", {"over": {"f": {"start": 0.9, "stop": 1.1, "num": 3}}})
     assert tuning.over[0].name == "omega"
     assert tuning.over[0].values == pytest.approx(2 * pi * np.array([0.9, 1.0, 1.1]))
+
+
+# ---- what is set as a ratio stays at it ----------------------------------------------------------
+
+K1 = np.array([4e3, 4e4, 4e5])
+
+
+def critical(k, m):
+    """Return the critical damping of a spring k and a mass m."""
+    return 2 * np.sqrt(k * m)
+
+
+def test_a_ratio_stays_when_its_unit_changes_later():
+    system = nv.load_system("tmd", zeta1=0.03, mass_ratio=0.02, zeta2=0.15, omega_ratio=0.9)
+    p = system.with_(k1=5e4, k2=900.0).with_(m1=1200.0).parameters
+    assert p["m2"] == pytest.approx(24.0, rel=1e-15)
+    assert p["c1"] == pytest.approx(0.03 * critical(5e4, 1200.0), rel=1e-15)
+    assert p["c2"] == pytest.approx(0.15 * critical(900.0, 24.0), rel=1e-15)
+    assert p["omega"] == pytest.approx(0.9 * sqrt(5e4 / 1200.0), rel=1e-15)
+    assert system.with_(c2=50.0).with_(k2=900.0).parameters["c2"] == 50.0
+    assert system.with_(omega=6.0).with_(k1=5e4).parameters["omega"] == 6.0
+    assert nv.load_system("tmd").with_(k1=5e4).parameters["c1"] == 452.0
+
+
+def test_a_scan_keeps_a_ratio_in_each_cell_and_so_does_its_file():
+    scan = load_scan("tmd", {"set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}}})
+    for one in (scan, load_scan(scan.document())):
+        np.testing.assert_allclose(one.cells()["c1"], 0.05 * critical(K1, 1000.0), rtol=1e-15)
+        assert "c1" not in one.about
+        assert one.about["zeta1"] == 0.05
+        assert "ζ₁ = 0.05" in one.title
+
+
+def test_a_map_over_a_ratio_and_what_it_follows_from():
+    axes = {"omega_ratio": {"values": [0.9, 1.1]}, "k1": {"values": K1.tolist()}}
+    scan = load_scan("tmd", {"vary": axes})
+    assert [axis.name for axis in scan.axes] == ["omega_ratio", "k1"]
+    expected = np.multiply.outer([0.9, 1.1], np.sqrt(K1 / 1000.0))
+    np.testing.assert_allclose(scan.cells()["omega"], expected, rtol=1e-15)
+
+
+def test_loads_keep_ratios_and_vary_them():
+    table = {"set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}}}
+    hammered = {"load": {"impulse": 1.0}}
+    request = load_decay(["none", "tmd"], {**table, **hammered})
+    for number in range(request.cases):
+        system, _ = request.case(number)
+        assert system.ratios["zeta1"] == 0.05
+        p = system.parameters
+        assert p["c1"] == pytest.approx(0.05 * critical(p["k1"], p["m1"]), rel=1e-15)
+    varied = load_decay(["none", "tmd"], {"vary": {"zeta2": {"values": [0.1, 0.2]}}, **hammered})
+    c2 = [varied.case(i)[0].parameters.get("c2") for i in range(varied.cases)]
+    p = nv.load_system("tmd").parameters
+    unit = critical(p["k2"], p["m2"])
+    assert c2 == [None, None, pytest.approx(0.1 * unit), pytest.approx(0.2 * unit)]
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"set": {"zeta1": 0.1}, "vary": {"c1": {"values": [1.0]}}}, "zeta1 is set, and c1 varied"),
+        ({"set": {"k1": 1e4}, "vary": {"k1": {"values": [1.0]}}}, "k1 is set, and k1 varied"),
+        ({"vary": {"c1": {"values": [1.0]}, "zeta1": {"values": [0.1]}}}, "c1 beside zeta1"),
+        ({"vary": {"zeta": {"values": [0.1]}}}, "unknown parameter 'zeta'"),
+    ],
+)
+def test_two_statements_about_one_parameter_of_a_load_are_refused(tables, said):
+    with pytest.raises(RequestError, match=said):
+        load_decay("tmd", {"load": {"impulse": 1.0}, **tables})
+
+
+def test_the_structure_alone_has_the_ratios_of_the_curve_beside_it():
+    page = load_page({
+        "system": "tmd", "set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}},
+        "record": {"want": ["energy"]}, "curves": [{}],
+    })  # fmt: skip
+    alone, damped = with_structure_alone(page).curves
+    for curve in (alone, damped):
+        np.testing.assert_allclose(
+            curve.scan.cells()["c1"], 0.05 * critical(K1, 1000.0), rtol=1e-15
+        )
+
+
+def test_a_branch_along_a_stiffness_keeps_the_damping_ratio():
+    tables = {"set": {"zeta1": 0.05}, "along": {"k1": {"start": 3e4, "stop": 5e4}}}
+    request = load_continuation("ssul-set6", tables)
+    along = SectionMap(request.system, (request.along.name,))
+    cells = along.cells(np.array([[3e4], [5e4]]))
+    np.testing.assert_allclose(cells["c1"], 0.05 * critical(cells["k1"], 1000.0), rtol=1e-15)
+    slope = along._changes(np.array([4e4]))["c1"][0]
+    assert slope == pytest.approx(0.05 * critical(4e4, 1000.0) / (2 * 4e4), rel=1e-8)
+
+
+def test_a_tuning_leaves_alone_what_is_set_as_a_ratio():
+    assert load_tuning("tmd", {"set": {"zeta2": 0.15}}).names == ("k2",)
+    assert load_tuning({"system": "tmd", "set": {"c2": 90.0}}).names == ("k2",)
+    assert load_tuning("tmd", {"free": {"zeta2": {}}}).names == ("k2", "zeta2")
+    over = {"zeta2": {"values": [0.1, 0.2]}}
+    assert load_tuning("tmd", {"over": over}).names == ("k2",)
+
+
+def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
+    tuning = load_tuning("tmd", {
+        "set": {"omega_ratio": 0.95},
+        "free": {"k2": {}, "zeta2": {"low": 0.05, "high": 0.3}, "mass_ratio": {}},
+        "uncertain": {"zeta1": "10%", "k1": "5%"}, "search": {"draws": 4},
+    })  # fmt: skip
+    (low,) = [one.low for one in tuning.free if one.name == "zeta2"]
+    assert low == 0.05
+    point = np.array([[2000.0, 0.03, 0.2]])
+    assert tuning.names == ("k2", "mass_ratio", "zeta2")
+    objective = Objective(tuning)
+    cells = tuning.system.cells(objective._grid(Trials.at_rest(point)))[0, :, 0]
+    np.testing.assert_allclose(cells["m2"], 30.0, rtol=1e-15)
+    np.testing.assert_allclose(cells["c2"], 0.2 * critical(2000.0, 30.0), rtol=1e-15)
+    np.testing.assert_allclose(cells["omega"], 0.95 * np.sqrt(cells["k1"] / 1000.0), rtol=1e-15)
+    zeta1 = cells["c1"] / critical(cells["k1"], 1000.0)
+    assert zeta1[0] == pytest.approx(nv.load_system("tmd").ratios["zeta1"], rel=1e-14)
+    assert np.ptp(cells["k1"]) > 1e3
+    assert np.ptp(zeta1 / zeta1[0]) > 0.02
+    assert load_tuning(tuning.document()) == tuning
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"set": {"mass_ratio": 0.03}, "free": {"m2": {}}}, "mass_ratio stands in .set. and m2"),
+        ({"free": {"c2": {}, "zeta2": {}}}, "c2 beside zeta2"),
+        ({"free": {"c2": {}}, "over": {"zeta2": {"values": [0.1]}}}, "c2 stands in .free. and"),
+        ({"set": {"zeta1": 0.01}, "uncertain": {"c1": "5%"}}, "c1 beside zeta1"),
+        ({"free": {"zeta1": {"low": 0.01, "high": 0.02}}}, "unknown free parameter 'zeta1'"),
+        ({"uncertain": {"zeta": "5%"}}, "unknown uncertain parameter 'zeta'"),
+    ],
+)  # fmt: skip
+def test_two_statements_about_one_parameter_of_a_tuning_are_refused(tables, said):
+    with pytest.raises(RequestError, match=said):
+        load_tuning("tmd", tables)

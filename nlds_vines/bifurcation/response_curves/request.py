@@ -18,6 +18,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, at, checked_words, shown, string
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
+from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
     Checked,
@@ -322,7 +323,10 @@ def alone(scan: Scan) -> Scan | None:
     values = {name: value for name, value in parameters.items() if name in allowed}
     title = catalogue()["none"].title
     want = tuple(word for word in ("energy", "response") if word in scan.want)
-    return replace(scan, title=title, system=System("none", values, title=title), want=want)
+    own = {*ratios_in(SCENES["none"])}
+    ratios = {name: v for name, v in scan.system.fixed_ratios.items() if name in own}
+    system = System("none", values, title=title, fixed_ratios=ratios)
+    return replace(scan, title=title, system=system, want=want)
 
 
 def label_of(curve: Curve) -> str:

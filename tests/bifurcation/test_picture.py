@@ -14,7 +14,9 @@ from PIL import Image
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.picture import dot_panel, regime_strip
+from nlds_vines.bifurcation.picture.attractor_styles import looks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
+from nlds_vines.bifurcation.picture.ordinates import Slice
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette
@@ -591,6 +593,38 @@ def test_both_sweeps_have_a_strip_and_a_colour_each_and_one_colour_is_one_regime
     figure.draw_without_rendering()
     names = [text.get_window_extent() for text in down.texts]
     assert all(box.y1 <= up.get_window_extent().y0 for box in names)
+
+
+@pytest.mark.parametrize(
+    "want",
+    [("section", "impacts", "energy", "regime"), ("energy", "regime"), ("energy", "impacts")],
+)
+def test_sweeps_on_two_orbits_with_equal_numbers_are_not_alike(want, tmp_path):
+    """In the first 20 cells the sweeps are T,0 and T,2: everywhere with the same numbers."""
+
+    def fill(name, array):
+        if name in ("label", "impact_count", "periodicity"):
+            words = {"label": ("T,0", "T,2"), "impact_count": (0, 2), "periodicity": (1, 1)}[name]
+            array[...] = words[0]
+            array[:20, 1] = words[1]
+        elif array.dtype == np.float64:
+            array[:, 1] = array[:, 0]
+
+    path = archive_of(tmp_path / "b.h5", want, start={"policy": "both"}, fill=fill)
+    with read(path) as view:
+        both, up, down = looks_of(Slice(view, "omega"), np.zeros((151, 2, 1)))
+    assert [look.name for look in (both, up, down)] == ["up and down alike", "up", "down"]
+    assert up.which[:, 0].tolist() == down.which[:, 1].tolist() == [True] * 20 + [False] * 131
+
+
+def test_without_orbits_the_numbers_that_are_drawn_decide_what_is_alike(tmp_path):
+    path = archive_of(tmp_path / "b.h5", ["response"], start={"policy": "both"})
+    numbers = np.zeros((151, 2, 1))
+    numbers[:20, 1] = 1.0
+    with read(path) as view:
+        both, up, _ = looks_of(Slice(view, "omega"), numbers)
+    assert up.which.sum() == 20
+    assert both.which.sum() == 131
 
 
 def test_exponents_stand_on_a_line_at_zero_with_their_intervals(tmp_path):

@@ -182,6 +182,7 @@ def test_two_sweeps_are_drawn_and_shaded_where_they_differ(here):
     differ = np.abs(curve.E1max - curve.numbers["E1max_down"]) > 0.01 * highest.max()
     assert differ.any()
     assert not differ.all()
+    differ |= curve.periods() != curve.periods("_down")
     with nv.read("a.h5") as view:
         axes = curves_picture(view).axes[0]
     shaded = np.zeros(len(differ), dtype=bool)
@@ -189,6 +190,19 @@ def test_two_sweeps_are_drawn_and_shaded_where_they_differ(here):
         low, high = patch.get_x(), patch.get_x() + patch.get_width()
         shaded |= (curve.values > low) & (curve.values < high)
     assert shaded.tolist() == differ.tolist()
+
+
+def test_sweeps_on_two_orbits_with_equal_energies_are_shaded():
+    """In the third cell of five the sweeps are T,0 and T,2."""
+    E1max, n, k = np.arange(1.0, 6.0), np.ones(5, int), np.zeros(5, int)
+    numbers = {"E1max": E1max, "periodicity": n, "impact_count": k}
+    numbers |= {f"{name}_down": array.copy() for name, array in numbers.items()}
+    assert not page_of_numbers(numbers, reduction=False)[0].patches
+    numbers["impact_count_down"][2] = 2
+    patches = page_of_numbers(numbers, reduction=False)[0].patches
+    assert len(patches) == 2  # both curves of this page have the same numbers
+    for patch in patches:
+        assert patch.get_x() < 6.2 < patch.get_x() + patch.get_width()
 
 
 @pytest.mark.kernels

@@ -34,15 +34,16 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
     Arguments: the slice; the `numbers` (cells, starts, 1) that are drawn, where each orbit has one.
 
     Of a single start all orbits have one colour.  Of sweeps up and down there are three: those of
-    either, and one where both are on the same orbit, or have the same number, so that none hides
-    the other.  Of other starts the colour is that of the regime; without labels all are alike.
+    either, and one where both are on the same orbit.  Equal numbers of different orbits do not
+    make them one: just beyond grazing T,0 and T,2 have nearly the same energy.  Of other starts the
+    colour is that of the regime; without labels all are alike.
     """
     starts, shape = cut.starts, (cut.values.size, len(cut.starts))
     if len(starts) == 1:
         name = "" if starts == ["rest"] else f"start: {starts[0]}"
         return [Look(np.ones(shape, dtype=bool), start_colours(starts)[0], name)]
     if starts == SWEEPS:
-        return _of_sweeps(alike(cut) if numbers is None else alike(cut) | _close(numbers))
+        return _of_sweeps(alike(cut, numbers))
     labels = cut.labels()
     if labels is None:
         return [Look(np.ones(shape, dtype=bool), NAVY, f"{len(starts)} starts")]
@@ -60,17 +61,28 @@ def _of_sweeps(both: np.ndarray) -> list[Look]:
     return [look for look in found if look.which.any()]
 
 
-def alike(cut: Slice) -> np.ndarray:
+def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
     """Return in which cells (cells,) two starts are on the same orbit.
 
-    Orbits are alike where all points of either lie close to one of the other, in each coordinate
-    that is recorded, or else in each number; and where both are not periodic and have one label.
+    Arguments: the slice; the `numbers` (cells, starts, 1) to compare if neither sections nor E1max
+    are recorded.
+
+    Orbits are alike if they have the same nT,k and the same label, as far as these are recorded,
+    and all points of either lie close to one of the other, in each coordinate that is recorded, or
+    else in E1max; and if both are not periodic and have one label.
     """
     known = quantities_in(cut.view)
     of_section = [item for item in known.values() if item.dataset == SECTION]
+    places = of_section or [item for item in known.values() if item.name == "E1max"]
+    compared = [cut.of(item) for item in places]
+    if not places and numbers is not None:
+        compared = [numbers]
     found = np.ones(cut.values.size, dtype=bool)
-    for item in of_section or [item for item in known.values() if item.name == "E1max"]:
-        found &= _close(cut.of(item))
+    for values in compared:
+        found &= _close(values)
+    if "periodicity" in cut.view and "impact_count" in cut.view:
+        n, k = (cut.view.take(name, **cut.at) for name in ("periodicity", "impact_count"))
+        found &= (n[:, 0] == n[:, 1]) & ((k[:, 0] == k[:, 1]) | (n[:, 0] == 0))
     labels = cut.labels()
     if labels is None:
         return found

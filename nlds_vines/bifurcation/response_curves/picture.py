@@ -347,7 +347,10 @@ def _say_below(frame: Axes, anything: bool, words: str) -> None:
 
 
 def _shade_windows(frame: Axes, curve: Curve, found: CurveValues, name: str) -> None:
-    """Shade, in the colour of a curve, where its two sweeps differ and where none is periodic."""
+    """Shade, in the colour of a curve, where its two sweeps differ and where none is periodic.
+
+    Sweeps differ if their numbers do, or if their orbits nT,k do.
+    """
     windows = np.zeros(found.values.size, dtype=bool)
     if "regime" in found.numbers:
         windows |= np.isin(found.numbers["regime"], _MODULATED)
@@ -355,6 +358,8 @@ def _shade_windows(frame: Axes, curve: Curve, found: CurveValues, name: str) -> 
         up, down = found.numbers[name], found.numbers[name + DOWN]
         reach = _ALIKE * float(np.nanmax(np.fmax(up, down), initial=0.0))
         windows |= np.abs(up - down) > reach
+        if (of_up := found.periods()).size:
+            windows |= of_up != found.periods(DOWN)
     for band in bands(found.values, np.where(windows, "shaded", "")):
         if band.label:
             frame.axvspan(band.low, band.high, color=curve.colour, **WINDOW)

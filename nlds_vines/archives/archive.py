@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -124,21 +125,41 @@ def _opened(path: Path) -> h5py.File:
     raise RequestError(f"{path} has schema {schema}: this version reads up to {SCHEMA}")
 
 
-def columns(path: Path) -> list[tuple[str, str, np.ndarray]]:
-    """Return the datasets of one dimension in any HDF5 file: name, `units` and numbers of each.
+def columns(path: Path) -> list[tuple[str, str]]:
+    """Return the numeric datasets of one dimension in any HDF5 file: name and `units` of each.
 
     Raises `RequestError`, one line, for a file that cannot be read as HDF5.
     """
+    with _any_hdf5(path) as file:
+        entries = ((name, file.get(name)) for name in file)  # None: a link to nowhere
+        flat = [(name, e) for name, e in entries if isinstance(e, h5py.Dataset) and e.ndim == 1]
+        return [
+            (name, _words(entry.attrs.get("units", "")))
+            for name, entry in flat
+            if entry.dtype.kind in "iuf"
+        ]
+
+
+def column(path: Path, name: str, most: int) -> np.ndarray:
+    """Return the numbers of one of `columns`.
+
+    Raises `RequestError`, one line, before anything is read, if the dataset or one of its chunks,
+    which HDF5 unpacks as a whole, holds more than `most` numbers.
+    """
+    with _any_hdf5(path) as file:
+        size = max(file[name].size, *(file[name].chunks or (0,)))
+        if size <= most:
+            return np.asarray(file[name][...], dtype=np.float64)
+    raise RequestError(f"{path}: dataset {name!r} holds {size} numbers; allowed: up to {most}")
+
+
+@contextmanager
+def _any_hdf5(path: Path) -> Iterator[h5py.File]:
+    """Open any HDF5 file; raise `RequestError`, one line, if it cannot be read in the block."""
     try:
         durable.open_regular(path).close()
         with h5py.File(path, "r") as file:
-            entries = ((name, file[name]) for name in file)
-            flat = [(name, e) for name, e in entries if isinstance(e, h5py.Dataset) and e.ndim == 1]
-            return [
-                (name, _words(entry.attrs.get("units", "")), entry[...].astype(np.float64))
-                for name, entry in flat
-                if entry.dtype.kind in "iuf"
-            ]
+            yield file
     except DAMAGE as error:
         raise RequestError(f"{path}: cannot be read as HDF5: {first_line(error)}") from None
 

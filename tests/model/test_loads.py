@@ -1,6 +1,9 @@
 """Loads in time: their Taylor coefficients against 30 digits, cells, files, refusals."""
 
 import math
+import time
+import tracemalloc
+from contextlib import suppress
 
 import h5py
 import mpmath
@@ -9,6 +12,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from nlds_vines.errors import RequestError
+from nlds_vines.model.loads import record as records
+from nlds_vines.model.loads import samples
 from nlds_vines.model.loads.loading import Cells, Struck, loading_of
 from nlds_vines.model.loads.series import TERMS, tones
 
@@ -251,6 +256,65 @@ def test_columns_of_other_files(tmp_path):
         file["link"] = h5py.ExternalLink("elsewhere.h5", "/time")
     found = loading_of(str(tmp_path / "quake.h5")).record[0]
     assert (found.times[-1], found.values[1], found.unit) == (1.5, 1.0, "m/s^2")
+
+
+def hdf5(tmp_path, **datasets):
+    """Write datasets, arrays or the settings of h5py's `create_dataset`; return the path."""
+    with h5py.File(tmp_path / "quake.h5", "w") as file:
+        for name, values in datasets.items():
+            settings = values if isinstance(values, dict) else {"data": np.array(values)}
+            file.create_dataset(name, **settings)
+    return {"record": {"file": str(tmp_path / "quake.h5"), "unit": "g"}}
+
+
+HUGE = {"shape": 10**9, "chunks": 10**6, "dtype": "f8"}  # zeros: 8 GB of memory, 1 kB of the disk
+
+
+def test_of_a_large_file_the_chosen_columns_alone_are_read(tmp_path, error_of):
+    stamps, values = [0.0, 0.1, 0.2], [0.0, 1.0, 0.0]
+    tracemalloc.start()
+    record = loading_of(hdf5(tmp_path, time=stamps, up=values, west=HUGE)).record[0]
+    assert record.values == (0.0, 1.0, 0.0)
+    assert "'up' holds 1000000000 numbers" in error_of(
+        loading_of, hdf5(tmp_path, t=stamps, up=HUGE)
+    )
+    chunk = {"data": np.array(values), "chunks": (10**7,), "maxshape": (None,)}
+    assert "'up' holds 10000000" in error_of(loading_of, hdf5(tmp_path, t=stamps, up=chunk))
+    assert tracemalloc.get_traced_memory()[1] < 1e7
+    tracemalloc.stop()
+
+
+def test_the_time_is_named_or_ascends_alone(tmp_path, error_of):
+    """h5py sorts datasets by name."""
+    stamps, up, west = [0.0, 0.1, 0.2], [0.0, 1.0, 0.0], [2.0, 1.0, 3.0]
+    record = loading_of(hdf5(tmp_path, acc=up, stamps=stamps)).record[0]
+    assert (record.times, record.values) == (tuple(stamps), tuple(up))
+    assert loading_of(hdf5(tmp_path, acc=stamps, time=stamps)).record[0].values == tuple(stamps)
+    for columns in ({"acc": up, "stamps": west}, {"acc": stamps, "stamps": stamps}):
+        assert "`time`" in error_of(loading_of, hdf5(tmp_path, **columns))
+
+
+def test_a_long_heading_takes_no_longer(tmp_path, error_of):
+    for gap in (" " * 9000, "[" * 9000, "a[" * 4000, " (" * 4000):
+        text = saved(tmp_path, f"time{gap}[s, force{gap}[N] x\n0, 1\n1, 2\n")
+        began = time.process_time()
+        with suppress(RequestError):
+            loading_of(text)
+        assert time.process_time() - began < 0.1
+    assert "line 1" in error_of(loading_of, saved(tmp_path, " " * 10**6 + "t,y [N]\n0,1\n1,2\n"))
+
+
+def test_a_unit_may_stand_apart_from_its_name(tmp_path):
+    record = loading_of(saved(tmp_path, "t  [ms]   force   ( kN )\n0 1\n1 2\n", "a.txt")).record[0]
+    assert (record.times, record.unit) == ((0.0, 0.001), "kN")
+
+
+def test_a_heading_is_no_sample(tmp_path, monkeypatch, error_of):
+    monkeypatch.setattr(samples, "MOST_SAMPLES", 4)
+    monkeypatch.setattr(records, "MOST_SAMPLES", 4)
+    four = "t, y [N]\n0, 1\n1, 2\n2, 1\n3, 0\n"
+    assert len(loading_of(saved(tmp_path, four)).record[0].times) == 4
+    assert "more than 4 samples" in error_of(loading_of, saved(tmp_path, four + "4, 0\n"))
 
 
 @pytest.mark.parametrize(

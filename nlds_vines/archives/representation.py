@@ -39,7 +39,7 @@ class Outlined:
         lines = [_cut(f"{type(self).__name__}: {self.heading()}".removesuffix(": "), WIDTH)]
         rows = list(self.outline())
         if len(rows) >= MOST_LINES:  # so many are told one after the other
-            rows = [("", "; ".join(f"{name} {words}" for name, words in rows))]
+            rows = [("", "; ".join(f"{name} {words}".strip() for name, words in rows))]
         for name, words in rows:
             text = f"{name}: {words}" if name else words
             lines += textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ")
@@ -77,8 +77,9 @@ def in_words(value: object) -> str:
         return f"array {value.shape}" if value.size > 4 else _cut(str(value.tolist()), WIDTH)
     if isinstance(value, float):
         return f"{value:.6g}"
-    if isinstance(value, Mapping) and all(isinstance(item, float) for item in value.values()):
-        return numbers(value)
+    if isinstance(value, Mapping):
+        is_numeric = all(isinstance(item, float) for item in value.values())
+        return numbers(value) if is_numeric else ", ".join(map(str, value))
     if isinstance(value, tuple | list):
         return _cut(", ".join(in_words(item) for item in value), WIDTH)
     return _cut(str(value), WIDTH)

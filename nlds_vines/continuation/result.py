@@ -128,7 +128,7 @@ class SpecialCurve(Outlined):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Continued(Outlined, Drawable):
+class Continued(Drawable):
     """The branches of a continuation, and their special points.
 
     Attributes:

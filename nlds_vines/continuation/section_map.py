@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.kernels.cells import cycles, part_period
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.parameters import PARAMETERS
@@ -49,8 +50,8 @@ def shoots_from_flights(scene: Scene) -> bool:
     return bool(scene.walls) and any(law.instant for law in scene.laws)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Cycle:
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class Cycle(Outlined):
     """The image of a state after n periods, and its derivatives; an nT orbit where it closes.
 
     Attributes:

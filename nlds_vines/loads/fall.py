@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.model.load_quantities import SHARES
 from nlds_vines.orbits.status_words import OK
 
 
-@dataclass(frozen=True)
-class Fall:
+@dataclass(frozen=True, repr=False)
+class Fall(Outlined):
     """What becomes of one structure under a load.
 
     Arrays over `time` (n,) [s]: energies E1, E2 [J], displacements x1, x2 [m], `work`, the energy

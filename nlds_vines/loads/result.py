@@ -23,7 +23,7 @@ from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import DECAY
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Decays(Drawable):
     """What becomes of a structure under a load with each damper.
 
@@ -85,7 +85,7 @@ class Decays(Drawable):
                 yield f"  in closed form: {exact}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LoadScan(Drawable):
     """Numbers of each damper over parameters and numbers of the load.
 

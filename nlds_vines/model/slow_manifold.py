@@ -62,6 +62,11 @@ class FrequencyResponse(NamedTuple):
     below: np.ndarray
     above: np.ndarray
 
+    def __repr__(self) -> str:
+        """Return one line."""
+        largest = self.amplitude.max(initial=0.0)
+        return f"{type(self).__name__}: {self.amplitude.size} amplitudes up to {largest:.6g} m"
+
     @property
     def outline(self) -> tuple[np.ndarray, np.ndarray]:
         """Frequency [rad/s] and amplitude [m] (2 n,), up the left side of the curve, then down."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from importlib import import_module
 from typing import TYPE_CHECKING, ClassVar
 
 from nlds_vines.archives.archive_path import Archived
+from nlds_vines.archives.representation import Outlined, Rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,10 +16,23 @@ if TYPE_CHECKING:
     from nlds_vines.plotting.chosen_panels import Drawing
 
 
-class Drawable(Archived):
+class Drawable(Outlined, Archived):
     """A result with an archive, from which the `PICTURE` in a module of its wing is drawn."""
 
     drawn_by: ClassVar[str]
+
+    def lines(self) -> Iterator[str]:
+        """Yield the title, then the lines of the report."""
+        raise NotImplementedError
+
+    def heading(self) -> str:
+        """Return the title."""
+        return next(self.lines())
+
+    def outline(self) -> Rows:
+        """Return the lines of the report, which have no names."""
+        _, *lines = self.lines()
+        return [("", line.strip()) for line in lines]
 
     def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
         """Return its picture as a matplotlib figure, as `nlds_vines.plot` does.

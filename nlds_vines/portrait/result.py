@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Portrait(Drawable):
     """An orbit in full.
 
@@ -39,8 +39,8 @@ class Portrait(Drawable):
     drawn_by = "nlds_vines.portrait.picture"
 
     path: ArchivePath | None
-    views: tuple[View, ...] = field(repr=False)
-    drawn_from: PortraitRequest = field(repr=False)
+    views: tuple[View, ...]
+    drawn_from: PortraitRequest
     cell: str = ""
 
     @property

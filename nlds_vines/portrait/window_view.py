@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.model.labels import name_of
 from nlds_vines.orbits.impact_rows import Violation
 from nlds_vines.orbits.signals import SIGNALS, signals_of
@@ -17,8 +18,8 @@ POWER_SHARE = 0.99
 """The share of a spectrum's power for which the report counts the fewest bins that hold it."""
 
 
-@dataclass(frozen=True)
-class View:
+@dataclass(frozen=True, repr=False)
+class View(Outlined):
     """A window of an orbit.
 
     Attributes:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError, whole
 
 BOX = 20
@@ -47,8 +48,8 @@ class BasinEntropy:
         return self.boundary > FRACTAL
 
 
-@dataclass(frozen=True)
-class Uncertainty:
+@dataclass(frozen=True, repr=False)
+class Uncertainty(Outlined):
     """The exponent a of f ~ d^a, f the share of uncertain pairs of starts a distance d apart.
 
     A smooth boundary of a plane has a = 1; a fractal one has a = 2 - D with its box dimension D.

@@ -37,8 +37,8 @@ IN_PLANE = 1e-6
 """Distance of an attractor's point from a plane, relative to the point, that counts as none."""
 
 
-@dataclass(frozen=True)
-class Basin:
+@dataclass(frozen=True, repr=False)
+class Basin(Outlined):
     """The basin of one attractor.
 
     Attributes:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.archives.representation import Outlined
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import TRANSIENT, by_frequency, finals
@@ -54,7 +53,7 @@ class Share:
 
 
 @dataclass(frozen=True, repr=False)
-class Ensemble(Outlined, Drawable):
+class Ensemble(Drawable):
     """The results of the starts of one cell.
 
     Arguments:

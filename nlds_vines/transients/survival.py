@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError
 
 DELAY = 50.0
@@ -21,8 +22,8 @@ LEVEL = 0.95
 """Confidence of all intervals, by default."""
 
 
-@dataclass(frozen=True)
-class Survival:
+@dataclass(frozen=True, repr=False)
+class Survival(Outlined):
     """The Kaplan-Meier estimate, a step function that falls where lifetimes end.
 
     Attributes, all of shape (m,):

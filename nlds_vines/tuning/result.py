@@ -56,7 +56,7 @@ class Optimum(Outlined):
 
 
 @dataclass(frozen=True, repr=False)
-class Tuned(Outlined, Drawable):
+class Tuned(Drawable):
     """The results of a tuning.
 
     `optima` are designs nearly as good as the best and apart from one another, the best first;

@@ -10,6 +10,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.response_curves.curves_table import STATUSES
 from nlds_vines.bifurcation.response_curves.request import CurvePage
@@ -20,8 +21,8 @@ from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import RESPONSE_CURVES
 
 
-@dataclass(frozen=True)
-class CurveValues:
+@dataclass(frozen=True, repr=False)
+class CurveValues(Outlined):
     """What was computed along one curve, arrays (n,).
 
     Attributes:
@@ -77,7 +78,7 @@ class CurveValues:
         return self.numbers.get(name, np.full(self.values.size, nothing))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ResponseCurves(Drawable):
     """The response curves in an archive.
 

@@ -244,6 +244,11 @@ def lock(path: Path, *, shared: bool = False, patience: float = 0.3) -> int | No
             os.close(descriptor)  # the holder removed the file meanwhile: others would not see it
 
 
+def upgrade(descriptor: int) -> bool:
+    """Exchange a shared lock for an unshared one; without any if others hold it: return False."""
+    return _try_lock(descriptor, fcntl.LOCK_EX)
+
+
 def held(path: Path) -> bool:
     """Return whether a process holds the lock `path` unshared."""
     try:

@@ -16,7 +16,6 @@ In reading order:
     cluster           blocks on the workers of a Dask cluster
     cell_start        where the orbits of a scan begin, and those of a cell
     cell_orbit        from a cell of an archive to its orbit, the same to the last bit
-    estimate          how long a scan takes, from a sample of it
     result            the archive as a path that can be read and drawn, and its scan
     picture/          diagrams and maps, drawn from the archive alone
     response_curves/  scans of several dampers beside each other

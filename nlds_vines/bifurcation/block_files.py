@@ -28,9 +28,9 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import ATTRACTOR
-from nlds_vines.runs.folder import RunFolder, folder_of
+from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.manifest import NAME, Manifest, refuse_unless_scan
-from nlds_vines.runs.partfile import LEARNT, UNSOUND, Part, fetch, path_of, peek, store
+from nlds_vines.runs.partfile import LEARNT, UNSOUND, Part, fetch, path_of, store
 
 
 def scan_of(manifest: Manifest) -> Scan:
@@ -64,10 +64,6 @@ class PartFiles:
         part = fetch(self.path(block), self._identity(block))
         self._check(block, part.arrays)
         return part
-
-    def peek(self, block: Block, wanted: Iterable[str]) -> Part:
-        """Return the `wanted` arrays of a part as they stand, as `partfile.peek`."""
-        return peek(self.path(block), wanted)
 
     def write(
         self, block: Block, arrays: Mapping[str, np.ndarray], *, seconds: float, threads: int
@@ -139,17 +135,6 @@ class Parts(RunFolder):
     request: Scan
     _fresh: dict[int, Part] = field(default_factory=dict)
     _fresh_bytes: int = 0
-
-    @classmethod
-    def begun(cls, path: Path) -> Parts:
-        """Open the parts beside the archive-to-be `path` as they are, to join them.
-
-        Raises `RequestError` if there are none, or if a run or a shard is at work on them.
-        """
-        manifest = Manifest.read(folder_of(path))
-        if manifest is None:
-            raise RequestError(f"there are no parts of {path}: nothing was begun, or all is done")
-        return cls.open(path, scan_of(manifest), resume=True)
 
     def sound(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, Part]]:
         """Yield the blocks whose parts verify: checksum, scan, rectangle, arrays and makers.

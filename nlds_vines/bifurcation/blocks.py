@@ -77,10 +77,15 @@ def blocks_of(scan: Scan, shard: Shard | None = None) -> Iterator[Block]:
     return (block for block in blocks if shard is None or shard.has(block.index))
 
 
+def counted(number: int, what: str) -> str:
+    """Return a number of things in words."""
+    return f"{number} {what}" + "s" * (number != 1)
+
+
 def share_in_words(scan: Scan, shard: Shard) -> str:
     """Return in one line what a shard has to compute, also where that is nothing."""
     all_blocks, own = len(list(blocks_of(scan))), len(list(blocks_of(scan, shard)))
-    of_all = f"{own} of {all_blocks} block{'s' * (all_blocks != 1)}"
+    of_all = f"{own} of {counted(all_blocks, 'block')}"
     if own:
         return f"shard {shard}: {of_all}"
     return f"shard {shard} is empty: {of_all}; shards 1 to {all_blocks} have them all"

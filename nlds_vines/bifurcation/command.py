@@ -13,7 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.bifurcation.blocks import refuse_without_room
+from nlds_vines.bifurcation.blocks import (
+    blocks_of,
+    counted,
+    refuse_without_room,
+    result_bytes,
+    share_in_words,
+    work_bytes,
+)
 from nlds_vines.bifurcation.picture.choices import check_show, is_map
 from nlds_vines.bifurcation.picture.ordinates import quantities
 from nlds_vines.bifurcation.request import Scan
@@ -38,6 +45,7 @@ from nlds_vines.model.system import System
 from nlds_vines.model.words import parameters_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
+from nlds_vines.runs.progress import size
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.run import Report
@@ -130,8 +138,7 @@ class Job(jobs.Job):
         """Raise `RequestError` where there will be nothing to draw."""
         if self.how.shard is not None:
             raise RequestError(
-                "a shard makes no archive to draw; "
-                "--resume --plot draws what `nlds-vines consolidate` has made"
+                "a shard draws nothing: --resume --plot without --shard draws the archive"
             )
         if not _can_be_drawn(self.request):
             raise RequestError(
@@ -161,15 +168,24 @@ class Job(jobs.Job):
 
     def plan(self) -> list[str]:
         """Return what the scan would take, one fact a line."""
-        from nlds_vines.bifurcation.blocks import share_in_words
-        from nlds_vines.bifurcation.estimate import estimate
-
-        share = [] if self.how.shard is None else [share_in_words(self.request, self.how.shard)]
-        return [*estimate(self.request, self.how.threads).lines(), *share]
+        scan = self.request
+        grid = " x ".join(str(n) for n in scan.shape)
+        each = scan.transient + scan.periods
+        share = [] if self.how.shard is None else [share_in_words(scan, self.how.shard)]
+        return [
+            scan.title,
+            f"system:   {parameters_in_words(scan.system, [axis.name for axis in scan.axes])}",
+            f"orbits:   {scan.lanes} ({grid} cells, {counted(scan.starts, 'start')} each)",
+            f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
+            f"results:  {size(result_bytes(scan))} before compression",
+            f"memory:   {size(work_bytes(scan))} of results at a time, "
+            f"{counted(len(list(blocks_of(scan))), 'block')}",
+            *share,
+        ]
 
     def lines(self, found: Report) -> list[str]:
         """Return what was found, and by how much it changes where that was asked for."""
-        return [found.summary(), *found.remarks(), *self._untouched(found), *self._compared()]
+        return [found.summary(), *found.remarks(), *self._untouched(found), *self._compared(found)]
 
     def _untouched(self, found: Report) -> list[str]:
         """Return the system's values where no orbit has an impact: they may not be as expected."""
@@ -178,11 +194,11 @@ class Job(jobs.Job):
         varied = [axis.name for axis in self.request.axes]
         return [f"no orbit has an impact; {parameters_in_words(self.request.system, varied)}"]
 
-    def _compared(self) -> list[str]:
+    def _compared(self, found: Report) -> list[str]:
         """Return lines on changes under refinement and on what spectra say, where asked for."""
         summaries = {"error_at_end": "refinement_summary", "spectra_agree": "spectral_summary"}
         recorded = [name for name in summaries if name in self.request.table.datasets]
-        if not recorded or self.how.shard is not None:
+        if not recorded or found.missing:
             return []
         from nlds_vines.archives import archive
         from nlds_vines.bifurcation import orbit_counts
@@ -192,9 +208,8 @@ class Job(jobs.Job):
 
     def paths(self) -> list[str]:
         """Return where the results are, one line each."""
-        if self.how.shard is not None:
-            return [f"when all shards are there: nlds-vines consolidate {self.archive}"]
-        return super().paths()
+        there = self.how.shard is None or self.archive.exists()
+        return super().paths() if there else ["the last shard to end writes the archive"]
 
     def failure(self, found: Report) -> str:
         """Return how many orbits failed, why, and what helps."""

@@ -38,7 +38,7 @@ class Report:
     """The archive of a scan, or of a shard of it, how long it took, and counts of its orbits.
 
     `watched`: the forcing periods for which its chaotic orbits are watched; `empty`: what is to be
-    said of a shard without blocks.
+    said of a shard without blocks; `missing`: blocks that other shards have to compute.
     """
 
     path: Path
@@ -46,6 +46,7 @@ class Report:
     watched: int = 0
     seconds: float = 0.0
     empty: str = ""
+    missing: int = 0
     tally: Tally = field(default_factory=Tally)
 
     @property
@@ -86,7 +87,7 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     """Compute a scan into the archive `output` and return a `Report`.
 
     Arguments: `how` the run goes, None for the defaults of `RunOptions`.  With a shard, only its
-    parts are computed, beside the archive to be; `nlds-vines consolidate` makes an archive of all.
+    parts are computed; the shard that finds all parts of the scan joins them into the archive.
 
     Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every finished block kept for
     --resume, and `RequestError` where the archive cannot be written.
@@ -122,7 +123,13 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
                     from nlds_vines.bifurcation import cluster
 
                     cluster.compute(parts, left, how.scheduler, how.threads, note, stop)
-            if how.shard is None:
+            if how.shard is not None:
+                whole = list(blocks_of(scan))
+                report.missing = len(whole)
+                if parts.is_alone():
+                    report.missing -= len(parts.files.there(whole))
+                blocks = whole
+            if not report.missing:
                 parts.consolidate(blocks, check=stop.check)
     report.seconds = time.perf_counter() - began - (Compilation.waited - waited)
     return report

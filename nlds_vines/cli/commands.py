@@ -22,16 +22,10 @@ USUAL = {
 """What most people need."""
 
 UPKEEP = {
-    "status": ("nlds_vines.upkeep.status", "how a scan under way stands"),
-    "consolidate": ("nlds_vines.upkeep.consolidate", "join the parts of shards into an archive"),
     "rerun": ("nlds_vines.upkeep.rerun", "repeat a scan from its own archive"),
-    "diff": ("nlds_vines.upkeep.diff", "what differs between two archives"),
     "export": ("nlds_vines.upkeep.export", "an archive as comma-separated values"),
     "report": ("nlds_vines.explore.report.command", "a map as one page to send"),
-    "basins": ("nlds_vines.upkeep.basin_report", "measure basins of attraction"),
     "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
-    "compile": ("nlds_vines.upkeep.compile", "compile kernels before runs need them"),
-    "completion": ("nlds_vines.upkeep.completion", "completion of commands for a shell"),
 }
 """What looks after archives and the program itself."""
 

@@ -117,7 +117,7 @@ def _same(one: Path, other: Path) -> bool:
 
 def refuse_existing(archive: Path, how: RunOptions) -> None:
     """Raise `RequestError` for an archive that exists, without --resume and --overwrite."""
-    if os.path.lexists(archive) and not (how.resume or how.overwrite):
+    if os.path.lexists(archive) and not (how.resume or how.overwrite or how.shard):
         raise RequestError(
             f"output {shown(str(archive))} exists: --resume continues it, "
             "--overwrite replaces it, -o names another file"

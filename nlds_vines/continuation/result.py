@@ -289,13 +289,6 @@ class Continued(Drawable):
             if found is not None:
                 yield int(i), found
 
-    def edges_at(self, value: float) -> list[Crossing]:
-        """Return the orbits with one unstable multiplier: candidates of edge states.
-
-        The stable manifold of such an orbit may divide the basins of two attractors.
-        """
-        return [orbit for orbit in self.orbits_at(value) if orbit.unstable == 1]
-
     def lines(self) -> Iterator[str]:
         """Yield the report, a line at a time."""
         yield self.request.title

@@ -72,8 +72,8 @@ def refuse_without_memory() -> None:
     if free is not None and free < MEMORY:
         raise RequestError(
             f"compiling the kernels takes {MEMORY / 1e9:.2g} GB of memory, "
-            f"{max(free, 0) / 1e9:.2g} GB are free: `nlds-vines compile` fills the cache where "
-            "there is more"
+            f"{max(free, 0) / 1e9:.2g} GB are free: a run where there is more fills the "
+            "cache"
         )
 
 

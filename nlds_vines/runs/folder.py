@@ -70,7 +70,8 @@ class RunFolder:
             raise RequestError("--shard and --overwrite exclude each other: others may be at work")
         run = cls(Path(path), request, shard)
         with durable.in_one_line(f"write {path}"):
-            if run._archive_is_complete(resume, overwrite) and not run.folder.exists():
+            done = run._archive_is_complete(resume or shard is not None, overwrite)
+            if done and not run.folder.exists():
                 run.complete = True
                 return run
             run.folder.mkdir(exist_ok=True)
@@ -119,6 +120,13 @@ class RunFolder:
             self._unlock()
         else:
             self._remove()
+
+    def is_alone(self) -> bool:
+        """End the work of a shard; return True if no other is at work, which then cannot begin.
+
+        The last shard to call it finds itself alone: each gives up its share of the lock.
+        """
+        return durable.upgrade(self._locks[0])
 
     def begun_by(self) -> dict[str, Value]:
         """Return the arguments of the process that began the run, as an attribute `argv`."""

@@ -110,18 +110,6 @@ def request_of(path: Path) -> str | None:
         return None
 
 
-def peek(path: Path, wanted: Iterable[str]) -> Part:
-    """Return the `wanted` arrays of a part as they stand; the checksum is not checked.
-
-    It is for a look at a run under way, and reads no more than it must.
-    """
-    with durable.open_regular(path) as file:
-        data = np.memmap(file, mode="r").data
-    head, start = _header(data)
-    arrays = {name: a.copy() for name, a in _arrays(data, head["arrays"], start, set(wanted))}
-    return Part(arrays, Made(**head["made"]))
-
-
 def _header(data: memoryview) -> tuple[dict[str, Any], int]:
     """Return the first line of a part, and where its arrays begin."""
     size = 1 << 12
@@ -135,14 +123,11 @@ def _header(data: memoryview) -> tuple[dict[str, Any], int]:
         raise ValueError("its first line is nested too deeply") from None
 
 
-def _arrays(
-    data: memoryview, table: Iterable[Any], start: int, wanted: set[str] | None = None
-) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the arrays of a part by name, all of them or those wanted; they share its memory."""
+def _arrays(data: memoryview, table: Iterable[Any], start: int) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the arrays of a part by name; they share its memory."""
     for name, dtype, shape in table:
         count = math.prod(shape)
-        if wanted is None or name in wanted:
-            yield name, np.frombuffer(data, dtype, count, start).reshape(shape)
+        yield name, np.frombuffer(data, dtype, count, start).reshape(shape)
         start += count * np.dtype(dtype).itemsize
 
 

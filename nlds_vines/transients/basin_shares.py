@@ -1,6 +1,6 @@
 """The basins of attraction in a scan's archive, measured: shares, entropies, distances.
 
-As a command: `nlds-vines basins FILE.h5`.  In Python: `nlds_vines.basin_measures(archive)`.
+In Python: `nlds_vines.basin_measures(archive)`.
 """
 
 from __future__ import annotations
@@ -89,7 +89,12 @@ class Basins(Outlined):
 
     def outline(self) -> Rows:
         """Return the measures, one a line."""
-        for line in self.lines():
+        lines = [_in_words(basin, self.axes) for basin in self.basins]
+        if self.entropy is not None:
+            lines += _of_entropy(self.entropy)
+        if self.uncertainty is not None:
+            lines.append(_of_exponent(self.uncertainty))
+        for line in lines:
             name, _, words = line.partition(": ")
             yield name, words
 
@@ -103,22 +108,6 @@ class Basins(Outlined):
         if attractor is not None:
             there &= self.attractor == attractor
         return float(np.count_nonzero(there) / there.size)
-
-    def lines(self, times: tuple[float, ...] = ()) -> Iterator[str]:
-        """Yield the measures in words, one a line; `times` are periods by which orbits arrived."""
-        for basin in self.basins:
-            yield _in_words(basin, self.axes)
-        if self.entropy is not None:
-            yield from _of_entropy(self.entropy)
-        if self.uncertainty is not None:
-            yield _of_exponent(self.uncertainty)
-        for t in times:
-            own = (
-                f"{self.arrived(t, basin.number):.4f} {basin.label}"
-                for basin in self.basins
-                if basin.number >= 0
-            )
-            yield f"arrived by {t:g} T: {self.arrived(t):.4f} of all; {', '.join(own)}"
 
 
 def basin_measures(
@@ -157,20 +146,6 @@ def basin_measures(
         arrival=arrival,
         axes=axes,
     )
-
-
-def shares_along(view: ArchiveView) -> Iterator[str]:
-    """Yield a line for each value of the one varied parameter: the shares of its attractors."""
-    _refuse_without(view)
-    (name,) = (axis for axis in view.axes if axis not in INITIAL)
-    labels, shares = view["attractor_label"], view["attractor_share"]
-    for i, value in enumerate(view[name]):
-        own = (
-            f"{shares[i, k]:.4f} {labels[i, k]} (number {k})"
-            for k in range(shares.shape[1])
-            if labels[i, k]
-        )
-        yield f"{name} = {value:g}: {', '.join(own) or 'none is known'}"
 
 
 def _refuse_without(view: ArchiveView) -> None:

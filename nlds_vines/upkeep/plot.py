@@ -18,7 +18,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.manifest import DECAY, PORTRAIT, SCAN
+from nlds_vines.runs.manifest import DECAY, SCAN
 from nlds_vines.runs.task_registry import TASKS, task_of
 
 if TYPE_CHECKING:
@@ -39,8 +39,6 @@ examples:
       of a map: regimes, coexisting, shares, share:LABEL or a recorded number
   nlds-vines plot figure8.h5 --frequency Hz -o hertz.png
       over f in Hz; `ratio` counts in the frequency of the structure
-  nlds-vines plot plane.h5 --mark branches.h5
-      over basins the edge states of a continuation; of a portrait the section of its orbit
   nlds-vines plot figure8.h5 --columns 1 --style grayscale -o narrow.pdf
       for one column of a paper, in a style sheet of matplotlib's
 exit status: 0 done; 2 the request is wrong
@@ -70,11 +68,8 @@ def plot(
         columns: 1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
         style: a style sheet of matplotlib's, by name or path.  What the user has set in
             `matplotlib.rcParams` or in a `matplotlibrc` stays as well.
-        marks: an archive of the same system, or several, whose orbits are marked.  Of a
-            continuation: in a plane of basins the points of its edge states (`nlds-vines basins`),
-            in the sections and phase planes of a portrait its orbits, open where they are unstable;
-            beside the sweep of a decay its branches (`show="sweep_energy"`).  Of a portrait: its
-            Poincaré section, in a plane of basins.  Of response curves: beside a sweep.
+        marks: a continuation of the same system along omega, or several, whose branches are drawn
+            over the energies of a sweep (`show="sweep_energy"`).
         manifold: whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a
             map of omega and another parameter.
         frequency: what axes of the frequency count in: rad/s (omega), Hz (f), or ratio, omega over
@@ -86,30 +81,26 @@ def plot(
     from nlds_vines.plotting.frequency_axis import count_in
     from nlds_vines.plotting.page import page_of, sheet
     from nlds_vines.plotting.save import drawn, let_figures_be_shown
-    from nlds_vines.upkeep.marks_picture import mark_branches
+    from nlds_vines.upkeep.branches_picture import draw_branches
 
     let_figures_be_shown()
     page = page_of(columns)
     others = [marks] if isinstance(marks, str | os.PathLike) else [*marks]
     with read(archive) as view, sheet(style):
-        picture = _picture(view, show, others, manifold)
+        picture = _picture(view, show, manifold)
+        if others and view.content != DECAY:
+            raise RequestError(f"{view.path} holds a {view.content}: no branches are drawn over it")
         figure = drawn(view, lambda opened: picture.figure(opened, show, page, ax))
         count_in(figure, frequency, view)
-        if view.content in (PORTRAIT, DECAY):
-            mark_branches(figure, view, others, own_page=ax is None)
+        for other in others:
+            draw_branches(figure, view, other)
         return figure
 
 
-def _picture(
-    view: ArchiveView,
-    show: str | None,
-    others: Sequence[str | os.PathLike[str]],
-    manifold: bool,
-) -> Drawing:
+def _picture(view: ArchiveView, show: str | None, manifold: bool) -> Drawing:
     """Return what draws an open archive; of an ensemble, what a scan can `show` draws the scan.
 
-    Arguments: `others`, the archives whose orbits are marked; whether a closed form is drawn over a
-    map.
+    Arguments: `manifold`, whether a closed form is drawn over a map.
     """
     task, scan = task_of(view), TASKS[SCAN]
     if task is None:
@@ -119,11 +110,7 @@ def _picture(
     if task is scan or (
         view.content == SCAN and show is not None and not words & {*picture.names(view)}
     ):
-        from nlds_vines.upkeep.marks_picture import marks_in_basins
-
-        return replace(scan.picture, marks=marks_in_basins(view, others), manifold=manifold)
-    if others and view.content not in (PORTRAIT, DECAY):
-        raise RequestError(f"{view.path} holds a {view.content}: no orbits are marked in it")
+        return replace(scan.picture, manifold=manifold)
     if manifold:
         raise RequestError(f"{view.path} holds a {view.content}: the manifold is for maps alone")
     return picture
@@ -178,9 +165,7 @@ def _declare(parser: Parser) -> None:
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
     add(
         "--mark", dest="marks", action="append", default=[], metavar="FILE.h5",
-        help="in basins: edge states of a continuation, section of a portrait; orbits of a "
-        "continuation in a portrait, its branches or response curves beside a sweep; several "
-        "combine",
+        help="over a sweep's energies: the branches of a continuation along omega; several combine",
     )  # fmt: skip
     add(
         "--manifold",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nlds_vines.cli.command_main import DIFFERENT, DONE, LANES_FAILED, Command, say
 from nlds_vines.cli.job import Job
@@ -15,6 +16,9 @@ from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.manifest import SCAN
 from nlds_vines.runs.task_registry import TASKS, content_of
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.view import ArchiveView
 
 _NAME = "rerun"
 _EXAMPLES = """\
@@ -49,13 +53,29 @@ def _job(source: Path, output: Path, how: RunOptions) -> Job:
     return job
 
 
-def _compared(old: Path, new: Path, quiet: bool) -> int:
-    from nlds_vines.upkeep.diff import compare
+def differing(one: Path, other: Path) -> list[str]:
+    """Return the names of the datasets whose bits differ between two archives."""
+    from nlds_vines.archives.archive import read
 
-    found = compare(old, new)
-    if found.different or not quiet:
-        say(*found.lines())
-    return DIFFERENT if found.different else DONE
+    with read(one) as a, read(other) as b:
+        return [name for name in sorted({*a.names, *b.names}) if not _are_equal(a, b, name)]
+
+
+def _are_equal(a: ArchiveView, b: ArchiveView, name: str) -> bool:
+    """Return True if a dataset is in both archives with the same bits; so NaN equals NaN."""
+    if name not in a or name not in b or a.shape(name) != b.shape(name):
+        return False
+    x, y = a[name], b[name]
+    return x.tolist() == y.tolist() if a.is_text(name) else x.tobytes() == y.tobytes()
+
+
+def _compared(old: Path, new: Path, quiet: bool) -> int:
+    names = differing(old, new)
+    if names:
+        say(f"results differ: {', '.join(names)}")
+    elif not quiet:
+        say("the results are the same")
+    return DIFFERENT if names else DONE
 
 
 def _declare(parser: Parser) -> None:

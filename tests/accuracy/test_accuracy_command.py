@@ -70,7 +70,7 @@ def test_what_is_advised_is_what_a_scan_and_python_take(measured):
 
 def test_an_archive_of_measurements_is_one_like_others(measured, refusal, ask):
     before = Path("accuracy.h5").read_bytes()
-    for command in (["status", "accuracy.h5"], ["rerun", "accuracy.h5", "-o", "again.h5"]):
+    for command in (["rerun", "accuracy.h5", "-o", "again.h5"],):
         assert "holds a survey, not a scan" in refusal(*command)
     ask("accuracy", *SHORT, status=2)  # it is there already
     ask("accuracy", *SHORT, "--resume")  # and complete

@@ -12,7 +12,6 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.attractors.attractor_assignment import sample_size, sampled_places
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.estimate import estimate
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.cell_columns import axes_of
 from nlds_vines.explore.map_data import stored
@@ -20,7 +19,7 @@ from nlds_vines.explore.page_document import sliders_of
 from nlds_vines.model.labels import finals
 from nlds_vines.runs.partfile import LEARNT
 from nlds_vines.transients.survival import share_interval
-from nlds_vines.upkeep.diff import compare
+from nlds_vines.upkeep.rerun import differing
 
 
 @pytest.fixture(scope="module")
@@ -190,10 +189,9 @@ def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path,
     assert main([*command, "--shard", "1/2"]) == 0
     assert (parts / LEARNT).read_bytes() == kept
     (parts / LEARNT).write_bytes(kept[:-9] + b"123456789")
-    assert f"{LEARNT} cannot be used" in refusal("consolidate", path)
     assert f"{LEARNT} is made again" in ask(*command, "--resume").err
     assert not parts.exists()
-    assert not compare(plane, path).different
+    assert differing(plane, path) == []
 
 
 @pytest.mark.kernels
@@ -243,13 +241,6 @@ def test_the_sample_is_spread_evenly():
     assert sample_size(nv.load_scan(ALONG)) == 30
 
 
-@pytest.mark.kernels
-def test_a_dry_run_tells_what_learning_costs(along):
-    lines = estimate(nv.load_scan(ALONG)).lines()
-    (line,) = (line for line in lines if line.startswith("learning:"))
-    assert "120 orbits" in line
-
-
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -294,16 +285,13 @@ def test_measures_of_a_plane(plane, answer):
             for n, p, w in zip(("x_0", "v_0"), point, way, strict=True)
         )
         assert view["attractor"][x, v, 0] == 1
-    said = answer("basins", plane, "--box", "10", "--by", "20")
-    assert "attractor 0, T,0" in said
-    assert "boundary entropy" in said
-    assert "arrived by 20 T" in said
+    assert "attractor 0, T,0" in repr(found)
+    assert "boundary entropy" in repr(found)
 
 
 @pytest.mark.kernels
 def test_measures_along_a_parameter(along, answer):
-    assert "P = 0.3: 1.0000 T,0 (number 0)" in answer("basins", along)
-    assert "attractor 1, T,1" in answer("basins", along, "--at", "P=0.51")
+    assert "attractor 1, T,1" in repr(nv.basin_measures(along, P=0.51))
     with pytest.raises(RequestError, match="P is missing"):
         nv.basin_measures(along)
     with pytest.raises(RequestError, match="unknown varied parameter"):

@@ -15,7 +15,7 @@ from nlds_vines.orbits.phase_entry import TURN, Entries
 from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.orbits.starts import user_states
-from nlds_vines.upkeep.diff import compare
+from nlds_vines.upkeep.rerun import differing
 
 SAMPLES = 48
 CASES = {  # with impacts in the middle of periods
@@ -143,7 +143,7 @@ def test_a_plane_of_phases_has_the_basins_of_plain_following(plane, tmp_path):
 def test_an_archive_knows_its_phases(plane, tmp_path, capsys):
     again = tmp_path / "again.h5"
     assert main(["rerun", str(plane), "-o", str(again), "--quiet"]) == 0
-    assert not compare(plane, again).different
+    assert differing(plane, again) == []
     orbit = nv.orbit_of(plane, phase=2.0, v_0=-1.2, quiet=True)
     cell = cell_orbit(plane, {"phase": 2.0, "v_0": -1.2})
     with nv.read(plane) as view:

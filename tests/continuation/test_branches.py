@@ -260,16 +260,15 @@ def test_orbits_at_a_value_are_all_there(set6):
     orbits = set6.orbits_at(7.8)
     labels = sorted((orbit.label, orbit.stable) for orbit in orbits)
     assert labels == [("2T,1", False), ("2T,1", True), ("T,0", True)]
-    (edge,) = set6.edges_at(7.8)
-    assert (edge.label, edge.unstable) == ("2T,1", 1)
+    assert [orbit.unstable for orbit in orbits if not orbit.stable] == [1]
 
 
-def test_an_edge_state_divides_two_basins(set6):
+def test_a_saddle_divides_two_basins(set6):
     """Starts on both sides of it, along its unstable direction, end in different attractors."""
-    (edge,) = set6.edges_at(7.8)
+    (saddle,) = (orbit for orbit in set6.orbits_at(7.8) if not orbit.stable)
     there = load_system("ssul-set6", omega=7.8)
     section_map = SectionMap(there, ("omega",), Settings(1e-12))
-    cycle = section_map.at(place_of(there, "omega", 7.8, tuple(edge.state)), 2)
+    cycle = section_map.at(place_of(there, "omega", 7.8, tuple(saddle.state)), 2)
     values, vectors = np.linalg.eig(cycle.matrix)
     push = vectors[:, np.argmax(np.abs(values))].real * 1e-4
     labels = set()

@@ -58,7 +58,7 @@ def test_a_full_disk_for_output_is_one_line(folder, words):
 
 @pytest.mark.parametrize("kilobytes", [3_000_000, 1_500_000])
 def test_little_memory_is_enough(folder, kilobytes):
-    for words in ("bifurcation --dry-run", "status a.h5"):
+    for words in ("bifurcation --dry-run", "plot no.h5 --help"):
         assert ask(f"ulimit -v {kilobytes}; nlds-vines {words}", folder)[::2] == (0, "")
 
 

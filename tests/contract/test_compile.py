@@ -1,4 +1,4 @@
-"""`nlds-vines compile`, and what a run does with what it finds, or does not find, in the cache."""
+"""What a run does with what it finds, or does not find, in the cache of compiled kernels."""
 
 import os
 import signal
@@ -12,9 +12,6 @@ import pytest
 from commands import printed
 
 import nlds_vines as nv
-from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits import compilation
-from nlds_vines.upkeep import compile as command
 
 ROOT = str(Path(nv.__path__[0]).parent)
 
@@ -57,76 +54,13 @@ def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
         "compiling the equations of none into machine code, which is kept for later runs: "
         "about 12 s\n"
     )
-    ahead = ["compile", "none", "--record", "section"]
-    status, out, err = finished(tmp_path, *ahead)
-    assert (status, err) == (0, "")
-    assert out.startswith("none orbit: ")
-    assert out.endswith(" s\n")
-    assert finished(tmp_path, *ahead) == (0, "none orbit: already there\n", "")
     status, _, err = finished(tmp_path, *scan)
-    assert (status, err) == (0, "")
-    status, _, err = finished(tmp_path, *scan, NUMBA_OPT="1")  # which is another cache
     assert status == 0
     assert err.startswith(words)
+    status, _, err = finished(tmp_path, *scan)
+    assert (status, err) == (0, "")
     status, _, err = finished(tmp_path, *scan, "--quiet", NUMBA_OPT="2")
     assert (status, err) == (0, "")
-
-
-@pytest.fixture
-def fakes(monkeypatch):
-    """Stand in for the processes: they say at once what they are told to; return the calls."""
-    calls, says = [], {}
-
-    def begin(kernels, needed):
-        calls.append((needed.scene, tuple(kernels), needed.method, needed.want))
-        lines = "\n".join(says.get((needed.scene, name), f"{name} 1.26") for name in kernels)
-        status = int("failed" in lines or "nothing" in lines)
-        text = "" if "nothing" in lines else lines
-        return subprocess.Popen(
-            [sys.executable, "-c", f"print({text!r}, end=''); raise SystemExit({status})"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-
-    monkeypatch.setattr(compilation, "begin", begin)
-    monkeypatch.setattr(compilation, "may_help", lambda: True)
-    monkeypatch.setattr(compilation, "free_memory", lambda: None)
-    monkeypatch.setenv("NUMBA_DISABLE_JIT", "0")
-    return calls, says
-
-
-USUAL = ("section", "impacts", "energy", "regime")
-
-
-def test_by_default_all_kinds_are_compiled_for_what_the_default_scan_records(fakes, answer):
-    calls, _ = fakes
-    lines = answer("compile").splitlines()
-    assert {kind for kind, *_ in calls} == set(SCENES)
-    assert calls[0] == ("none", ("orbit",), "exact", ("section", "energy", "regime"))
-    assert ("ssul", ("verdict",), "exact", USUAL) in calls
-    assert len(lines) == 2 * len(SCENES)
-    assert lines[:2] == ["none orbit: 1.3 s", "none verdict: 1.3 s"]
-
-
-def test_kinds_records_and_the_method_are_chosen(fakes, answer):
-    calls, says = fakes
-    says["ssbl", "orbit"] = "orbit known"
-    said = answer("compile", "ssbl", "--record", "error,regime", "--method", "rk4").splitlines()
-    assert calls == [
-        ("ssbl", ("orbit", "error"), "rk4", ("regime", "error")),
-        ("ssbl", ("verdict",), "rk4", ("regime", "error")),
-    ]
-    assert said == ["ssbl orbit: already there", "ssbl error: 1.3 s", "ssbl verdict: 1.3 s"]
-
-
-def test_the_kernels_of_branches_are_compiled_when_asked_for(fakes, answer, refusal, monkeypatch):
-    calls, _ = fakes
-    monkeypatch.setattr(command, "compile_branches", lambda key: f"{key} branches: 2.5 s")
-    assert answer("compile", "ssul", "--branches").endswith("\nssul branches: 2.5 s\n")
-    assert [call[-1] for call in calls] == [USUAL] * 2
-    out = answer("compile", "ssul", "tmd", "--branches", "--record", "energy")
-    assert {call[-1] for call in calls[2:]} == {("energy",), USUAL, ("section", "energy", "regime")}
-    assert out.count("branches: ") == 2
-    assert "method exact alone" in refusal("compile", "ssul", "--branches", "--method", "rk4")
 
 
 @pytest.mark.kernels
@@ -147,26 +81,6 @@ assert len(found.branches[0]) > 2
 print([kernel.py_func.__name__ for kernel in compiled if kernel in KERNELS])
 """
     assert printed("-c", program, NUMBA_CACHE_DIR=str(tmp_path)) == "[]\n"
-
-
-def test_where_nobody_may_help_one_follows_the_other(fakes, answer, monkeypatch):
-    calls, _ = fakes
-    monkeypatch.setattr(compilation, "may_help", lambda: False)
-    answer("compile", "ssul")
-    assert [call[1] for call in calls] == [("orbit",), ("verdict",)]
-
-
-def test_what_cannot_be_compiled_is_one_line(fakes, ask, refusal, monkeypatch):
-    _, says = fakes
-    says["ssul", "orbit"] = "orbit failed no space left on device"
-    _, err = ask("compile", "ssul", status=2)
-    assert err == "nlds-vines compile: error: ssul orbit: no space left on device\n"
-    says["ssul", "orbit"] = "nothing"
-    assert "ended with status 1" in refusal("compile", "ssul")
-    monkeypatch.setattr(compilation, "free_memory", lambda: 10**8)
-    assert "0.1 GB are free" in refusal("compile", "ssul")
-    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
-    assert "NUMBA_DISABLE_JIT" in refusal("compile", "ssul")
 
 
 def children(pid):
@@ -211,14 +125,15 @@ BOUND = 300
 
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
 def test_nothing_goes_on_after_the_end(end, tmp_path):
-    process = program(tmp_path, "compile", "ssul")
+    process = program(tmp_path, "bifurcation")
     found = awaited(lambda: children(process.pid), process)
     assert found
     assert not list(tmp_path.rglob("lanes.*.compiled"))
     process.send_signal(end)
     _, err = process.communicate(timeout=BOUND)
     if end == signal.SIGINT:
-        assert (process.returncode, err) == (130, "nlds-vines compile: interrupted\n")
+        assert process.returncode == 130
+        assert "interrupted: 0 of " in err
     while any(alive(child) for child in found):
         time.sleep(0.02)
     assert not list(tmp_path.rglob("lanes.*.compiled"))  # none was compiled to its end

@@ -11,7 +11,6 @@ import pytest
 from commands import printed
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.command import main
@@ -202,7 +201,6 @@ def test_errors_do_not_depend_on_threads_blocks_shards_or_interruptions(
     assert compute(tmp_path / "stopped.h5", scan, resume=True) == whole
     for shard in ("1/2", "2/2"):
         compute_shard(scan, tmp_path / "shared.h5", shard)
-    assert console(["consolidate", str(tmp_path / "shared.h5")]) == 0
     assert bits(tmp_path / "shared.h5") == whole
 
 

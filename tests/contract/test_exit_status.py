@@ -40,11 +40,7 @@ def calls(here, monkeypatch):
             remarks=lambda: ["a remark"],
         )
 
-    def estimate(scan, threads):
-        return SimpleNamespace(lines=lambda: [f"{scan.lanes} orbits", f"{threads} threads"])
-
     stand_in(monkeypatch, "run", run=run)
-    stand_in(monkeypatch, "estimate", estimate=estimate)
     picture = SimpleNamespace(save=lambda *what: asked.plots.append(what))
     stand_in(monkeypatch, "picture.drawing", PICTURE=picture)
     return asked
@@ -116,14 +112,16 @@ def test_failed_orbits_give_status_1_even_when_quiet(calls, ask):
     assert calls.plots  # what succeeded is drawn
 
 
-def test_a_shard_names_what_joins_it_and_draws_nothing(calls, answer):
-    assert "nlds-vines consolidate figure8.h5" in answer("bifurcation", "--shard", "2/7")
+def test_a_shard_says_who_writes_the_archive_and_draws_nothing(calls, answer):
+    assert "the last shard to end writes the archive" in answer("bifurcation", "--shard", "2/7")
     assert calls.runs[0][2] == {**USUAL, "shard": Shard(2, 7), "quiet": False}
     assert calls.plots == []
 
 
 def test_a_dry_run_only_tells(calls, answer, refusal, tmp_path):
-    assert answer("bifurcation", "--dry-run", "--threads", "2") == "1201 orbits\n2 threads\n"
+    said = answer("bifurcation", "--dry-run", "--threads", "2")
+    assert "orbits:   1201 (1201 cells, 1 start each)" in said
+    assert "results: " in said
     (tmp_path / "figure8.h5").write_bytes(b"old")
     assert "exists" in refusal("bifurcation", "--dry-run", "--threads", "2")
     assert calls.runs == calls.plots == []

@@ -33,10 +33,9 @@ WORDS = {"request", "request_file", "run", "result", "picture", "command", "__ma
 """The words that stand in every wing; any other file name is used once."""
 
 WIDE = {
-    "bifurcation.command.bifurcation",  # until 0.2
-    "continuation.command.follow",
+    "continuation.command.continue_branch",
     "orbits.simulation.simulate",
-    "transients.command.ensemble",
+    "transients.command.transient_lifetimes",
 }
 """Public functions whose keywords are those of the command or of the paper's parameters."""
 

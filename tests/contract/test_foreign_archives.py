@@ -10,7 +10,6 @@ import pytest
 from made_up import MAP, arrays, cut, fill, finished, make_scan, results, write
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import blocks_of
@@ -115,11 +114,10 @@ def begun(path):
     return parts.folder
 
 
-def test_a_folder_in_the_place_of_a_part_is_named_and_kept(begun, path, answer):
+def test_a_folder_in_the_place_of_a_part_is_named_and_kept(begun, path):
     part = min(begun.glob("block-*"))
     part.unlink()
     (part / "precious").mkdir(parents=True)
-    assert "1 unreadable" in answer("status", path)
     with (
         Parts.open(path, make_scan(), resume=True) as parts,
         pytest.raises(RequestError, match=r"block-000000\.part is a folder"),
@@ -135,13 +133,6 @@ def test_a_pipe_in_the_place_of_a_part_is_computed_again(begun, path):
     with Parts.open(path, make_scan(), resume=True) as parts:
         assert finished(parts, blocks_of(make_scan())) == {1, 2}
         assert "no regular file" in parts.discarded[0]
-
-
-def test_a_lock_that_is_a_pipe_does_not_hang(begun, path, capsys):
-    (begun / "lock").unlink(missing_ok=True)
-    os.mkfifo(begun / "lock")
-    os.mkfifo(begun / "shard-1-of-2.lock")
-    assert main(["status", str(path)]) == 0
 
 
 # ---- archives ------------------------------------------------------------------------------------

@@ -20,7 +20,6 @@ scan = ["bifurcation", "--system", "tmd", "--start", "deflected", "--quiet", "--
         "--periods", "2", "--record", "section", "--vary", "stiffness_ratio=0.01:0.02:3"]
 assert main([*scan, "-o", "new.h5", "--plot", "new.png"]) == 0
 assert main(["rerun", "new.h5", "-o", "again.h5", "--quiet"]) == 0
-assert main(["diff", "new.h5", "again.h5"]) == 0
 with read("new.h5") as view:
     k2, start, section = (view[name].tolist() for name in ("k2", "start", "section"))
 print(json.dumps([k2, start, section, nv.open_archive("new.h5").request.to_toml()]))

@@ -34,7 +34,7 @@ def test_nor_of_a_short_one(argument, refusal):
 @pytest.mark.parametrize("path", ["", ".", "/"])
 @pytest.mark.parametrize(
     "words",
-    [["status"], ["consolidate"], ["export"], ["transients", "--dry-run", "-o"]],
+    [["plot"], ["export"], ["transients", "--dry-run", "-o"]],
     ids=lambda words: words[0],
 )
 def test_a_path_without_a_name_is_refused(words, path, refusal):

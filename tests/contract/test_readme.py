@@ -189,12 +189,12 @@ def test_the_recipes_for_clusters_are_understood(own):
             assert console([*words, "--dry-run"]) == 0
 
 
-def test_an_archive_is_drawn_repeated_and_compared(own):
+def test_an_archive_is_drawn_and_repeated(own):
     small = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
     assert main(small) == 0
     found = sister_commands("".join(blocks("sh", text_of("archive.md"))))
-    assert [words[0] for words in found] == ["plot", "plot", "rerun", "diff"]
-    assert [console(words) for words in found] == [0] * 4
+    assert [words[0] for words in found] == ["plot", "plot", "rerun"]
+    assert [console(words) for words in found] == [0] * 3
 
 
 @pytest.mark.skipif(find_spec("bokeh") is None, reason="Bokeh is not installed")
@@ -215,7 +215,7 @@ def test_pages_are_made_as_they_are_told(own):
 def test_the_console_script_has_the_commands_that_are_told():
     named = set(re.findall(r"nlds-vines ([a-z][\w-]*)", TEXT))
     assert named <= set(COMMANDS)
-    assert "consolidate" in named
+    assert "rerun" in named
 
 
 FOLDERS = [module.removesuffix(".command") for module, _ in COMMANDS.values()]

@@ -271,7 +271,7 @@ LINES = {
     "bifurcation --shard slurm": ["SLURM_ARRAY_TASK_ID", "job array"],
     "bifurcation --shard 1/7 --overwrite": ["--shard", "--overwrite"],
     "bifurcation --shard 1/7 --scheduler local:2": ["--scheduler"],
-    "bifurcation --shard 1/7 --plot x.png": ["--plot 'x.png'", "consolidate"],
+    "bifurcation --shard 1/7 --plot x.png": ["--plot 'x.png'", "a shard draws nothing"],
     "bifurcation --scheduler dask": ["--scheduler 'dask'", "local:N", "tcp://"],
     "bifurcation --scheduler local:0": ["--scheduler local:N", "= 0"],
     "bifurcation --scheduler local:x": ["--scheduler local:N", "'x'"],
@@ -365,20 +365,6 @@ LINES = {
     "explore --port 70000": ["--port"],
     "explore map.h5 --set P=3": ["--set"],
     # upkeep
-    "consolidate": ["required", "FILE.h5"],
-    "consolidate old.h5": ["'old.h5'", "no parts"],
-    "consolidate empty.h5": ["empty.h5", "no parts"],
-    "consolidate a.h5 b.h5": ["too many", "b.h5"],
-    "consolidate piped.h5": ["manifest.json", "no regular file"],
-    f"consolidate {ODD}.h5": ["not UTF-8"],
-    "status no.h5": ["'no.h5'", "no such archive"],
-    "status empty.h5": ["empty.h5", "nothing was begun"],
-    "status old.h5": ["old.h5", "no HDF5 file"],
-    "status piped.h5": ["manifest.json", "no regular file"],
-    "status folded.h5": ["manifest.json", "no regular file"],
-    "status typed.h5": ["manifest.json is damaged"],
-    "status nested.h5": ["manifest.json is damaged"],
-    f"status {ODD}.h5": ["not UTF-8"],
     "rerun": ["required", "FILE.h5"],
     "rerun no.h5": ["'no.h5'", "no such file"],
     "rerun old.h5": ["old.h5", "no HDF5 file"],
@@ -386,21 +372,10 @@ LINES = {
     "rerun old.h5 --threads 0": ["threads = 0"],
     "rerun old.h5 -o old.h5 --overwrite": ["old.h5"],
     f"rerun old.h5 -o {ODD}.h5": ["not UTF-8"],
-    "diff old.h5": ["required", "B.h5"],
-    "diff old.h5 no.h5": ["'no.h5'", "no such file"],
-    "diff old.h5 pipe.toml": ["no regular file"],
-    "diff old.h5 scan.toml": ["old.h5", "no HDF5 file"],
-    f"diff {ODD}.h5 old.h5": ["not UTF-8"],
     "report no.h5": ["no.h5"],
     "report folder": ["no regular file"],
     "report map.h5 -o map.h5": ["is another file of this run"],
     "report map.h5 -o no/x.html": ["no folder"],
-    "compile ssull": ["'ssull'", "did you mean 'ssul'"],
-    "compile --record colour": ["'colour'", "section"],
-    "compile --record ,": ["empty request"],
-    "compile --method euler": ["'euler'", "exact, rk4"],
-    "compile --recrd energy": ["'--recrd'", "--record"],
-    "compile tmd --record impacts": ["no wall"],
 }  # fmt: skip
 
 
@@ -446,11 +421,11 @@ def nothing_is_computed(monkeypatch):
         raise AssertionError("a faulty request has reached the kernels")
 
     for name in (
-        "bifurcation.run", "bifurcation.estimate", "tuning.run", "portrait.run", "loads.run",
+        "bifurcation.run", "tuning.run", "portrait.run", "loads.run",
         "accuracy.measure", "runs.survey",
     ):  # fmt: skip
         fake = ModuleType(f"nlds_vines.{name}")
-        vars(fake).update(run=run, estimate=run, views_of=run)
+        vars(fake).update(run=run, views_of=run)
         monkeypatch.setitem(sys.modules, fake.__name__, fake)
 
 

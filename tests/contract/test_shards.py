@@ -12,16 +12,15 @@ from threading import Timer as Later
 from types import SimpleNamespace
 
 import pytest
-from made_up import arrays, cut, fill, make_scan, run_python, same, write
+from made_up import cut, fill, make_scan, run_python
 from test_determinism import bits, document, surroundings
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives.provenance import makers
-from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import cluster
 from nlds_vines.bifurcation.block_files import Parts
-from nlds_vines.bifurcation.blocks import Block, blocks_of
+from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.shard import Shard
 
@@ -68,11 +67,7 @@ def test_seven_shards_side_by_side_end_in_the_same_bits(folder, whole):
         running = [start("--shard", f"{i}/7", "--threads", "1") for i in shards]
         for each in running:
             out, _ = finish(each)
-            assert "nlds-vines consolidate scan.h5" in out
-        if shards == [1, 2]:
-            assert main(["consolidate", "scan.h5"]) == 2
-    assert main(["consolidate", "scan.h5", "--dry-run"]) == 0
-    assert main(["consolidate", "scan.h5"]) == 0
+            assert ("the last shard to end writes" in out) or Path("scan.h5").exists()
     assert bits("scan.h5") == whole
     assert sorted(os.listdir()) == ["scan.h5", "scan.toml"]
 
@@ -88,28 +83,22 @@ def test_shards_share_all_blocks_and_none_twice():
         assert max(map(len, shares)) - min(map(len, shares)) <= 1
 
 
+def test_the_last_of_several_shards_is_alone(tmp_path):
+    scan, path = make_scan(), tmp_path / "a.h5"
+    with (
+        Parts.open(path, scan, shard=Shard(1, 2)) as one,
+        Parts.open(path, scan, shard=Shard(2, 2)) as two,
+    ):
+        assert not one.is_alone()
+        assert two.is_alone()
+        assert not one.is_alone()
+        with pytest.raises(RequestError, match="another run"):
+            Parts.open(path, scan, shard=Shard(3, 3))
+
+
 def begin(path, scan, shard):
     with Parts.open(path, scan, shard=shard) as parts:
         fill(parts, scan, [block for block in cut(scan) if shard.has(block.index)])
-
-
-def test_missing_shards_are_named_and_nothing_is_lost(folder, answer, refusal, monkeypatch):
-    scan, path = make_scan(), Path("a.h5")
-    monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
-    expected = arrays(write("whole.h5", scan, list(blocks_of(scan))))
-    monkeypatch.setattr("made_up.cut", lambda scan: list(blocks_of(scan)))
-    for index in (1, 3):
-        shard = Shard(index, 3)
-        with Parts.open(path, scan, shard=shard) as parts:
-            fill(parts, scan, blocks_of(scan, shard))
-    with Parts.open(path, scan, shard=Shard(2, 3)):
-        pass
-    assert "1 of 3 blocks are missing, of the shards 2/3" in refusal("consolidate", "a.h5")
-    with Parts.open(path, scan, shard=Shard(2, 3)) as parts:
-        fill(parts, scan, blocks_of(scan, Shard(2, 3)))
-    assert answer("consolidate", "a.h5")
-    assert same(arrays("a.h5"), expected)
-    assert "no parts" in refusal("consolidate", "a.h5")
 
 
 @pytest.mark.kernels
@@ -134,8 +123,6 @@ def test_a_shard_never_shares_its_share_nor_a_folder_held_by_a_run(tmp_path):
         for how in ({"shard": Shard(1, 2)}, {"resume": True}, {"overwrite": True}):
             with pytest.raises(RequestError, match="another run"):
                 Parts.open(path, scan, **how)
-        with pytest.raises(RequestError, match="another run"):
-            Parts.begun(path)
     with (
         Parts.open(path, scan, resume=True),
         pytest.raises(RequestError, match="another run"),

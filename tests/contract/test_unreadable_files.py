@@ -24,7 +24,7 @@ def test_permission_denied_is_said_as_such(path, monkeypatch, refusal):
         return really(place, *arguments, **keywords)
 
     monkeypatch.setattr(os, "open", refused)
-    for words in (["status"], ["export"], ["plot", "--show", "?"], ["diff", "scan.h5"]):
+    for words in (["export"], ["plot", "--show", "?"], ["rerun"]):
         err = refusal(*words, "scan.h5")
         assert err.count("\n") == 1
         assert "Permission denied" in err

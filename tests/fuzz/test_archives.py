@@ -10,7 +10,7 @@ from fuzz.rule import CASES, broken_by, command, short
 pytestmark = pytest.mark.long
 
 ASKED = (
-    ["status"], ["plot", "--show", "?"], ["diff", "o.h5"], ["export", "-o", "c.csv"],
+    ["plot", "--show", "?"], ["export", "-o", "c.csv"],
     ["rerun", "-o", "r.h5", "--dry-run"],
 )  # fmt: skip
 

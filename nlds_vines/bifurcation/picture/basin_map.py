@@ -6,7 +6,7 @@ one regime the later ones are darker, then paler.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,17 +59,6 @@ class _Look(NamedTuple):
     colour: str
 
 
-class Marks(NamedTuple):
-    """Points (count, components) that are marked in a plane of starts.
-
-    `words` are what a legend says of them, `look` how they are drawn.
-    """
-
-    points: np.ndarray
-    words: str
-    look: Mapping[str, Any]
-
-
 def drawable(view: ArchiveView) -> bool:
     """Tell whether an archive has basins that can be drawn: planes, or shares along a parameter."""
     return not _why_not(view)
@@ -90,12 +79,11 @@ def _why_not(view: ArchiveView) -> str:
 def basin_picture(
     view: ArchiveView,
     page: Page = TWO_COLUMNS,
-    marks: Sequence[Marks] = (),
 ) -> Figure:
     """Return the basins of a scan: over two initial conditions, or their shares along a parameter.
 
-    Over a parameter and an initial condition there are both, one above the other.  In a plane of
-    initial conditions `marks` are drawn.  Raises `RequestError` for any other scan.
+    Over a parameter and an initial condition there are both, one above the other.
+    Raises `RequestError` for any other scan.
     """
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
@@ -108,7 +96,7 @@ def basin_picture(
     panels = []
     if map_:
         panels.append(map_panel(figure, height - HEAD - page.map_height, page))
-        fill_basins(panels[0], view, page, marks, legend=not shares)
+        fill_basins(panels[0], view, page, legend=not shares)
     if shares:
         panels.append(map_panel(figure, foot, page))
         handles = fill_shares(panels[-1], view)
@@ -125,13 +113,12 @@ def fill(
     axes: Axes,
     view: ArchiveView,
     page: Page,
-    marks: Sequence[Marks] = (),
 ) -> None:
     """Draw one panel of it into axes: the map, or else the shares; errors as `basin_picture`."""
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
     if len(view.axes) == 2:
-        fill_basins(axes, view, page, marks)
+        fill_basins(axes, view, page)
     else:
         add_map_legend(axes, fill_shares(axes, view), "attractor", page)
 
@@ -140,11 +127,10 @@ def fill_basins(
     axes: Axes,
     view: ArchiveView,
     page: Page,
-    marks: Sequence[Marks] = (),
     *,
     legend: bool = True,
 ) -> None:
-    """Fill every cell of a map with the colour of its attractor; mark their points, and others."""
+    """Fill every cell of a map with the colour of its attractor; mark their points."""
     looks = _looks(view)
     labels, numbers = _labels_of_cells(view), view["attractor"][..., 0]
     keys = [(int(k), str(label)) for k, label in zip(numbers.flat, labels.flat, strict=True)]
@@ -161,7 +147,6 @@ def fill_basins(
     handles: list[Any] = [*_patches([looks[key] for key in present])]
     if begins_at_sections(view) and not [name for name in view.axes if name not in INITIAL]:
         handles += _mark_points(axes, view, looks)
-        handles += [handle for one in marks for handle in _mark(axes, view, one)]
     if legend:
         add_map_legend(axes, handles, "attractor", page)
 
@@ -255,15 +240,6 @@ def _mark_points(
             found = True
     text = "points of attractors" + _projected(view)
     return [Line2D([], [], markerfacecolor="white", label=text, **style)] if found else []
-
-
-def _mark(axes: Axes, view: ArchiveView, marks: Marks) -> list[Line2D]:
-    """Mark points as those of attractors are; return the entry of the legend."""
-    points, look = _within(view, marks.points), {"linestyle": "none", **marks.look}
-    if not points:
-        return []
-    axes.plot(*np.transpose(points), **look)
-    return [Line2D([], [], label=marks.words + _projected(view), **look)]
 
 
 def _within(view: ArchiveView, points: np.ndarray) -> list[np.ndarray]:

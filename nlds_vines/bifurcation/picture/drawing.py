@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from matplotlib.axes import Axes
@@ -28,11 +28,10 @@ class ScanPicture(Drawing):
     Where one of two parameters takes only a few values (`plotting.bands.is_list`), there is no map:
     each of the values has curves and panels of its own.
 
-    Attributes: `marks`, what is marked in basins; `manifold`, whether the bounds of 1:1 motion in
-    closed form are drawn over maps of omega.
+    Attributes: `manifold`, whether the bounds of 1:1 motion in closed form are drawn over maps of
+    omega.
     """
 
-    marks: Sequence[basin_map.Marks] = ()
     manifold: bool = False
 
     def names(self, view: ArchiveView) -> Mapping[str, str]:
@@ -64,10 +63,8 @@ class ScanPicture(Drawing):
         plain = len(values) == 1 or is_map(values)
         if show == BASINS or (show is None and plain and basin_map.drawable(view)):
             if ax is None:
-                return basin_map.basin_picture(view, page, self.marks)
-            return into(ax, lambda: basin_map.fill(ax, view, page, self.marks))
-        if self.marks:
-            raise RequestError(f"{view.path}: orbits are marked with show = 'basins' alone")
+                return basin_map.basin_picture(view, page)
+            return into(ax, lambda: basin_map.fill(ax, view, page))
         if not is_map(values):
             if self.manifold:
                 raise RequestError(

@@ -1,0 +1,79 @@
+"""Branches of a continuation drawn over the energies of a sweep."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nlds_vines.errors import RequestError
+from nlds_vines.plotting.page import styled
+from nlds_vines.plotting.style import GREY
+from nlds_vines.runs.manifest import DECAY
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from nlds_vines.archives.view import ArchiveView
+    from nlds_vines.continuation.result import Continued
+    from nlds_vines.loads.request import Decay
+
+ALIKE = 1e-9
+"""Relative difference up to which two values of a parameter count as equal."""
+
+_STABLE: dict[str, Any] = {
+    "color": GREY, "linewidth": 1.6, "alpha": 0.7, "label": "stable branches"
+}  # fmt: skip
+_UNSTABLE: dict[str, Any] = {
+    "color": GREY, "linewidth": 0.8, "linestyle": (0, (2, 1.5)), "label": "unstable branches"
+}  # fmt: skip
+
+
+@styled()
+def draw_branches(figure: Figure, view: ArchiveView, path: str | os.PathLike[str]) -> None:
+    """Draw E1max of branches over omega in the panels of a sweep's energy.
+
+    Arguments: the `figure` of a response history under a sweep; its open archive; the path of a
+    continuation along omega of one of its dampers under the force of the sweep.
+
+    Raises `RequestError` for another system or parameter, and if no panel shows energies of a
+    sweep.
+    """
+    from nlds_vines.continuation.result import continued
+    from nlds_vines.loads.picture import SWEEP_ENERGY
+    from nlds_vines.loads.request_file import load_decay
+
+    request, found = view.request(DECAY, load_decay), continued(path)
+    panels = [axes for axes in figure.axes if axes.get_label() == SWEEP_ENERGY]
+    if not panels:
+        raise RequestError(f"{path} is drawn beside a sweep: --show {SWEEP_ENERGY}")
+    _refuse_other(request, found, path)
+    sweep = request.load.sweeps[0]
+    for axes in panels:
+        for branch in found.branches:
+            stable = np.where(branch.stable, branch.E1max, np.nan)
+            for energy, look in ((branch.E1max, _UNSTABLE), (stable, _STABLE)):
+                named = axes.get_legend_handles_labels()[1]
+                words = None if look["label"] in named else look["label"]
+                axes.plot(branch.parameter, energy, zorder=0, **{**look, "label": words})
+        axes.set_xlim(min(sweep.first, sweep.last), max(sweep.first, sweep.last))
+        axes.legend(loc="upper right")
+
+
+def _refuse_other(request: Decay, found: Continued, path: str | os.PathLike[str]) -> None:
+    """Raise `RequestError` unless the branches are of a damper of the sweep under its force."""
+    system = found.request.system
+    if found.request.along.name != "omega" or request.load.shaken:
+        raise RequestError(f"{path} must be along omega, and the sweep a force on m1")
+    like = {"P": request.load.force_of(request.load.sweeps[0]), "omega": system.parameters["omega"]}
+    differences = []
+    for damper in request.systems:
+        differences.append(f"{system.heading()}, not {damper.heading()}")
+        if damper.scene.key == system.scene.key:
+            ours, theirs = damper.with_(**like).parameters, system.parameters
+            wrong = [n for n in ours if not np.isclose(theirs[n], ours[n], rtol=ALIKE, atol=0.0)]
+            if not wrong:
+                return
+            differences[-1] = ", ".join(f"{n} = {theirs[n]!r}, not {ours[n]!r}" for n in wrong)
+    raise RequestError(f"{path} is of another system: {differences[-1]}")

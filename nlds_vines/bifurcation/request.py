@@ -46,7 +46,7 @@ from nlds_vines.orbits.solver_settings import (
     tolerance_setting,
 )
 from nlds_vines.orbits.spectral_records import SpectralRecords, checked_signals
-from nlds_vines.orbits.starts import AT_ANY_PHASE, Start
+from nlds_vines.orbits.starts import AT_ANY_PHASE, Start, starts_inside
 from nlds_vines.orbits.tapers import TAPERS
 from nlds_vines.runs.manifest import SCAN
 
@@ -209,6 +209,26 @@ class Scan(Request):
             for axis, places in zip(self.axes, where, strict=True)
             if axis.name in INITIAL
         }
+
+    def starts_inside(self) -> list[str]:
+        """Return a line on starts inside a wall, if there are any; random ones never are.
+
+        Of a sweep, the orbit of its first cell alone begins at rest.
+        """
+        if self.start.policy == "random":
+            return []
+        values = {axis.name: axis.values for axis in self.axes}
+        if self.start.sweeps:
+            last = self.axes[-1]
+            ends = [0 if name == "up" else -1 for name in self.start.sweeps]
+            values[last.name] = last.values[ends]
+        grid = np.meshgrid(*values.values(), indexing="ij", sparse=True)
+        places = dict(zip(values, grid, strict=True))
+        state = dict(zip(self.system.scene.components, self.start.state, strict=False))
+        state |= {component_of(name): places[name] for name in values if name in INITIAL}
+        shape = np.broadcast_shapes(*(part.shape for part in grid))
+        parameters = {**self.system.parameters, **places}
+        return starts_inside(self.system.scene, parameters, state, shape)
 
     def outline(self) -> Rows:
         """Return the system, the axes, the starts, and what is recorded."""

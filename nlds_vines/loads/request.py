@@ -19,6 +19,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settings, entries, setting
 from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import tolerance_setting
+from nlds_vines.orbits.starts import starts_inside
 from nlds_vines.runs.manifest import DECAY
 
 TOLERANCE = 1e-10
@@ -127,6 +128,19 @@ class Decay(Request):
         shape = (len(self.systems), *self.shape)
         ends = product(range(len(self.systems)), *((0, size - 1) for size in self.shape))
         return [self.case(int(np.ravel_multi_index(place, shape))) for place in ends]
+
+    def starts_inside(self) -> list[str]:
+        """Return a line on starts inside a wall for each damper that has any."""
+        found = []
+        for system in self.systems:
+            axes = [axis for axis in self.vary if has(system, axis.name)]
+            grid = np.meshgrid(*(axis.values for axis in axes), indexing="ij", sparse=True)
+            places = dict(zip((axis.name for axis in axes), grid, strict=True))
+            state = dict(zip(system.scene.components, self.state, strict=False))
+            parameters, shape = {**system.parameters, **places}, tuple(a.values.size for a in axes)
+            lines = starts_inside(system.scene, parameters, state, shape)
+            found += [f"{system.name}: {line}" for line in lines]
+        return found
 
     def case(self, number: int) -> tuple[System, Loading]:
         """Return the system and the load of a case, counted through the systems, then the axes.

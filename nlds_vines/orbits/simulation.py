@@ -26,13 +26,11 @@ from nlds_vines.orbits.impact_rows import IMPACT, Violation
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.records import refuse_impossible
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
+from nlds_vines.orbits.starts import ROUND_OFF
 from nlds_vines.orbits.status_words import STATUS
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 """What `simulate` can record."""
-
-ROUND_OFF = 1e-12
-"""Relative depth inside a rigid body at which a start is taken to be on it."""
 
 SAMPLES = 512
 """States of a trajectory in each forcing period, by default."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from nlds_vines.errors import RequestError, number, shown
 from nlds_vines.model.parameters import INITIAL, PHASE
 from nlds_vines.model.scenes import Scene
+from nlds_vines.model.scenes.base import Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
 POLICIES = ("rest", "up", "down", "both", "random")
@@ -29,6 +31,9 @@ STRUCTURE_SPREAD = 5.0
 
 DAMPER_SPREAD = 15.0
 """Largest displacement of the damper against the structure, in the same unit."""
+
+ROUND_OFF = 1e-12
+"""Relative depth inside a wall at which a start is taken to be on it."""
 
 FALLBACK_LENGTH = 0.01
 """Unit of length [m] where no parameter of the system gives one."""
@@ -142,6 +147,30 @@ def given_states(
     elif scene.grounded:
         states[:, 2:] = states[:, :2]
     return states
+
+
+def starts_inside(
+    scene: Scene, parameters: Values, state: Mapping[str, Any], shape: tuple[int, ...] = ()
+) -> list[str]:
+    """Return a line that counts the starts inside a wall and names the deepest; [] for none.
+
+    Arguments: the `parameters` by name and the `state` by component, floats or arrays that
+    broadcast to `shape`, one start for each element. Components that are missing are at rest.
+    """
+    rest = scene.rest(parameters) if scene.rest is not None else 0.0
+    r = state.get(scene.components[0], 0.0)
+    if scene.damper:
+        r = r - (state.get("x2", rest) - rest)
+    depth = np.full(shape, -np.inf)
+    for gap, sign in ((scene.gap_near, 1.0), (scene.gap_far, -1.0)):
+        if gap is not None:
+            depth = np.maximum(depth, sign * r - gap(parameters))
+    inside = depth > ROUND_OFF * np.abs(r)
+    if not inside.any():
+        return []
+    most = f"{1e3 * float(depth.max()):.4g} mm deep at most"
+    moved = " and put on it" if all(law.instant for law in scene.laws) else ""
+    return [f"{np.count_nonzero(inside)} of {depth.size} starts are inside a wall{moved}, {most}"]
 
 
 def start_states(start: Start) -> np.ndarray:

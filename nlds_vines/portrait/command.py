@@ -162,6 +162,10 @@ class Job(jobs.Job):
             check_film(self.animation)
             check_writable("--animate", self.animation)
 
+    def inside(self) -> list[str]:
+        """Return a line on a start inside a wall for each system that has one."""
+        return self.request.starts_inside()
+
     def others(self) -> Sequence[Path | None]:
         """Return the file of its histories, and the film."""
         return (self.csv, self.animation)

@@ -27,6 +27,7 @@ from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.solver_settings import METHODS, chosen_settings, tolerance_setting
+from nlds_vines.orbits.starts import starts_inside
 from nlds_vines.orbits.tapers import TAPERS
 from nlds_vines.plotting.bands import LARGEST
 from nlds_vines.runs.manifest import PORTRAIT
@@ -204,6 +205,15 @@ class PortraitRequest(Request):
             if self.start is not None and len(self.start) != len(scene.components):
                 names = ", ".join(scene.components)
                 raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
+
+    def starts_inside(self) -> list[str]:
+        """Return a line for each system whose orbit begins inside a wall; none for a cell's."""
+        found = []
+        for system in () if self.cell else [run[0].system for run in self.runs()]:
+            state = dict(zip(system.scene.components, self.start or (), strict=False))
+            lines = starts_inside(system.scene, system.parameters, state)
+            found += [f"{system.name}: {line}" for line in lines]
+        return found
 
     def _check_places(self) -> None:
         """Refuse obstacles, and springs that rest, so far away that no panel can show them."""

@@ -229,6 +229,14 @@ class Job(jobs.Job):
         for curve in self.request.curves:
             refuse_without_room(curve.scan, self.archive)
 
+    def inside(self) -> list[str]:
+        """Return a line on starts inside a wall for each curve that has any."""
+        return [
+            f"{label_of(curve)}: {line}"
+            for curve in self.request.curves
+            for line in curve.scan.starts_inside()
+        ]
+
     def failure(self, found: ResponseCurves) -> str:
         """Return how many orbits failed, why, and what helps."""
         import numpy as np

@@ -16,6 +16,7 @@ from nlds_vines.model.loads import record as records
 from nlds_vines.model.loads import samples
 from nlds_vines.model.loads.loading import Cells, Struck, loading_of
 from nlds_vines.model.loads.series import TERMS, tones
+from nlds_vines.model.loads.waves import Sweep
 
 STRUCK = Struck(mass=1000.0)
 
@@ -100,6 +101,27 @@ def test_a_logarithmic_sweep():
     (sweep,) = loading_of({"sweep": table}).sweep
     np.testing.assert_allclose(sweep.omegas(np.array([0.0, 4.0, 8.0, 9.0])),
                                [5.0, 5.0 * math.sqrt(2), 10.0, math.nan])  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "length"),
+    [(6.28, 6.28 * (1 + 1e-9), 60.0), (7.1, 7.101, 12000.0), (1.0, 20.0, 60.0), (20.0, 1.0, 60.0)],
+)
+def test_a_logarithmic_sweep_is_sharp_for_any_ratio_of_its_ends(first, last, length):
+    """The error is round-off of the phase, 3e-16 of it, for nearly equal ends, too."""
+    sweep = Sweep(amplitude=1.0, first=first, last=last, length=length, spacing="logarithmic")
+    times = np.linspace(0.0, length, 97)[:-1]
+    with mpmath.workdps(40):
+        ratio = mpmath.log(mpmath.mpf(last) / first)
+
+        def exact(t):
+            return mpmath.sin(first * length / ratio * mpmath.expm1(ratio * mpmath.mpf(t) / length))
+
+        for place in (0.0, 0.8):
+            rows = sweep.rows(times, np.full(96, 0.02))
+            wanted = [float(exact(t + 0.02 * place)) for t in times]
+            off = np.abs(rows @ place ** np.arange(15) - wanted).max()
+            assert off < 3e-16 * length * max(first, last) + 1e-15
 
 
 @pytest.mark.parametrize("kind", CASES)

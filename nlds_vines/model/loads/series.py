@@ -38,6 +38,19 @@ def exponential(x: np.ndarray) -> np.ndarray:
     return found
 
 
+def relative_growth(y: np.ndarray) -> np.ndarray:
+    """Return (e^y - 1) / y of `y` (n,), 1 at y = 0.
+
+    Below |y| = 1/2 it is the sum of y^k / (k + 1)!, k < 16, which no difference spoils.
+    """
+    small = np.where(np.abs(y) < 0.5, y, 0.0)
+    series = np.ones_like(y)
+    for k in range(16, 1, -1):
+        series = 1.0 + series * small / k
+    large = np.where(np.abs(y) < 0.5, 1.0, y)
+    return np.where(np.abs(y) < 0.5, series, (exponential(large) - 1.0) / large)
+
+
 def logarithm(x: float) -> float:
     """Return ln x."""
     from nlds_vines.kernels.numerics.elementary import log

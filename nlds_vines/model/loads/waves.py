@@ -18,6 +18,7 @@ from nlds_vines.model.loads.series import (
     growth,
     logarithm,
     polynomial,
+    relative_growth,
     tones,
     turns_at,
 )
@@ -105,10 +106,12 @@ class Sweep(Course):
         acts = self._acts(begins + 0.5 * lengths)
         since, lengths = begins[acts] - self.at, lengths[acts]
         if self._log_ratio:
-            # first length / ln(ratio) (ratio^(tau / length) - 1)
-            share = self._log_ratio / self.length
-            phase = growth(share * since, share * lengths) * (self.first / share / TURN)
-            phase[:, 0] -= self.first / share / TURN
+            # d(phase)/dt = first e^y, y = tau ln(ratio) / length: phase = first tau (e^y - 1) / y
+            rate, frequency = self._log_ratio / self.length, self.first / TURN
+            omega = growth(rate * since, rate * lengths) * frequency
+            phase = np.empty_like(omega)
+            phase[:, 0] = frequency * since * relative_growth(rate * since)
+            phase[:, 1:] = omega[:, :-1] * lengths[:, np.newaxis] / np.arange(1, TERMS)
         else:
             rise = 0.5 * (self.last - self.first) / self.length
             line = np.array([[0.0, self.first / TURN, rise / TURN]])

@@ -109,6 +109,7 @@ class Job(jobs.Job):
             request.title,
             *(f"damper:   {system_in_words(system)}" for system in request.systems),
             f"load:     {request.load.words() or 'none'}",
+            *(f"          {line}" for line in request.load.records_in_words(request.duration)),
             *(f"axis:     {axis.heading()}" for axis in request.vary),
             f"followed: {request.duration:g} s, {request.windows * request.samples} states each; "
             f"{request.cases} orbits",

@@ -67,19 +67,23 @@ class Decays(Drawable):
         return next(iter(self.falls.values()))
 
     def lines(self) -> Iterator[str]:
-        """Yield the title and a line for each damper."""
+        """Yield the title, the records of the load, and a line for each damper."""
         yield self.request.title
+        yield from self.request.load.records_in_words(self.request.duration)
+        frame = " relative to the ground" if self.request.load.shaken else ""
         for system, fall in zip(self.request.systems, self.falls.values(), strict=True):
             if fall.status != OK:
                 status = STATUS[fall.status]
                 yield f"{system_in_words(system)}: {status.name}. {status.remedy}"
                 continue
             last = ", ".join(
-                f"{share:.0%} for {time:.4g} s" if np.isfinite(time) else f"{share:.0%} to the end"
+                f"{share:.0%} until {time:.4g} s"
+                if np.isfinite(time)
+                else f"{share:.0%} to the end"
                 for share, time in zip(SHARES[::-1], fall.last[::-1], strict=True)
             )
             went = ", ".join(f"{way} {share:.1%}" for way, share in shares_of(fall).items())
-            most = f"x1 up to {fall.numbers['x1_max']:.4g} m"
+            most = f"x1{frame} up to {fall.numbers['x1_max']:.4g} m"
             yield f"{system_in_words(system)}: {most}; E1 above {last}; dissipated by {went}"
             if exact := _beside(fall, system, self.request):
                 yield f"  in closed form: {exact}"
@@ -113,8 +117,9 @@ class LoadScan(Drawable):
         return int(np.count_nonzero(self.status != OK))
 
     def lines(self) -> Iterator[str]:
-        """Yield the title, the axes, and of each damper the range of the first number."""
+        """Yield the title, records, the axes, and of each damper the range of the first number."""
         yield self.request.title
+        yield from self.request.load.records_in_words(self.request.duration)
         yield from (axis.heading() for axis in self.request.vary)
         name, values = next(iter(self.numbers.items()))
         for system, of_it in zip(self.request.systems, values, strict=True):

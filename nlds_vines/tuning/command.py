@@ -150,6 +150,7 @@ class Job(jobs.Job):
             tuning.title,
             *bounds,
             *([] if decay is None else [f"load:     {decay.load.words() or 'none'}"]),
+            *([] if decay is None else decay.load.records_in_words(decay.duration)),
             *(f"draws:    {one.words()}" for one in tuning.uncertain),
             f"judged:   by the {tuning.judged}: {cases_in_words}{from_rest}",
             f"search:   {search.method}, {search.population} designs in each of at most "

@@ -112,6 +112,8 @@ class Tuned(Drawable):
     def lines(self) -> Iterator[str]:
         """Yield the report, a line at a time."""
         yield self.tuning.title
+        if self.tuning.decay is not None:
+            yield from self.tuning.decay.load.records_in_words(self.tuning.decay.duration)
         if not self.optima:
             yield f"all {self.evaluations} designs were inadmissible"
             return

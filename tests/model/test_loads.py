@@ -265,6 +265,19 @@ def test_a_spline_between_samples(tmp_path):
     assert (cells.force(np.array([0.1, 0.95])) == 0.0).all()
 
 
+def test_a_line_says_how_much_of_a_record_acts(tmp_path):
+    later = "t [s], a [g]\n10, 0\n10.1, 0.3\n10.2, -0.4\n10.3, 0\n10.4, 0\n"
+    (whole,) = loading_of(saved(tmp_path, SAMPLES)).records_in_words(60.0)
+    (moved,) = loading_of(saved(tmp_path, later, "late.csv")).records_in_words(0.1)
+    facts = "record quake.csv, 5 samples, step 0.1 s, 0.4 s long, peak 0.3 g, all of it acts"
+    assert whole == facts
+    assert moved.endswith("peak 0.4 g, 0.1 s of it act (25.0%), moved from 10 s to 0 s")
+    uneven = {"times": [1, 2, 4], "values": [0, 1, 0], "uneven": True, "at": 5.0}
+    (line,) = loading_of({"record": uneven}).records_in_words(4.0)
+    facts = "record, 3 samples, steps 1 to 2 s, 3 s long, peak 1 N, 0 s of it act (0.0%)"
+    assert line == f"{facts}, moved from 1 s to 5 s"
+
+
 def test_columns_of_other_files(tmp_path):
     spaced = saved(tmp_path, "# made up\n0 1\n1 2  # the peak\n2 0\n", "plain.txt")
     found = loading_of({"record": {"file": spaced, "unit": "kN", "time_unit": "ms"}}).record[0]

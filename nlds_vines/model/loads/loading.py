@@ -279,6 +279,10 @@ class Loading:
         times = f" times {self.scale:g}" if self.scale != 1.0 else ""
         return " + ".join(found) + times
 
+    def records_in_words(self, duration: float) -> list[str]:
+        """Return a line for each record: its size, and how much acts within a duration [s]."""
+        return [one.summary(duration) for one in self.record if isinstance(one, Record)]
+
     def cells(self, on: Struck, duration: float, reach: float, marks: np.ndarray) -> Cells:
         """Return the cells of what acts on a structure.
 

@@ -101,6 +101,23 @@ class Record(Course):
         """The largest step between samples [s]."""
         return float(np.diff(self._times).max())
 
+    def summary(self, duration: float) -> str:
+        """Return its size, its peak, and how much of it acts within a duration [s], in words."""
+        steps, lasts = np.diff(self._times), float(self._times[-1])
+        low, high = f"{steps.min():g}", f"{steps.max():g}"
+        acts = min(max(duration - self.at, 0.0), lasts)
+        found = [
+            f"record {self.source}".rstrip(),
+            f"{len(self.values)} samples",
+            f"step {low} s" if low == high else f"steps {low} to {high} s",
+            f"{lasts:g} s long",
+            f"peak {max(map(abs, self.values)):g} {self.unit}",
+            "all of it acts" if acts == lasts else f"{acts:g} s of it act ({acts / lasts:.1%})",
+        ]
+        if self.times[0] != self.at:
+            found.append(f"moved from {self.times[0]:g} s to {self.at:g} s")
+        return ", ".join(found)
+
     @cached_property
     def _times(self) -> np.ndarray:
         """The times (n,) from the first sample on [s]."""

@@ -172,7 +172,7 @@ def _flown(
         own = slice(begin, end)
         made = loads(range(begin, end), reach[own])
         told = batch.run(cells[own], made, starts[own], asked, histories=history)
-        numbers = _numbers(scene, cells[own], told)
+        numbers = _numbers(request, scene, cells[own], told)
         more = _histories(request, scene, cells[own], made, told) if history else {}
         found[begin] = {**numbers, **more}
 
@@ -191,7 +191,7 @@ def _rounded(reach: np.ndarray) -> np.ndarray:
 # ---- what they tell ------------------------------------------------------------------------------
 
 
-def _numbers(scene: Scene, cells: np.ndarray, told: Told) -> dict[str, np.ndarray]:
+def _numbers(request: Decay, scene: Scene, cells: np.ndarray, told: Told) -> dict[str, np.ndarray]:
     """Return the numbers (lanes,) by name, status and violations; what there is not is NaN."""
     numbers, missing = told.numbers, np.full(len(cells), np.nan)
     column = numbers.T
@@ -214,6 +214,7 @@ def _numbers(scene: Scene, cells: np.ndarray, told: Told) -> dict[str, np.ndarra
     }
     every |= {
         "damping_ratio": np.where(column[of_orbit.FELL] > 0.0, ratio, np.nan),
+        "drift_max": response["x1_max"] if request.load.shaken else missing,
         "E1max": told.peak[:, 0],
         "E2max": told.peak[:, 1] if scene.damper else missing,
         "impact_count": column[of_orbit.IMPACTS],

@@ -39,10 +39,10 @@ class Fall(Outlined):
 
 
 HISTORIES = {
-    "E1": ("J", "energy of the structure"),
-    "E2": ("J", "energy of the damper"),
-    "x1": ("m", "displacement of the structure"),
-    "x2": ("m", "displacement of the damper"),
+    "E1": ("J", "energy of the structure, its velocity relative to the ground"),
+    "E2": ("J", "energy of the damper, its velocity relative to the ground"),
+    "x1": ("m", "displacement of the structure, relative to the ground"),
+    "x2": ("m", "displacement of the damper, relative to the ground"),
     "work": ("J", "energy that came in so far, by the start and by the load"),
 }
 """What is told over time, with its unit and its meaning."""

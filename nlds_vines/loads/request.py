@@ -214,9 +214,13 @@ _NEVER = ("damping_ratio", "balance")
 _OF_CONTACTS = ("share_contact", "force_max", "impulse_max", "impact_count")
 
 
-def objectives_of_loads(scene: Scene) -> dict[str, str]:
-    """Return the numbers that a tuning of a damper under a load may minimize, with their units."""
-    never = _NEVER if scene.walls else (*_NEVER, *_OF_CONTACTS)
+def objectives_of_loads(scene: Scene, shaken: bool) -> dict[str, str]:
+    """Return the numbers that a tuning of a damper under a load may minimize, with their units.
+
+    shaken: whether the load is an acceleration of the ground.
+    """
+    contacts = () if scene.walls else _OF_CONTACTS
+    never = (*_NEVER, *contacts, *(() if shaken else ("drift_max",)))
     return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in never}
 
 

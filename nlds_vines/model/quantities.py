@@ -35,6 +35,7 @@ from nlds_vines.model.quantity import (
     Quantity,
 )
 from nlds_vines.model.scenes import Scene
+from nlds_vines.model.scenes.base import BASES
 
 TOUCHES, RETRACED = 4, 64
 """Of how many impacts for each sampled period the touch is kept; how many sampled periods, the
@@ -82,7 +83,7 @@ def _energies(kind: str, word: str, which: str, **more: Any) -> Iterator[Quantit
     """Yield the largest energies of both bodies."""
     bodies = ("{first}", STRUCTURE, lambda scene: True), ("damper", "damper", _damper)
     for i, (body, label, has) in enumerate(bodies):
-        words = f"{which} of the {body}'s energy E{i + 1}, equation (6)"
+        words = f"{which} of the {body}'s energy E{i + 1}{{frame}}, equation (6)"
         yield Quantity(
             f"E{i + 1}{kind}", "J", words, (word,), f"energy of the {label}", f"E{'₁₂'[i]}{kind}",
             has, buffer=word, column=i, **more,
@@ -150,7 +151,7 @@ OF_SIGNALS = "{signals}"
 
 QUANTITIES = (
     Quantity(
-        "section", _STATE, "state at t = nT, the integer forcing periods", ("section",),
+        "section", _STATE, "state at t = nT, the integer forcing periods{frame}", ("section",),
         dims=("forcing_period", "component"), buffer="section",
     ),
     *_energies("max", "energy", "steady-state maximum", drawn=(MAPS, CURVES)),
@@ -159,12 +160,12 @@ QUANTITIES = (
         "reduction", "1", _HARMS, ("energy",), has=_damper, drawn=(MAPS,), scale=SIGNED,
     ),
     *_motion(
-        "x1", 0, "m", "displacement {x} of the {body}", "displacement",
+        "x1", 0, "m", "displacement {x} of the {body}{frame}", "displacement",
         reduced=True, drawn=(MAPS, CURVES),
     ),
-    *_motion("v1", 2, "m/s", "velocity {v} of the {body}", "velocity", reduced=True),
+    *_motion("v1", 2, "m/s", "velocity {v} of the {body}{frame}", "velocity", reduced=True),
     *_motion(
-        "a1", 4, "m/s^2", "acceleration of the {body}, contacts included", "acceleration",
+        "a1", 4, "m/s^2", "absolute acceleration of the {body}, contacts included", "acceleration",
         has=lambda scene: not _rigid(scene), reduced=True, drawn=(MAPS, CURVES),
     ),
     *_motion(
@@ -172,7 +173,7 @@ QUANTITIES = (
         "stroke", has=_damper, drawn=(MAPS, CURVES),
     ),
     *_motion(
-        "foot", 8, "m", "displacement of the structure from its foot, x1 - y",
+        "drift", 8, "m", "displacement of the structure relative to its foot, x1 - y",
         "displacement from the foot", has=lambda scene: scene.foot,
     ),
     *_response(
@@ -319,7 +320,7 @@ QUANTITIES = (
     ),
     Quantity(
         "P", "N", "amplitude of the force that the ground's motion makes", (),
-        has=lambda scene: scene.shaken,
+        has=lambda scene: scene.shaken in BASES,
     ),
     _whole(
         "violations", "how often the damper came where it must not, the transient included", (),

@@ -102,7 +102,8 @@ class Quantity:
         """Return its meaning in a scene."""
         first = "primary structure" if scene.body == STRUCTURE else scene.body
         (x, v), by = scene.components[:2], "the motion of the foot" if scene.foot else "the force"
-        return self.words.format(body=scene.body, first=first, x=x, v=v, by=by)
+        frame = ", absolute" if scene.foot else ", relative to the ground" if scene.relative else ""
+        return self.words.format(body=scene.body, first=first, x=x, v=v, by=by, frame=frame)
 
 
 def clause(text: str) -> str:

@@ -308,7 +308,7 @@ class System(Outlined):
         lacking = [name for name in names if name not in self.parameters]
         damping = [name for name in lacking if name.startswith(DAMPING)]
         # the ground's motion in place of a force changes a scene, too, and the other way round
-        changing = (*BASES, *self.scene.drives) if self.scene.shaken else BASES
+        changing = self.scene.drives if self.scene.shaken else self.scene.drives[1:]
         drives = [name for name in lacking if name in changing]
         if not damping and len(drives) != 1:
             return self

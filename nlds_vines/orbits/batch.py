@@ -64,6 +64,7 @@ class Outputs:
     ends: np.ndarray | None
     response: np.ndarray | None
     foot: bool | None
+    ground: bool | None
     touches: np.ndarray | None
     status: np.ndarray
     retraced: np.ndarray | None = None
@@ -93,6 +94,7 @@ class Outputs:
             ends=rows(judged or "error" in want, 2, STATE_SIZE),
             response=rows("response" in want, RESPONSE_COLUMNS),
             foot=responses.moving_foot(scene) if "response" in want else None,
+            ground=responses.moving_ground(scene) if "response" in want else None,
             touches=rows(touches > 0, touches, TOUCH_COLUMNS, value=np.nan),
             status=np.zeros(shape, np.int64),
         )
@@ -314,8 +316,10 @@ class Batch:
         energy = np.zeros((*chains.shape, 2))
         violation = None if self._scene.limit is None else np.zeros((*chains.shape, 3))
         response = np.zeros((*chains.shape, RESPONSE_COLUMNS)) if self._responds else None
-        foot = responses.moving_foot(self._scene) if self._responds else None
-        buffers = LaneBuffers(energy=energy, violation=violation, response=response, foot=foot)
+        buffers = LaneBuffers(energy=energy, violation=violation)
+        if self._responds:
+            foot, ground = responses.moving_foot(self._scene), responses.moving_ground(self._scene)
+            buffers = buffers._replace(response=response, foot=foot, ground=ground)
         span = Span(transient, periods, 1)
         with self._compilation.followed():
             status = run(self._parts, chains, starts.reshape(-1, 4), span, buffers)

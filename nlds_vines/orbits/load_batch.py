@@ -46,7 +46,7 @@ class LoadBatch:
         `simulate`; `tell` takes what is waited for.
         """
         asked = {"tolerance": tolerance, "contact_steps": None, "nodes": None, "period_steps": None}
-        self._scene, self._shaken = scene, True if shaken and scene.damper else None
+        self._scene, self._shaken = scene, True if shaken else None
         self._parts = parts_of(METHOD, scene, chosen_settings(METHOD, asked))
         needed = Needed(scene.key, METHOD, ("decay",))
         kernels = dict.fromkeys((fly_lanes, fill_rates), "orbit")

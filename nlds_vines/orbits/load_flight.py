@@ -70,7 +70,7 @@ class Flown:
         impacts: one row of dtype `IMPACT` for each touch, in the time of the load.
         E1max, E2max: largest energies [J], exact in time.
         response: largest and rms displacements, velocities and accelerations, forces and mean
-            powers, by name (`responses.quantities_of`); the acceleration is the absolute one.
+            powers, by name (`responses.quantities_of`); accelerations are absolute.
         clearance: smallest distance [m] of an approach that did not become an impact; inf if none.
         violation: of a scene with a limit to keep.
     """
@@ -163,7 +163,7 @@ def _checked(system: System, load: InCells) -> Load:
             f"cell {int(np.argmax(lengths))} of a load lasts {lengths.max():.3g} s; of this system "
             f"allowed: up to {longest:.3g} s"
         )
-    shaken = True if system.scene.damper and load.share == 0.0 else None
+    shaken = True if load.share == 0.0 else None
     return Load(edges, rows.ravel(), jumps, _SUMS(rows.ravel()), shaken)
 
 

@@ -41,6 +41,11 @@ def moving_foot(scene: Scene) -> bool | None:
     return True if scene.foot else None
 
 
+def moving_ground(scene: Scene) -> bool | None:
+    """Return True where positions count from a moving ground, otherwise None."""
+    return True if scene.relative else None
+
+
 def quantities_of(scene: Scene) -> tuple[Quantity, ...]:
     """Return what a response of a scene holds, in the order of its datasets."""
     return tuple(entry for entry in held_in("response") if entry.has(scene))

@@ -256,6 +256,7 @@ class _Buffers:
     violation: np.ndarray | None
     response: np.ndarray | None
     foot: bool | None
+    ground: bool | None
 
     @classmethod
     def of(cls, system: System, record: tuple[str, ...], periods: int, samples: int) -> _Buffers:
@@ -274,6 +275,7 @@ class _Buffers:
             violation=None if scene.limit is None else np.zeros(3),
             response=np.full(RESPONSE_COLUMNS, np.nan) if "response" in record else None,
             foot=responses.moving_foot(scene) if "response" in record else None,
+            ground=responses.moving_ground(scene) if "response" in record else None,
         )
 
     def run(self, parts: Parts, cell: Any, state: np.ndarray, transient: int, periods: int) -> int:
@@ -287,6 +289,7 @@ class _Buffers:
             violation=self.violation,
             response=self.response,
             foot=self.foot,
+            ground=self.ground,
         )
         return run_cell(parts, cell, state, Span(transient, periods, self.stops), buffers)
 

@@ -222,7 +222,7 @@ class Tuning(Request):
         """What may be small, by name, with its unit."""
         if self.decay is None:
             return objectives_of(self.system.scene)
-        return objectives_of_loads(self.system.scene)
+        return objectives_of_loads(self.system.scene, self.decay.load.shaken)
 
     @property
     def unit(self) -> str:

@@ -166,13 +166,13 @@ def test_the_force_follows_what_it_depends_on():
 def test_the_motion_of_the_ground_may_vary_itself(system):
     values = [0.005, 0.01]
     found = computed(request_of(system, {"base_displacement": {"values": values}}))
-    twice = found["foot_max"][:, 0]
+    twice = found["drift_max"][:, 0]
     assert twice[1] == pytest.approx(2 * twice[0], rel=1e-12)
     assert found["transmissibility"][0, 0] == pytest.approx(found["transmissibility"][1, 0])
     alone = computed(request_of("tmd", {"omega": {"values": [6.28]}}, given=BASE))
-    assert alone["foot_max"][0, 0] == found["foot_max"][1, 0]
+    assert alone["drift_max"][0, 0] == found["drift_max"][1, 0]
     force = computed(request_of(load_system("tmd", **BASE), {"P": {"values": [700.0, 800.0]}}))
-    assert "foot_max" not in force
+    assert "drift_max" not in force
     assert force["x1_max"][1, 0] == pytest.approx(8 / 7 * force["x1_max"][0, 0])
 
 
@@ -235,3 +235,25 @@ def test_round_off_carries_no_displacement_beyond_a_rigid_stop():
     rows[:, 0] = 0.7 + 4e-15, 1.0 + 5e-15, 0.7 - 5e-15, 0.71
     largest = arrays_of(rows, system.scene, cells)["x1_max"]
     assert largest.tolist() == [0.7, 1.0, 0.7, 0.71]
+
+
+def test_datasets_say_their_frame():
+    """Absolute where the foot of the structure moves, relative to a ground from which x1 counts."""
+    from nlds_vines.model.quantities import BY_NAME
+
+    foot = load_system("tmd", base_displacement=0.01).scene
+    ground, force = load_system("impact-oscillator", Y=0.1).scene, load_system("tmd").scene
+    for name in ("x1_max", "v1_rms", "E1max", "section"):
+        words = [BY_NAME[name].words_in(scene) for scene in (foot, ground, force)]
+        assert ["absolute" in words[0], "relative to the ground" in words[1]] == [True, True], name
+        assert not {"absolute", "relative"} & set(words[2].split())
+    assert all("absolute" in BY_NAME["a1_max"].words_in(scene) for scene in (foot, ground, force))
+    assert "relative to its foot" in BY_NAME["drift_max"].words_in(foot)
+
+
+def test_an_axis_of_the_ground_s_motion_changes_the_frame():
+    system = load_system("impact-oscillator")
+    assert not system.scene.relative
+    assert system.with_axes(["Y"]).scene.relative
+    assert not system.with_axes(["Y"]).with_axes(["P"]).scene.relative
+    assert load_system("bouncing-ball").scene.relative

@@ -3,6 +3,7 @@
 import math
 from itertools import pairwise
 
+import h5py
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -516,13 +517,31 @@ def test_the_last_times_lie_where_a_finer_history_crosses():
 
 def test_loads_of_the_command_line(here, answer, refusal):
     (here / "q.csv").write_text("t [s], a [g]\n0, 0\n0.05, 1\n0.1, 0\n")
-    assert "record q.csv" in answer("decay", "--load", "q.csv", "--dry-run")
+    plan = answer("decay", "--load", "q.csv", "--dry-run")
+    assert "record q.csv, 3 samples, step 0.05 s, 0.1 s long, peak 1 g, all of it acts" in plan
+    plan = answer("tuning", "--system", "tmd", "--load", "q.csv", "--duration", "0.05", "--dry-run")
+    assert "record q.csv, 3 samples" in plan
+    assert "0.05 s of it act (50.0%)" in plan
     line = "decay --dry-run --load half_sine:peak=3,length=0.5,repeat=2,every=1"
     told = answer(*line.split(), "--load", "noise:rms=1,high=9")
     assert "half sine (peak 3, length 0.5, every 1) + noise (rms 1" in told
     for text, word in (("half_sin:peak=3", "half_sine"), ("noise:rms", "KEY=VALUE"),
                        ("noise:rms=x,high=1", "'x'"), ("none.csv", "none.csv")):  # fmt: skip
         assert word in refusal("decay", "--load", text, "--dry-run")
+
+
+def test_a_report_says_its_frame_its_records_and_until_when(here, answer, monkeypatch):
+    monkeypatch.setattr(run, "arrays_of", made_up)
+    (here / "q.csv").write_text("t [s], a [g]\n3, 0\n3.05, 1\n3.1, 0\n")
+    told = answer(*["decay", "--system", "none", "--load", "q.csv", "-o", "quake.h5"])
+    assert "record q.csv, 3 samples" in told
+    assert "moved from 3 s to 0 s" in told
+    assert "x1 relative to the ground up to 1 m; E1 above 50% until 1 s, 10% until 1 s" in told
+    with h5py.File("quake.h5") as archive:
+        words = {name: archive[name].attrs["long_name"] for name in archive}
+    assert "absolute" in words["a1_max"]
+    for name in ("x1_max", "drift_max", "v1_max", "E1max", "x1", "x2", "E1", "E2"):
+        assert "relative to the" in words[name], name
 
 
 @pytest.mark.kernels

@@ -32,6 +32,7 @@ LONG = {
     "tests/kernels/plain_hertz_arc.py",
     "tests/orbits/plain_load_flight.py",
     "tests/property/plain_laws.py",
+    "tests/property/plain_load_frames.py",
     "tests/property/plain_methods.py",
 }
 """Those that take more than five seconds, for whoever changes kernels."""

@@ -362,7 +362,7 @@ def test_a_structure_that_is_shaken_has_more_datasets():
     scan = Scan("all", shaken, (Axis.spaced("omega", 5.0, 6.0, 2),), ("response",))
     usual = Scan("all", catalogue()["ssul-set6"], scan.axes, ("response",))
     more = set(scan.table.datasets) - set(usual.table.datasets)
-    assert {"P", "foot_max", "foot_rms", "transmissibility"} <= more
+    assert {"P", "drift_max", "drift_rms", "transmissibility"} <= more
     for name in more:
         assert "where the ground moves" in rows_of[f"`{name}`"], name
     for name in usual.table.datasets:

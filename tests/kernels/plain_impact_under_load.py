@@ -95,16 +95,18 @@ def test_its_response_is_that_of_small_steps(kind, tolerance):
     added = 0
     for parts, moment, touch in drawn(kind, 30, seed=3):
         (ps, damper, wall), side = parts, side_of(parts, make_arc(tolerance))
+        ground = ps.force if kind == "shaken" else None
         _, s, x1, v1, took, _ = short_impact(side, True, moment, touch)
         after = later(ps, moment, took)
         ends = (touch[2], touch[3], wall.gap, touch[1]), (x1, v1, wall.gap, s)
         row = np.zeros(SIZE)
         seen = [
-            motion_of_touch(ps, damper, y, at) for y, at in zip(ends, (moment, after), strict=True)
+            motion_of_touch(ps, damper, ground, y, at)
+            for y, at in zip(ends, (moment, after), strict=True)
         ]
         row[MOST : MOST + 3] = np.abs(seen)[:, [0, 1, 3]].max(axis=0)
         row[MOST + 3] = abs(wall.gap)
-        mine, true = Tally(row.copy(), None), Tally(row.copy(), None)
+        mine, true = Tally(row.copy(), None, ground), Tally(row.copy(), None, ground)
         if not tally_nodes(side, mine, moment, touch, (s, x1, v1, took)):
             assert (mine.row[:BEGIN] == row[:BEGIN]).all()
             continue

@@ -211,7 +211,7 @@ def test_a_response_is_that_of_all_steps(monkeypatch):
     arc, now = make_arc(1e-9), (0.0, *TOUCH)
     side, rows = stepping(arc), np.zeros((3, SIZE))
     rows[:, :SUMS], rows[:, MOST:BEGIN] = 1e-3, 1e-6
-    tallies = [Tally(row, None) for row in rows]
+    tallies = [Tally(row, None, None) for row in rows]
     contact(side, NOTHING._replace(tally=tallies[0]), PHASE, now, math.inf)
     inside.tally_inside(side, tallies[1], PHASE, now, now)
     monkeypatch.setattr(inside, "contact", None)

@@ -191,7 +191,7 @@ def cell_orbit(prepared, limit, state, span, buffers):
     # the periods after it
     if status == OK:
         start_energy(ps, damper, buffers.energy, state)
-        tally = tally_for(buffers.response, buffers.foot, ps)
+        tally = tally_for(buffers.response, buffers.foot, buffers.ground, ps)
         begin_tally(tally, state)
         wanted = OrbitBuffers(
             limit_log, buffers.section, buffers.by_period, buffers.impacts,

@@ -202,7 +202,7 @@ def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
         impacts = Impacts(rows, np.ones(1, np.int64))
         buffers = CellBuffers(
             None, None, None, impacts, extremes.energy[lane], None, None,
-            broken_limit(extremes.violation, lane), None, None,
+            broken_limit(extremes.violation, lane), None, None, None, None,
         )  # fmt: skip
         run_cell(parts, cells[lane], state, Span(0, periods[lane], 1), buffers)
         filled = min(impacts.filled[0], MOST_NOTED + 1)

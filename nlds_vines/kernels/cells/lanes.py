@@ -86,6 +86,8 @@ def buffers_of(parts, buffers, span, chain, link):
         lane_of(buffers.violation, chain, link),
         lane_of(buffers.response, chain, link),
         buffers.foot,
+        None,
+        buffers.ground,
     )
 
 

@@ -7,8 +7,9 @@ import math
 from ..motion.bounds import REACH
 from ..motion.load_cells import END, LOAD_ROW, OF_CELL
 from ..numerics.compiling import jit
-from ..scene.law import wall_like
-from ..scene.scene import greatest_push, moved_mass, near_constants
+from ..numerics.deciding import is_a
+from ..scene.law import contact_energy, wall_like
+from ..scene.scene import Ground, greatest_push, joined, moved_mass, near_constants
 from ..watch.observe import RELEASE, TOUCH
 from ..watch.peaks import work_at
 from .load_orbit import apart_after
@@ -33,6 +34,36 @@ def joint_energy(damper, y):
         return 0.0
     v2 = y[1] - y[3]
     return 0.5 * (damper.m2 * v2 * v2 + damper.k2 * y[2] * y[2])
+
+
+@jit
+def held_by(wall, r):
+    """Return the elastic energy [J] of the contact with a wall at r; 0 without one."""
+    if wall is None:
+        return 0.0
+    return contact_energy(wall, max(r - wall.gap, 0.0))
+
+
+@jit
+def weight_energy(ps, x1):
+    """Return the potential energy [J] of a constant load, 0 at x1 = 0."""
+    if ps.load is None:
+        return 0.0
+    return -ps.m1 * ps.load * x1
+
+
+@jit
+def energy_stored(ps, damper, walls, section, i, by):
+    """Return the energy [J] at an edge before v1 jumped by so much, with that of contacts.
+
+    damper: of `damper_of`; walls: the near and the far one.
+    """
+    x1, v1, r, s = state_at(ps, joined(damper), section, i, by)
+    if is_a(damper, Ground):
+        r = x1
+    held = held_by(walls[0], r) + held_by(walls[1], -r)
+    energy = energy_of(ps, x1, v1) + joint_energy(joined(damper), (x1, v1, r, s))
+    return energy + weight_energy(ps, x1) + held
 
 
 @jit

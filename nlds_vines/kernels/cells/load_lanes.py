@@ -15,7 +15,7 @@ from ..numerics.compiling import jit
 from ..orbit.orbit import STATE_SIZE
 from ..scene.arguments import CellBuffers
 from ..scene.codes import OK
-from .load_numbers import fill_numbers, start_energy_of
+from .load_numbers import fill_numbers
 from .load_orbit import Load, buffers_for, fly_under, impacts_for, rate_under
 
 SPARE_ROOM = 64  # for impacts, and one more for each cell; an orbit with more is followed again
@@ -91,7 +91,7 @@ def with_room(buffers, room):
     """Return fresh buffers with room for so many impacts."""
     return CellBuffers(
         None, buffers.section, None, impacts_for(buffers.impacts, room), None, np.zeros(2), None,
-        buffers.violation, buffers.response, None, buffers.sums,
+        buffers.violation, buffers.response, None, buffers.sums, None,
     )  # fmt: skip
 
 
@@ -123,8 +123,7 @@ def fly_lanes(begin, end, parts, cells, loads, starts, asked, told):
         )
         status, own = flown(parts, cell, load, starts[lane], own)
         if status == OK:
-            energy = start_energy_of(parts, cell, starts[lane])
-            status = fill_numbers(parts, cell, load, asked, energy, own, told.numbers[lane])
+            status = fill_numbers(parts, cell, load, asked, own, told.numbers[lane])
         told.status[lane] = status
         copy(own.response, told.response[lane])
         copy(own.peak, told.peak[lane])

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 from ..numerics.compiling import jit
 from ..scene.codes import OK
-from ..scene.scene import damper_of, joined
-from .load_edges import joint_energy, lasts_until, state_at, structure_energy, touch_by
+from ..scene.scene import damper_of
+from .load_edges import energy_stored, walls_of
 from .load_orbit import ALIKE, structure_moved
 from .load_times import last_above, time_of_largest
 
@@ -23,7 +23,7 @@ from .load_times import last_above, time_of_largest
 #   CAME         energy [J] brought in by the start and by the load
 #   GONE     3   that c1, c2 and contacts have dissipated [J]
 #   BALANCE      the largest of |in - stored - dissipated| by the largest energy brought in
-#   START        energy of the start [J]
+#   START        energy of the start [J], with that of contacts and of a constant load
 #   RMS          of x1 [m], without the time to settle
 LAST_TIMES, FELL, IMPACTS, CAME, GONE, BALANCE = 0, 3, 4, 5, 6, 9
 START, RMS, ORBIT_NUMBERS = 10, 11, 12
@@ -40,23 +40,15 @@ class Asked(NamedTuple):
 
 
 @jit
-def fill_balance(ps, damper, load, begin, buffers, numbers):
-    """Fill in the energies.
-
-    begin: the energy [J] of the start. Within a contact its energy is neither body's, and nothing
-    is compared.
-    """
-    section, sums, edges = buffers.section, buffers.sums, load.edges
-    scale, error, j = abs(begin), 0.0, -1
-    for i in range(len(edges)):
-        e1, came = structure_energy(ps, section, i), begin + sums[i, 0]
+def fill_balance(ps, damper, walls, load, buffers, numbers):
+    """Fill in the energies; damper: of `damper_of`; walls: the near and the far one."""
+    section, sums, end = buffers.section, buffers.sums, len(load.edges) - 1
+    begin = energy_stored(ps, damper, walls, section, 0, load.jumps[0])
+    scale, error = abs(begin), 0.0
+    for i in range(end + 1):
+        came, gone = begin + sums[i, 0], sums[i, 1] + sums[i, 2] + sums[i, 3]
         scale = max(scale, abs(came))
-        j = touch_by(buffers.impacts, j, edges[i])
-        if not lasts_until(buffers.impacts, j, edges[i]):
-            gone = sums[i, 1] + sums[i, 2] + sums[i, 3]
-            left = e1 + joint_energy(damper, state_at(ps, damper, section, i, 0.0))
-            error = max(error, abs(came - left - gone))
-    end = len(edges) - 1
+        error = max(error, abs(came - energy_stored(ps, damper, walls, section, i, 0.0) - gone))
     numbers[START], numbers[CAME] = begin, begin + sums[end, 0]
     for way in range(3):
         numbers[GONE + way] = sums[end, 1 + way]
@@ -77,23 +69,15 @@ def rms_of_x1(edges, sums, settle):
 
 
 @jit
-def start_energy_of(parts, cell, state):
-    """Return the energy [J] of a state (x1, v1, r, s) at a start."""
-    x1, v1 = state[0], state[1]
-    energy = 0.5 * (cell.m1 * v1 * v1 + cell.k1 * x1 * x1)
-    return energy + joint_energy(joined(damper_of(parts.damper, cell)), state)
-
-
-@jit
-def fill_numbers(parts, cell, load, asked, begin, buffers, numbers):
+def fill_numbers(parts, cell, load, asked, buffers, numbers):
     """Fill in the numbers (ORBIT_NUMBERS,) of an orbit that `load_orbit.fly_under` has flown.
 
-    asked: `Asked`; begin: the energy [J] of its start; buffers: of `buffers_for`. Returns a status.
+    asked: `Asked`; buffers: of `buffers_for`. Returns a status.
     """
-    ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     numbers[:] = math.nan
     most, edges = buffers.peak[0], load.edges
-    fill_balance(ps, joined(damper), load, begin, buffers, numbers)
+    fill_balance(ps, damper, walls_of(parts, cell, damper), load, buffers, numbers)
     last = len(edges) - 2
     for i in range(len(asked.shares)):
         level = asked.shares[i] * most

@@ -42,25 +42,34 @@ class Load(NamedTuple):
     rows: np.ndarray  # (ROW n,) coefficients by the place in a cell [N], cell by cell
     jumps: np.ndarray  # (n + 1,) [m/s]
     sums: np.ndarray  # (OF_CELL n,) of the rows, `load_cells.sums_of`
-    shaken: Any  # True where both bodies are moved: m1 times the ground's acceleration, backward
+    shaken: Any  # True where the ground moves: rows are -m1 times its acceleration; else None
 
 
 @jit
-def structure_moved(load, shaken, cell):
+def structure_moved(parts, shaken, cell):
     """Return the `Structure` of one cell that a load moves, whose unit is 1 N.
 
-    load: as in `Parts`; shaken: as in `Load`.
+    shaken: as in `Load`.
     """
-    ps = structure_under(load, cell)
+    ps = structure_under(parts.load, cell)
     return Structure(
-        ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load, shaken
+        ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load,
+        with_damper(joined(parts.damper), shaken),
     )  # fmt: skip
+
+
+@jit
+def with_damper(damper, shaken):
+    """Return `shaken` if there is a damper that the ground accelerates, too; None otherwise."""
+    if damper is None:
+        return None
+    return shaken
 
 
 @jit
 def rate_under(parts, cell):
     """Return a bound [1/s] on the rates of the linear motion of one cell."""
-    ps, damper = structure_moved(parts.load, None, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_moved(parts, None, cell), damper_of(parts.damper, cell)
     return rate_of(ps, joined(damper))
 
 
@@ -174,6 +183,7 @@ def buffers_for(impacts, violation, edges, room):
     return CellBuffers(
         None, np.empty((edges, 4)), None, impacts_for(impacts, room), None, np.zeros(2), None,
         violation_for(violation), np.empty(RESPONSE_COLUMNS), None, np.empty((edges, EDGE_SUMS)),
+        None,
     )  # fmt: skip
 
 
@@ -190,12 +200,12 @@ def fly_under(parts, cell, load, state, buffers):
         return BAD_PARAMETERS
     if not bounded(state[0], state[1], state[2], state[3]):
         return DIVERGED
-    ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     edges = load.edges
     if not rate_of(ps, joined(damper)) * longest_of(edges) <= REACH * TOLD:
         return TOO_STIFF
     limit_log = limit_log_of(buffers.violation, cell.limit)
-    tally = tally_for(buffers.response, None, ps)
+    tally = tally_for(buffers.response, None, load.shaken, ps)
     on_ground(damper, state)
     begin_limit_log(limit_log, state)
     start_energy(ps, damper, buffers.peak, state)

@@ -188,7 +188,7 @@ def last_in_contact(parts, cell, load, i, level, buffers):
 
     It is flown again, in parts; then the last part above, in parts again, LOOKS times in all.
     """
-    ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edge, begin, width = buffers.section, i, 0.0, 1.0
     for _ in range(LOOKS):
         start = state_at(ps, joined(damper), section, edge, 0.0)
@@ -231,7 +231,7 @@ def last_above(parts, cell, load, level, buffers, last):
     The first edge where it does so before a jump there alone. last: the cell where it last exceeds
     a lower level, or the last one.
     """
-    ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
     near, far = walls_of(parts, cell, damper)
     j = -1
@@ -259,7 +259,7 @@ def most_in_parts(parts, cell, load, i, buffers):
 
     A contact meets it, so it is flown again, LOOKS times, each time the two parts beside that end.
     """
-    ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edge, begin, width = buffers.section, i, 0.0, 1.0
     place, e1 = 0.0, 0.0
     for _ in range(LOOKS):
@@ -281,7 +281,7 @@ def time_of_largest(parts, cell, load, buffers):
 
     buffers.peak: with the largest, which may be that before a jump at the first edge.
     """
-    ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
     near, far = walls_of(parts, cell, damper)
     x1, v1, _, _ = state_at(ps, joined(damper), section, 0, load.jumps[0])

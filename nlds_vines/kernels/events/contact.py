@@ -92,7 +92,7 @@ def start_at_rest(side, watch, phase):
     if watch.tangent is not None:
         vary_on(side, watch.tangent, (x1, v1, wall.gap + z, s), c, t)
     if watch.tally is not None:
-        tally_rest(ps, watch.tally, (x1, v1, wall.gap + z, s), dv, phase, t)
+        tally_rest(watch.tally, (x1, v1, wall.gap + z, s), dv, phase, t)
     return t
 
 

@@ -203,7 +203,7 @@ def fly(flight, watch, begun, stop, y):
                 note_misses(near, far, clearance, grid, place, bounds, event != SECTION)
             if tally is not None:
                 filled = fill(grid, phase, now, filled)
-                tally_piece(ps, tally, grid, phase, place)
+                tally_piece(tally, grid, phase, place)
             # Go on from the touch or the end of the cell.
             x1, v1, r, s = y
             if event == SECTION:

@@ -19,14 +19,16 @@ from ..motion.response_sums import (
     OF_R,
     OF_V,
     OF_X,
+    absolute,
     beside,
+    in_absolute,
     place_of_largest,
     raise_to,
 )
 from ..numerics.compiling import jit
 from ..numerics.fours import bare, four, four_at, put_four, sum_of
-from ..scene.drive import apart, bending, drive_later, drive_now, falling, later, together
-from ..scene.scene import accelerations, accelerations_of, unloaded, without_shaking
+from ..scene.drive import apart, bending, drive_later, drive_now, falling, later
+from ..scene.scene import accelerations, accelerations_of, unloaded
 from ..watch.observe import opposite
 from .approach import approach_of
 from .arc_table import (
@@ -49,8 +51,8 @@ from .arc_table import (
 )
 from .impact import settle, slopes_at, solve_arc
 
-# Rows at the nodes, in the scratch of variations: x1, v1 and its rate, the acceleration that is
-# felt and its rate.
+# Rows at the nodes, in the scratch of variations: x1, v1 and its rate, the absolute
+# acceleration and its rate.
 AT_X1, AT_V1, AT_DV, AT_A1, AT_JERK = (VARIATIONS + NODE_ROW * i for i in range(5))
 
 
@@ -64,17 +66,18 @@ def level_of_sums(arc):
 
 
 @jit
-def motion_of_touch(ps, damper, y, phase):
-    """Return what the rows hold of a state (x1, v1, r, s) without depth."""
+def motion_of_touch(ps, damper, ground, y, phase):
+    """Return what the rows hold of a state (x1, v1, r, s) without depth; ground: of a `Tally`."""
     x1, v1, r, s = y
     drive = drive_now(phase)
     dv, ds = accelerations(ps, damper, x1, v1, r, s, drive, 0.0)
     jerk, _ = accelerations(unloaded(ps), damper, v1, dv, s, ds, 0.0, 0.0)
-    return x1, v1, dv, without_shaking(ps, dv, drive), jerk - apart(ps, falling(ps, phase))
+    jerk -= in_absolute(ground, falling(ps, phase))
+    return x1, v1, dv, absolute(ground, dv, drive), jerk
 
 
 @jit
-def sums_at_nodes(side, nodes, approach):
+def sums_at_nodes(side, nodes, approach, ground):
     """Fill the rows at the nodes; return the first sums of a tally (`response_sums`)."""
     ps, damper, wall, w, at = side.ps, side.damper, side.wall, nodes.w, nodes.at
     of_x, of_v, of_a, of_r = four(0.0), four(0.0), four(0.0), four(0.0)
@@ -92,12 +95,13 @@ def sums_at_nodes(side, nodes, approach):
         dv, ds = accelerations_of(ps, damper, x1, v1, r, s, drive, wall.K * z * root)
         push = 1.5 * wall.K * root * s
         jerk, _ = accelerations_of(unloaded(ps), damper, v1, dv, s, ds, 0.0, push)
-        a1 = without_shaking(ps, dv, drive)
+        a1 = absolute(ground, dv, drive)
+        falls = falling(ps, later(ps, approach.phase, time))
         put_four(w, AT_X1 + i, x1)
         put_four(w, AT_V1 + i, v1)
         put_four(w, AT_DV + i, dv)
         put_four(w, AT_A1 + i, a1)
-        put_four(w, AT_JERK + i, jerk - apart(ps, falling(ps, later(ps, approach.phase, time))))
+        put_four(w, AT_JERK + i, jerk - in_absolute(ground, falls))
         of_x, of_v, of_a = of_x + dt * x1 * x1, of_v + dt * v1 * v1, of_a + dt * a1 * a1
         of_r, of_s, work = of_r + dt * r * r, of_s + dt * s * s, work + dt * drive * v1
         other = other + dt * drive * beside(approach.phase, x1, s)
@@ -152,7 +156,7 @@ def rises_inside(tally, nodes, begin, end, took):
 
 
 @jit
-def about_deepest(side, approach):
+def about_deepest(side, approach, ground):
     """Return (a1, r, force) where they are largest, about the deepest point, and the error of a1.
 
     The error is relative to the contact's own part of it.
@@ -166,12 +170,13 @@ def about_deepest(side, approach):
     dv, ds = accelerations(ps, damper, x1, v1, r, 0.0, drive, force)
     falls = falling(ps, phase)
     jerk, twist = accelerations(unloaded(ps), damper, v1, dv, 0.0, ds, 0.0, 0.0)
-    jerk, twist = jerk - apart(ps, falls), twist - apart(ps, falls)
     push = 1.5 * wall.K * root * ds
-    rate = jerk - together(ps, falls)
-    snap, _ = accelerations(unloaded(ps), damper, dv, rate, ds, twist, 0.0, push)
-    snap -= apart(ps, bending(ps, phase))
-    a1, turn = without_shaking(ps, dv, drive), jerk / snap
+    snap, _ = accelerations(
+        unloaded(ps), damper, dv, jerk - falls, ds, twist - apart(ps, falls), 0.0, push
+    )
+    jerk -= in_absolute(ground, falls)
+    snap -= in_absolute(ground, bending(ps, phase))
+    a1, turn = absolute(ground, dv, drive), jerk / snap
     beside_it = abs(turn) / approach.tick
     off = beside_it * beside_it * beside_it * (approach.size + beside_it)
     return a1 - 0.5 * turn * jerk, r, force, 10.0 * off
@@ -185,20 +190,20 @@ def tally_nodes(side, tally, phase, now, after):
     the release. Its unknowns at the nodes are overwritten.
     """
     ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
-    (_, s, x1, v1), row = now, tally.row
+    (_, s, x1, v1), row, ground = now, tally.row, tally.ground
     approach = approach_of(ps, damper, wall, phase, (s, x1, v1))
     level = level_of_sums(arc)
     n, m, at, w = nodes_of(arc, max(level, int(arc.table[USED])), int(WHOLE))
     nodes = Nodes(n, m, at, bare(w))
     if level > arc.table[USED] and not settle(ps, damper, wall, nodes, approach, arc.settled):
         return False
-    sums = sums_at_nodes(side, nodes, approach)
-    begin = motion_of_touch(ps, damper, (x1, v1, wall.gap, s), phase)
+    sums = sums_at_nodes(side, nodes, approach, ground)
+    begin = motion_of_touch(ps, damper, ground, (x1, v1, wall.gap, s), phase)
     s, x1, v1, took = after
-    end = motion_of_touch(ps, damper, (x1, v1, wall.gap, s), later(ps, phase, took))
+    end = motion_of_touch(ps, damper, ground, (x1, v1, wall.gap, s), later(ps, phase, took))
     if rises_inside(tally, nodes, begin, end, took):
         return False
-    a1, r, force, error = about_deepest(side, approach)
+    a1, r, force, error = about_deepest(side, approach, ground)
     if (
         error > arc.tolerance
         and abs(a1) * (1.0 + error) > row[place_of_largest(int(OF_A), side.sign)]

@@ -110,6 +110,12 @@ def pushes(wall, q, s):
 
 
 @jit
+def contact_energy(wall, z):
+    """Return kc z^2 / 2."""
+    return 0.5 * wall.kc * z * z
+
+
+@jit
 def depth_of(wall, q):
     """Return the depth z [m]: q is z itself."""
     return q

@@ -121,6 +121,12 @@ def into(wall, r):
 
 
 @jit
+def contact_energy(wall, z):
+    """Return 0: a rigid contact stores nothing."""
+    return 0.0
+
+
+@jit
 def depth_of(wall, q):
     """Return the depth: none."""
     return 0.0

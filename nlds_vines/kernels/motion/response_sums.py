@@ -15,7 +15,7 @@ from ..scene.drive import Moment
 from .flight import FACTOR
 
 # Places of a tally's row:
-#   X2 ... S2   integrals of x1^2, v1^2, a1^2 (a1 = dv1/dt), r^2 and s^2
+#   X2 ... S2   integrals of x1^2, v1^2, a1^2 (a1 absolute), r^2 and s^2
 #   CV, CX      of cos(omega t) v1 and cos(omega t) x1; under a load f of f v1 and f s
 #   LOSS        what contacts have dissipated [J]
 #   Y2, U2      of (x1 - y)^2 and its rate's, y being the motion of the foot, where it moves
@@ -58,6 +58,7 @@ class Tally(NamedTuple):
 
     row: Any  # (SIZE,), see above
     foot: Any  # `Foot` where it moves, or None
+    ground: Any  # where positions count from a moving ground, the force per mass [m/s^2]; or None
 
 
 @jit
@@ -71,6 +72,33 @@ def foot_of(foot, ps):
     drag = ps.damping * ps.omega
     per = ps.force / (ps.stiffness * ps.stiffness + drag * drag)
     return Foot(per * ps.stiffness, per * drag, ps.omega)
+
+
+@jit
+def ground_of(ground, ps):
+    """Return minus the ground's acceleration [m/s^2] at a force of 1, None where it is at rest.
+
+    A ground that moves is the reason of a force per mass of minus its acceleration.
+    """
+    if ground is None:
+        return None
+    return ps.force
+
+
+@jit
+def absolute(ground, relative, drive):
+    """Return the structure's absolute acceleration; relative: dv1/dt."""
+    if ground is None:
+        return relative
+    return relative - ground * drive
+
+
+@jit
+def in_absolute(ground, rate):
+    """Return what a rate of the force per mass adds to that of the absolute acceleration."""
+    if ground is None:
+        return rate
+    return 0.0
 
 
 @jit
@@ -116,7 +144,7 @@ def place_of_largest(which, sign):
 def add_state(row, dt, y, a1, drive, phase):
     """Add `dt` [s] in a state (x1, v1, r, s) to the integrals, and what the foot has to do with.
 
-    a1: dv1/dt as it is felt; drive: the force at the instant; phase: one that tells of what sort.
+    a1: the absolute acceleration; drive: the force at the instant; phase: that instant.
     """
     x1, v1, r, s = y
     row[X2] += dt * x1 * x1

@@ -139,6 +139,7 @@ class CellBuffers(NamedTuple):
     response: Any = None  # (`codes.RESPONSE_COLUMNS`,) after the transient
     foot: Any = None  # True where a response is one of a structure whose foot moves
     sums: Any = None  # as in `OrbitBuffers`, with a response
+    ground: Any = None  # True where a response is one of positions counted from a moving ground
 
 
 class LaneBuffers(NamedTuple):
@@ -157,6 +158,7 @@ class LaneBuffers(NamedTuple):
     response: Any = None  # (`codes.RESPONSE_COLUMNS`,), this and the next as in `CellBuffers`
     foot: Any = None  # not an array
     touches: Any = None  # (room, `codes.TOUCH_COLUMNS`) of impacts after the transient
+    ground: Any = None  # not an array, as in `CellBuffers`
 
 
 class Finished(NamedTuple):

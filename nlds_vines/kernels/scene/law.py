@@ -262,6 +262,12 @@ def stored(wall, stiffness, z, q):
     """Return the integral of what is `elastic` by the depth, up to z = z(q): with K [J]."""
 
 
+@by_wall
+def contact_energy(wall, z):
+    """Return the elastic energy [J] of a contact of depth z [m]."""
+    return stored(wall, wall.K, z, root_of(wall, z))
+
+
 # ---- scales --------------------------------------------------------------------------------------
 
 

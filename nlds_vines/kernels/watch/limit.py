@@ -13,7 +13,7 @@ from ..numerics.deciding import is_a
 from ..scene.arguments import StepPiece
 from ..scene.contact_series import TAU, column_at
 from ..scene.drive import most_push
-from ..scene.law import root_of, stored
+from ..scene.law import contact_energy
 from ..scene.scene import moved_mass, scale_of
 from .observe import BEYOND, EXCESS, LIMIT, ORIGIN, note_violation
 from .touch import LONGEST_WALK, derivatives_at, first_touch, nearest_miss, tightened
@@ -84,4 +84,4 @@ def may_pass(side, limit_log, phase, duration, touch):
     scale = scale_of(ps, side.damper, x1, v1, wall.gap, s)
     scale += most_push(ps, phase) * math.sqrt(moved_mass(ps, side.damper)) * duration
     room = limit_log[LIMIT] - wall.gap
-    return room <= 0.0 or 2.0 * stored(wall, wall.K, room, root_of(wall, room)) <= scale * scale
+    return room <= 0.0 or 2.0 * contact_energy(wall, room) <= scale * scale

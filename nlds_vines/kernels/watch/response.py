@@ -46,10 +46,12 @@ from ..motion.response_sums import (
     X2,
     Y2,
     Tally,
+    absolute,
     add_from_foot,
     add_state,
     foot_of,
     from_foot,
+    ground_of,
     place_of_largest,
     raise_to,
 )
@@ -71,7 +73,7 @@ from ..scene.contact_series import (
     term_of,
 )
 from ..scene.drive import drive_now
-from ..scene.scene import joined, without_shaking
+from ..scene.scene import joined
 from .limit import note_limit
 from .peaks import accelerations_in, bend_in, factor_at, note_energies, note_roots
 
@@ -118,14 +120,11 @@ def pace_at(piece, x):
 
 
 @jit
-def fill_acceleration(ps, row, piece, phase):
-    """Fill them with the structure's acceleration, as it is felt.
-
-    Without what shakes both bodies: the ground's acceleration, from which x1 counts.
-    """
+def fill_acceleration(tally, piece, phase):
+    """Fill the rows FACTOR of a tally with the structure's absolute acceleration."""
     for n in range(ORDER + 1):
         a1, _ = accelerations_in(piece, n)
-        row[FACTOR + n] = without_shaking(ps, a1, drive_in(piece, phase, n))
+        tally.row[FACTOR + n] = absolute(tally.ground, a1, drive_in(piece, phase, n))
 
 
 @jit
@@ -196,13 +195,13 @@ def tally_foot(foot, tally, piece, phase, end):
 
 
 @jit
-def tally_piece(ps, tally, piece, phase, end):
+def tally_piece(tally, piece, phase, end):
     """Add [0, end] of a piece: a grid with an expanded cell, or a step of a contact.
 
     Its tables are bare; phase: the instant of its start.
     """
     row, w = tally.row, piece.table
-    fill_acceleration(ps, row, piece, phase)
+    fill_acceleration(tally, piece, phase)
     raise_within(tally, w, place_of_largest(int(OF_A), 1.0), end)
     for n in range(ORDER + 1):
         w[FACTOR + n] = drive_in(piece, phase, n)
@@ -229,10 +228,10 @@ def tally_push(wall, tally, piece):
 
 
 @jit
-def tally_rest(ps, tally, y, a1, phase, dt):
+def tally_rest(tally, y, a1, phase, dt):
     """Add a short time dt [s] in which a state (x1, v1, r, s) rests; a1: dv1/dt."""
     drive = drive_now(phase)
-    add_state(tally.row, dt, y, without_shaking(ps, a1, drive), drive, phase)
+    add_state(tally.row, dt, y, absolute(tally.ground, a1, drive), drive, phase)
     gone, rate = from_foot(tally.foot, y[0], y[1], phase)
     add_from_foot(tally.row, dt, gone, rate)
 
@@ -248,18 +247,18 @@ def watch_piece(ps, damper, watch, piece, phase, begin, end):
     if watch.limit_log is not None:
         note_limit(piece, watch.limit_log, begin, end, math.inf, math.inf)
     if watch.tally is not None:
-        tally_piece(ps, watch.tally, piece, phase, end)
+        tally_piece(watch.tally, piece, phase, end)
 
 
 # ---- begun and ended -----------------------------------------------------------------------------
 
 
 @jit
-def tally_for(response, foot, ps):
-    """Return a fresh `Tally` where a response is wanted, or None; foot: None where none moves."""
+def tally_for(response, foot, ground, ps):
+    """Return a fresh `Tally` if a response is wanted; foot, ground: as in `CellBuffers`."""
     if response is None:
         return None
-    return Tally(np.zeros(SIZE), foot_of(foot, ps))
+    return Tally(np.zeros(SIZE), foot_of(foot, ps), ground_of(ground, ps))
 
 
 @jit
@@ -267,7 +266,7 @@ def bare_tally(tally):
     """Return the tally, if there is one, with its row as a bare one."""
     if tally is None:
         return None
-    return Tally(bare(tally.row), tally.foot)
+    return Tally(bare(tally.row), tally.foot, tally.ground)
 
 
 @jit

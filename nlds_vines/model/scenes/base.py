@@ -47,8 +47,8 @@ class Scene:
         struck: what the near and the far wall belong to, by wall.
         load: the constant force [N] on the structure towards the near wall; None for none.
         body: the word for the body that is forced.
-        shaken: the name in `BASES` of what is given of the ground's motion in place of a force; ""
-            where a force is given.
+        shaken: the name, "Y" or one of `BASES`, of what is given of the ground's motion in place of
+            a force; "" where a force is given.
         second: the wall, "near" or "far", whose contact may have a law of its own; "" for none.
         law: the law of all contacts.
         law_2: the law of the second wall, if it is another, or has other constants.
@@ -160,6 +160,11 @@ class Scene:
         """Whether the foot of spring and dashpot moves in the coordinates that are used."""
         return bool(self.shaken) and self.absolute
 
+    @property
+    def relative(self) -> bool:
+        """Whether positions are counted from a ground that moves."""
+        return bool(self.shaken) and not self.absolute
+
     def own_of(self, given: Collection[str]) -> tuple[str, ...]:
         """Return the names of the parameters beside the contact's: what drives is that given."""
         usual = self.drives[0]
@@ -198,7 +203,7 @@ class Scene:
 
         law_2: that of the second wall, if it has one of its own; given: the parameters there are.
         """
-        shaken = next((name for name in BASES if name in given), "")
+        shaken = next((name for name in ("Y", *BASES) if name in given), "")
         if not self.walls:
             return replace(self, shaken=shaken) if shaken else self
         law_of_second = LAWS[law_2] if law_2 else None

@@ -134,7 +134,7 @@ def grid_under(ps, damper, h, n, stretch):
     for m in range(min(degree + 1, ORDER)):
         expand_push(unloaded(ps), damper, h, m, w, powers + m * TERMS)
         put_sum(w, powers + m * TERMS, w, ends + 4 * m)
-    if free.load is not None:
+    if ps.load is not None:
         put_sum(w, free.load, w, ends + 4 * (ORDER + 1))
     rate = max(free.rate, LEAST_RATE / h)
     fill_weights(w, weights, rate * h)

@@ -36,6 +36,10 @@ class LeftAside(UserWarning):
     """A request file has tables for other commands than the one that reads it."""
 
 
+class Reordered(LeftAside):
+    """The values of an axis are not in ascending order, in which they are computed."""
+
+
 class RequestError(ValueError):
     """The request is wrong: an unknown name, a value out of range, a contradiction.
 

@@ -49,6 +49,6 @@ def _load(text: str) -> tuple[str, dict[str, Any]]:
 
 def _number_in(what: str, text: str) -> int | float | str:
     """Return the number that a text means, a whole one as such; another text as it is."""
-    if text.isdigit():
-        return int(text)
+    if text.isascii() and text.isdigit():
+        return from_text(int, what, text)
     return text if text[:1].isalpha() else from_text(float, what, text)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, number, shown, string
+from nlds_vines.errors import RequestError, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.load_quantities import OF_LOADS
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
@@ -39,7 +39,8 @@ def _state(value: object) -> tuple[float, ...]:
     """Return a state at t = 0."""
     if not isinstance(value, list | tuple | np.ndarray):
         raise RequestError(f"state = {shown(value)} must be a list of numbers")
-    return tuple(number("state", float(one) if isinstance(one, str) else one) for one in value)
+    read = (from_text(float, "state", one) if isinstance(one, str) else one for one in value)
+    return tuple(number("state", one) for one in read)
 
 
 @dataclass(frozen=True, repr=False)
@@ -122,6 +123,9 @@ class Decay(Request):
                 self.systems[0].with_(**{name: 1.0})  # which says what is allowed
         for system in self.systems:
             refuse_twice(system.scene, of_systems)
+        for axis in self.vary:
+            if is_of_load(axis.name):
+                self.load.check_values(axis.name, axis.values)
 
     def _corners(self) -> list[tuple[System, Loading]]:
         """Return each system with its load at the ends of all axes."""

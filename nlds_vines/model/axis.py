@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
@@ -9,7 +10,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import RequestError, choice, number, shown, string, table, whole
+from nlds_vines.errors import Reordered, RequestError, choice, number, shown, string, table, whole
 from nlds_vines.model.parameters import PARAMETERS, RATIOS, described
 
 LINEAR, LOG = "linear", "log"
@@ -39,10 +40,14 @@ class Axis(Outlined):
     def __post_init__(self) -> None:
         """Check, sort and freeze the values."""
         string("name of an axis", self.name)
-        values = np.sort(_numbers(self.name, self.values))
+        unsorted = _numbers(self.name, self.values)
+        values = np.sort(unsorted)
         equal = values[1:][np.diff(values) == 0]
         if equal.size:
             raise RequestError(f"{self.name} takes the value {float(equal[0])!r} more than once")
+        if not np.array_equal(values, unsorted):
+            text = f"{self.name}: its values are sorted, {values[0]:g} to {values[-1]:g}"
+            warnings.warn(text, Reordered, stacklevel=3)
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
 

@@ -332,9 +332,16 @@ class Tuning(Request):
             n: end(ends.get(n, p[n])) for n, end in (("k1", np.max), ("m1", np.min)) if n in p
         }
         period = natural_period(self.system.with_(**{n: float(v) for n, v in extreme.items()}))
-        self.decay.load.check(self.decay.duration, period)
-        for name, value in ((name, v) for name, both in of_load.items() for v in both.tolist()):
-            self.decay.load.with_({name: value}).check(self.decay.duration, period)
+        load = self.decay.load
+        for axis in self.over:
+            if axis.name in of_load:
+                load.check_values(axis.name, axis.values)
+        for one in self.uncertain:
+            if one.name in of_load and load.is_whole(one.name):
+                raise RequestError(f"{one.name} is a whole number, and cannot be uncertain")
+        for values in product(*(both.tolist() for both in of_load.values())):
+            changes = dict(zip(of_load, values, strict=True))
+            load.with_(changes).check(self.decay.duration, period)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -209,7 +209,7 @@ def test_the_orbit_of_a_cell_begins_where_the_axes_say(plane):
 def test_a_given_state_is_where_other_components_begin():
     document = {
         "system": "ssul-set6",
-        "vary": {"x2_0": {"values": [0.02, 0.01]}},
+        "vary": {"x2_0": {"values": [0.01, 0.02]}},
         "start": {"state": [1e-3, 0.1, 9.0, -0.2]},
         "record": {"want": ["section"]},
         "sampling": {"transient": 0, "periods": 1},

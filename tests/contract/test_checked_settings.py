@@ -14,13 +14,16 @@ import pytest
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.continuation.request import Begin, Continuation
+from nlds_vines.errors import RequestError
 from nlds_vines.loads.request import Decay
+from nlds_vines.loads.request_file import load_decay
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.setting import Checked, OneOf, Real, Text, Truth, Whole, settings_of
 from nlds_vines.orbits.starts import Start
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.request_file import Times
 from nlds_vines.tuning.request import Search, Surface, Tuning
+from nlds_vines.tuning.request_file import load_tuning
 
 NAN = float("nan")
 
@@ -102,7 +105,12 @@ CHECKED = {
     ],
     "contact_steps": steps,
     "period_steps": steps,
-    "state": [("rest", "state = 'rest' must be a list of"), ([1, 2, NAN, 4], "nan")],
+    "state": [
+        ("rest", "state = 'rest' must be a list of"),
+        ([1, 2, NAN, 4], "nan"),
+        ([1, "a", 0, 0], "state = 'a' must be a number"),
+        ([1, [2], 0, 0], "state = [2] must be a number"),
+    ],
     "phase": [("a", "phase = 'a' must be a number"), (NAN, "phase = nan"), (7.0, "phase = 7.0")],
     "want": [
         ("section", "want = 'section' must be a list"),
@@ -273,3 +281,73 @@ def test_an_option_is_refused_in_its_own_words(kind, here, answer, refusal):
             assert words in err
             assert said.flag in err or ("command line: " in err and f"[{said.table}]: " in err)
     assert list(here.iterdir()) == []
+
+
+# ---- what may vary -------------------------------------------------------------------------------
+
+LOADS = {
+    "blow": {"impulse": 1.0, "repeat": 2, "every": 1.0},
+    "record": {"values": [0.0, 1.0, 0.0], "dt": 0.01},
+    "tone": {"amplitude": 1.0, "omega": 3.0},
+    "sweep": {"amplitude": 1.0, "first": 3.0, "last": 5.0, "length": 9.0},
+    "noise": {"rms": 1.0, "high": 20.0},
+    **{
+        kind: {"peak": 1.0, "length": 0.1, "repeat": 2, "every": 1.0}
+        for kind in ("half_sine", "triangular", "rectangular", "friedlander")
+    },
+}
+NUMBERS_OF_LOADS = [
+    *(("impulse", "scale")),
+    *(f"{kind}.{said.key}" for kind in ALL for said in settings_of(ALL[kind]).values()),
+]
+RANGES = ([-1.0, 0.0, 1.0], [1.0, 1.5, 2.0], [2.0, 3.0, 4.0], [0.0, 0.5, 1.0], [19.0, 20.0, 21.0])
+"""Axes whose ends many settings allow, and not each value between them."""
+
+
+@pytest.mark.parametrize("name", NUMBERS_OF_LOADS)
+def test_every_value_of_an_axis_is_checked_before_anything_is_computed(name):
+    kind = name.partition(".")[0]
+    acts = {"load": {kind: LOADS[kind]} if kind in LOADS else {"impulse": 1.0}}
+    for values in RANGES:
+        try:
+            request = load_decay("tmd", {**acts, "vary": {name: {"values": values}}})
+        except RequestError:
+            continue
+        for number in range(request.cases):
+            request.case(number)  # as a run makes them
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "words"),
+    [
+        ("friedlander.peak", np.linspace(-1000, 1000, 1001).tolist(), "friedlander.peak = 0.0"),
+        ("noise.seed", [1.0, 1.5, 2.0], "noise.seed = 1.5 must be a whole number"),
+        ("blow.repeat", [1.5, 2.0], "blow.repeat = 1.5 must be a whole number"),
+        ("friedlander.unit", [1.0, 2.0], "unknown unit 1.0"),
+        ("tone.omega", [1.0, 1e8], "cells of time; allowed: 1000000"),
+    ],
+)
+@pytest.mark.parametrize("command", ["decay --vary", "tuning --over"])
+def test_a_value_within_an_axis_of_a_load_is_refused(command, name, values, words, error_of):
+    kind = name.partition(".")[0]
+    load, key = {"load": {kind: LOADS[kind]}}, command.split("--")[1]
+    reads = {"vary": load_decay, "over": load_tuning}
+    line = error_of(reads[key], "tmd", {**load, key: {name: {"values": values}}})
+    assert words in line
+
+
+def test_a_whole_number_is_not_uncertain(error_of):
+    tables = {"load": {"blow": LOADS["blow"]}, "uncertain": {"blow.repeat": 1.0}}
+    assert "blow.repeat is a whole number" in error_of(load_tuning, "tmd", tables)
+    tables = {
+        "load": {"friedlander": LOADS["friedlander"]},
+        "uncertain": {"friedlander.unit": "5%"},
+    }
+    assert "friedlander.unit = 'N' must be a number" in error_of(load_tuning, "tmd", tables)
+
+
+def test_a_text_that_is_no_number_is_refused_in_one_line(here, refusal):
+    assert "'a' must be a number" in refusal("decay", "--impulse=1", "--start=1,a,0,0")
+    assert "'a' must be a number" in refusal("tuning", "--impulse=1", "--start=1,a,0,0")
+    assert "'²'" in refusal("decay", "--load=blow:impulse=²")
+    assert "must be a" in refusal("decay", f"--load=blow:impulse={'1' * 5000}")

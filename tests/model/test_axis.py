@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic
 
@@ -53,3 +53,11 @@ def test_ranges_and_lists_are_told_apart_by_their_values():
     assert inner_edges(np.array([1.0, 2.0, 4.0, 8.0])).tolist() == pytest.approx(
         [1.0, 2**0.5, 2 * 2**0.5, 4 * 2**0.5, 8.0]
     )
+
+
+def test_values_that_are_sorted_are_told():
+    with pytest.warns(Reordered, match="omega: its values are sorted, 5 to 7"):
+        axis = Axis("omega", np.array([6.0, 5.0, 7.0]))
+    assert axis.values.tolist() == [5.0, 6.0, 7.0]
+    with pytest.warns(Reordered):
+        load_scan("tmd", {"vary": {"omega": {"values": [7.0, 6.0]}}})

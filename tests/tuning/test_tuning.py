@@ -55,7 +55,7 @@ def test_the_canonical_file_means_the_same():
         "ssul-set5",
         {
             "free": {"K": bounds(1e7, 4e7)},
-            "over": {"omega": {"start": 5.0, "stop": 8.0, "num": 4}, "P": {"values": [800, 600]}},
+            "over": {"omega": {"start": 5.0, "stop": 8.0, "num": 4}, "P": {"values": [600, 800]}},
             "search": {"seeds": 2, "within": 0.1},
             "surface": {"parameters": ["C", "k2"], "size": 7},
             "sampling": {"transient": 10},
@@ -122,7 +122,7 @@ def test_designs_and_the_unit_cube_belong_together():
 
 @pytest.mark.kernels
 def test_the_objective_is_the_peak_of_all_cases():
-    tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.28, 6.21]}}})
+    tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.21, 6.28]}}})
     found = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))
     assert found[0, 0] == pytest.approx(660.435, abs=1e-3)  # exact, from the transfer function
     assert found[0, 2:].tolist() == [OK, 0]
@@ -133,7 +133,7 @@ def test_the_objective_is_the_peak_of_all_cases():
 
 @pytest.mark.kernels
 def test_a_perturbed_trial_is_the_perturbed_system():
-    tuning = load_tuning("tmd", {"over": {"P": {"values": [800.0, 400.0]}}})
+    tuning = load_tuning("tmd", {"over": {"P": {"values": [400.0, 800.0]}}})
     trials = Trials(np.array([[600.0, 262.0]]), np.array([1.01]), np.array([2.0]), np.ones(1))
     found = Objective(tuning).results(trials)[0]
     system = nv.load_system("tmd", k2=600.0, c2=262.0, P=800.0, omega=6.28 * 1.01)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, shown, table
+from nlds_vines.errors import RequestError, number, shown, table
 from nlds_vines.model.loads.load import TIME, Course, Load, Size
 from nlds_vines.model.loads.pulses import Friedlander, HalfSine, Rectangular, Triangular
 from nlds_vines.model.loads.record import Record
@@ -209,7 +209,20 @@ class Loading:
     def number(self, name: str) -> float:
         """Return a number by its name, as `with_` takes it; `RequestError` where there is none."""
         owner, key = self._owner(name)
-        return float(getattr(owner, key))
+        return number(name, getattr(owner, key))
+
+    def is_whole(self, name: str) -> bool:
+        """Return True if a number is a whole one, as a count or a seed."""
+        owner, key = self._owner(name)
+        return isinstance(getattr(owner, key), int)
+
+    def check_values(self, name: str, values: np.ndarray) -> None:
+        """Raise `RequestError` for the first of the values (n,) that a number may not take."""
+        owner, key = self._owner(name)
+        check = next(said.check for said in settings_of(owner).values() if said.key == key)
+        whole = self.is_whole(name)
+        for value in values.tolist():
+            check(name, int(value) if whole and value == int(value) else value)
 
     def redrawn(self, times: int) -> Loading:
         """Return the sum with its noise drawn again: each seed raised by so many."""
@@ -252,7 +265,7 @@ class Loading:
         return held[0], key
 
     def check(self, duration: float, period: float) -> None:
-        """Refuse what repeats itself within a duration [s], and records that are too coarse.
+        """Refuse what repeats itself within a duration [s], too coarse records, too many cells.
 
         Arguments: `period`, the natural one of the structure [s].
         """
@@ -270,6 +283,7 @@ class Loading:
                     f"record {one.source}: a step of {one.step:g} s is too coarse for a structure "
                     f"with the natural period {period:g} s; allowed: up to {COARSE * period:g} s"
                 )
+        self._parted(self.parts, duration, np.inf, np.zeros(0))
 
     def words(self) -> str:
         """Return the sum in a few words."""
@@ -296,19 +310,8 @@ class Loading:
         if self.harmonic and on.force:
             acting.append((Tone(amplitude=on.force, omega=on.omega), 1.0))
         blows = [(time, size) for time, size in self.blows if time <= duration]
-        kinks = [one.kinks(duration) for one, _ in acting]
-        edges = _merged(
-            duration, np.concatenate([*kinks, marks, np.array([time for time, _ in blows])])
-        )
-        middles = 0.5 * (edges[:-1] + edges[1:])
-        rates = np.max([one.rates(middles) for one, _ in acting], axis=0, initial=REACH / reach)
-        counts = np.maximum(np.ceil(np.diff(edges) * rates / REACH), 1.0).astype(np.int64)
-        if counts.sum() > MOST_CELLS:
-            raise RequestError(
-                f"{counts.sum()} cells of time; allowed: {MOST_CELLS}; a shorter duration, or "
-                "loads of lower frequency"
-            )
-        edges = _divided(edges, counts)
+        courses = [one for one, _ in acting]
+        edges = _divided(*self._parted(courses, duration, reach, marks))
         begins, lengths = edges[:-1], np.diff(edges)
         rows = np.zeros((len(begins), TERMS))
         for one, size in acting:
@@ -318,6 +321,26 @@ class Loading:
             assert jumps is not None
             jumps[np.abs(edges - time).argmin()] += size / on.mass
         return Cells(edges, rows, jumps, 0.0 if self.shaken else 1.0)
+
+    def _parted(
+        self, courses: Sequence[Course], duration: float, reach: float, marks: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the edges at which anything is not smooth, and the number of cells between them.
+
+        Raises `RequestError` for more than `MOST_CELLS`.
+        """
+        kinks = [one.kinks(duration) for one in courses]
+        times = np.array([time for time, _ in self.blows if time <= duration])
+        edges = _merged(duration, np.concatenate([*kinks, marks, times]))
+        middles = 0.5 * (edges[:-1] + edges[1:])
+        rates = np.max([one.rates(middles) for one in courses], axis=0, initial=REACH / reach)
+        counts = np.maximum(np.ceil(np.diff(edges) * rates / REACH), 1.0)
+        if (total := counts.sum()) > MOST_CELLS:
+            raise RequestError(
+                f"{total:.0f} cells of time; allowed: {MOST_CELLS}; a shorter duration, or "
+                "loads of lower frequency"
+            )
+        return edges, counts.astype(np.int64)
 
 
 class Struck(NamedTuple):

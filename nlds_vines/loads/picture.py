@@ -112,7 +112,8 @@ def _motion(axes: Axes, found: Decays) -> None:
     for _, fall, look in _each(found):
         axes.plot(fall.time, fall.x1, **look)
     _over_time(axes, found.request)
-    axes.set_ylabel("displacement $x_1$ [m]")
+    frame = " relative to the ground" if found.request.load.shaken else ""
+    axes.set_ylabel(f"displacement $x_1${frame} [m]")
 
 
 def _damper(axes: Axes, found: Decays) -> None:

@@ -49,7 +49,7 @@ OF_LOADS = (
     _of("v1_max", "m/s", "largest velocity of the structure, relative to the ground",
         "largest velocity"),
     _of("a1_max", "m/s^2", "largest absolute acceleration of the structure, contacts included",
-        "largest acceleration"),
+        "largest absolute acceleration"),
     _of("stroke_max", "m", "largest stroke of the damper, counted from where its spring rests",
         "largest stroke"),
     _of("force_max", "N", "largest contact force", "largest contact force"),

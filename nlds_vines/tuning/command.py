@@ -152,6 +152,7 @@ class Job(jobs.Job):
             *([] if decay is None else [f"load:     {decay.load.words() or 'none'}"]),
             *([] if decay is None else decay.load.records_in_words(decay.duration)),
             *(f"draws:    {one.words()}" for one in tuning.uncertain),
+            f"objective: {tuning.objective_in_words}",
             f"judged:   by the {tuning.judged}: {cases_in_words}{from_rest}",
             f"search:   {search.method}, {search.population} designs in each of at most "
             f"{search.generations + 1} generations, seeds {search.seed} to {search.all_seeds[-1]}",

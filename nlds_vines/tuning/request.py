@@ -23,6 +23,8 @@ from nlds_vines.loads.request import (
     objectives_of_loads,
 )
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.load_quantities import BY_NAME as NUMBERS
+from nlds_vines.model.quantities import BY_NAME as QUANTITIES
 from nlds_vines.model.ratios import refuse_twice
 from nlds_vines.model.setting import (
     Check,
@@ -228,6 +230,14 @@ class Tuning(Request):
     def unit(self) -> str:
         """The unit of the objective."""
         return self.objectives[self.search.objective]
+
+    @property
+    def objective_in_words(self) -> str:
+        """The name of the objective, and what it is: its body and its frame."""
+        name = self.search.objective
+        if self.decay is None:
+            return f"{name}, {QUANTITIES[name].words_in(self.system.scene)}"
+        return f"{name}, {NUMBERS[name].words}"
 
     @property
     def draws(self) -> int:

@@ -118,6 +118,7 @@ class Tuned(Drawable):
             yield f"all {self.evaluations} designs were inadmissible"
             return
         yield f"{self.evaluations} designs, {self.refused} of them inadmissible"
+        yield f"objective: {self.tuning.objective_in_words}"
         names, unit = self.tuning.names, self.tuning.unit
         heads = [f"{self.tuning.search.objective} [{unit}]"]
         heads += [f"finer [{unit}]"] if isfinite(self.best.finer) else []

@@ -94,7 +94,7 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
             Dataset.real("quantile", dims, unit, f"{share} of it over the draws", np.inf),
         ]
     table += [
-        Dataset.real("objective", dims, unit, tuning.judged, np.inf),
+        Dataset.real("objective", dims, unit, _objective(tuning), np.inf),
         Dataset.real("E2max", dims, "J", "the damper's energy in that case"),
         Dataset.whole("worst_case", dims, "number of that case"),
         Dataset.code("stage", dims, "part of the search", STAGES),
@@ -102,6 +102,11 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
         Dataset.code("status", dims, "how its worst orbit ended", STATUS_FLAGS),
     ]
     return [(entry, columns[entry.name]) for entry in table]
+
+
+def _objective(tuning: Tuning) -> str:
+    """Return by what designs are judged, and what the objective is."""
+    return f"{tuning.judged}: {tuning.objective_in_words}"
 
 
 def _cases(tuning: Tuning) -> list[Content]:
@@ -126,7 +131,7 @@ def _optima(tuning: Tuning, found: Findings) -> list[Content]:
     columns, rows, dims = found.columns, found.optima, ("optimum",)
     row = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
     least, unit = tuning.judged, tuning.unit
-    value = Dataset.real("optimum_objective", dims, unit, least, np.inf)
+    value = Dataset.real("optimum_objective", dims, unit, _objective(tuning), np.inf)
     both = (*dims, "perturbation")
     firm = Dataset.real("robustness", both, unit, f"{least} under a perturbation", np.inf)
     seeds = Dataset.real("search_best", ("search",), unit, "best objective found", np.inf)

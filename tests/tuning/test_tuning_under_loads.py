@@ -9,7 +9,7 @@ from scipy.stats import qmc, truncnorm
 
 import nlds_vines as nv
 from nlds_vines.archives.toml import parse_toml
-from nlds_vines.errors import LeftAside
+from nlds_vines.errors import LeftAside, RequestError
 from nlds_vines.loads.request_file import load_decay
 from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.status_words import OK, TOO_STIFF
@@ -321,3 +321,27 @@ def test_a_time_that_does_not_come_makes_a_design_inadmissible(tmp_path):
     found = nv.tune("tmd", tmp_path / "a.h5", quiet=True, **tables)
     assert found.optima == ()
     assert "were inadmissible" in "\n".join(found.lines())
+
+
+SHAKEN = {"rectangular": {"peak": 0.2, "length": 2.0, "unit": "g"}}
+
+
+@pytest.mark.parametrize(
+    ("objective", "load", "words"),
+    [
+        ("a1_max", {"load": SHAKEN}, "absolute acceleration"),
+        ("x1_max", {"load": SHAKEN}, "relative to the ground"),
+        ("drift_max", {"load": SHAKEN}, "relative to the moving ground"),
+        ("x1_max", {"set": {"base_acceleration": 1.0}}, "x1 of the structure, absolute"),
+        ("drift_max", {"set": {"base_acceleration": 1.0}}, "relative to its foot"),
+    ],
+)
+def test_an_objective_says_its_frame(objective, load, words):
+    tuning = load_tuning("tmd", {**load, "search": {"objective": objective}})
+    assert tuning.objective_in_words.startswith(f"{objective}, largest")
+    assert words in tuning.objective_in_words
+
+
+def test_drift_is_an_objective_where_the_ground_moves_alone():
+    with pytest.raises(RequestError, match="drift_max"):
+        load_tuning("tmd", {"load": {"impulse": 9.0}, "search": {"objective": "drift_max"}})

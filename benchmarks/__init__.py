@@ -1,16 +1,21 @@
-"""What only measures the program or competes with it; in a clone: `python -m benchmarks.NAME`.
+"""Commands that only measure the program or compare it with others: `python -m benchmarks.NAME`.
 
-    accuracy   error against run time with solvers of others: docs/accuracy.md, docs/stiffness.md
-    extremes   the catalogue of extremes, each promise measured afresh: docs/extremes.md
-    speed      run times, as ratios to those of another checkout
-    safety     what it costs that no result is lost
-    boundary_values   special points of a branch, found a second time by SciPy's `solve_bvp`
-    contact_laws   the same damper under each contact law: docs/contact-laws.md
-    house      counts of the package: floors, circles, long functions, lines by folder
-    rivals/    solvers of others that `accuracy` measures where they are installed
+    accuracy         error against run time with the solvers of others: docs/accuracy.md
+    extremes         ten extremes and their bounds: docs/accuracy.md
+    speed            CPU times, as ratios to those of another checkout
+    cold             the wait before the first orbit
+    costs            the cost of walls, limits and records
+    load_costs       a cell under a load beside one under the harmonic force
+    load_rivals      one blow beside the solvers of others
+    contact_laws     the same damper under each contact law: docs/contact-laws.md
+    polish           gradients in a tuning under a load: docs/tuning.md
+    explore          the wait from a click to the drawn orbit, in a browser
+    boundary_values  special points of a branch, computed again by SciPy's `solve_bvp`
+    shooting         special points of a branch, computed again by shooting with SciPy
+    mutants          changes of a source that the tests must notice
+    house            sizes of the repository, beside the sizes that we aim at
+    pages            tables that a command writes into a page
 
-`speed`, `safety`, `extremes`, `boundary_values` and `house` need nothing beyond the program.  The
-rivals are installed by `pip install '.[peers]'`; numbalsoda is built from its source, and needs
-cmake and a Fortran compiler (gfortran) first.  GNU Octave is a program of its own: `octave-cli`
-must be on the path.
+They work in a clone. The solvers of others are installed by `pip install '.[peers]'`; numbalsoda is
+built from its source, and needs cmake and gfortran.
 """

@@ -1,4 +1,4 @@
-"""What each part of a scene and each record of an orbit costs: docs/accuracy-and-speed.md.
+"""What each part of a scene and each record of an orbit costs: docs/accuracy.md.
 
 python -m benchmarks.costs                    SSul NES Set 6
 python -m benchmarks.costs --system tmd --set omega=6.9

@@ -41,8 +41,7 @@ examples:
       SSul NES Set 6 at omega = 6.28 rad/s, twenty periods from rest: both methods, and SciPy
   nlds-vines accuracy own.toml --set omega=6.9 --want 1e-6
       the same for a system of your own, and the cheapest setting that is good to 1e-6
-the table is Markdown; in a clone, `python -m benchmarks.accuracy` measures further solvers of
-others, `python -m benchmarks.stiffness` stiff contacts, `python -m benchmarks.costs` parts
+the table is Markdown; in a clone, `python -m benchmarks.accuracy` measures the solvers of others
 exit status: 0 done; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on with what it has kept
 """

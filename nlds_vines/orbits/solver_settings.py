@@ -134,7 +134,7 @@ def tolerance_setting(table: str, default: float | None = None) -> Any:
     """Return the setting of a tolerance in a table of a request file."""
     presets = ", ".join(f"`{name}` ({value:g})" for name, value in TOLERANCES.items())
     words = f"of `exact`: relative error, {LEAST_TOLERANCE:g} to {MOST_TOLERANCE:g}, or {presets}"
-    words += "; see [Accuracy and speed](accuracy-and-speed.md)"
+    words += "; see [Accuracy](accuracy.md)"
     check = Checked(checked_tolerance)
     usual = "" if default is not None else "`standard`"
     return setting(default, check, table, words, "RELATIVE", usual=usual)

@@ -20,7 +20,7 @@ def told(*results, doubt):
 
 def test_the_legend_names_what_is_drawn_and_nothing_else():
     name = "SciPy DOP853, events"
-    ours, sound = made.of_order(4).results, made.of_order(5, name).results
+    ours, sound = made.of_order(4), made.of_order(5, name)
     missed = made.result(64, 1e-3, 2e-6, method=name, missed=3.0)
     assert told(*ours, missed, *sound, doubt=1e-15) == [
         "rk4",
@@ -35,7 +35,7 @@ def test_the_legend_names_what_is_drawn_and_nothing_else():
 def test_every_case_has_a_panel(cases, tmp_path):
     def rows(name):
         known = Known(name, "", "", 2, "", 1e-15, 0.0, "", 1.0)
-        return [row_of(known, found.setting, found) for found in made.of_order(4).results]
+        return [row_of(known, found.setting, found) for found in made.of_order(4)]
 
     names = [f"case {number}" for number in range(cases)]
     tasks = tuple(Task(name, lambda name=name: rows(name)) for name in names)

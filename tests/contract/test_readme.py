@@ -462,7 +462,7 @@ def test_the_contents_lead_to_every_page():
 
 
 def test_the_readme_measures_what_the_page_measures():
-    measured = rows(README.read_text(encoding="utf-8")) & rows(text_of("accuracy-and-speed.md"))
+    measured = rows(README.read_text(encoding="utf-8")) & rows(text_of("accuracy.md"))
     table = README.read_text(encoding="utf-8").split("## Accuracy and speed")[1]
     settings = [row for row in rows(table) if re.search(r"\d[.]\de-\d", row)]
     assert len(settings) == 5

@@ -5,9 +5,17 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from benchmarks.extremes.cases import FINE, FULL, energy_of, error_of, orbit_of
-from benchmarks.extremes.scales import quickened, scaled
+from benchmarks.extremes import BOTH, FULL, energy_of, error_of
 from nlds_vines import load_system, simulate
+
+FINE = {"nodes": 24, "contact_steps": 200.0}
+"""Settings of the exact method at which its errors lie below round-off."""
+
+FORCES = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "K")
+"""Parameters that carry the unit of force (or mass): a common factor changes no motion."""
+
+RATES = {"omega": 1, "c1": 1, "c2": 1, "k1": 2, "k2": 2, "K": 2, "P": 2}
+"""Parameters that carry the unit of time, and to which power."""
 
 FEW = settings(max_examples=40, deadline=None, derandomize=True)
 
@@ -34,6 +42,22 @@ SPEEDS = st.builds(lambda size, sign: size * sign, powers(-3.0, 0.0), st.sampled
 
 FAINT = load_system("ssul-set6", m2=10.0, k2=10.0, c1=1.0, c2=1.0, K=1000.0, C=-1.1e-308, omega=3.0)
 """Begins in a contact whose depth is at the least of all numbers, and leaves it."""
+
+
+def scaled(system, power):
+    """Return a system with masses, stiffnesses, dampings and forces times 2^power."""
+    numbers = {**system.parameters, "K": system.K}
+    return system.with_(**{name: numbers[name] * 2.0**power for name in FORCES})
+
+
+def quickened(system, power):
+    """Return a system in which everything happens 2^power times as fast."""
+    numbers = {**system.parameters, "K": system.K}
+    return system.with_(**{n: numbers[n] * 2.0 ** (power * times) for n, times in RATES.items()})
+
+
+def orbit_of(system, periods, **options):
+    return simulate(system, periods, record=BOTH, **options)
 
 
 def start_of(system, v1, v2):

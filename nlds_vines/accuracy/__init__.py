@@ -2,7 +2,7 @@
 
 In reading order:
 
-    measured_cases  what is measured, what came of it, and the table that holds it
+    measured_cases  what is measured, and what came of it
     scipy_solver    SciPy's solver, as everybody would use it first
     reference       the true states, with witnesses
     measure         the error and the cost of each method at each setting

@@ -7,25 +7,22 @@ import statistics
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from nlds_vines.accuracy import scipy_solver
 from nlds_vines.accuracy.measured_cases import (
-    COLUMNS,
-    SHAPE,
     Case,
     Course,
+    Measured,
     Result,
     Setting,
     SolverFailure,
 )
 from nlds_vines.accuracy.reference import Truth, followed, truth_of
-from nlds_vines.archives.record_columns import Row, row_of
 from nlds_vines.orbits.simulation import IntegrationError, simulate
-from nlds_vines.runs.survey import Survey, Task
+from nlds_vines.runs.progress import Progress
 
 EXACT = tuple(float(f"1e-{k}") for k in range(3, 14))
 """Settings of `exact` from coarse to fine: tolerances."""
@@ -76,8 +73,7 @@ def ours(method: str, value: float, words: str, **keywords: Any) -> Contender:
             orbit.section, np.empty(0) if orbit.impacts is None else orbit.impacts["touch"]
         )
 
-    order = 4.0 if method == "rk4" else math.nan
-    return Contender(Setting(method, value, words, True, order), follow)
+    return Contender(Setting(method, value, words, True), follow)
 
 
 def scipy_contenders() -> Iterator[Contender]:
@@ -87,35 +83,26 @@ def scipy_contenders() -> Iterator[Contender]:
         def follow(case: Case, observed: bool, rtol: float = rtol) -> Course:
             return scipy_solver.follow(case.system, case.periods, case.state, rtol)
 
-        yield Contender(Setting(scipy_solver.NAME, rtol, f"rtol {rtol:.0e}", False, 8.0), follow)
+        yield Contender(Setting(scipy_solver.NAME, rtol, f"rtol {rtol:.0e}", False), follow)
 
 
-def comparison(
-    cases: Sequence[Case],
-    others: Sequence[Contender],
-    versions: Mapping[str, str],
-    known: Callable[[Case], Truth] = truth_of,
-) -> Survey:
-    """Return the survey of our methods and, where there is a damper, of `others` on some cases.
+def contenders(case: Case, peers: bool) -> dict[str, list[Contender]]:
+    """Return the contenders on a case by their method; SciPy's need `peers` and a damper."""
+    methods: dict[str, list[Contender]] = {}
+    others = scipy_contenders() if peers and case.system.scene.damper else ()
+    for entry in (*our_contenders(case), *others):
+        methods.setdefault(entry.setting.method, []).append(entry)
+    return methods
 
-    Arguments: the `versions` of the programs of others by name; what is `known` of a case.
-    """
-    about = {"cases": {case.name: case.to_table() for case in cases}, "peers": dict(versions)}
-    tasks = []
-    for case in cases:
-        known_once = cache(partial(known, case))
-        methods: dict[str, list[Contender]] = {}
-        for entry in (*our_contenders(case), *(others if case.system.scene.damper else ())):
-            methods.setdefault(entry.setting.method, []).append(entry)
+
+def comparison(case: Case, methods: Mapping[str, Sequence[Contender]], quiet: bool) -> Measured:
+    """Measure all contenders on a case; `quiet` shows no progress."""
+    truth, results = truth_of(case), []
+    with Progress(len(methods), "method", quiet=quiet) as progress:
         for method, entries in methods.items():
-            tasks.append(Task(f"{case.name}: {method}", partial(_rows, known_once, entries)))
-    return Survey("Error against run time", SHAPE, about, COLUMNS, tuple(tasks))
-
-
-def _rows(known: Callable[[], Truth], entries: Sequence[Contender]) -> list[Row]:
-    """Measure a method at all its settings."""
-    results = (measured(known(), entry) for entry in entries)
-    return [row_of(known().known, found.setting, found) for found in results]
+            results += [measured(truth, entry) for entry in entries]
+            progress.note(1, method)
+    return Measured(truth.known, tuple(results))
 
 
 def measured(truth: Truth, contender: Contender) -> Result:

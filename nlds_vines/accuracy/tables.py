@@ -17,11 +17,12 @@ def lines(case: Measured, want: float) -> Iterator[str]:
 
 def head(case: Measured) -> Iterator[str]:
     """Yield what a reader must know of a case: what is followed, and what is held to be true."""
+    known = case.known
     text = (
-        f"{case.title}. Error of the state after {case.periods} forcing periods, CPU time of a "
-        f"period. Regime: {case.truth}. Reference: {case.source}; uncertain by "
-        f"{case.doubt:.0e}; an independent witness ({case.witness}) is {case.independent:.0e} "
-        f"from it. A disturbance of the start has grown {case.growth:.2g} times by then."
+        f"{known.title}. Error of the state after {known.periods} forcing periods, CPU time of a "
+        f"period. Regime: {known.truth}. Reference: {known.source}; uncertain by "
+        f"{known.doubt:.0e}; an independent witness ({known.witness}) is {known.independent:.0e} "
+        f"from it. A disturbance of the start has grown {known.growth:.2g} times by then."
     )
     yield from textwrap.wrap(text, 100)
 
@@ -40,7 +41,7 @@ def _measurement(case: Measured, found: Result) -> tuple[str, ...]:
     return (
         setting.method,
         setting.words,
-        f"{found.error:.1e}" if found.error > case.doubt else f"< {case.doubt:.0e}",
+        f"{found.error:.1e}" if found.error > case.known.doubt else f"< {case.known.doubt:.0e}",
         touches(found),
         duration(found.seconds),
     )

@@ -84,7 +84,7 @@ class ArchiveView(Outlined):
 
     @property
     def content(self) -> str:
-        """The kind of request whose results it holds: `scan`, `tuning`, `survey`."""
+        """The kind of request whose results it holds: `scan`, `tuning`, `portrait`."""
         return self.text("content") if "content" in self.attrs else "scan"
 
     def request(self, content: str, load: Callable[[dict[str, Any]], Read]) -> Read:

@@ -8,7 +8,6 @@ In reading order:
     shard            the share of one of several machines
     folder           the folder of a run, and its locks
     numbered_parts   the folder of a run whose parts have numbers
-    survey           a table that is measured task by task
     interrupts       Ctrl-C and SIGTERM, which end a run between two pieces of work
     progress         how much is done, how fast, how long to go
     journal          a run from its folder to its archive

@@ -14,11 +14,11 @@ from nlds_vines.errors import RequestError
 NAME = "manifest.json"
 """The manifest's name in the folder of parts."""
 
-SCAN, TUNING, SURVEY, CONTINUATION = "scan", "tuning", "survey", "continuation"
+SCAN, TUNING, CONTINUATION = "scan", "tuning", "continuation"
 RESPONSE_CURVES, DECAY, PORTRAIT = "page of response curves", "decay", "portrait"
-"""The kinds of requests: a scan, in blocks; the search of a tuning, design by design; a survey of
-measurements, task by task; a continuation, branch by branch; response curves, one by one; a decay,
-damper by damper; a portrait, all at once."""
+"""The kinds of requests: a scan, in blocks; the search of a tuning, design by design; a
+continuation, branch by branch; response curves, one by one; a decay, damper by damper; a portrait,
+all at once."""
 
 
 @dataclass(frozen=True)

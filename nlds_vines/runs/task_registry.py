@@ -13,7 +13,6 @@ from nlds_vines.runs.manifest import (
     PORTRAIT,
     RESPONSE_CURVES,
     SCAN,
-    SURVEY,
     TUNING,
 )
 
@@ -55,7 +54,6 @@ TASKS: Mapping[str, Task] = {
     RESPONSE_CURVES: Task("bifurcation.response_curves", "curves_in"),
     DECAY: Task("loads", "decays_in"),
     PORTRAIT: Task("portrait", "portrait_in"),
-    SURVEY: Task("accuracy"),
 }
 """A new kind of archive is a new entry."""
 

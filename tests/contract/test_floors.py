@@ -305,7 +305,6 @@ def test_only_the_archive_imports_h5py():
 
 def test_only_pictures_import_matplotlib():
     types = {
-        "accuracy.command",
         "bifurcation.result",
         "plotting.drawable",
         "upkeep.plot",

@@ -18,7 +18,7 @@ LINES = {  # status of each, in one process: whatever one loads, all that follow
     "tuning --help": 0, "tuning --dry-run": 0, "tuning --free k2=2:1": 2, "tuning -o old.h5": 2,
     "transients --help": 0, "transients --starts 0": 2, "transients --delay -1": 2,
     "transients -o old.h5": 2,
-    "accuracy --help": 0, "accuracy --want 2": 2, "accuracy --stiff": 2, "accuracy -o no/x": 2,
+    "accuracy --help": 0, "accuracy --want 2": 2, "accuracy --plot no/x.png": 2,
     "explore --help": 0, "explore --dry-run": 0, "explore --port -1": 2,
     "explore --system nothing": 2, "explore no.toml": 2,
     "report --help": 0, "report no.h5": 2, "report": 2,

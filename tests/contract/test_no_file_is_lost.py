@@ -44,14 +44,14 @@ WRITERS = {  # what writes a file that is no archive: the command, and the file'
     "plot": ["plot", "a.h5", "-o", "{}.png"],
     "export": ["export", "a.h5", "-o", "{}.csv"],
     "portrait": ["portrait", "--plot", "{}.png"],
-    "accuracy, its picture": ["accuracy", "-o", "n.h5", "--plot", "{}.png"],
+    "accuracy, its picture": ["accuracy", "--plot", "{}.png"],
     "bifurcation, its picture": ["bifurcation", "-o", "n.h5", "--plot", "{}.png"],
     "transients, its picture": ["transients", "-o", "n.h5", "--plot", "{}.png"],
     "tuning, its picture": ["tuning", "-o", "n.h5", "--plot", "{}.png"],
     "continuation, its picture": ["continuation", "-o", "n.h5", "--plot", "{}.png"],
     "curves, their picture": ["response-curves", "-o", "n.h5", "--plot", "{}.png"],
 }
-ARCHIVERS = ("bifurcation", "transients", "tuning", "continuation", "response-curves", "accuracy")
+ARCHIVERS = ("bifurcation", "transients", "tuning", "continuation", "response-curves")
 WRITTEN = ("report", "plot", "export", "portrait", *ARCHIVERS)
 
 

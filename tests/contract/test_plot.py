@@ -114,9 +114,6 @@ def _archive(kind, folder, ask):
         search = ["--generations", "2", "--population", "6", "--polish", "5"]
         command = [kind, "--system", "tmd", "--surface", "k2,c2", "--surface-size", "3", *search]
         names = ["objective"]
-    elif kind == "accuracy":
-        command = [kind, "--no-peers", "--periods", "2"]
-        names = ["ssul-set6"]
     elif kind == "continuation":
         command = [kind, "--along", "omega=7:7.2"]
         names = ["x2", "E1max"]
@@ -129,9 +126,7 @@ def _archive(kind, folder, ask):
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize(
-    "kind", ["transients", "tuning", "accuracy", "continuation", "response-curves"]
-)
+@pytest.mark.parametrize("kind", ["transients", "tuning", "continuation", "response-curves"])
 def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(kind, tmp_path, ask, answer):
     path, names = _archive(kind, tmp_path, ask)
     listed = [line.split()[0] for line in answer("plot", path, "--show", "?").splitlines()]

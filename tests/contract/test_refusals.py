@@ -421,8 +421,7 @@ def nothing_is_computed(monkeypatch):
         raise AssertionError("a faulty request has reached the kernels")
 
     for name in (
-        "bifurcation.run", "tuning.run", "portrait.run", "loads.run",
-        "accuracy.measure", "runs.survey",
+        "bifurcation.run", "tuning.run", "portrait.run", "loads.run", "accuracy.measure",
     ):  # fmt: skip
         fake = ModuleType(f"nlds_vines.{name}")
         vars(fake).update(run=run, views_of=run)

@@ -110,7 +110,7 @@ class ArchiveView(Outlined):
 
     def __contains__(self, name: str) -> bool:
         """Return whether a dataset or a scale of this name is in the archive."""
-        return name in self._file
+        return isinstance(name, str) and name in self._file
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a whole dataset or scale; strings as an array of `str` objects."""
@@ -122,8 +122,6 @@ class ArchiveView(Outlined):
         Raises `RequestError` for a dataset or a dimension that there is not, and an index out of
         range.
         """
-        if name not in self:
-            raise unknown(f"dataset of {self.path}:", name, self.names)
         dims = self.dims(name)
         for dim, i in index.items():
             if dim not in dims:
@@ -132,7 +130,7 @@ class ArchiveView(Outlined):
             index[dim] = whole(f"{dim} of {name}", i, -length, length - 1)
         where = tuple(index.get(dim, slice(None)) for dim in dims)
         with _reading(self.path, f"dataset {name}"):
-            return values_of(self._file[name], where)
+            return values_of(self._dataset(name), where)
 
     def to_xarray(self) -> Any:
         """Return all of it as an `xarray.Dataset`, in memory; needs the extra `xarray`."""
@@ -156,18 +154,18 @@ class ArchiveView(Outlined):
     def slabs(self, name: str) -> Iterator[np.ndarray]:
         """Yield a dataset in parts along its first dimension, each of which fits into memory."""
         with _reading(self.path, f"dataset {name}"):
-            for slab in slabs(self._file[name].shape):
-                yield values_of(self._file[name], slab)
+            for slab in slabs(self.shape(name)):
+                yield values_of(self._dataset(name), slab)
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Return the lengths of a dataset's dimensions."""
         with _reading(self.path, f"dataset {name}"):
-            return tuple(self._file[name].shape)
+            return tuple(self._dataset(name).shape)
 
     def dims(self, name: str) -> tuple[str, ...]:
         """Return the names of a dataset's dimensions."""
         with _reading(self.path, f"dataset {name}"):
-            dataset = self._file[name]
+            dataset = self._dataset(name)
             if dataset.is_scale:
                 return (name,)
             return tuple(dim[0].name.removeprefix("/") for dim in dataset.dims)
@@ -175,7 +173,7 @@ class ArchiveView(Outlined):
     def is_text(self, name: str) -> bool:
         """Return whether a dataset or scale holds strings."""
         with _reading(self.path, f"dataset {name}"):
-            return is_text(self._file[name])
+            return is_text(self._dataset(name))
 
     def describe(self, name: str) -> Dataset:
         """Return what a dataset is: its dimensions, type, unit, meaning and fill value."""
@@ -197,17 +195,23 @@ class ArchiveView(Outlined):
     def is_flag(self, name: str) -> bool:
         """Return whether a dataset is an enumeration, whose words `flags` returns."""
         with _reading(self.path, f"dataset {name}"):
-            return "flag_values" in self._file[name].attrs
+            return "flag_values" in self._dataset(name).attrs
 
     def flags(self, name: str) -> dict[int, str]:
         """Return the words of an enumeration by their codes."""
         with _reading(self.path, f"the enumeration of dataset {name}"):
-            notes = self._file[name].attrs
+            notes = self._dataset(name).attrs
             return flags_of({key: _plain(notes[key]) for key in notes if key.startswith("flag_")})
 
     def _attribute(self, name: str, attribute: str) -> Any:
         with _reading(self.path, f"dataset {name}"):
-            return _plain(self._file[name].attrs[attribute])
+            return _plain(self._dataset(name).attrs[attribute])
+
+    def _dataset(self, name: str) -> Any:
+        """Return a dataset or scale of the file; `RequestError` for one that was not recorded."""
+        if name not in self:
+            raise unknown(f"dataset of {self.path}:", name, self.names)
+        return self._file[name]
 
 
 @contextmanager
@@ -215,6 +219,8 @@ def _reading(path: Path, what: str) -> Iterator[None]:
     """Turn h5py's error for a damaged file into a `RequestError` that names the place."""
     try:
         yield
+    except RequestError:
+        raise
     except DAMAGE as error:
         raise RequestError(f"{path}: {what} is damaged: {first_line(error)}") from error
 

@@ -141,7 +141,8 @@ class RunFolder:
         are intact, and an archive of that name is as it was.
         """
         temporary = durable.beside(self.folder / "archive")
-        with durable.in_one_line(f"write {self.path} (the parts are intact, use --resume)"):
+        intact = " (the parts are intact, use --resume)" if self._has_parts() else ""
+        with durable.in_one_line(f"write {self.path}{intact}"):
             try:
                 self._clear("*.tmp")  # of runs that were killed: no other is at work here
                 make(temporary)

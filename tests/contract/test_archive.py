@@ -135,3 +135,19 @@ def test_an_hdf5_file_of_another_program_and_of_the_future_are_refused(path):
         pass
     with pytest.raises(RequestError, match="no such file"):
         archive.read(path.with_name("absent.h5"))
+
+
+def test_what_was_not_recorded_is_unknown_and_nothing_is_damaged(path):
+    """Each way to ask for a dataset, by a name that is not there and by what is no name."""
+    write(path, make_scan(want=["energy"]))
+    with archive.read(path) as view:
+        ways = [view.dims, view.shape, view.take, view.units, view.long_name, view.describe]
+        ways += [view.is_text, view.is_flag, view.flags, view.__getitem__]
+        ways.append(lambda name: next(view.slabs(name)))
+        for way in ways:
+            for name in ("lyapunov", [1, 2], 3, None, b"E1max"):
+                with pytest.raises(RequestError, match="unknown dataset") as told:
+                    way(name)
+                assert "E1max" in str(told.value)
+        assert [1, 2] not in view
+        assert "E1max" in view

@@ -190,3 +190,14 @@ def test_the_orbit_of_a_cell_names_its_scan(here, refusal, ask):
         assert np.array_equal(found.views[0].section, view["section"][1, 0])
     assert "portrait SCAN.h5 --at omega=7.2 --start rest" in refusal("rerun", "cell.h5")
     ask("plot", "cell.h5")
+
+
+def test_a_full_disk_is_one_line_that_claims_no_parts(here, monkeypatch, refusal):
+    """A portrait has no parts: to run it again is all that helps."""
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("nlds_vines.archives.durable.reserve", full)
+    line = refusal("portrait", "--set", "omega=7.45", "--transient", "20", "-o", "p.h5", "--quiet")
+    assert line.endswith("error: cannot write p.h5: No space left on device\n")

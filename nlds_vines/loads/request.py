@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any, ClassVar
@@ -14,7 +15,7 @@ from nlds_vines.errors import RequestError, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.load_quantities import OF_LOADS
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
-from nlds_vines.model.ratios import ratios_in, refuse_twice
+from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settings, entries, setting
 from nlds_vines.model.system import System
@@ -123,6 +124,7 @@ class Decay(Request):
                 self.systems[0].with_(**{name: 1.0})  # which says what is allowed
         for system in self.systems:
             refuse_twice(system.scene, of_systems)
+            refuse_without_effect(system.scene, self.load, of_systems)
         for axis in self.vary:
             if is_of_load(axis.name):
                 self.load.check_values(axis.name, axis.values)
@@ -200,6 +202,16 @@ class Decay(Request):
             "sampling": entries(self, "sampling"),
         }
         return {key: value for key, value in found.items() if value}
+
+
+def refuse_without_effect(scene: Scene, load: Loading, names: Collection[str]) -> None:
+    """Raise `RequestError` for the first of `names` that says something of a force that is off."""
+    for name, meant in zip(names, meant_by(scene, names), strict=True):
+        if not load.harmonic and meant in (*FORCES, "omega"):
+            raise RequestError(
+                f"{name}: the harmonic force is off under a load, so that all orbits would be "
+                "equal; harmonic = true adds it"
+            )
 
 
 def has(system: System, name: str) -> bool:

@@ -24,6 +24,12 @@ CUT = 3.0
 DRAWS = 64
 """Draws where something is uncertain and their number is not given."""
 
+FRESH_DRAWS = 1024
+"""Draws at least by which an optimum is judged again: none of those that it was chosen by."""
+
+FRESH_SEED = 2**32
+"""What the seed of the fresh draws has more than that of the search, whose seeds are below it."""
+
 MOST_DRAWS = 2**16
 """Draws at most, a power of two as all their numbers: only then are Sobol points even."""
 

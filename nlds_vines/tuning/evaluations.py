@@ -112,12 +112,15 @@ class Log:
         self._show(found[:, 0], stage, seed)
         return found[:, 0]
 
-    def judged(self, tuning: Tuning, points: np.ndarray) -> np.ndarray:
-        """Return `RESULTS` (n, 4) of designs by the objective of another tuning; it is no search.
+    def judged(self, tuning: Tuning, points: np.ndarray, *, fresh: bool = False) -> np.ndarray:
+        """Return the objectives (n,) of designs by another tuning, or by `fresh` draws; no search.
 
         Raises `interrupts.Stopped` when a signal has asked to stop.
         """
-        return self._results(Objective(tuning, self._progress.wait), Trials.at_rest(points))
+        objective = Objective(tuning, self._progress.wait, fresh=fresh)
+        return np.array(
+            [self._results(objective, Trials.at_rest(one))[0, 0] for one in points[:, None]]
+        )
 
     def _results(self, objective: Objective, trials: Trials) -> np.ndarray:
         """Return the results of trials, which are in the journal from then on."""

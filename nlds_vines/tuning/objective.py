@@ -18,7 +18,7 @@ from nlds_vines.model.loads.loading import Loading
 from nlds_vines.orbits.batch import Batch, Outcome
 from nlds_vines.orbits.starts import random_states
 from nlds_vines.runs.progress import Tell
-from nlds_vines.tuning.draws import places_of
+from nlds_vines.tuning.draws import FRESH_SEED, places_of
 from nlds_vines.tuning.request import STARTS, Tuning
 
 
@@ -68,11 +68,20 @@ def results_of(tuning: Tuning) -> tuple[str, ...]:
 class Objective:
     """The objective of one tuning; what all designs share is prepared once."""
 
-    def __init__(self, tuning: Tuning, tell: Tell | None = None) -> None:
-        """Prepare for designs of `tuning`; `tell` takes what is waited for meanwhile."""
+    def __init__(self, tuning: Tuning, tell: Tell | None = None, *, fresh: bool = False) -> None:
+        """Prepare for designs of `tuning`; `tell` takes what is waited for meanwhile.
+
+        `fresh`: judge by `Tuning.fresh_draws` that share none with those of the search.
+        """
         self._tuning, self._tell = tuning, tell
         self._cases = tuning.cases()
-        self._places = places_of(tuning.uncertain, tuning.draws, tuning.search.seed)
+        draws, seed = tuning.draws, tuning.search.seed
+        self._noise = np.arange(draws + 1)
+        if fresh:
+            seed += FRESH_SEED
+            draws, self._noise = tuning.fresh_draws, np.arange(tuning.fresh_draws + 1)
+            self._noise[1:] += tuning.draws
+        self._places = places_of(tuning.uncertain, draws, seed)
         self._batch = (
             Batch(tuning.system.scene, tell, float(tuning.tolerance), tuning.search.objective)
             if tuning.decay is None
@@ -119,7 +128,7 @@ class Objective:
             scale = grid.get("scale", np.asarray(tuning.value("scale")))
             grid[spring] = stiffness * (factor * factor)
             grid["scale"] = scale * trials.stretch[:, np.newaxis, np.newaxis]
-            grid["draw"] = np.arange(shape[1])[:, np.newaxis]
+            grid["draw"] = self._noise[:, np.newaxis]
         return {name: np.broadcast_to(values, shape) for name, values in grid.items()}
 
     def _starts(self, cells: np.ndarray, trials: Trials) -> np.ndarray:

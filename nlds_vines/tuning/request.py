@@ -21,6 +21,7 @@ from nlds_vines.loads.request import (
     is_of_load,
     natural_period,
     objectives_of_loads,
+    refuse_without_effect,
 )
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.load_quantities import BY_NAME as NUMBERS
@@ -43,7 +44,7 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.runs.manifest import TUNING
-from nlds_vines.tuning.draws import DRAWS, MOST_DRAWS, Uncertain
+from nlds_vines.tuning.draws import DRAWS, FRESH_DRAWS, MOST_DRAWS, Uncertain
 from nlds_vines.tuning.free_parameter import Free, tunable
 
 SAMPLED, SAMPLED_FREE = 60, 2
@@ -245,6 +246,11 @@ class Tuning(Request):
         return self.search.draws or (DRAWS if self.uncertain else 0)
 
     @property
+    def fresh_draws(self) -> int:
+        """How many draws an optimum is judged again by, if there are any."""
+        return max(FRESH_DRAWS, self.draws)
+
+    @property
     def quantile(self) -> float:
         """The quantile of the draws that is told."""
         return self.search.quantile or QUANTILE
@@ -252,12 +258,16 @@ class Tuning(Request):
     @property
     def judged(self) -> str:
         """By what a design is judged, in words."""
+        return self.judged_by(self.draws)
+
+    def judged_by(self, draws: int) -> str:
+        """Return by what a design is judged over so many draws, in words."""
         name = self.search.objective
         worst = f"largest {name} of all cases"
         if not self.draws:
             return worst
         by = "mean" if self.search.quantile is None else f"{100 * self.quantile:g} % quantile"
-        return f"{by} of {name if self.case_count == 1 else f'the {worst}'} over {self.draws} draws"
+        return f"{by} of {name if self.case_count == 1 else f'the {worst}'} over {draws} draws"
 
     @property
     def first_design(self) -> np.ndarray | None:
@@ -298,6 +308,9 @@ class Tuning(Request):
     def _check_uncertain(self) -> None:
         """Refuse what is uncertain and has no one value, and draws of nothing."""
         over = [axis.name for axis in self.over]
+        if self.decay is not None:
+            names = [*over, *(one.name for one in self.uncertain)]
+            refuse_without_effect(self.system.scene, self.decay.load, names)
         noisy = self.decay is not None and bool(self.decay.load.noise)
         if self.search.draws and not (self.uncertain or noisy):
             raise RequestError(
@@ -351,7 +364,9 @@ class Tuning(Request):
                 raise RequestError(f"{one.name} is a whole number, and cannot be uncertain")
         for values in product(*(both.tolist() for both in of_load.values())):
             changes = dict(zip(of_load, values, strict=True))
-            load.with_(changes).check(self.decay.duration, period)
+            changed = load.with_(changes)
+            changed.check(self.decay.duration, period)
+            changed.redrawn(self.draws + self.fresh_draws)  # the last seed of its noise
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -397,7 +412,8 @@ class Tuning(Request):
     @property
     def most_lanes(self) -> int:
         """The most orbits that will be computed."""
-        return self.most_evaluations * self.case_count * (self.draws + 1)
+        fresh = self.search.optima * (self.fresh_draws + 1) if self.draws else 0
+        return self.case_count * (self.most_evaluations * (self.draws + 1) + fresh)
 
     def document(self) -> dict[str, Any]:
         """Return the tuning file that means exactly this tuning, complete, as nested tables."""

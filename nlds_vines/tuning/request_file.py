@@ -13,7 +13,7 @@ from nlds_vines.loads.request_file import flattened
 from nlds_vines.model.axis import Axis, announced
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.parameters import DESCRIBED
-from nlds_vines.model.ratios import axes_of_parameters, meant_by
+from nlds_vines.model.ratios import axes_of_parameters, meant_by, refuse_twice
 from nlds_vines.model.request_layers import Document, Form, Layer, Layers
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import checks, settings_of
@@ -169,6 +169,7 @@ def _over(
         if cases > MOST_LANES:
             raise RequestError(f"every design has {cases} cases; allowed: up to {MOST_LANES}")
         axes = tuple(Axis.of(*item) for item in entries.items())
+        refuse_twice(system.scene, [axis.name for axis in axes])
         of_load = tuple(axis for axis in axes if decay is not None and is_of_load(axis.name))
         others = tuple(axis for axis in axes if axis not in of_load)
         names = meant_by(system.scene, [*changing, *(axis.name for axis in others)])

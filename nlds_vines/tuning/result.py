@@ -33,13 +33,16 @@ class Optimum(Outlined):
 
     `robustness` holds the objective under each perturbation, `none` among them; `finer` is the
     objective with more values in each band, NaN where there is no band.  Where there are draws,
-    `nominal` is that of the design as given, `mean` and `quantile` those over the draws.
+    `objective` is that over `Tuning.fresh_draws` draws that the search did not have, `searched` the
+    one by which the design was chosen and which flatters it; `nominal` is that of the design as
+    given, `mean` and `quantile` those over the draws of the search.
     """
 
     parameters: Mapping[str, float]
     objective: float
     robustness: Mapping[str, float]
     finer: float = nan
+    searched: float | None = None
     nominal: float | None = None
     mean: float | None = None
     quantile: float | None = None
@@ -140,6 +143,10 @@ class Tuned(Drawable):
                 f"as given {best.nominal:.5g}, mean {best.mean:.5g}, "
                 f"{100 * self.tuning.quantile:g} % quantile {best.quantile:.5g} {self.tuning.unit}"
             )
+            yield (
+                f"chosen by {best.searched:.5g} {self.tuning.unit}, which flatters: the table has "
+                f"the {self.tuning.judged_by(self.tuning.fresh_draws)} that the search did not have"
+            )
         if len(self.spread) > 1:
             low, middle, high = np.percentile(list(self.spread.values()), [0, 50, 100])
             yield (
@@ -204,11 +211,13 @@ def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
     objective, causes = view["optimum_objective"], view["perturbation"].tolist()
     finer = view["optimum_finer"] if "optimum_finer" in view else np.full(objective.size, nan)
     rows = view["optimum_evaluation"]
+    fresh = view["optimum_fresh" if tuning.draws else "optimum_objective"]
     drawn = {name: view[name][rows].tolist() for name in OF_DRAWS if tuning.draws}
     for i in range(objective.size):
         yield Optimum(
             parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
-            objective=float(objective[i]),
+            objective=float(fresh[i]),
+            searched=float(objective[i]),
             robustness=dict(zip(causes, view["robustness"][i].tolist(), strict=True)),
             finer=float(finer[i]),
             **{name: values[i] for name, values in drawn.items()},

@@ -71,7 +71,8 @@ def _findings(tuning: Tuning, log: Log) -> tuning_table.Findings:
         robustness=np.array(robustness).reshape(-1, width),
         surface=surface,
         spread=spread,
-        finer=None if finer is None else log.judged(finer, points[chosen])[:, 0],
+        finer=None if finer is None else log.judged(finer, points[chosen]),
+        fresh=log.judged(tuning, points[chosen], fresh=True) if tuning.draws else None,
     )
 
 

@@ -29,6 +29,7 @@ class Findings:
         surface: (values of the first parameter, of the second, objectives [J]) or None.
         spread: the best objective of each seed [J].
         finer: objectives (optima,) over finer bands [J]; None where there is no band.
+        fresh: objectives (optima,) by draws of which the search had none; None without draws.
     """
 
     columns: dict[str, np.ndarray]
@@ -37,6 +38,7 @@ class Findings:
     surface: tuple[np.ndarray, np.ndarray, np.ndarray] | None
     spread: np.ndarray
     finer: np.ndarray | None = None
+    fresh: np.ndarray | None = None
 
 
 def scales(tuning: Tuning, found: Findings) -> list[Scale]:
@@ -137,6 +139,8 @@ def _optima(tuning: Tuning, found: Findings) -> list[Content]:
     seeds = Dataset.real("search_best", ("search",), unit, "best objective found", np.inf)
     text = f"{least}, with more values in each band"
     finer = Dataset.real("optimum_finer", dims, unit, text, np.inf)
+    text = f"{tuning.judged_by(tuning.fresh_draws)} that the search did not have"
+    fresh = Dataset.real("optimum_fresh", dims, unit, text, np.inf)
     designs = [
         (described(name).dataset(dims, "optimum_"), columns[name][rows]) for name in tuning.names
     ]
@@ -147,6 +151,7 @@ def _optima(tuning: Tuning, found: Findings) -> list[Content]:
         (firm, found.robustness),
         (seeds, found.spread),
         *([] if found.finer is None else [(finer, found.finer)]),
+        *([] if found.fresh is None else [(fresh, found.fresh)]),
     ]
 
 

@@ -1,7 +1,10 @@
 """Tuning: what a request means, what a design is worth, which optima are told apart."""
 
+import math
+
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 import nlds_vines as nv
 from nlds_vines.archives.archive_path import ArchivePath
@@ -326,3 +329,35 @@ def test_a_value_that_a_search_left_at_its_bound_is_printed_as_the_bound():
     assert [line.partition(":")[0] for line in remarks] == [
         "c2 stands at its bound 1000", "C stands at its bound 0"
     ]  # fmt: skip
+
+
+@pytest.mark.kernels
+def test_optima_are_judged_again_by_draws_that_the_search_did_not_have(tmp_path):
+    search = {"draws": 8, "quantile": 0.9, "population": 8, "generations": 4, "polish": 20}
+    tuned = nv.tune(
+        "tmd", tmp_path / "a.h5", quiet=True, uncertain={"k1": {"spread": "5%", "law": "uniform"}},
+        search={**search, "optima": 1}, sampling={"transient": 400},
+    )  # fmt: skip
+    p = {**nv.load_system("tmd").parameters, **tuned.parameters}
+    points = qmc.Sobol(1, scramble=True, seed=2**32).random(1024)[:, 0]
+    peaks = [energy_of({**p, "k1": p["k1"] * (1 + 0.05 * (2 * x - 1))}) for x in points]
+    fresh = np.sort(peaks)[math.ceil(0.9 * 1024) - 1]
+    assert tuned.objective == pytest.approx(fresh, rel=1e-5)
+    assert abs(tuned.best.searched - fresh) > 1e-4 * fresh  # by eight draws
+    told = "\n".join(tuned.lines())
+    assert f"{fresh:.4g}" in told
+    with nv.read(tuned.path) as view:
+        assert view["optimum_fresh"][0] == tuned.objective
+
+
+def energy_of(p):
+    """Return E1max of a structure with a linear damper in its steady state, by complex numbers."""
+    w = p["omega"]
+    joint = p["k2"] + 1j * w * p["c2"]
+    alone = p["k1"] + 1j * w * p["c1"]
+    matrix = [
+        [alone + joint - p["m1"] * w**2, -joint],
+        [-joint, joint - p["m2"] * w**2],
+    ]
+    x1 = abs(np.linalg.solve(matrix, [p["P"], 0.0])[0])
+    return 0.5 * x1**2 * max(p["k1"], p["m1"] * w**2)

@@ -12,6 +12,5 @@ In reading order:
     section_panels  the panels of sections, stroboscopic and at impact
     spectrum_panel  the panel of the spectrum
     picture         the page drawn
-    animation       a window as a film
     command         `python -m nlds_vines.portrait` and `nv.orbit_portrait`
 """

@@ -69,8 +69,6 @@ examples:
       histories, section, impacts and spectrum in an archive, the histories as CSV, too
   nlds-vines portrait regimes.h5 --at omega=7.4,P=600 --start 2 --plot cell.png
       the orbit of a cell of a scan, from the third of its starts; the same to the last bit
-  nlds-vines portrait --set omega=7.45 --animate orbit.gif
-      a film for a talk: structure, damper and obstacle, over the periods of --show
 exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 130 interrupted
 """
 
@@ -132,7 +130,6 @@ class Job(jobs.Job):
 
     request: PortraitRequest
     csv: Path | None = None
-    animation: Path | None = None
 
     @classmethod
     def of(
@@ -142,12 +139,12 @@ class Job(jobs.Job):
         archive: str | os.PathLike[str] | None,
         plot: Path | None,
         how: RunOptions,
-        **others: Path | None,
+        csv: Path | None = None,
     ) -> Job:
         """Return a job whose archive need not have a name: then its own picture is drawn anew."""
         if archive is None:
             how = replace(how, resume=not how.overwrite)
-        return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, **others)
+        return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv)
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for files that cannot be written."""
@@ -156,25 +153,19 @@ class Job(jobs.Job):
             if self.csv.suffix.lower() != ".csv":
                 raise RequestError(f"--csv {shown(str(self.csv))} must end in .csv")
             check_writable("--csv", self.csv)
-        if self.animation is not None:
-            from nlds_vines.portrait.animation import check_film
-
-            check_film(self.animation)
-            check_writable("--animate", self.animation)
 
     def inside(self) -> list[str]:
         """Return a line on a start inside a wall for each system that has one."""
         return self.request.starts_inside()
 
     def others(self) -> Sequence[Path | None]:
-        """Return the file of its histories, and the film."""
-        return (self.csv, self.animation)
+        """Return the file of its histories."""
+        return (self.csv,)
 
     def refuse(self, dry_run: bool = False) -> None:
         """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
         super().refuse(dry_run)
-        for option, path in (("--csv", self.csv), ("--animate", self.animation)):
-            refuse_replacing(option, path, RunOptions(overwrite=self.how.overwrite))
+        refuse_replacing("--csv", self.csv, RunOptions(overwrite=self.how.overwrite))
 
     def found(self) -> Portrait:
         """Follow the orbit, and return what was found."""
@@ -191,14 +182,10 @@ class Job(jobs.Job):
         return found
 
     def draw(self, plot: Path, found: Portrait) -> None:
-        """Draw the page of what was found, and the film of its first window."""
+        """Draw the page of what was found."""
         from nlds_vines.plotting.save import save_figure
 
         save_figure(found.page, plot, self.request.title, ("recipe_hash", self.request.hash))
-        if self.animation is not None:
-            from nlds_vines.portrait.animation import save_film
-
-            save_film(found.drawn_from, found.views[0], self.animation)
 
     def plan(self) -> list[str]:
         """Return what would be computed and drawn, in words."""
@@ -223,7 +210,6 @@ class Job(jobs.Job):
         """Return the files that are left, each with what it is."""
         named = ArchivePath.of(self.archive).named
         found = {"archive": named, "histories": self.csv, "picture": self.plot}
-        found["film"] = self.animation
         return [(what, path) for what, path in found.items() if path is not None]
 
 
@@ -245,9 +231,8 @@ def _job(options: argparse.Namespace) -> Job:
     plot, how = Path(options.plot or _usual_name(options)), run_options(options)
     if how.resume and options.output is None:
         raise RequestError("--resume is for an archive: name it by -o FILE.h5")
-    others = {"csv": optional_path(options.csv), "animation": optional_path(options.animate)}
     source = request_path(options.source)
-    return Job.of(_request(options), source, options.output, plot, how, **others)
+    return Job.of(_request(options), source, options.output, plot, how, optional_path(options.csv))
 
 
 def _usual_name(options: argparse.Namespace) -> str:
@@ -293,7 +278,6 @@ def _declare(parser: Parser) -> None:
     add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [PORTRAIT.png]")
     add("-o", "--output", metavar="FILE.h5", help="archive of all that is shown [none]")
     add("--csv", metavar="FILE.csv", help="the histories, a row for each state [none]")
-    add("--animate", metavar="FILE", help="film: .gif, or .mp4 where ffmpeg is [none]")
     add_system_options(parser)
     add(
         "--start",

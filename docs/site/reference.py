@@ -198,14 +198,14 @@ def _records(words: set[str]) -> str:
     """Return the words of `[record] want` with one of which a dataset is there."""
     if len(words) == len(WANTS):
         return "always"
-    return ", ".join(w for w in WANTS if w in words) or "error, with energy or regime"
+    return ", ".join(w for w in WANTS if w in words)
 
 
 def _place_of(words: set[str]) -> int:
     """Return what to sort datasets by: the first record that asks for them, `always` last."""
     if len(words) == len(WANTS):
         return len(WANTS)
-    return min((WANTS.index(w) for w in words), default=WANTS.index("error"))
+    return min((WANTS.index(w) for w in words), default=WANTS.index("spectrum"))
 
 
 def _among(found: set[str]) -> str:

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
-from nlds_vines.model.quantities import RETRACED
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits.records import noted, touches_noted
 from nlds_vines.runs.shard import Shard
@@ -36,7 +35,6 @@ BLOCK_BYTES = 1 << 27
 """Bytes of one block while it is computed (128 MB): small beside the memory of any machine."""
 
 _LANE_BYTES = 1024  # bytes of one orbit without its section: counts, energies, evidence, status
-_STATES_BYTES = 6 * 32  # of a period that is retraced, beside its cell: six states
 
 
 @dataclass(frozen=True)
@@ -99,18 +97,13 @@ def result_bytes(scan: Scan) -> int:
 def lane_bytes(scan: Scan) -> int:
     """Return the bytes of one orbit's buffers while it is computed; most are its section.
 
-    For a verdict the section is longer than what is stored, by a part of the transient.  For an
-    error there are two such orbits, and the periods that are retraced.
+    For a verdict the section is longer than what is stored, by a part of the transient.
     """
     rows = noted(scan.want, scan.transient, scan.periods)
     touches = touches_noted(scan.want, scan.system.scene, scan.periods)
     if scan.spectral is not None:  # and the buffers of the transform, of as many numbers
         rows += 2 * scan.periods * scan.spectral.samples
-    orbit = 8 * (rows * len(scan.system.scene.components) + TOUCH_COLUMNS * touches) + _LANE_BYTES
-    if "error" not in scan.want:
-        return orbit
-    retraced = cell_type(scan.system.scene).itemsize + _STATES_BYTES
-    return 2 * orbit + min(scan.periods, RETRACED) * retraced
+    return 8 * (rows * len(scan.system.scene.components) + TOUCH_COLUMNS * touches) + _LANE_BYTES
 
 
 def block_bytes(scan: Scan) -> int:

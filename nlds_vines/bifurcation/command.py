@@ -184,7 +184,7 @@ class Job(jobs.Job):
         ]
 
     def lines(self, found: Report) -> list[str]:
-        """Return what was found, and by how much it changes where that was asked for."""
+        """Return the summary of the scan and remarks."""
         return [found.summary(), *found.remarks(), *self._untouched(found), *self._compared(found)]
 
     def inside(self) -> list[str]:
@@ -199,16 +199,14 @@ class Job(jobs.Job):
         return [f"no orbit has an impact; {parameters_in_words(self.request.system, varied)}"]
 
     def _compared(self, found: Report) -> list[str]:
-        """Return lines on changes under refinement and on what spectra say, where asked for."""
-        summaries = {"error_at_end": "refinement_summary", "spectra_agree": "spectral_summary"}
-        recorded = [name for name in summaries if name in self.request.table.datasets]
-        if not recorded or found.missing:
+        """Return a line on what spectra say of the verdicts, if both are recorded."""
+        if "spectra_agree" not in self.request.table.datasets or found.missing:
             return []
-        from nlds_vines.archives import archive
-        from nlds_vines.bifurcation import orbit_counts
+        from nlds_vines.archives.archive import read
+        from nlds_vines.bifurcation.orbit_counts import spectral_summary
 
-        with archive.read(self.archive) as view:
-            return [getattr(orbit_counts, summaries[name])(view) for name in recorded]
+        with read(self.archive) as view:
+            return [spectral_summary(view)]
 
     def paths(self) -> list[str]:
         """Return where the results are, one line each."""

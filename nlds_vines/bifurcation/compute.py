@@ -13,7 +13,7 @@ from nlds_vines.bifurcation.cell_start import STEP, own_states
 from nlds_vines.kernels.scene.arguments import Span
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits import modulation, refinement, responses
+from nlds_vines.orbits import modulation, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.records import ATTRACTOR, plain
 from nlds_vines.orbits.solver_settings import Settings
@@ -55,14 +55,11 @@ class Computer:
         self.attracted: Attracted | None = None
         if ATTRACTOR in scan.want:
             self.attracted = Attracted(scan, wanted, tell, helped=helped)
-        self._kernels, self._finer = Kernels(wanted, tell, helped=helped), None
+        self._kernels = Kernels(wanted, tell, helped=helped)
         self._spectral, self._traced = scan.spectral, None
         if self._spectral is not None:
             traced = replace(wanted, want=("section",))
             self._traced = Kernels(traced, tell, helped=helped)
-        if "error" in scan.want:
-            finer = wanted.settings.refined(scan.method)
-            self._finer = Kernels(replace(wanted, settings=finer), tell)
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
@@ -109,18 +106,8 @@ class Computer:
         return arrays
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
-        """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads.
-
-        Where the scan wants the error, they are run once more with refined settings.
-        """
-        outputs = self._kernels.run(chains, starts, transient, periods)
-        if self._finer is None:
-            return outputs
-        return replace(
-            outputs,
-            retraced=refinement.retraced(self._finer, outputs, chains, periods),
-            refined=self._finer.run(chains, starts, transient, periods),
-        )
+        """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
+        return self._kernels.run(chains, starts, transient, periods)
 
     def _spectra(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
         """Return what is recorded of spectra, by name: of the same orbits, at more instants.
@@ -187,8 +174,6 @@ class Computer:
                 arrays |= modulation.arrays_of(section, cells["omega"], outputs.counts)
         if outputs.evidence is not None:
             arrays |= outputs.verdicts(cells)
-        if outputs.refined is not None:
-            arrays |= refinement.arrays_of(outputs, outputs.refined, arrays.get("label"))
         return arrays
 
     def _in_place(self, values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:

@@ -47,7 +47,6 @@ def state_scales(count: int) -> Iterator[Scale]:
 _IMPACT = "impact after the transient, counted from the first"
 _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
-    "label_kept": KEPT,
     "spectra_agree": KEPT,
     "capture": CAPTURE,
     "status": STATUS_FLAGS,

@@ -1,4 +1,4 @@
-"""Counts of orbits: how many are done, failed, of each regime, and unchanged under refinement."""
+"""Counts of orbits: how many are done, failed, and of each regime."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.model.labels import FLAGS, KEPT
-from nlds_vines.orbits.status_words import OK, failures_in, failures_in_words
+from nlds_vines.model.labels import KEPT
+from nlds_vines.orbits.status_words import failures_in, failures_in_words
 from nlds_vines.runs.progress import Progress
 
 if TYPE_CHECKING:
@@ -102,24 +102,3 @@ def spectral_summary(view: ArchiveView) -> str:
     of = f"{np.count_nonzero(which)} of {np.count_nonzero(agree >= 0)} orbits"
     more = ", ..." if len(counts) > _MOST_LABELS else ""
     return f"spectra disagree: {of}" + (f": {', '.join(words)}{more}" if words else "")
-
-
-_SETTLED = (FLAGS["periodic"], FLAGS["transient_chaos"])  # regimes whose orbit is known
-
-
-def refinement_summary(view: ArchiveView) -> str:
-    """Return in one line how much the results of a scan change under refinement."""
-    sound = view["status"] == OK
-    error, words = view["error"], []
-    which = sound
-    if "label_kept" in view:
-        changed = np.count_nonzero(view["label_kept"] == KEPT["no"])
-        words.append(f"{changed} of {np.count_nonzero(sound)} orbits change their label")
-        which = sound & np.isin(view["regime"], _SETTLED)
-    known = error[which & np.isfinite(error)]
-    if known.size:
-        of = " of settled ones" if "label_kept" in view else ""
-        words.append(f"largest error{of} over a period {known.max():.1e} (m, m/s)")
-    if lost := np.count_nonzero(sound & np.isnan(view["error_at_end"])):
-        words.append(f"{lost} of them fail")
-    return f"refined: {', '.join(words)}" if words else "refined: no orbit to compare"

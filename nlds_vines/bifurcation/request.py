@@ -136,7 +136,7 @@ class Scan(Request):
         settings = self.settings
         if self.method == "exact":
             object.__setattr__(self, "tolerance", settings.tolerance)
-        refuse_impossible(self.want, self.system.scene, self.method)
+        refuse_impossible(self.want, self.system.scene)
         self._check_axes()
         _ = self.spectral  # checks what spectra are of
         if ATTRACTOR in self.want and self.start.sweeps:

@@ -68,7 +68,7 @@ def _scan(layers: Layers) -> Scan:
     axes = _axes(varying, start.orbits)
     system = _system(layers, varying)
     sampling = _sampling(layers) | layers.values("spectrum")
-    want = _want(layers, system.scene, sampling.get("method", Scan.method))
+    want = _want(layers, system.scene)
     with at(varying.place("vary")):
         changing = meant_by(system.scene, [axis.name for axis in axes])
         changing += system.following(changing)
@@ -159,14 +159,14 @@ def _sampling(layers: Layers) -> dict[str, Any]:
     return found
 
 
-def _want(layers: Layers, scene: Scene, method: str) -> tuple[str, ...]:
+def _want(layers: Layers, scene: Scene) -> tuple[str, ...]:
     """Return what to record: as asked, or what is usual, without what the scene cannot give.
 
     So one scan file serves every system; only a request of which nothing remains is refused.
     """
     want = layers.values("record").get("want", USUAL)
     with at(layers.place("record")):
-        possible = possible_want(want, scene, method)
+        possible = possible_want(want, scene)
         if not possible:
-            refuse_impossible(want, scene, method)
+            refuse_impossible(want, scene)
         return possible

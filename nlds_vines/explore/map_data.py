@@ -43,7 +43,7 @@ TOUCHES = drawn_in(TOUCHED)
 
 _PLAIN = (
     *NUMBERS,
-    *("capture", "status", "label", "refined_label", "multipliers", "orbit_point"),
+    *("capture", "status", "label", "multipliers", "orbit_point"),
 )
 
 

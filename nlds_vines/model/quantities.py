@@ -37,15 +37,14 @@ from nlds_vines.model.quantity import (
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import BASES
 
-TOUCHES, RETRACED = 4, 64
-"""Of how many impacts for each sampled period the touch is kept; how many sampled periods, the
-last ones, refined settings trace again for the error of a period.
+TOUCHES = 4
+"""Of how many impacts for each sampled period the touch is kept.
 
 In a row, so that an orbit of up to so many periods shows all of its impacts."""
 
 _ORDER = (
     "section", "impacts", "speeds", "impact_section", "modulation", "energy", "peak", "response",
-    "regime", "lyapunov", "settling", "evidence", "attractor", "clearance", "error", "spectrum",
+    "regime", "lyapunov", "settling", "evidence", "attractor", "clearance", "spectrum",
     "lines", "broadband",
 )  # fmt: skip
 
@@ -137,7 +136,6 @@ def _coded(numbers: np.ndarray) -> np.ndarray:
     return np.where(np.isnan(numbers), -1.0, numbers).astype(np.int8)
 
 
-_RETRACED = f"largest over the last sampled periods, up to {RETRACED}, from the same state each"
 _SPEEDS = f"approach speed of each impact; there is room for {TOUCHES} a sampled period"
 _PHASES = "phase of {by} at the touch of each impact, omega t from 0 to 2 pi"
 _HARMS = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
@@ -333,24 +331,6 @@ QUANTITIES = (
     Quantity(
         "violation_depth", "m", "deepest violation", (), has=_limit, buffer="violation", column=1,
         drawn=(MAPS,),
-    ),
-    Quantity(
-        "error", "m, m/s", f"discretisation error of the state over a period: {_RETRACED}",
-        ("error",), "error over a period", drawn=(MAPS, CURVES), scale=ERROR,
-    ),
-    Quantity(
-        "error_at_end", "m, m/s",
-        "difference of the last state from that of a refined run; in chaos of the orbit's size",
-        ("error",), "difference from a refined run", drawn=(MAPS,), scale=ERROR,
-    ),
-    Quantity(
-        "E1max_error", "J", "difference of E1max from that of a refined run", ("error",),
-        "difference from a refined run", "E₁max", beside="energy", drawn=(MAPS,), scale=ERROR,
-    ),
-    _text("refined_label", "regime in words that a refined run finds", ("error",), beside="regime"),
-    _code(
-        "label_kept", "whether label and refined_label are the same words", ("error",), -1,
-        beside="regime",
     ),
     Quantity(
         "spectrum", OF_SIGNALS, "amplitude of the line in each bin; that of the mean is its size",

@@ -14,7 +14,6 @@ In reading order:
     phase_entry       orbits that begin at any phase, to the next section
     compiler_process  the program of the process that compiles beside this one
     evidence          from the kernels' numbers to datasets and labels
-    refinement        errors, from the same orbits computed more finely
     impact_rows       what is told of an impact, and of a limit
     simulation        `nv.simulate`
     load_flight       an orbit under a load in time

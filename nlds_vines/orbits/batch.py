@@ -47,11 +47,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Outputs:
-    """The buffers of many orbits, (chains, links, ...) each; None for what is not wanted.
-
-    Where the error is wanted, `refined` are those of the same orbits by refined settings, and
-    `retraced` the error of a period.
-    """
+    """The buffers of many orbits, (chains, links, ...) each; None for what is not wanted."""
 
     section: np.ndarray | None
     counts: np.ndarray | None
@@ -67,8 +63,6 @@ class Outputs:
     ground: bool | None
     touches: np.ndarray | None
     status: np.ndarray
-    retraced: np.ndarray | None = None
-    refined: Outputs | None = None
 
     @classmethod
     def of(cls, wanted: Wanted, shape: tuple[int, int], transient: int, periods: int) -> Outputs:
@@ -91,7 +85,7 @@ class Outputs:
             clearance=rows("clearance" in want and walls, 1, value=np.inf),
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, evidence.COLUMNS),
-            ends=rows(judged or "error" in want, 2, STATE_SIZE),
+            ends=rows(judged, 2, STATE_SIZE),
             response=rows("response" in want, RESPONSE_COLUMNS),
             foot=responses.moving_foot(scene) if "response" in want else None,
             ground=responses.moving_ground(scene) if "response" in want else None,
@@ -230,25 +224,8 @@ class Kernels:
             if outputs.evidence is not None:
                 evidence.compile_multipliers(len(self._wanted.scene.components))
             run(self._parts, chains, starts, Span(1, 1, 1), outputs.buffers)
-        elif kernel == "verdict":
-            self._judge(outputs, chains, 1, 1)
         else:
-            self._after_a_period(chains[:, 0], starts)
-
-    def after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:
-        """Return the states (lanes, components) one period after `starts` (lanes, 4); NaN if none.
-
-        Arguments: the `cells` (lanes,) of the starts (x1, v1, r, s), which lie at phase zero.
-        """
-        self.prepare()
-        return self._after_a_period(cells, starts)
-
-    def _after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:
-        chains = cells[:, np.newaxis]
-        section = np.zeros((*chains.shape, 1, len(self._wanted.scene.components)))
-        status = run(self._parts, chains, starts, Span(0, 1, 1), LaneBuffers(section=section))
-        section[status != OK] = np.nan
-        return section[:, 0, 0]
+            self._judge(outputs, chains, 1, 1)
 
 
 METHOD = "exact"

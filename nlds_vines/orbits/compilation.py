@@ -22,7 +22,7 @@ from nlds_vines.runs import interrupts
 from nlds_vines.runs.progress import Clock, Notice, Tell
 from nlds_vines.runs.threads import free_memory, processors, threads_in_use
 
-SECONDS = {"orbit": 12, "verdict": 12, "error": 5, "branches": 12, "entry": 5}
+SECONDS = {"orbit": 12, "verdict": 12, "branches": 12, "entry": 5}
 """Time [s] that compiling each kernel takes, of an SSul NES; for a message."""
 
 EACH = 0.045
@@ -48,10 +48,10 @@ class Needed(NamedTuple):
 def kernels_of(want: Collection[str]) -> tuple[str, ...]:
     """Return the names of the kernels that a record needs, in the order of their use.
 
-    `orbit` runs orbits, `verdict` says what they are, `error` retraces periods.
+    `orbit` runs orbits, `verdict` says what they are.
     """
     judged = not JUDGED.isdisjoint(want)
-    return ("orbit", *["verdict"] * judged, *["error"] * ("error" in want))
+    return ("orbit", *["verdict"] * judged)
 
 
 def of_lanes() -> Mapping[Callable[..., Any], str]:

@@ -29,9 +29,8 @@ NOTED = 4096
 """Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
 
 _SAMPLED = {word for entry in held_in("section") for word in entry.record}
-_SAMPLED |= {"error", "modulation"}
+_SAMPLED |= {"modulation"}
 _TOUCHED = {word for entry in held_in("touches") for word in entry.record}
-_ALL_EXACT = "method 'exact' discretises nothing of it, method 'rk4' does"
 
 
 def checked_want(want: object) -> tuple[str, ...]:
@@ -43,28 +42,21 @@ def checked_want(want: object) -> tuple[str, ...]:
     return tuple(word for word in WANTS if word in found)
 
 
-def possible_want(want: Sequence[str], scene: Scene, method: str = "exact") -> tuple[str, ...]:
-    """Return what of `want` the scene can give by a method.
-
-    Without walls there are neither impacts nor clearances, and nothing that `exact` discretises:
-    only the methods of fixed steps have an error.
-    """
+def possible_want(want: Sequence[str], scene: Scene) -> tuple[str, ...]:
+    """Return the records of `want` that a scene has: without walls no impacts and clearances."""
     missing = {*RECORDS}.difference(
         *(entry.record[:1] for entry in QUANTITIES if entry.has(scene)),
     )  # and nothing that is recorded of single orbits alone
-    if method == "exact" and not scene.walls:
-        missing.add("error")
     return tuple(word for word in want if word not in missing)
 
 
-def refuse_impossible(want: Sequence[str], scene: Scene, method: str = "exact") -> None:
-    """Raise `RequestError` for the first of `want` that the scene cannot give by a method."""
+def refuse_impossible(want: Sequence[str], scene: Scene) -> None:
+    """Raise `RequestError` for the first record of `want` that a scene does not have."""
     for word in want:
-        if word not in possible_want(want, scene, method):
-            why = f": {_ALL_EXACT}" if word == "error" else ""
+        if word not in possible_want(want, scene):
             raise RequestError(
                 f"want {word!r} cannot be had: kind {scene.kind!r} ({scene.meaning}) has no "
-                f"wall{why}; allowed: {', '.join(possible_want(WANTS, scene, method))}"
+                f"wall; allowed: {', '.join(possible_want(WANTS, scene))}"
             )
 
 
@@ -79,14 +71,10 @@ def spectral(want: Collection[str]) -> tuple[str, ...]:
 
 
 def noted(want: Collection[str], transient: int, periods: int) -> int:
-    """Return for how many periods of an orbit its section is kept while it is computed.
-
-    The error of a period needs the state at its beginning: a row before the sampled ones.
-    """
+    """Return for how many periods of an orbit its section is kept while it is computed."""
     judged = not JUDGED.isdisjoint(want)
     sampled = periods if judged or not _SAMPLED.isdisjoint(want) else 0
-    before = NOTED if judged else int("error" in want)
-    return sampled + min(transient, before)
+    return sampled + (min(transient, NOTED) if judged else 0)
 
 
 def touches_noted(want: Collection[str], scene: Scene, periods: int) -> int:

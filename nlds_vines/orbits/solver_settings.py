@@ -55,11 +55,6 @@ STEPS_RATIO = 4.0
 SHARE = 0.25
 """Of the tolerance, what one contact may take: several may follow each other in a period."""
 
-REFINED, REFINED_NODES = 1000.0, 24
-"""How many times smaller the tolerance of a refined run is; nodes of its short impacts.
-
-A tolerance and its thousandth may ask for the same."""
-
 
 @dataclass(frozen=True)
 class Settings:
@@ -99,22 +94,6 @@ class Settings:
     def stepped_to(self) -> float:
         """Tolerance that a stepped contact is held to; infinite where its steps are set."""
         return self.contact_tolerance if self.contact_steps is None else math.inf
-
-    def refined(self, method: str) -> Settings:
-        """Return finer settings: the difference of two runs is then nearly the error of these.
-
-        Of exact: a thousandth of the tolerance, or of steps that are set 40 for 28 (of order 14: a
-        hundred times); and for short impacts so many nodes that round-off alone is left.  Of rk4:
-        twice the steps (of order four: 16 times).
-        """
-        if method != "exact":
-            return Settings.rk4(self.period_steps * 2)
-        steps = None if self.contact_steps is None else self.contact_steps * 10 / 7
-        return Settings(
-            tolerance=self.tolerance / REFINED,
-            nodes=min(max(REFINED_NODES, (self.nodes or 0) + 4), MOST_NODES),
-            contact_steps=steps,
-        )
 
 
 def checked_tolerance(tolerance: object) -> float:

@@ -81,12 +81,6 @@ DOT: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}
 ROUND_OFF = 1e-17
 """The value at which one of them that is zero is drawn: smaller ones are round-off."""
 
-FLAGGED = "label changes under refinement"
-"""What a legend says of the marks of orbits whose label is not kept."""
-
-FLAG_COLOUR = "#c00000"
-"""The colour of such marks."""
-
 _POLICIES = {"rest": NAVY, "up": HUES["blue"], "down": HUES["vermillion"]}
 _STARTS = (
     NAVY,

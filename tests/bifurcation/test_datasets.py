@@ -27,7 +27,6 @@ def names(*args, **keywords):
         ("energy", {"E1max", "E2max", "reduction"}),
         ("regime", {"periodicity", "impact_count", "regime", "label"}),
         ("clearance", {"clearance"}),
-        ("error", {"error", "error_at_end"}),
     ],
 )
 def test_each_want_brings_its_datasets_and_status_alone(want, expected):
@@ -39,16 +38,6 @@ def test_without_walls_there_are_no_impacts_and_without_damper_no_second_energy(
         *("E1max", "E2max", "reduction", "periodicity", "regime", "label", "status")
     }
     assert names("none", ["energy"]) == {"E1max", "status"}
-
-
-def test_an_error_is_told_of_what_else_is_wanted():
-    alone = {"error", "error_at_end", "status"}
-    assert names(want=["error", "section", "settling"]) == alone | {"section", "settling"}
-    assert names(want=["error", "energy"]) - names(want=["energy"]) == {*alone, "E1max_error"} - {
-        "status"
-    }
-    labels = {"refined_label", "label_kept"}
-    assert names(want=["error", "regime"]) - names(want=["regime"]) == alone - {"status"} | labels
 
 
 def test_what_two_wants_share_is_there_once():
@@ -92,10 +81,10 @@ def test_types_units_and_fills_are_those_of_the_contract():
             ("periodicity", "impact_count", "settling", "attractor", "arrival"), "int32"
         ),
         "line_period": "int32",
-        **dict.fromkeys(("regime", "status", "label_kept", "spectra_agree"), "int8"),
-        **dict.fromkeys(("label", "refined_label", "spectral_label"), "str"),
+        **dict.fromkeys(("regime", "status", "spectra_agree"), "int8"),
+        **dict.fromkeys(("label", "spectral_label"), "str"),
     }
-    energies = {"E1max", "E2max", "E1peak", "E2peak", "E1max_error"}
+    energies = {"E1max", "E2max", "E1peak", "E2peak"}
     assert {name for name in table if table[name].units == "J"} == energies
     assert table["clearance"].units == "m"
     assert table["section"].units == "m, m/s"
@@ -113,7 +102,7 @@ def test_fill_values_say_that_nothing_was_computed():
 def test_flags_are_words_that_cf_allows_in_the_order_of_their_codes():
     table = scan().table.datasets
     two_walls = scan("ssbl", ["impact_section", "modulation"]).table.datasets
-    coded = [table[name] for name in ("regime", "status", "label_kept", "spectra_agree")]
+    coded = [table[name] for name in ("regime", "status", "spectra_agree")]
     for dataset in (*coded, two_walls["impact_wall"], two_walls["capture"]):
         words = dataset.flag_meanings.split(" ")
         assert len(words) == len(dataset.flag_values)

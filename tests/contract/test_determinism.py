@@ -180,18 +180,13 @@ def test_a_resumed_scan_ends_in_the_same_bits(vary, start, tmp_path, monkeypatch
     assert not (tmp_path / "stopped.h5.parts").exists()
 
 
-ERRORS = {"error", "error_at_end", "E1max_error", "refined_label", "label_kept"}
-WITH_ERRORS = {"want": ["section", "impacts", "energy", "regime", "error"]}
-
-
 @pytest.mark.kernels
 @pytest.mark.parametrize("start", ["rest", "both", "random:3"])
-def test_errors_do_not_depend_on_threads_blocks_shards_or_interruptions(
+def test_starts_do_not_depend_on_threads_blocks_shards_or_interruptions(
     start, tmp_path, monkeypatch, cut
 ):
-    scan = nv.load_scan(document(TWO_AXES, start, record=WITH_ERRORS))
+    scan = nv.load_scan(document(TWO_AXES, start))
     whole = compute(tmp_path / "whole.h5", scan, threads=1)
-    assert whole.keys() >= ERRORS
     cut(2, scan.starts)
     assert compute(tmp_path / "two.h5", scan, threads=2) == whole
     go_on = stop_after(monkeypatch, 1)
@@ -202,20 +197,6 @@ def test_errors_do_not_depend_on_threads_blocks_shards_or_interruptions(
     for shard in ("1/2", "2/2"):
         compute_shard(scan, tmp_path / "shared.h5", shard)
     assert bits(tmp_path / "shared.h5") == whole
-
-
-@pytest.mark.kernels
-@pytest.mark.parametrize("start", ["rest", "both", "random:3"])
-@pytest.mark.parametrize("want", [["section", "energy"], document()["record"]["want"]])
-def test_asking_for_the_error_changes_nothing_else(want, start, tmp_path):
-    plain = compute(tmp_path / "a.h5", document(start=start, record={"want": want}))
-    more = compute(tmp_path / "b.h5", document(start=start, record={"want": [*want, "error"]}))
-    assert more.keys() - plain.keys() <= ERRORS
-    assert {name: more[name] for name in plain} == plain
-    with nv.read(tmp_path / "b.h5") as archive:
-        found = archive["error"]
-    assert (found > 0).any()
-    assert (found < 1e-8).all()
 
 
 def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, monkeypatch, cut):
@@ -272,7 +253,7 @@ def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(
     def found(path, values):
         sampling = {"transient": 2, "periods": 6}
         vary = {name: {"values": values}}
-        scan = document(vary, start, set=settings, sampling=sampling, record=WITH_ERRORS)
+        scan = document(vary, start, set=settings, sampling=sampling)
         return arrays(nv.scan(scan, to=tmp_path / path))
 
     alone, beside = found("alone.h5", good), found("beside.h5", [*good, bad])
@@ -290,11 +271,6 @@ def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(
     assert set(beside["label"][-1]) == {"failed"}
     assert set(beside["impact_count"][-1]) == {-1}
     assert set(beside["periodicity"][-1]) == {0}
-    for name in ("error", "error_at_end", "E1max_error"):
-        assert np.isnan(beside[name][-1]).all(), name
-        assert np.isfinite(alone[name]).all(), name
-    assert set(beside["refined_label"][-1]) == {""}
-    assert set(beside["label_kept"][-1]) == {-1}
 
 
 def test_failed_lanes_give_status_1_and_a_remedy(here, ask):

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-import tracemalloc
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -26,7 +25,7 @@ from nlds_vines.bifurcation.blocks import (
     result_bytes,
     work_bytes,
 )
-from nlds_vines.bifurcation.compute import Computer, wanted_of
+from nlds_vines.bifurcation.compute import wanted_of
 from nlds_vines.bifurcation.orbit_counts import Tally
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
@@ -110,25 +109,6 @@ def test_room_for_touches_is_room_that_counts(system, want):
     taken = sum(array.nbytes for array in vars(outputs).values() if array is not None)
     assert outputs.touches is not None
     assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
-
-
-@pytest.mark.kernels
-@pytest.mark.parametrize("want", [["error"], ["section", "energy", "regime", "error"]])
-@pytest.mark.parametrize("periods", [20, 500])
-def test_what_an_error_takes_is_not_more_than_is_said(want, periods):
-    vary = {"omega": {"start": 6.0, "stop": 7.0, "num": 60}}
-    scan = replace(make_scan(want, vary=vary), transient=300, periods=periods, effort="quick")
-    computer, chains = Computer(scan), scan.cells()[:, np.newaxis]
-    computer.lanes(chains[:1], np.zeros((1, 4)))  # compiles
-    tracemalloc.start()
-    try:
-        computer.lanes(chains, np.zeros((60, 4)))
-        taken = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert 0.5 * 60 * lane_bytes(scan) < taken < 60 * lane_bytes(scan)
-    without = replace(scan, want=tuple(word for word in want if word != "error") or ("section",))
-    assert lane_bytes(scan) > 2 * lane_bytes(without)
 
 
 def test_a_verdict_makes_smaller_blocks():

@@ -284,7 +284,7 @@ def test_every_dataset_and_status_is_told():
     text = text_of("datasets.md")
     for kind, scene in SCENES.items():
         system = next(s for s in systems() if s.kind == kind)
-        want = possible_want(WANTS, scene, "rk4")
+        want = possible_want(WANTS, scene)
         axes = (Axis.spaced("omega", 5.0, 6.0, 2),)
         scan = Scan("all", system, axes, want, method="rk4")
         for name in (*scan.table.datasets, *(scale.name for scale in scan.scales())):

@@ -11,16 +11,11 @@ import numpy as np
 import pytest
 from commands import printed
 
-from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.compute import Computer, wanted_of
+from nlds_vines.bifurcation.compute import wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels.cells import lanes
-from nlds_vines.kernels.impact import arc_table
-from nlds_vines.kernels.impact.hertz_arc import choices_for
 from nlds_vines.kernels.numerics import stored_code
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Outputs, records_of
-from nlds_vines.orbits.solver_settings import REFINED_NODES, Settings
 
 CONTACT = {"contact", "impact", "taylor", "touch"}
 """Modules of kernels that only a scene with a wall needs."""
@@ -271,77 +266,10 @@ JUDGED = {"section", "ends", "evidence"}
         ("ssul-set6", ["impacts"], {"counts", "cycle"}),
         ("tmd", ["regime"], JUDGED),
         ("ssul-set6", ["lyapunov"], JUDGED | {"counts"}),
-        ("ssul-set6", ["error"], {"section", "ends"}),
-        ("ssul-set6", ["regime", "error"], JUDGED | {"counts"}),
     ],
 )
 def test_nothing_is_allocated_that_was_not_asked_for(system, want, expected):
     assert allocated(system, *want) == expected | ALWAYS
-
-
-def calls(monkeypatch, *want):
-    """Return the arguments of every run of lanes that a scan of this request makes."""
-    made, run_lanes = [], lanes.run_lanes
-
-    def noted(*arguments):
-        if arguments[:2] != (0, 0):  # which is compiled, and runs no lane
-            made.append(arguments)
-        return run_lanes(*arguments)
-
-    vary = {"omega": {"values": [6.0, 7.5]}}
-    sampling = {"transient": 5, "periods": 9}
-    scan = load_scan(
-        {"system": "ssul-set6", "vary": vary, "sampling": sampling, "record": {"want": want}}
-    )
-    with monkeypatch.context() as patch:
-        patch.setattr(lanes, "run_lanes", noted)
-        Computer(scan).block(Block(0, ((0, 2),)))
-    return made
-
-
-def kinds(arguments):
-    """Return what the compiler sees of the arguments."""
-    return tuple(str(numba.typeof(argument)) for argument in arguments)
-
-
-def shapes(arguments):
-    """Return the shapes of the arrays among the arguments and the fields of tuples."""
-    flat = [a for one in arguments for a in (one if isinstance(one, tuple) else (one,))]
-    return [a.shape for a in flat if isinstance(a, np.ndarray)]
-
-
-def tolerance_of(arguments):
-    return arguments[2].contact_tolerance
-
-
-def nodes_of(arguments):
-    """Return the fewest nodes of an impact."""
-    return arc_table.nodes_of(arguments[2].arc, 0, arc_table.WHOLE).n
-
-
-def steps_of(arguments):
-    return arguments[2].contact_steps
-
-
-@pytest.mark.kernels
-def test_an_error_that_was_not_asked_for_costs_nothing(monkeypatch):
-    usual = ("section", "impacts", "energy", "regime")
-    (plain,) = calls(monkeypatch, *usual)
-    asked, retraced, refined = calls(monkeypatch, *usual, "error")
-    assert kinds(asked) == kinds(plain) == kinds(refined)  # the same machine code
-    assert shapes(asked) == shapes(plain)
-    assert kinds(retraced) != kinds(plain)  # which notes the section alone
-    assert len(retraced[3]) == 2 * 9
-    # the refined runs share their settings, and those of the other are as ever; how many steps a
-    # contact takes follows from its tolerance
-    runs = (plain, asked, refined, retraced)
-    tolerances, nodes, steps = (
-        [f(run) for run in runs] for f in (tolerance_of, nodes_of, steps_of)
-    )
-    usual = Settings().contact_tolerance
-    assert tolerances[0] == tolerances[1] == usual > tolerances[2] == tolerances[3]
-    assert nodes[0] == nodes[1] == min(choices_for(usual)) < nodes[2] == nodes[3] == REFINED_NODES
-    assert set(steps) == {Settings().steps}
 
 
 def test_cells_that_cannot_be_written_to_take_the_same_machine_code():

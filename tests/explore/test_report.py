@@ -119,8 +119,6 @@ def big(sides, count, want):
     )
     generator, arrays = np.random.default_rng(0), {}
     for name, array in unfilled(scan).items():
-        if name in ("refined_label",):
-            continue
         if name == "label":
             words = np.array(["T,1", "T,0", "3T,2", "chaos"], dtype=object)
             array[...] = words[generator.integers(0, 4, array.shape)]

@@ -36,8 +36,6 @@ def made_up(shape, want, system="ssul-set6"):
     """Return a scan with made-up numbers for all that `want` records."""
     start = {"policy": "rest"} if shape == "diagram" else {"policy": "random", "count": 2}
     sampling = {"transient": 3, "periods": 20}
-    if want == ["error"]:
-        sampling["method"] = "rk4"
     scan = load_scan(
         {
             "title": "a report", "system": system, "vary": AXES[shape], "start": start,

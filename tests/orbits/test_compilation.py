@@ -24,8 +24,6 @@ USUAL = Needed("ssul", "exact", ("section", "impacts", "energy", "regime"))
 def test_which_kernels_a_record_needs():
     assert kernels_of(["section"]) == kernels_of(["energy", "peak"]) == ("orbit",)
     assert kernels_of(["section", "lyapunov"]) == ("orbit", "verdict")
-    assert kernels_of(["error"]) == ("orbit", "error")
-    assert kernels_of(["error", "regime"]) == ("orbit", "verdict", "error")
 
 
 class Begun(list):

@@ -8,10 +8,8 @@ from nlds_vines.orbits.solver_settings import (
     FINENESS,
     LEAST_STEPS,
     LEAST_TOLERANCE,
-    MOST_NODES,
     MOST_TOLERANCE,
     PERIOD_STEPS,
-    REFINED_NODES,
     SHARE,
     TOLERANCE,
     TOLERANCES,
@@ -55,16 +53,6 @@ def test_contacts_are_granted_a_share_of_the_tolerance():
     assert settings.contact_tolerance == settings.stepped_to == SHARE * 1e-6
     assert Settings(1e-6, contact_steps=28.0).stepped_to == np.inf  # as an expert wants them
     assert {Settings(10.0**-k).steps for k in range(3, 14)} == {LEAST_STEPS}
-
-
-@pytest.mark.parametrize("k", [3, 6, 9, 12, 13])
-def test_refined_settings_are_finer_whatever_the_tolerance(k):
-    """Notices: a bound below which the settings refine to themselves."""
-    own = Settings(10.0**-k)
-    finer = own.refined("exact")
-    assert finer.contact_tolerance <= own.contact_tolerance / 99
-    assert finer.nodes == REFINED_NODES
-    assert Settings(nodes=MOST_NODES).refined("exact").nodes == MOST_NODES
 
 
 # ---- tables laid over each other -----------------------------------------------------------------

@@ -60,8 +60,7 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     values of another parameter each has a panel of dots; numbers are curves in one panel.
 
     Above the panels a strip names the regimes: one for each of two starts; of more starts, each
-    cell shows them all, one above another.  Marks at its foot are labels that change under
-    refinement.  Hatched are orbits that pass the limit of their scene.
+    cell shows them all, one above another.  Hatched are orbits that pass the limit of their scene.
 
     Raises `RequestError` where nothing is recorded to draw.
     """

@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
@@ -74,21 +73,6 @@ def fill_classes(
     classes = np.vectorize(number.__getitem__, otypes=[np.int64])(names)
     norm = BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words))
     fill_cells(axes, view, classes, cmap=ListedColormap(list(shades)), norm=norm)
-
-
-def mark_cells(axes: Axes, view: ArchiveView, where: np.ndarray, text: str) -> Line2D:
-    """Put a dot into each cell in which `where`, of the shape of the cells, is true.
-
-    Returns such a dot for the legend, named `text`.
-    """
-    wide, tall = size_of(axes)
-    cell = min(wide / where.shape[0], tall / where.shape[1])
-    places = zip((view[name] for name in view.axes), np.nonzero(where), strict=True)
-    across, up = (values[index] for values, index in places)
-    look: dict[str, Any] = {"marker": "o", "linestyle": "none", "markerfacecolor": "white"}
-    look |= {"markeredgecolor": "black", "markeredgewidth": min(_DOT_EDGE * cell, _WIDEST_EDGE)}
-    axes.plot(across, up, markersize=min(_DOT_SHARE * cell, _LARGEST_DOT), rasterized=True, **look)
-    return Line2D([], [], markersize=_LARGEST_DOT, label=text, **look)
 
 
 def hatch_cells(

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.model.labels import KEPT
 from nlds_vines.model.quantity import STRUCTURE
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.plotting.bands import drawable
@@ -183,12 +182,6 @@ class Slice:
     def violated(self) -> np.ndarray:
         """Return of which orbits (cells, starts) pass the limit of their scene, if it has one."""
         return violated_in(self.view, self.at)
-
-    def flagged(self) -> np.ndarray:
-        """Return of which orbits (cells, starts) the label is not kept under refinement."""
-        if "label_kept" not in self.view:
-            return np.zeros((self.values.size, len(self.starts)), dtype=bool)
-        return np.asarray(self.view.take("label_kept", **self.at) == KEPT["no"])
 
 
 def violated_in(view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:

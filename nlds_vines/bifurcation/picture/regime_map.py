@@ -22,14 +22,13 @@ from nlds_vines.bifurcation.picture.map_panel import (
     hatch_cells,
     label_axes,
     map_panel,
-    mark_cells,
     name_regions,
     single_map,
 )
 from nlds_vines.bifurcation.picture.ordinates import violated_in
 from nlds_vines.bifurcation.picture.quantity_map import draw_number, draw_shares, fill_number
 from nlds_vines.errors import RequestError
-from nlds_vines.model.labels import KEPT, TRANSIENT, by_frequency, coexisting, final, most_frequent
+from nlds_vines.model.labels import TRANSIENT, by_frequency, coexisting, final, most_frequent
 from nlds_vines.model.quantity import clause
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import (
@@ -47,7 +46,7 @@ from nlds_vines.plotting.palette import (
     short,
 )
 from nlds_vines.plotting.panels import write_letters, write_title
-from nlds_vines.plotting.style import CM, FLAGGED, GREY, NO_VALUE
+from nlds_vines.plotting.style import CM, GREY, NO_VALUE
 
 _GAP = 0.55 * CM  # inches between two maps
 _LINE = 0.42 * CM  # inches, height of a name in a legend
@@ -150,13 +149,13 @@ def _draw_regimes(
     """Fill every cell with the colour of its regime; the legend names the most frequent ones.
 
     Large regions have their names inside.  Hatched are regimes that were reached through chaos, and
-    what is not known.  A dot marks a cell where the label of a start changes under refinement.
+    what is not known.
     """
     names = np.vectorize(drawn_as, otypes=[object])(labels)
     words = [word for word, _ in by_frequency(names)]
     shades = {word: colour_of(example_of(word)) for word in words}
     fill_classes(axes, view, names, words, [shades[word] for word in words])
-    marks = [*_hatch(axes, view, names), *_mark_flagged(axes, view)]
+    marks = _hatch(axes, view, names)
     ends = list(dict.fromkeys(final(word) for word in words))
     room = _MOST_BELOW - len(marks)
     if page.beside:
@@ -195,16 +194,6 @@ def _hatch(axes: Axes, view: ArchiveView, names: np.ndarray) -> list[Any]:
 def _hatch_passed(axes: Axes, view: ArchiveView, passed: np.ndarray) -> Patch:
     """Hatch the cells in which the limit is passed; return the entry of the legend."""
     return hatch_cells(axes, view, passed, (PASSED, "#8b0000"), PASSES)
-
-
-def _mark_flagged(axes: Axes, view: ArchiveView) -> list[Any]:
-    """Mark cells with a start whose label is not kept; return the entries of the legend."""
-    if "label_kept" not in view:
-        return []
-    flagged = (view["label_kept"] == KEPT["no"]).any(axis=-1)
-    if not flagged.any():
-        return []
-    return [mark_cells(axes, view, flagged, FLAGGED.replace(" under", "\nunder"))]
 
 
 def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) -> None:

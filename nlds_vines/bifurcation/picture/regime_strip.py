@@ -13,13 +13,7 @@ from matplotlib.patches import Rectangle
 from nlds_vines.plotting.bands import Band, bands, spread
 from nlds_vines.plotting.palette import colours, hatch_of, is_dark, ordered, patch_look, short
 from nlds_vines.plotting.panels import size_of, text_width
-from nlds_vines.plotting.style import FLAG_COLOUR
 
-FLAG_WIDTH = 1.5
-"""Width of a flag at most [pt]."""
-
-_THINNEST_FLAG = 0.6  # pt, where flags of neighbouring cells would overlap
-_FLAG_HEIGHTS = -0.22, 0.0  # of the strip's height: between the strip and the panel below it
 _SIZE = 7  # pt, of the names
 _PITCH = 1.25 * _SIZE  # pt from one upright name to the next
 _PADDING = 3  # pt on either side of a name inside its band
@@ -106,12 +100,6 @@ class Strip:
 
     def _extent(self, band: Band) -> float:
         return self._points * (self.place(band.high) - self.place(band.low))
-
-
-def mark_flagged(axes: Axes, values: np.ndarray, flagged: np.ndarray) -> None:
-    """Mark at the foot of a strip those `values` (n,) along it that are `flagged` (n,)."""
-    width = min(max(size_of(axes)[0] / values.size, _THINNEST_FLAG), FLAG_WIDTH)
-    axes.vlines(values[flagged], *_FLAG_HEIGHTS, color=FLAG_COLOUR, linewidth=width, clip_on=False)
 
 
 def draw_strip(axes: Axes, found: list[Band], colour: Mapping[str, str]) -> None:

@@ -9,17 +9,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.bifurcation.observation_time import in_legend
 from nlds_vines.bifurcation.picture.ordinates import Slice
 from nlds_vines.bifurcation.picture.regime_strip import (
-    FLAG_WIDTH,
     Strip,
     draw_stack,
     draw_strip,
-    mark_flagged,
     stack_room,
 )
 from nlds_vines.model.labels import CHAOS
@@ -35,7 +32,7 @@ from nlds_vines.plotting.palette import (
     patch_look,
     short,
 )
-from nlds_vines.plotting.style import CM, FLAG_COLOUR, FLAGGED
+from nlds_vines.plotting.style import CM
 
 MOST_STRIPS = 2
 """The most starts with a strip of their own; more are stacked in one."""
@@ -93,9 +90,6 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0, lift: float = 0.0) -> 
         draw_stack(axes, cut.values, labels)
     else:
         draw_strip(axes, _bands(cut, labels, start), colours(labels.ravel().tolist()))
-        flagged = cut.flagged()[:, start]
-        if flagged.any():
-            mark_flagged(axes, cut.values, flagged)
         if len(cut.starts) > 1:
             axes.set_ylabel(cut.starts[start], rotation=0, ha="right", va="center")
     if start == 0:
@@ -103,12 +97,9 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0, lift: float = 0.0) -> 
 
 
 def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
-    """Return entries of a legend: flags; how long chaos was watched; what no strip names."""
+    """Return entries of a legend: how long chaos was watched; what no strip names."""
     found: list[Any] = []
     shown = [cut for cut in cuts if cut.labels() is not None]
-    if any(cut.flagged().any() for cut in shown if len(cut.starts) <= MOST_STRIPS):
-        tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markeredgewidth": FLAG_WIDTH}
-        found.append(Line2D([], [], color=FLAG_COLOUR, label=FLAGGED, **tick))
     several = len(cuts) == 1 and len(cuts[0].starts) > MOST_STRIPS  # their dots are in the legend
     if not several and any(np.any(cut.labels() == CHAOS) for cut in shown):
         text = in_legend(CHAOS, shown[0].view)

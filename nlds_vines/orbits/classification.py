@@ -38,6 +38,8 @@ class Regime(Outlined):
             of what is not periodic.
         lyapunov: the largest exponent [1/s]; of a periodic orbit ln |mu| / nT.
         lyapunov_width: half the width of its 99 % interval; 0 for a periodic orbit.
+            Longer runs lie in it if the motion is stationary. Chaos without damping is not: its
+            energy diffuses.
         exponents: all of them [1/s]; they sum up to -(c1 + c2)/m1 - c2/m2.
         residual: by how much a periodic orbit does not close, relative to the orbit (energy norm).
         E1max, E2max: largest energies [J] of structure and damper in the sampled periods.

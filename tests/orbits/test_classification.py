@@ -132,6 +132,18 @@ def test_a_free_oscillation_that_has_not_decayed_is_no_torus(changes, x1, label)
     assert (found.label, found.impacts) == (label, 0)
 
 
+def test_chaos_without_damping_is_not_stationary():
+    """Its energy diffuses: the exponent of a window is not that of later ones."""
+    system = load_system("ssul-set6", c1=0.0, c2=0.0)
+    early = classify(system)
+    assert early.label == "chaos"
+    assert early.lyapunov - early.lyapunov_width > 0.0
+    squares = simulate(system, 30_000).section[:, 0] ** 2
+    assert squares[-6000:].mean() > 4.0 * squares[:6000].mean()
+    damped = simulate(load_system("ssul-set6", omega=7.4, K=2.5e7), 30_000).section[:, 0] ** 2
+    assert damped[-6000:].mean() == pytest.approx(damped[6000:12000].mean(), rel=0.05)
+
+
 def test_a_flight_without_impact_is_not_yet_a_periodic_orbit():
     """Some orbits fly all of period 360; T,0 predicts the next section from anywhere."""
     flying = []

@@ -69,6 +69,26 @@ def test_no_cell_holds_more_than_its_bound_says():
         assert ends[2] >= most
 
 
+def test_the_ends_of_a_cell_are_before_a_jump_at_its_end():
+    ps = Structure(2.0, 3.0, 0.0, 0.0, 1.0, 0.0, None, None)
+    rows, jumps = np.zeros(2 * LOAD_ROW), np.array([7.0, 5.0, 0.0])
+    section = np.array([[0.1, 0.2, 0.0, 0.0], [0.3, 5.4, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    load = Load(np.array([0.0, 0.5, 1.0]), rows, jumps, sums_of(rows), None)
+    begin, end, _, _ = ends_of_cell(ps, None, load, section, 0)
+    twice = ps.m1 * np.array([0.2, 5.4 - 5.0]) ** 2 + ps.k1 * np.array([0.1, 0.3]) ** 2
+    assert (begin[0], end[0]) == pytest.approx(tuple(0.5 * twice))
+
+
+def test_a_contact_may_bring_twice_what_the_ends_of_its_cell_may_reach():
+    """Energies 3 and 2 J, rates -1 and 4 J/s for half a second: at most 2 (3 + 0.5 * 4) J."""
+    h, begin, end = 0.5, (3.0, 0.0, -1.0), (2.0, 0.0, 4.0)
+    for order in ((begin, end), (end, begin)):
+        assert may_exceed(9.99, h, (*order, 0.0, 0.0), True, True)
+        assert not may_exceed(10.01, h, (*order, 0.0, 0.0), True, True)
+        assert may_exceed(9.99, h, (*order, 10.0, 0.0), True, False)
+        assert not may_exceed(9.99, h, (*order, 9.9, 0.0), True, False)  # of all energy
+
+
 def test_an_energy_is_last_above_a_level_at_the_root_of_its_polynomial():
     ps = SimpleNamespace(m1=2.0, k1=0.0)
     motion = np.zeros((15, 2))

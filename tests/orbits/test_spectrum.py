@@ -7,7 +7,7 @@ from support import FULL
 import nlds_vines as nv
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.signals import SIGNALS, contact_forces
-from nlds_vines.orbits.spectrum import TAPERS, spectrum_of
+from nlds_vines.orbits.spectrum import NEIGHBOURS, TAPERS, spectrum_of
 
 SAMPLES, PERIODS, OMEGA = 64, 24, 7.4
 TIME = np.arange(1, SAMPLES * PERIODS + 1) / SAMPLES  # in forcing periods, as of a trajectory
@@ -129,6 +129,18 @@ def test_few_bins_hold_a_line_and_many_a_noise():
     assert of(noise()).bins_holding(0.9) > TIME.size / 8
     with pytest.raises(RequestError, match="share = 0"):
         of(wave(1)).bins_holding(0.0)
+
+
+def test_the_background_is_what_medians_hold_without_the_mean():
+    """By the definition, bin by bin: bins beyond either end are those reflected at it."""
+    spectrum, bins = of(5.0 + wave(1) + noise()), 40
+    below, total = 0.0, 0.0
+    for k in range(1, bins):
+        around = [k + i for i in range(-NEIGHBOURS, NEIGHBOURS + 1)]
+        around = [2 - j if j < 1 else 2 * (bins - 1) - j if j >= bins else j for j in around]
+        below += min(spectrum.power[k], np.median(spectrum.power[around]))
+        total += spectrum.power[k]
+    assert spectrum.background_share(bins) == pytest.approx(below / total, rel=1e-12)
 
 
 def test_a_constant_has_no_spectrum():

@@ -146,6 +146,12 @@ def test_a_wrong_option_is_one_line(text, said, capsys):
 # ---- what is drawn -------------------------------------------------------------------------------
 
 
+def test_a_share_of_a_negative_value_has_its_size():
+    preload = Uncertain("C", 5.0, True)
+    assert preload.at(-2.0, 1.0) == pytest.approx(-1.9)
+    assert preload.at(-2.0, -1.0) == pytest.approx(-2.1)
+
+
 def test_draws_are_quantiles_of_their_distributions_at_sobol_points():
     what = (Uncertain("k1", 5.0, True), Uncertain("m1", 20.0, False, "uniform"))
     found = places_of(what, 64, 7)

@@ -132,6 +132,11 @@ class Job(jobs.Job):
             return ""
         return f"no design was admissible: `status` of {self.archive} says why"
 
+    def inside(self) -> list[str]:
+        """Return a line if the state from which designs start is inside a wall of the system."""
+        decay = self.request.decay
+        return [] if decay is None else decay.starts_inside()
+
     def plan(self) -> list[str]:
         """Return what a tuning would do, one fact a line."""
         tuning = self.request

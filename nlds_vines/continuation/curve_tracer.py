@@ -33,7 +33,7 @@ from nlds_vines.continuation.defining_systems import (
 )
 from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.shooting_phase import better_map, place_at, seen_by
-from nlds_vines.continuation.special_points import is_torus, narrowed_down
+from nlds_vines.continuation.special_points import is_torus, narrowed_down, step_between
 from nlds_vines.continuation.switching import null_vector
 
 FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-3, 1.0e-7, 2.0e-2
@@ -174,16 +174,38 @@ class Tracer:
                     return points, meetings, "lost"
                 continue
             inside = (self.low <= b.cycle.values) & (b.cycle.values <= self.high)
+            if not inside.all():
+                end = self._on_bound(a, b)
+                if end is not None:
+                    meetings.extend(self.meetings(a, end, step_between(a, end)))
+                    points.append(end)
+                return points, meetings, "bound"
             meetings.extend(self.meetings(a, b, step))
             points.append(self.at_best(b))
-            if not inside.all():
-                return points, meetings, "bound"
             if self.kind == "NS" and not is_torus(b.cycle):
                 return points, meetings, "neutral"
             if self._is_back(points):
                 return points, meetings, "closed"
             step = min(LONGEST_STEP, step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3))))
         return points, meetings, "long"
+
+    def _on_bound(self, a: Point, b: Point) -> Point | None:
+        """Return the point of the curve on the bound that it crosses first between two points.
+
+        Its tangent is the axis of the parameter that is bounded, so that its value stays.
+        """
+        size, before, after = a.cycle.state.size, a.cycle.values, b.cycle.values
+        bounds = np.where(after > self.high, self.high, self.low)
+        out = np.flatnonzero((after < self.low) | (after > self.high))
+        share, axis = min((float((bounds - before)[i] / (after - before)[i]), int(i)) for i in out)
+        place = a.cycle.place + share * (b.cycle.place - a.cycle.place)
+        place[size + axis] = bounds[axis]
+        row = np.zeros(len(place))
+        row[size + axis] = 1.0
+        here = self.map_of(a)
+        told = told_by(here, self.function(a.cycle), a.weights)
+        cycle, _, _ = corrected(here, place, a.cycle.n, row, a.weights, told)
+        return None if cycle is None else Point(cycle, row / a.weights, a.weights)
 
     def finished(self, point: Point) -> Point | None:
         """Return the point of the curve, at phase zero, of one that was followed; None of none."""

@@ -79,6 +79,8 @@ def test_curves_of_grazing_of_a_rigid_stop_are_closed_forms(case):
     path = continue_branch(system, "P", between, plane=("omega", 0.98 * omega, 1.02 * omega))
     curve = path.curves[0]
     assert (curve.kind, curve.period, curve.ends) == ("GR", 1, ("bound", "bound"))
+    bounds = np.sort(curve.values[[0, -1], 1])
+    assert bounds == pytest.approx([0.98 * omega, 1.02 * omega], rel=1e-15)
     for P, there in curve.values:
         amplitude = abs(complex(response(system.with_(P=P, C=1e6), np.array(there)).X1))
         assert amplitude == pytest.approx(RIGID["d"], abs=1e-9)

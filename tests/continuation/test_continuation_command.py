@@ -11,8 +11,7 @@ import xarray
 
 from nlds_vines import (
     RequestError,
-    continued,
-    follow,
+    continue_branch,
     load_continuation,
     load_system,
     simulate,
@@ -22,6 +21,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.continuation import run as running
 from nlds_vines.continuation.picture import branch_diagram, picture
 from nlds_vines.continuation.regime_borders import borders_of
+from nlds_vines.continuation.result import continued
 from nlds_vines.continuation.whole_branch import packed, unpacked
 from nlds_vines.model.linear_response import response
 from nlds_vines.runs.interrupts import Interrupted, Stopped
@@ -181,9 +181,11 @@ def test_curves_in_a_plane(folder, scan):
 
 def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():
     """V shifts x2 alone: along a curve in (omega, V), each state is an orbit of its own system."""
-    path = follow("ssul-set6", "omega", (7.2, 7.6), plane=("V", 0.05, 0.2))
+    path = continue_branch("ssul-set6", "omega", (7.2, 7.6), plane=("V", 0.05, 0.2))
     curve = next(curve for curve in path.curves if curve.kind == "PD")
-    assert np.ptp(curve.values[:, 1]) > 0.05
+    assert curve.ends == ("bound", "bound")
+    off = np.abs(curve.values[[0, -1]][:, [0, 0, 1, 1]] - [7.2, 7.6, 0.05, 0.2])
+    assert (off.min(axis=1) < 1e-15).all()  # the curve ends on bounds, not beyond
     for i in (1, len(curve.values) // 2, -2):
         omega, V = curve.values[i]
         there = load_system("ssul-set6", omega=omega, V=V)

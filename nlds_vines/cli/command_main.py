@@ -23,7 +23,7 @@ from nlds_vines.runs.interrupts import (
     terminated_like_interrupted,
 )
 
-DONE, LANES_FAILED, DAMAGED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 1, 2
+DONE, LANES_FAILED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 2
 """Exit statuses, beside those of `interrupts`."""
 
 

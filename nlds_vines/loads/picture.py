@@ -11,16 +11,18 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.errors import RequestError
 from nlds_vines.loads import scan_picture
 from nlds_vines.loads.fall import Fall
 from nlds_vines.loads.request import Decay, natural_period
 from nlds_vines.loads.request_file import load_decay
-from nlds_vines.loads.result import Decays, decays_in, shares_of
+from nlds_vines.loads.result import Decays, LoadScan, decays_in, shares_of
 from nlds_vines.model.linear_response import harmonic_energy, response
 from nlds_vines.model.load_quantities import SHARES, WAYS
 from nlds_vines.model.loads.waves import Sweep
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
+from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
@@ -56,8 +58,8 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
 
 def usual(view: ArchiveView) -> list[str]:
     """Return the panels of the usual picture: the sweep's alone, of a scan the first number's."""
-    known = [*panels(view)]
-    if view.request(DECAY, load_decay).vary:
+    found, known = _drawable(view), [*panels(view)]
+    if found.request.vary:
         return scan_picture.usual(view)
     return ["sweep"] if "sweep" in known else ["energy", "shares"]
 
@@ -65,7 +67,7 @@ def usual(view: ArchiveView) -> list[str]:
 @styled()
 def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
     """Return the figure of an archive with the panels that are `shown`."""
-    found = decays_in(view.path)
+    found = _drawable(view)
     if not isinstance(found, Decays):
         return scan_picture.draw(found, shown, page)
     heights = [_HEIGHT.get(name, _USUAL) for name in shown]
@@ -81,11 +83,20 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
 
 def fill(axes: Axes, view: ArchiveView, name: str) -> None:
     """Draw one panel into given axes."""
-    found = decays_in(view.path)
+    found = _drawable(view)
     if isinstance(found, Decays):
         _FILL[name](axes, found)
     else:
         scan_picture.fill(axes, found, name)
+
+
+def _drawable(view: ArchiveView) -> Decays | LoadScan:
+    """Return what an archive holds; `RequestError` where every orbit failed."""
+    found = decays_in(view.path)
+    if found.failed == found.request.cases:
+        status = STATUS[int(view["status"].flat[0])]
+        raise RequestError(f"{view.path}: every orbit failed: {status.name}. {status.remedy}")
+    return found
 
 
 def _each(found: Decays) -> Iterator[tuple[System, Fall, dict[str, Any]]]:

@@ -117,15 +117,19 @@ class LoadScan(Drawable):
         return int(np.count_nonzero(self.status != OK))
 
     def lines(self) -> Iterator[str]:
-        """Yield the title, records, the axes, and of each damper the range of the first number."""
+        """Yield the title, records, axes, the range of the first number, and failures."""
         yield self.request.title
         yield from self.request.load.records_in_words(self.request.duration)
         yield from (axis.heading() for axis in self.request.vary)
-        name, values = next(iter(self.numbers.items()))
-        for system, of_it in zip(self.request.systems, values, strict=True):
-            told = of_it[np.isfinite(of_it)]
-            span = f"{told.min():.4g} to {told.max():.4g}" if told.size else "none"
-            yield f"{system_in_words(system)}: {name} from {span} in {of_it.size} orbits"
+        for name, values in list(self.numbers.items())[:1]:
+            for system, of_it in zip(self.request.systems, values, strict=True):
+                told = of_it[np.isfinite(of_it)]
+                span = f"{told.min():.4g} to {told.max():.4g}" if told.size else "none"
+                yield f"{system_in_words(system)}: {name} from {span} in {of_it.size} orbits"
+        codes, counts = np.unique(self.status[self.status != OK], return_counts=True)
+        for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
+            status = STATUS[code]
+            yield f"{count} of {self.status.size} orbits: {status.name}. {status.remedy}"
 
 
 def _beside(fall: Fall, system: System, request: Decay) -> str:
@@ -163,7 +167,7 @@ def decays_in(path: str | os.PathLike[str]) -> Decays | LoadScan:
 
 def _falls(view: ArchiveView, request: Decay) -> dict[str, Fall]:
     """Return what became of each damper, by its name."""
-    codes, time = view["status"], view["time"]
+    codes, time = view["status"], request.times  # an archive without histories has no time
 
     def values(name: str, *more: int) -> np.ndarray:
         return view[name] if name in view else np.full((len(codes), *more), np.nan)

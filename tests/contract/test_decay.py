@@ -146,6 +146,24 @@ def test_a_damper_that_cannot_be_followed_is_told(here, ask, answer, monkeypatch
     assert np.isnan(found["ssbl"].E1).all()
 
 
+@pytest.mark.parametrize("vary", ["", "--vary impulse=1:9:3"])
+def test_status_and_remedy_are_said_where_every_orbit_fails(vary, here, ask, refusal, monkeypatch):
+    code = max(STATUS)
+
+    def fails(request, cases, stop, tell=None):
+        found = made_up(request, cases, stop)
+        found = {name: np.full_like(values, np.nan, float) for name, values in found.items()}
+        return {**found, "status": np.full(len(cases), code)}
+
+    monkeypatch.setattr(run, "arrays_of", fails)
+    words = f"decay --system ssbl --impulse 9 --duration 3 {vary} -o decay.h5"
+    out, err = ask(*words.split(), status=1)
+    assert STATUS[code].remedy in out
+    assert "orbits failed" in err
+    assert STATUS[code].remedy in "\n".join(nv.open_archive("decay.h5").lines())
+    assert STATUS[code].remedy in refusal("plot", "decay.h5")
+
+
 # ---- command, archive, picture -------------------------------------------------------------------
 
 

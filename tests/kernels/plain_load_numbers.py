@@ -60,9 +60,11 @@ def test_no_cell_holds_more_than_its_bound_says():
         section[0, :2] = rng.normal(size=2) * 10.0 ** rng.uniform(-6.0, 0.5)
         if i == 0:  # from rest by 1 - 2 x
             rows[:2], section[0] = (1.0, -2.0), 0.0
-        load = Load(np.array([0.0, h]), rows, np.zeros(2), sums_of(rows), None)
+        jumps = np.array([0.0, rng.normal()])  # of which the motion in the cell knows nothing
+        load = Load(np.array([0.0, h]), rows, jumps, sums_of(rows), None)
         motion = motion_in(ps, None, load, section, 0)
         section[1, :2] = motion.sum(axis=0)
+        section[1, 1] += jumps[1]
         most = max(excess_in_cell(ps, motion, 0.0, x) for x in np.linspace(0.0, 1.0, 2001))
         ends = ends_of_cell(ps, None, load, section, 0)
         assert may_exceed(most * (1.0 - 1e-12), h, ends, False, False)

@@ -51,6 +51,30 @@ def test_first_of_the_roots(roots, sign):
     assert place == pytest.approx(roots[0], abs=accuracy)
 
 
+@pytest.mark.parametrize(
+    ("excess", "root"),
+    [
+        (X**3 - X**4, 0.0),
+        (X**4 + X**5, 0.0),
+        (X**9, 0.0),
+        (-1e-20 * X**2 + X**3, 0.0),  # the first term is round-off
+        (2 * X**5 - X**4, 0.5),
+        (-1e-13 * X**2 - X**4 + 4 * X**6, 0.5),
+        (-(X**3) - X**4, NOWHERE),
+        (0.0 * X, NOWHERE),
+    ],
+)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_start_at_rest_on_the_level(excess, root, sign):
+    """It touches where it has risen by round-off, or where it comes back."""
+    place = touch(excess, sign=sign)
+    if root == 0.0:
+        assert 0.0 < place < 0.1
+        assert 0.0 < excess(place) < 1e-15
+    else:
+        assert place == pytest.approx(root, abs=1e-9)
+
+
 @given(st.sets(st.integers(1, 19), min_size=1, max_size=5))
 def test_first_of_any_roots(twentieths):
     roots = [n / 20 for n in twentieths]

@@ -137,6 +137,15 @@ def touch_by(impacts, j, time):
 
 
 @jit
+def touch_within(impacts, begin, end):
+    """Return the time [s] of the last touch from `begin` to `end` [s], NaN where there is none."""
+    if impacts is None:
+        return math.nan
+    j = touch_by(impacts, -1, end)
+    return impacts.data[j, TOUCH] if j >= 0 and impacts.data[j, TOUCH] >= begin else math.nan
+
+
+@jit
 def lasts_until(impacts, j, time):
     """Tell whether impact j, if there is one, is not over before a time [s].
 

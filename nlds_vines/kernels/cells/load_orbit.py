@@ -11,10 +11,20 @@ from ..motion.bounds import REACH, rate_of
 from ..motion.load_cells import HIGHEST_POWER, LOAD_ROW, OF_CELL, Stretch
 from ..motion.response_sums import JUMPS, MOST, OF_V, raise_to
 from ..numerics.compiling import jit
+from ..numerics.deciding import says
 from ..numerics.fours import bare
 from ..orbit.orbit import at_section, bounded, on_ground, run, set_mode
 from ..scene.arguments import CellBuffers, OrbitBuffers, Span
-from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, RESPONSE_COLUMNS, TOO_STIFF
+from ..scene.codes import (
+    BAD_PARAMETERS,
+    DIVERGED,
+    FLYING,
+    OK,
+    RESPONSE_COLUMNS,
+    TOO_STIFF,
+    TOUCH_FAR,
+    TOUCH_NEAR,
+)
 from ..scene.scene import Structure, allowed, damper_of, joined, structure_under
 from ..watch.observe import IMPACT_COLUMNS, Impacts, note_energy
 from ..watch.response import begin_tally, note_sums, report, tally_for
@@ -120,12 +130,28 @@ def work_on_damper(ps, damper, by, before, state):
 
 
 @jit
+def touches_on(wall, s):
+    """Return True if a contact that has no depth yet goes on at an approach speed s."""
+    if wall is None or says(wall, "AT_ONCE"):
+        return False
+    return s > 0.0
+
+
+@jit
 def jump(prepared, tally, by, state):
-    """Let the velocity of the structure jump."""
-    ps, before = prepared.ps, state[1]
+    """Let the velocity of the structure jump.
+
+    A contact that has begun at this instant goes on: it is not another touch.
+    """
+    ps, before, mode = prepared.ps, state[1], state[5]
     state[1] += by
     state[3] += apart_after(ps, by)
     set_mode(prepared.near, prepared.far, state)
+    if state[5] == FLYING and (
+        (mode == TOUCH_NEAR and touches_on(prepared.near, state[3]))
+        or (mode == TOUCH_FAR and touches_on(prepared.far, -state[3]))
+    ):
+        state[5] = mode
     if tally is not None:
         tally.row[JUMPS] += 0.5 * ps.m1 * by * (before + state[1])
         tally.row[JUMPS] += work_on_damper(ps, prepared.damper, by, before, state)

@@ -29,13 +29,18 @@ from .load_edges import (
     state_at,
     structure_energy,
     touch_by,
+    touch_within,
     walls_of,
 )
 from .load_orbit import Load, buffers_for, fly_under, structure_moved
 
 PARTS = 64  # of a cell that is looked at, each time that it is looked at more closely
 LOOKS = 3  # how often that is, where there is a contact
+MOST_LOOKS = (
+    7  # the same where there is a touch, at which E1 may jump: 64^-7 of a cell is round-off
+)
 MOST_AGAIN = 1  # impacts of such a cell that are noted: nobody asks for them
+HERE = 1.0e-12  # of a cell: places as near to each other are one
 NO_PLACE = -1.0  # the place where E1 exceeds no level
 NEARLY = 1.0 - 1e-12  # of the largest E1, for round-off
 DOUBTED_TWICE = 2.0  # how far E1 may exceed its ends within a cell that a contact meets
@@ -183,14 +188,33 @@ def largest_edge(ps, section):
 
 
 @jit
+def touch_in_part(load, i, begin, width, buffers):
+    """Return the time [s] of the last touch in a part of cell i, NaN where there is none."""
+    first, h = load.edges[i], load.edges[i + 1] - load.edges[i]
+    return touch_within(buffers.impacts, first + h * begin, first + h * (begin + width))
+
+
+@jit
+def time_at(load, i, place, buffers):
+    """Return the time [s] at a place of cell i: that of a touch where it is there."""
+    time = touch_in_part(load, i, place - HERE, 2.0 * HERE, buffers)
+    if math.isnan(time):
+        time = load.edges[i] + (load.edges[i + 1] - load.edges[i]) * place
+    return time
+
+
+@jit
 def last_in_contact(parts, cell, load, i, level, buffers):
     """Return the last place of cell i, which a contact meets, where E1 is above a level; a status.
 
-    It is flown again, in parts; then the last part above, in parts again, LOOKS times in all.
+    It is flown again, in parts; then the last part above, in parts again, LOOKS times in all, or
+    MOST_LOOKS where a touch lies in that part.
     """
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edge, begin, width = buffers.section, i, 0.0, 1.0
-    for _ in range(LOOKS):
+    for look in range(MOST_LOOKS):
+        if look >= LOOKS and math.isnan(touch_in_part(load, i, begin, width, buffers)):
+            break
         start = state_at(ps, joined(damper), section, edge, 0.0)
         status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
         if status != OK:
@@ -249,7 +273,7 @@ def last_above(parts, cell, load, level, buffers, last):
                 motion, status = motion_in(ps, joined(damper), load, section, i), OK
                 place = last_place_above(ps, motion, level)
             if status != OK or place != NO_PLACE:
-                return edges[i] + h * place, i, status
+                return time_at(load, i, place, buffers), i, status
     return edges[0] if level > 0.0 else math.nan, 0, OK
 
 
@@ -257,12 +281,15 @@ def last_above(parts, cell, load, level, buffers, last):
 def most_in_parts(parts, cell, load, i, buffers):
     """Return (place, E1 [J], status) of the end of a part of cell i at which E1 is largest.
 
-    A contact meets it, so it is flown again, LOOKS times, each time the two parts beside that end.
+    A contact meets it, so it is flown again, each time the two parts beside that end, as often as
+    in `last_in_contact`.
     """
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edge, begin, width = buffers.section, i, 0.0, 1.0
     place, e1 = 0.0, 0.0
-    for _ in range(LOOKS):
+    for look in range(MOST_LOOKS):
+        if look >= LOOKS and math.isnan(touch_in_part(load, i, begin, width, buffers)):
+            break
         start = state_at(ps, joined(damper), section, edge, 0.0)
         status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
         if status != OK:
@@ -304,7 +331,7 @@ def time_of_largest(parts, cell, load, buffers):
                 place = place_of_most(ps, motion)
                 e1 = excess_in_cell(ps, motion, 0.0, place)
             if e1 > most:
-                time, most = edges[i] + h * place, e1
+                time, most = time_at(load, i, place, buffers), e1
         after = structure_energy(ps, section, i + 1)
         if after > most:
             time, most = edges[i + 1], after

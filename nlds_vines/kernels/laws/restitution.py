@@ -290,7 +290,7 @@ def follow(side, watch, phase, place, left, now):
             vary_at_impact(seen, damper, wall, before, (s, x1, v1), stuck, c, rows_of(tangent))
             drive_rebound(tangent, damper, wall, sign, before[0], stuck)
             seen_from_wall(tangent, sign, -1.0)
-    if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) > 0.0:
+    if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) >= 0.0:
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
     start = x1, v1, wall.gap, 0.0
     y = sign * x1, sign * v1, sign * wall.gap, 0.0

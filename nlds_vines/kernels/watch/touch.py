@@ -22,7 +22,7 @@ import math
 
 from ..motion.flight import COEF, ORDER, at
 from ..numerics.compiling import jit
-from ..numerics.elementary import TINIEST
+from ..numerics.elementary import TINIEST, exp, log
 from ..numerics.roots import guarded, highest, only_rises
 
 AT_R = COEF + 2  # place of r in the table
@@ -85,6 +85,35 @@ def tolerance_of(w, level):
 
 
 @jit
+def from_rest(w, end, sign):
+    """Return (place, whether it rises there) of f = sign r, which has no slope at the start.
+
+    The first Taylor coefficient c that is more than round-off decides. If it is positive, f has
+    risen by round-off of the motion over the cell at the place, so that a contact which begins
+    there has a speed and is pressed. If it is negative, f stays below its value at the start up to
+    the place, at most `end`, as c x^k + d x^(k+1) + ... <= x^k (c + x max(d + ..., 0)).
+    """
+    size, k = 0.0, 2
+    for i in range(2, ORDER + 1):
+        size += abs(w[AT_R + 4 * i])
+    while k <= ORDER and abs(w[AT_R + 4 * k]) <= ROUND_OFF * size:
+        k += 1
+    if k > ORDER:  # nothing moves
+        return end, False
+    c = sign * w[AT_R + 4 * k]
+    if c > 0.0:
+        return exp(log(ROUND_OFF * (size / c)) / k), True
+    place = end
+    while True:
+        most = 0.0
+        for i in range(ORDER, k - 1, -1):
+            most = sign * w[AT_R + 4 * i] + place * max(most, 0.0)
+        if most < 0.0:
+            return place, False
+        place *= 0.5
+
+
+@jit
 def first_touch(w, x, end, sign, level, bend, jerk):
     """Return the first place in [x, end] where sign r rises to `level`, NOWHERE, or LOST.
 
@@ -99,6 +128,13 @@ def first_touch(w, x, end, sign, level, bend, jerk):
         if clearance <= tolerance:
             if slope > 0.0 or (slope == 0.0 and curve > 0.0):
                 return x
+            if x == 0.0 and slope == 0.0:
+                x, rises = from_rest(w, end, sign)
+                if rises and x <= end:
+                    return x
+                if x >= end:
+                    return NOWHERE
+                continue
             clearance = 0.0
         piece = end - x
         if slope > 0.0:

@@ -533,6 +533,19 @@ def test_the_last_times_lie_where_a_finer_history_crosses():
         assert coarse[name].numbers[f"last_{100 * share:g}"] == pytest.approx(last, abs=1e-7)
 
 
+@pytest.mark.kernels
+@pytest.mark.parametrize("impulse", [500.0, 1000.0])
+def test_last_times_within_long_contacts_do_not_depend_on_the_edges(impulse):
+    """A cell with a contact is looked at three times; two leave 1e-10 s of its width."""
+    system = nv.load_system("ssul-set6", K=1e4, C=0.005)
+    histories = (
+        nv.decay(system, impulse=impulse, duration=3.0, sampling={"samples": n}, quiet=True)
+        for n in (16, 23)
+    )
+    one, other = (h[h.request.systems[0].name].numbers["last_50"] for h in histories)
+    assert one == pytest.approx(other, abs=2e-11)
+
+
 def test_loads_of_the_command_line(here, answer, refusal):
     (here / "q.csv").write_text("t [s], a [g]\n0, 0\n0.05, 1\n0.1, 0\n")
     plan = answer("decay", "--load", "q.csv", "--dry-run")

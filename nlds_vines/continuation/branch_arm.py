@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -50,6 +51,10 @@ UNSEEN = 1.0e-6
 END_OF_WAY, MOST_KNOTS = 1.0e-11, 7
 """Error of the orbit that grazes, by polynomials through so many points; where a branch ends."""
 
+NEAR_GRAZING = 1.0e-4
+"""Distance from a grazing, relative to the orbit and the interval, within which a branch ends there
+where no step leads on; and the largest error of a grazing that is located at all."""
+
 RECENT = MOST_KNOTS + 1
 """Points that are looked back at."""
 
@@ -76,6 +81,8 @@ Known = Callable[[Point], bool]
 class Arm:
     """One direction of a branch: its points, the special points, and why it ends (of `ENDS`).
 
+    `best_grazing` is the grazing ahead that is located best so far.
+
     While it is followed, `begin` is its first point as the map at hand has it, and so are the last
     RECENT points; those before may be at other phases.
     """
@@ -83,6 +90,7 @@ class Arm:
     points: list[Point] = field(default_factory=list)
     specials: list[Special] = field(default_factory=list)
     end: str = ""
+    best_grazing: Special | None = None
 
     @cached_property
     def begin(self) -> Point:
@@ -148,18 +156,22 @@ def follow(
     known; the `first` and the `longest` step; `unstable` points that are followed one after another
     after a stable one.
     """
-    arm, zero = Arm([start]), section_map
+    arm, zero, rigid = Arm([start]), section_map, shoots_from_flights(section_map.scene)
     stepper = Stepper(section_map, start, first, longest)
     in_a_row = int(start.cycle.unstable > 0)
     while not arm.end:
         a = stepper.point
         b = stepper.advance(_way_to_grazing(section_map, arm))
         if b is None:
-            arm.end = "lost"
+            _end_of_lost(arm)
             break
-        if unexplained(a, b) and stepper.taken > UNSEEN:
-            stepper.point, stepper.step = a, 0.25 * stepper.taken
+        leaps = rigid and b.cycle.counts != a.cycle.counts
+        if (unexplained(a, b) and stepper.taken > UNSEEN) or (leaps and stepper.taken > LEAST_STEP):
+            stepper.point, stepper.step = a, max(LEAST_STEP, 0.25 * stepper.taken)
             continue
+        if leaps:
+            _end_of_lost(arm)
+            break
         _go_on(section_map, arm, b, bounds, known)
         stepper.point = arm.points[-1]
         in_a_row = in_a_row + 1 if stepper.point.cycle.unstable else 0
@@ -312,21 +324,59 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
             continue
         place, before = limit_of(knots), limit_of(knots[1:])
         far = length(point.weights, place - point.cycle.place)
-        if length(point.weights, place - before) > END_OF_WAY or far > LONGEST_STEP:
+        error, width = length(point.weights, place - before), abs(float((place - before)[-1]))
+        best = NEAR_GRAZING if arm.best_grazing is None else arm.best_grazing.residual
+        if error >= best or far > LONGEST_STEP:
             continue
         # of an orbit that is its own mirror, impacts at both walls graze
         both = is_symmetric(section_map, point.cycle)
         more = (2 if both else 1) * (-1 if name == "slowest" else 1)
-        cycle = replace(point.cycle, state=place[:-1], values=place[-1:])
-        error, width = length(point.weights, place - before), abs(float((place - before)[-1]))
+        there = section_map.at(place, point.cycle.n) or point.cycle
+        grazes: dict[str, Any] = {name: 0.0}
+        cycle = replace(
+            point.cycle, state=place[:-1], values=place[-1:], points=there.points, **grazes
+        )
         wall = "both" if both else _wall(section_map)
         label, beyond = label_of_cycle(cycle), name_of(cycle.n, sum(cycle.counts) + more)
-        end = replace(point, cycle=cycle)
-        index = len(arm.points) - 1
-        arm.specials.append(Special("GR", end, label, beyond, error, width, wall, index))
-        arm.points.append(end)
-        arm.end = "grazing"
+        end, index = replace(point, cycle=cycle), len(arm.points) - 1
+        arm.best_grazing = Special("GR", end, label, beyond, error, width, wall, index)
+        if error <= END_OF_WAY:
+            _end_at(arm, arm.best_grazing)
+            return
+
+
+def _end_at(arm: Arm, grazing: Special) -> None:
+    """End a branch at the orbit that grazes; points behind the one that it was located from go."""
+    arm.points = [*arm.points[: grazing.index + 1], grazing.point]
+    arm.specials = [s for s in arm.specials if s.index < grazing.index]
+    arm.specials.append(grazing)
+    arm.end = "grazing"
+
+
+def _end_of_lost(arm: Arm) -> None:
+    """End a branch where no step leads on: at the grazing nearby, if one was located, or lost.
+
+    The speed of the softest impact errs by the root of what a state errs.  So polynomials become
+    worse beyond some point, and the best of them counts.
+    """
+    grazing, last = arm.best_grazing, arm.points[-1]
+    arm.end = "lost"
+    if grazing is None or grazing.point.cycle.since != last.cycle.since:
         return
+    if length(last.weights, grazing.point.cycle.place - last.cycle.place) < NEAR_GRAZING:
+        _end_at(arm, grazing)
+
+
+def end_beside(arm: Arm, grazing: Special) -> None:
+    """End a lost branch at a grazing that another branch has located, if it is lost beside it."""
+    last, place = arm.points[-1], grazing.point.cycle.place
+    if arm.end != "lost" or length(last.weights, place - last.cycle.place) > NEAR_GRAZING:
+        return
+    there = grazing.point.cycle
+    cycle = replace(last.cycle, state=there.state, values=there.values, points=there.points)
+    labels = label_of_cycle(cycle), label_of_cycle(there)
+    end, index = replace(last, cycle=cycle), len(arm.points) - 1
+    _end_at(arm, replace(grazing, point=end, before=labels[0], after=labels[1], index=index))
 
 
 def _knots(name: str, points: list[Point]) -> list[tuple[float, np.ndarray]]:

@@ -13,7 +13,7 @@ from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.special_points import KINDS, label_of_cycle
 from nlds_vines.continuation.start_orbits import states_of
-from nlds_vines.continuation.whole_branch import Track
+from nlds_vines.continuation.whole_branch import Switch, Track
 from nlds_vines.kernels.numerics.elementary import exp
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.quantities import BY_NAME
@@ -23,6 +23,7 @@ ORIGINS = {"start": 0, "PD": 1, "BP": 2}
 
 KIND_FLAGS = {kind: number for number, kind in enumerate(KINDS)}
 END_FLAGS = {word: number for number, word in enumerate(ENDS)}
+SWITCH_FLAGS = {outcome.name.lower(): int(outcome) for outcome in Switch}
 STATUS_FLAGS = {"complete": 0, "incomplete": 1}
 STABLE_FLAGS = {"unstable": 0, "stable": 1}
 
@@ -87,6 +88,8 @@ def _of_specials(request: Continuation) -> Entries:
     words = "what does not close, relative"
     yield Dataset.real("special_defect", dims, "1", words), lambda s: s.point.cycle.defect
     yield Dataset.real("bracket", dims, free.unit, "width of the last bracket"), lambda s: s.bracket
+    words = "what became of the branch that leaves or crosses there"
+    yield Dataset.code("switch", dims, words, SWITCH_FLAGS), None
     multipliers = BY_NAME["multipliers"].dataset((*dims, *pair), scene, prefix="special_")
     yield multipliers, lambda s: _parts(s.point.cycle)
 
@@ -138,6 +141,10 @@ def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[T
         **({"E2max": measured.E2max} if system.scene.damper else {}),
         "fastest_impact": measured.fastest,
         "largest_force": measured.force,
+        "switch": np.array(
+            [t.switches.get(at, Switch.NONE) for t in tracks for at in range(len(t.specials))],
+            dtype=np.int8,
+        ),
         "special_branch": np.repeat(np.arange(len(tracks)), [len(t.specials) for t in tracks]),
         "special_state": states_of(system, along, there[0]),
         "special_E1max": section_map.measure(*there).E1max,

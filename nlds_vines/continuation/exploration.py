@@ -15,13 +15,15 @@ from nlds_vines.continuation.branch_arm import (
     Arm,
     Bounds,
     at_value,
+    end_beside,
     first_point,
     follow,
 )
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 from nlds_vines.continuation.shooting_phase import point_at_zero
+from nlds_vines.continuation.special_points import Special
 from nlds_vines.continuation.switching import doubled, other_branch
-from nlds_vines.continuation.whole_branch import Arrays, Track, packed, unpacked
+from nlds_vines.continuation.whole_branch import Arrays, Switch, Track, packed, unpacked
 
 EVERY = 16
 """Every so many points, a branch is compared with those that are known."""
@@ -34,6 +36,9 @@ KICKS, LIKELY = (1.0, 0.3, 3.0), 4
 AHEAD = tuple(sign * 1.1**i for sign in (1.0, -1.0) for i in range(-40, 75))
 """Kicks that are tried, and how far ahead, in units of what an orbit beyond the grazing shows; and
 how many of the places that an orbit nearly closes."""
+
+SAME_POINT = 1.0e-8
+"""Distance, relative to the orbit and to the parameter, of special points that are one."""
 
 NEAR = 0.05
 """How near, relative to the orbit, a known branch is compared at all."""
@@ -94,23 +99,29 @@ class Explorer:
             done += 1
         return self.tracks
 
-    def _keep(self, make: Callable[[], Track | None]) -> None:
+    def _keep(self, make: Callable[[], Track | Switch]) -> Switch:
         """Add the next track, if there is one: that which is recalled, or else that made."""
         arrays = self._recall()
-        track = make() if arrays is None else unpacked(arrays)
+        made = make() if arrays is None else unpacked(arrays)
         if arrays is None:
-            self._note(packed(track))
-        if track is not None:
-            self.tracks.append(track)
-            self._serve(track)
+            self._note(packed(made))
+        if isinstance(made, Switch):
+            return made
+        self._share_points(made)
+        self.tracks.append(made)
+        self._serve(made)
+        return Switch.FOLLOWED
 
-    def _both_ways(self, cycle: Cycle) -> Track | None:
+    def _both_ways(self, cycle: Cycle, grazing: Special | None = None) -> Track | Switch:
+        """Follow a branch in both directions from an orbit, which may lie beside a `grazing`."""
         arms = []
         for sign in (1.0, -1.0):
             start = first_point(self._map, cycle, self._bounds, sign)
             if start is None:
-                return None
+                return Switch.FAILED
             arms.append(self._follow(start))
+            if grazing is not None:
+                end_beside(arms[-1], grazing)
             if arms[0].end == "closed":
                 return Track(arms[0].points, arms[0].specials, ("closed", "closed"))
         return Track.joined(arms[1], arms[0])
@@ -138,24 +149,28 @@ class Explorer:
     def _switch(self, parent: int, at: int, longest: int) -> None:
         """Follow the branch that leaves another at a special point, if one is to be followed."""
         track = self.tracks[parent]
-        special = track.specials[at]
-        if special.kind == "PD" and 2 * track.n <= longest and at not in track.served:
-            track.served.add(at)
-            self._keep(lambda: self._from_doubling(parent, at))
-        elif special.kind == "BP" and at not in track.served:
-            track.served.add(at)
-            self._keep(lambda: self._from_branch_point(parent, at))
-        elif special.kind == "GR" and "grazing" in track.ends and at not in track.served:
-            track.served.add(at)
-            self._keep(lambda: self._from_grazing(parent, at))
+        kind = track.specials[at].kind
+        if at in track.switches:
+            return
+        make: Callable[[int, int], Track | Switch]
+        if kind == "PD" and 2 * track.n <= longest:
+            make = self._from_doubling
+        elif kind == "BP":
+            make = self._from_branch_point
+        elif kind == "GR" and "grazing" in track.ends:
+            make = self._from_grazing
+        else:
+            return
+        track.switches[at] = self._keep(partial(make, parent, at))
 
-    def _from_grazing(self, parent: int, at: int) -> Track | None:
+    def _from_grazing(self, parent: int, at: int) -> Track | Switch:
         """Follow the other orbit that grazes, of rigid bodies: without the impact, or with it.
 
         The map has no derivative there. So the orbit is looked for at places around, on both sides
         of the parameter.
         """
-        point = self.tracks[parent].specials[at].point
+        grazing, outcome = self.tracks[parent].specials[at], Switch.FAILED
+        point = grazing.point
         for place in places_around(self._map, point):
             value = float(place[-1])
             if not self._bounds.contains(value):
@@ -164,15 +179,20 @@ class Explorer:
             if cycle is None or cycle.counts == point.cycle.counts:
                 continue
             near = np.abs(cycle.place - point.cycle.place) * point.weights
-            if near.max() < FARTHEST and self.lies_on(cycle) is None:
-                return self._both_ways(cycle)
-        return None
+            if near.max() >= FARTHEST:
+                continue
+            if self.lies_on(cycle) is None:
+                return self._both_ways(cycle, grazing)
+            outcome = Switch.KNOWN
+        return outcome
 
-    def _from_doubling(self, parent: int, at: int) -> Track | None:
+    def _from_doubling(self, parent: int, at: int) -> Track | Switch:
         origin = self.tracks[parent].specials[at].point
         found = doubled(self._map, origin)
-        if found is None or self.lies_on(found[0].cycle) is not None:
-            return None
+        if found is None:
+            return Switch.FAILED
+        if self.lies_on(found[0].cycle) is not None:
+            return Switch.KNOWN
         start, far = found
         arm = self._follow(start, far)
         first = self._map.at(origin.cycle.place, start.cycle.n)
@@ -182,10 +202,12 @@ class Explorer:
             arm.specials = [replace(s, index=s.index + 1) for s in arm.specials]
         return Track(arm.points, arm.specials, ("shorter", arm.end), "PD", parent, at)
 
-    def _from_branch_point(self, parent: int, at: int) -> Track | None:
+    def _from_branch_point(self, parent: int, at: int) -> Track | Switch:
         found = other_branch(self._map, self.tracks[parent].specials[at].point)
-        if found is None or self.lies_on(found[0].cycle) is not None:
-            return None
+        if found is None:
+            return Switch.FAILED
+        if self.lies_on(found[0].cycle) is not None:
+            return Switch.KNOWN
         arms, (start, far) = [], found
         for turned in (1.0, -1.0):
             point = Point(start.cycle, turned * start.tangent, start.weights, turned * start.border)
@@ -202,7 +224,6 @@ class Explorer:
         if track.origin != "PD":
             return
         parent = self.tracks[track.parent]
-        parent.served.add(track.at)
         if track.ends[1] == "shorter":
             last = track.points[-1]
             near = [
@@ -211,7 +232,26 @@ class Explorer:
                 if special.kind == "PD"
             ]
             if near and min(near)[0] < abs(track.points[-2].value - last.value) + SAME_ORBIT:
-                parent.served.add(min(near)[1])
+                parent.switches.setdefault(min(near)[1], Switch.KNOWN)
+
+    def _share_points(self, track: Track) -> None:
+        """Note the branch points, and rigid grazings, that a new track shares with others.
+
+        Two branches meet there: when both are known, there is nothing more to follow.  A branch
+        point gets the same, most exact orbit on both.
+        """
+        for i, mine in enumerate(track.specials):
+            for other in self.tracks:
+                for j, theirs in enumerate(other.specials):
+                    if not _meet(self._map, (track, mine), (other, theirs)):
+                        continue
+                    if mine.kind == "BP":
+                        best = min(mine, theirs, key=lambda special: special.residual)
+                        track.specials[i] = mine = _located_as(mine, best)
+                        other.specials[j] = _located_as(theirs, best)
+                    track.switches[i] = Switch.KNOWN
+                    if other.switches.get(j, Switch.FAILED) == Switch.FAILED:
+                        other.switches[j] = Switch.KNOWN
 
     # ---- what is known ----
 
@@ -297,8 +337,34 @@ def crossings(track: Track, cycle: Cycle) -> Iterator[np.ndarray]:
             yield place
 
 
+def _meet(section_map: SectionMap, one: tuple[Track, Special], two: tuple[Track, Special]) -> bool:
+    """Return True if two branches cross at special points, or graze there with other impacts."""
+    (track, a), (other, b) = one, two
+    if a.kind != b.kind or a.point.cycle.n != b.point.cycle.n or a.kind not in ("BP", "GR"):
+        return False
+    ends = "grazing" in track.ends and "grazing" in other.ends
+    if a.kind == "GR" and (not ends or a.point.cycle.counts == b.point.cycle.counts):
+        return False
+    error = SAME_POINT + 4.0 * (a.residual + b.residual)
+    width = SAME_POINT * abs(a.value) + 4.0 * (a.bracket + b.bracket)
+    if abs(a.value - b.value) > width:
+        return False
+    return distance_of(section_map, a.point.cycle, b.point.cycle) < error
+
+
+def _located_as(special: Special, best: Special) -> Special:
+    """Return a special point of one branch with the orbit that another one has there."""
+    point = replace(special.point, cycle=best.point.cycle)
+    return replace(special, point=point, residual=best.residual, bracket=best.bracket)
+
+
 def is_same(section_map: SectionMap, cycle: Cycle, other: Cycle) -> bool:
     """Tell whether two orbits of one parameter are one, at whatever phase."""
+    return distance_of(section_map, cycle, other) < SAME_ORBIT
+
+
+def distance_of(section_map: SectionMap, cycle: Cycle, other: Cycle) -> float:
+    """Return the distance of two orbits, relative to their size, at the phase where it is least."""
     weights = section_map.weights(other, np.ones(len(other.values)))[: other.state.size]
     off = np.abs(cycle.points[:, : other.state.size] - other.state) * weights
-    return bool(off.max(axis=1).min() < SAME_ORBIT)
+    return float(off.max(axis=1).min())

@@ -14,7 +14,13 @@ from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.continuation.branch_arm import ENDS, at_value
-from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, datasets_of
+from nlds_vines.continuation.branch_table import (
+    KIND_FLAGS,
+    ORIGINS,
+    SWITCH_FLAGS,
+    Tables,
+    datasets_of,
+)
 from nlds_vines.continuation.curve_tracer import ENDS as CURVE_ENDS
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.request import Continuation
@@ -30,11 +36,16 @@ from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import CONTINUATION
 
 _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
+_SWITCHES = {code: word for word, code in SWITCH_FLAGS.items()}
 _ORIGINS = {code: word for word, code in ORIGINS.items()}
 _ALONG = (
     *("E1max", "E2max", "residual", "determinant_error", "clearance"),
     *("softest_impact", "fastest_impact", "largest_force"),
 )  # along a branch, by the names of datasets
+
+
+RESOLVED = 1.0e-10
+"""Width of the last bracket, relative to the parameter, of a special point that is resolved."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -196,6 +207,7 @@ class Continued(Drawable):
             ("kind", "U3"), ("value", float), ("before", "U16"), ("after", "U16"),
             ("residual", float), ("bracket", float), ("defect", float), ("wall", "U4"),
             ("branch", int), ("index", int), ("periodicity", int), ("state", float, (size,)),
+            ("switch", "U8"), ("resolved", bool),
         ]  # fmt: skip
         rows = np.zeros(len(t["kind"]), kinds)
         rows["kind"] = [_KINDS[int(code)] for code in t["kind"]]
@@ -205,6 +217,8 @@ class Continued(Drawable):
         for name in ("residual", "defect", "branch", "index", "periodicity", "state"):
             rows[name] = t[f"special_{name}"]
         rows["bracket"] = t["bracket"]
+        rows["switch"] = [_SWITCHES[int(code)] for code in t["switch"]]
+        rows["resolved"] = rows["bracket"] <= RESOLVED * np.abs(rows["value"])
         return rows.view(np.recarray)
 
     @cached_property
@@ -324,7 +338,10 @@ class Continued(Drawable):
         for row in self.special_points[self.special_points.branch == i]:
             change = f"{row.before} -> {row.after}" if row.before != row.after else row.before
             wall = f" ({row.wall} wall{'s' * (row.wall == 'both')})" if row.wall else ""
-            yield f"  {row.kind:<3} {name} = {row.value:.12g}  {change}{wall}"
+            note = "" if row.resolved else f"; unresolved, within {row.bracket:.1g}"
+            if row.switch == "failed":
+                note += "; the branch that leaves there was not found"
+            yield f"  {row.kind:<3} {name} = {row.value:.12g}  {change}{wall}{note}"
 
     def heading(self) -> str:
         """Return the title."""

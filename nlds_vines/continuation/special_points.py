@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -25,8 +26,9 @@ KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM")
 NARROW = 1.0e-12
 """Length of the last bracket, relative to the orbit and the interval of the parameter."""
 
-ASIDE = 1.0e-3
-"""Distance of the points that tell where a branch point lies between them."""
+ASIDE, ASIDE_ERROR, MOST_ROUNDS = 1.0e-3, 1.0e-12, 8
+"""Distance of the first points between which a branch point is located; its error at which no
+nearer ones are tried; and the most tries."""
 
 NEAREST = 1.0e-6
 """Distance within which a doubling is looked for first, relative to the orbit and the interval."""
@@ -153,27 +155,43 @@ def _branch_point(
 ) -> tuple[float, Point, float, float] | None:
     """Return a branch point between two points of a branch, as `narrowed_down` does.
 
-    At it, no point of the branch is determined sharply: Newton's matrix is singular.  So it is what
-    a polynomial in the test function through points on both sides is where that vanishes.
+    At it, no point of the branch is determined sharply: Newton's matrix is singular.  So it is
+    extrapolated by a polynomial in the test function through points on both sides, to where that
+    vanishes.  Nearer points around the last result are tried until two degrees agree to
+    ASIDE_ERROR; of all tries the best counts.
     """
-    step, (f_a, f_b) = step_between(a, b), (a.tests["BP"], b.tests["BP"])
-    place, aside = step * f_a / (f_a - f_b), ASIDE
-    while aside < 32.0 * ASIDE:
-        found = [along(section_map, a, place + k * aside)[0] for k in (-3, 3, -2, 2, -1, 1)]
-        points = [point for point in found if point is not None]
-        knots = [(point.tests["BP"], point.cycle.place) for point in points]
-        if len(knots) == len(found) and knots[4][0] * knots[5][0] < 0.0:
-            at, before = limit_of(knots), limit_of(knots[2:])
-            cycle = section_map.at(at, a.cycle.n)
-            if cycle is None:
-                return None
-            # there are two tangents, and that of this branch is the secant of its nearest points
-            ahead = knots[5][1] - knots[4][1]
-            tangent = ahead / length(a.weights, ahead)
-            error, width = length(a.weights, at - before), abs(float((at - before)[-1]))
-            return place, Point(cycle, tangent, a.weights, 0.0), error, width
-        aside *= 2.0
-    return None
+    signs = [(0.0, a.tests["BP"]), (step_between(a, b), b.tests["BP"])]
+    aside, best = ASIDE, None
+    for _ in range(MOST_ROUNDS):
+        (low, f_low), (high, f_high) = _bracket(signs)
+        place = low + (high - low) * f_low / (f_low - f_high)
+        steps = [place + k * aside for k in (-3, 3, -2, 2, -1, 1)]
+        points = [along(section_map, a, step)[0] for step in steps]
+        knots = [(p.tests["BP"], p.cycle.place) for p in points if p is not None]
+        signs += [(s, p.tests["BP"]) for s, p in zip(steps, points, strict=True) if p is not None]
+        if len(knots) < len(steps) or not knots[4][0] * knots[5][0] < 0.0:
+            aside *= 2.0 if best is None else 0.5
+            continue
+        at, before = limit_of(knots), limit_of(knots[2:])
+        error = length(a.weights, at - before)
+        if best is None or error < best[0]:
+            best = error, place, at, abs(float((at - before)[-1])), knots[5][1] - knots[4][1]
+        if error <= ASIDE_ERROR:
+            break
+        aside *= 0.5
+    cycle = None if best is None else section_map.at(best[2], a.cycle.n)
+    if best is None or cycle is None:
+        return None
+    # there are two tangents, and that of this branch is the secant of its nearest points
+    error, place, _, width, ahead = best
+    return place, Point(cycle, ahead / length(a.weights, ahead), a.weights, 0.0), error, width
+
+
+def _bracket(signs: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the nearest two of (distance, test function) between which the sign changes."""
+    ordered = sorted(signs)
+    pairs = [[p, q] for p, q in pairwise(ordered) if p[1] * q[1] < 0.0]
+    return min(pairs, key=lambda pair: pair[1][0] - pair[0][0])
 
 
 def _sign_change(

@@ -13,6 +13,11 @@ from nlds_vines.continuation.section_map import SectionMap, bordered, closing
 FIRST_ASIDE, LEAST_ASIDE = 1.0e-2, 1.0e-6
 """How far aside, relative to the orbit, the other branch is looked for; and the nearest try."""
 
+BENT = 0.1
+"""The known branch leaves its tangent by the square of the way s along it.  So at a distance `far`
+beside its tangent it is met at s of the order sqrt(far) alone.  A point nearer than BENT sqrt(far)
+lies on the other branch, at whatever angle that crosses the known one."""
+
 
 Aside = tuple[Point, float]
 """A point of another branch, and how far beside the known one it lies."""
@@ -72,11 +77,13 @@ def _beside(section_map: SectionMap, point: Point, aside: np.ndarray, n: int) ->
     aside = aside / length(weights, aside)
     far = FIRST_ASIDE
     while far >= LEAST_ASIDE:
-        place = point.cycle.place + far * aside
-        row = weights * weights * aside
-        cycle, _ = close(section_map, place, n, row, weights)
-        if cycle is not None and length(weights, cycle.place - place) < 0.5 * far:
-            found = point_of(section_map, cycle, aside, 1.0 / weights[-1:])
+        for direction in (aside, -aside):
+            place = point.cycle.place + far * direction
+            row = weights * weights * direction
+            cycle, _ = close(section_map, place, n, row, weights)
+            if cycle is None or length(weights, cycle.place - place) > BENT * math.sqrt(far):
+                continue
+            found = point_of(section_map, cycle, direction, 1.0 / weights[-1:])
             doubles = n > point.cycle.n
             if found is not None and not (doubles and _is_shorter(found, far)):
                 return found, far

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,16 @@ from nlds_vines.continuation.arclength import Point
 from nlds_vines.continuation.branch_arm import ENDS, Arm
 from nlds_vines.continuation.section_map import Cycle
 from nlds_vines.continuation.special_points import KINDS, Special
+
+
+class Switch(IntEnum):
+    """What became of the branch that leaves, or crosses, another one at a special point."""
+
+    NONE = 0  # none was to be followed
+    FOLLOWED = 1
+    KNOWN = 2  # it had been followed already
+    FAILED = 3  # it was looked for and not found
+
 
 _ARRAYS = ("state", "values", "points", "matrix", "slopes", "multipliers")
 _NUMBERS = ("defect", "span", "clearance", "slowest", "volume")
@@ -31,6 +42,7 @@ class Track:
         ends: why it ends, at its beginning and at its end (of `branch.ENDS`).
         origin: "start", or "PD" or "BP" of the branch number `parent`, at its special point
             number `at`; -1 for none.
+        switches: the outcome of each switch that was due at a special point, by its number.
     """
 
     points: list[Point]
@@ -39,7 +51,7 @@ class Track:
     origin: str = "start"
     parent: int = -1
     at: int = -1
-    served: set[int] = field(default_factory=set)  # PDs that another branch has been followed from
+    switches: dict[int, Switch] = field(default_factory=dict)
 
     @classmethod
     def joined(cls, down: Arm, up: Arm, **origin: Any) -> Track:
@@ -89,10 +101,10 @@ def _turned_special(special: Special, index: int) -> Special:
 Arrays = Mapping[str, np.ndarray]
 
 
-def packed(track: Track | None) -> Arrays:
-    """Return a track as arrays by name; those of None say that there is none."""
-    if track is None:
-        return {"ends": np.empty(0, dtype=np.int64)}
+def packed(track: Track | Switch) -> Arrays:
+    """Return a track as arrays by name, or why there is none."""
+    if isinstance(track, Switch):
+        return {"switch": np.array([track])}
     ends = [list(ENDS).index(end) for end in track.ends]
     origin = [("start", "PD", "BP").index(track.origin), track.parent, track.at]
     texts = [[s.before, s.after, s.wall] for s in track.specials]
@@ -121,10 +133,10 @@ def _packed_points(name: str, points: list[Point]) -> dict[str, np.ndarray]:
     }
 
 
-def unpacked(arrays: Arrays) -> Track | None:
-    """Return the track that arrays hold."""
-    if not arrays["ends"].size:
-        return None
+def unpacked(arrays: Arrays) -> Track | Switch:
+    """Return the track that arrays hold, or why there is none."""
+    if "switch" in arrays:
+        return Switch(int(arrays["switch"][0]))
     ends, words = arrays["ends"].tolist(), list(ENDS)
     origin, parent, at = arrays["origin"].tolist()
     specials = [

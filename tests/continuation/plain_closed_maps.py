@@ -18,7 +18,7 @@ from nlds_vines.continuation.exploration import Explorer, Search, Seed, crossing
 from nlds_vines.continuation.section_map import Cycle
 from nlds_vines.continuation.special_points import limit_of, narrowed_down, wall_of_change
 from nlds_vines.continuation.switching import doubled, null_vector, other_branch
-from nlds_vines.continuation.whole_branch import Track, packed, unpacked
+from nlds_vines.continuation.whole_branch import Switch, Track, packed, unpacked
 
 MU = 1.0 + sqrt(6.0)
 """Where the orbit 2T of the logistic map doubles."""
@@ -578,5 +578,5 @@ def test_a_track_is_the_same_from_its_arrays():
     arrays = packed(track)
     again = packed(unpacked(arrays))
     assert all(np.array_equal(again[name], values) for name, values in arrays.items())
-    assert unpacked(packed(None)) is None
+    assert all(unpacked(packed(outcome)) is outcome for outcome in Switch)
     assert isinstance(unpacked(arrays), Track)

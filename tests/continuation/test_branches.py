@@ -241,6 +241,60 @@ def test_a_symmetric_orbit_branches():
     assert main.stable.any()
 
 
+TWO_STOPS = {"m": 1.0, "k": 1.0, "P": 1.0}
+
+
+def numbers_at(path, kind):
+    return path.special[path.special.kind == kind].value
+
+
+@pytest.mark.parametrize("between", [(0.4, 3.0), (0.4, 0.7)])
+def test_the_branches_found_do_not_depend_on_the_interval(between):
+    """Between two branch points there are stable T,4 orbits that are not symmetric."""
+    numbers = {**TWO_STOPS, "c": 0.05, "C": 0.5, "C_2": 0.5, "kc": 60.0, "omega": 0.4}
+    path = continue_branch(System("oscillator-2", numbers, law="linear"), "omega", between)
+    orbits = sorted((orbit.label, orbit.stable) for orbit in path.orbits_at(0.55))
+    assert orbits == [("T,4", False), *[("T,4", True)] * 2, *[("T,5", False)] * 4]
+    points = path.special[path.special.kind == "BP"]
+    assert (points.switch != "failed").all()
+    for value in (0.48382267619, 0.61642649536):
+        assert (np.abs(points.value - value) < 1e-10).sum() == 2  # on both branches
+
+
+def test_branch_points_are_located_and_shared():
+    """They were 7e-7 and 3e-7 off, with other digits on each branch, and one branch twice."""
+    numbers = {**TWO_STOPS, "c": 0.02, "C": 0.8, "C_2": 0.8, "K": 20.0, "omega": 0.4}
+    path = continue_branch(System("oscillator-2", numbers), "omega", (0.4, 3.0))
+    assert len(path.branches) == 2
+    values = numbers_at(path, "BP").tolist()
+    assert len(values) == 4
+    assert len(set(values)) == 2
+    assert sorted(set(values)) == pytest.approx([0.796847281754, 0.857919740425], abs=1e-11)
+    assert path.special.resolved.all()
+    assert not any("unresolved" in line for line in path.lines())
+
+
+@pytest.mark.parametrize(("kind", "c"), [("oscillator-2", 0.05), ("oscillator", 0.1)])
+def test_no_branch_of_rigid_bodies_steps_over_a_grazing(kind, c):
+    """A step across one gave a doubling that is none, and points located to 1e-4 only."""
+    numbers = {**TWO_STOPS, "c": c, "C": 0.5, "e": 0.8, "omega": 0.7}
+    numbers |= {"C_2": 0.5} if kind == "oscillator-2" else {}
+    path = continue_branch(System(kind, numbers, law="restitution"), "omega", (0.4, 3.0))
+    assert path.special.resolved.all()
+    assert all(len(set(branch.labels.tolist())) == 1 for branch in path.branches)
+    assert not any("lost" in branch.ends for branch in path.branches)
+    assert np.abs(numbers_at(path, "PD") - 0.56792184).min() > 1e-6
+
+
+def test_a_switch_that_fails_is_reported(monkeypatch):
+    monkeypatch.setattr(
+        "nlds_vines.continuation.exploration.other_branch", lambda section_map, point: None
+    )
+    path = continue_branch(System("oscillator-2", {**EQUAL_STOPS, "K": 20.0}), "P", (0.05, 3.0))
+    assert "failed" in path.special.switch[path.special.kind == "BP"]
+    assert any(line.endswith("the branch that leaves there was not found") for line in path.lines())
+
+
 def test_the_tangent_is_one_of_the_branch(set6):
     section_map = SectionMap(load_system("ssul-set6"), ("omega",), Settings(1e-12))
     branch = set6.branches[0]

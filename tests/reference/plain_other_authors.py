@@ -5,7 +5,7 @@ from math import hypot, isclose, pi, sqrt
 import numpy as np
 import pytest
 
-from nlds_vines import load_system, simulate
+from nlds_vines import continue_branch, load_system, simulate
 from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.start_orbits import place_of
@@ -125,3 +125,63 @@ def test_the_ball_of_the_catalogue_bounces_once_a_period_and_its_entry_says_wher
     flip = hypot(fold, 2.0 * (1.0 + e**2) / (1.0 + e) ** 2)
     assert fold < gamma < flip
     assert f"{sqrt(fold):.5f} to {sqrt(flip):.5f}" in system.assumptions["e"]
+
+
+class HardOscillator:
+    """x'' + x = cos(omega t) with a rigid stop: one impact of speed V in n periods, closed form.
+
+    Between impacts x = g cos(omega t) + A cos(t - t0) + B sin(t - t0).  An orbit closes where
+    (sigma - a V)^2 + (b V)^2 = g^2, sigma being the clearance: its largest value is the fold.
+    """
+
+    def __init__(self, omega, r, n):
+        self.omega, self.r, self.n, self.g = omega, r, n, 1.0 / (1.0 - omega**2)
+        self.a = -(1.0 + r) / (2.0 * np.tan(pi * n / omega))
+        self.b = (1.0 - r) / (2.0 * omega)
+
+    @property
+    def fold(self):
+        return abs(self.g) * hypot(1.0, self.a / self.b)
+
+    @property
+    def speed_at_fold(self):
+        return abs(self.g) * self.a / (self.b * hypot(self.a, self.b))
+
+    def start(self, V):
+        """Return the clearance and the state at phase zero after an impact of speed V."""
+        root = sqrt(self.g**2 - (self.b * V) ** 2)
+        phase = float(np.arctan2(-self.b * V / self.g, root / self.g)) % (2.0 * pi)
+        since = (2.0 * pi - phase) / self.omega
+        A, B = self.a * V, -0.5 * (1.0 + self.r) * V
+        x = self.g + A * np.cos(since) + B * np.sin(since)
+        return A + root, (x, -A * np.sin(since) + B * np.cos(since))
+
+
+BUDD_AND_DUX = [(3.7, 0.8, 2, 0.345147124453), (5.6, 0.7, 3, 0.122289075915)]
+
+
+@pytest.mark.parametrize(("omega", "r", "n", "published"), BUDD_AND_DUX)
+def test_the_folds_of_budd_and_dux(omega, r, n, published):
+    theory = HardOscillator(omega, r, n)
+    assert theory.fold == pytest.approx(published, rel=2e-12)
+    clearance, state = theory.start(0.98 * theory.speed_at_fold)
+    system = load_system("hard-oscillator", omega=omega, e=r, C=clearance)
+    bounds = (0.98 * published, 1.02 * published)
+    path = continue_branch(system, "C", bounds, state, period=n, quiet=True)
+    points = path.special
+    assert np.abs(points.value[points.kind == "LP"] - published).min() < 1e-11
+
+
+def test_the_ball_of_siconos_bounces_as_published():
+    """BouncingBallED.ref at 8.5 s: a ball dropped from 1 m with e = 0.9, after 44 impacts."""
+    numbers = {"Y": 0.0, "g": 9.81, "e": 0.9, "omega": 2.0 * pi * 4.0 / 8.5}
+    orbit = simulate(load_system("bouncing-ball", **numbers), 4, start=(1.0, 0.0))
+    assert orbit.state[0] == pytest.approx(5.565550794e-06, rel=1e-7)
+    assert orbit.state[1] == pytest.approx(-4.166519586e-02, rel=2e-9)
+    fall = sqrt(2.0 / 9.81)  # flights last 2 e^i falls each
+    flights = fall * (1.0 + 2.0 * np.cumsum(0.9 ** np.arange(1, 60)))
+    last = int(np.searchsorted(flights, 8.5)) - 1
+    speed, since = 0.9 ** (last + 2) * 9.81 * fall, 8.5 - flights[last]
+    exact = speed * since - 0.5 * 9.81 * since**2, speed - 9.81 * since
+    assert orbit.state == pytest.approx(exact, rel=1e-6)
+    assert len(orbit.impacts) == last + 2

@@ -23,6 +23,7 @@ from nlds_vines.model.system import System, cell_type
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 
 NEARBY, TINY = 2.0**-10, 1.0e-9
@@ -317,6 +318,7 @@ def room_for(n: int, size: int, count: int) -> cycles.Traced:
     )  # fmt: skip
 
 
+@stoppable
 def compile_for(scene: Scene) -> None:
     """Have the kernels that follow branches of a scene compiled, unless the cache has them.
 

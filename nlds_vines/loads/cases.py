@@ -20,7 +20,7 @@ from nlds_vines.orbits import responses
 from nlds_vines.orbits.load_batch import LoadBatch
 from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.status_words import OK
-from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.interrupts import Stop, stoppable
 from nlds_vines.runs.numbered_parts import Arrays
 from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Tell
@@ -154,6 +154,7 @@ def _start(request: Decay, system: System) -> np.ndarray:
     return start_state(system, float(system.rest or 0.0), request.state or None)[:4]
 
 
+@stoppable
 def _flown(
     request: Decay, scene: Scene, cells: np.ndarray, starts: np.ndarray, loads: Made,
     history: bool, stop: Stop | None = None, tell: Tell | None = None,

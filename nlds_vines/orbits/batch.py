@@ -23,6 +23,7 @@ from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE, Settings
+from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Tell
 
@@ -139,6 +140,7 @@ def run(
     return status
 
 
+@stoppable
 def on_threads(
     kernel: Callable[..., None],
     arguments: tuple[Any, ...],
@@ -197,6 +199,7 @@ class Kernels:
         status = run(self._parts, chains, starts, span, outputs.buffers)
         return outputs.section, status
 
+    @stoppable
     def prepare(self) -> None:
         """Have all compiled that is wanted, unless it is; tell what is waited for."""
         if not self._prepared:

@@ -28,6 +28,7 @@ from nlds_vines.orbits.records import refuse_impossible
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
 from nlds_vines.orbits.starts import ROUND_OFF
 from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.runs.interrupts import stoppable
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 """What `simulate` can record."""
@@ -230,6 +231,7 @@ class Beginning(NamedTuple):
         self._run(_Buffers.of(self.system, (), 0, 1), state, periods, 0, quiet)
         return self._replace(state=state)
 
+    @stoppable
     def _run(
         self, buffers: _Buffers, state: np.ndarray, transient: int, periods: int, quiet: bool
     ) -> None:

@@ -18,7 +18,7 @@ from nlds_vines.portrait.request import Column, PortraitRequest, Window, span
 from nlds_vines.portrait.view_table import contents
 from nlds_vines.portrait.window_view import View
 from nlds_vines.runs.folder import RunFolder
-from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.interrupts import Stop, stoppable
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.progress import Progress
 
@@ -44,6 +44,7 @@ def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -
     )
 
 
+@stoppable
 def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     """Return the views of a request's columns, in their order, from one run for each system.
 

@@ -1,16 +1,30 @@
-"""Ctrl-C, SIGTERM and SIGUSR1 end a run between two pieces of its work, not within one."""
+"""Ctrl-C and SIGTERM end a run within two seconds, SIGUSR1 after the piece of work under way.
+
+Compiled loops, and the compiler, hold the thread they run in for as long as they take.  Work of
+that sort is therefore done in a thread beside the main one, which waits and sees signals.
+"""
 
 from __future__ import annotations
 
+import contextvars
+import functools
 import os
 import signal
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import ParamSpec, TypeVar
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
-_ANSWER = b"stopping: this block is finished first; press Ctrl-C again to stop at once\n"
+_ANSWER = b"stopping: what is under way has a second to end; press Ctrl-C again to stop at once\n"
+_NOTICE = b"stopping: this block is finished first\n"
+
+GRACE = 1.0
+"""Seconds [s] that the work under way has to end after Ctrl-C or SIGTERM before it is abandoned."""
+
+Arguments, Result = ParamSpec("Arguments"), TypeVar("Result")
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1, by which SLURM gives notice of it."""
@@ -58,6 +72,12 @@ class Stop:
         """Begin without a signal."""
         self.asked = False
         self.status = INTERRUPTED
+        self._until = float("inf")  # when the work under way is abandoned
+
+    def check_grace(self) -> None:
+        """Raise `Stopped` if the work under way has had its time to end."""
+        if time.monotonic() > self._until:
+            raise Stopped
 
     def check(self) -> None:
         """Raise `Stopped` if a signal has asked to stop."""
@@ -70,7 +90,10 @@ class Stop:
         if self.asked:
             raise KeyboardInterrupt
         self.asked = True
-        os.write(2, _ANSWER)  # the signal may have come within a call of `print`
+        if number != signal.SIGUSR1:
+            self._until = time.monotonic() + GRACE
+        # the signal may have come within a call of `print`
+        os.write(2, _NOTICE if number == signal.SIGUSR1 else _ANSWER)
 
 
 _taking: list[Stop] = []
@@ -100,3 +123,63 @@ def stop_on_signals() -> Iterator[Stop]:
         _taking.remove(stop)
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+# ---- work that signals end -----------------------------------------------------------------------
+
+
+class _Thread(threading.local):
+    """Of each thread, the event that says that nobody waits for its results any more."""
+
+    abandoned: threading.Event | None = None
+
+
+_thread = _Thread()
+
+
+def abandoned() -> Callable[[], bool]:
+    """Return a function that tells whether the work of this thread has been abandoned."""
+    event = _thread.abandoned
+    return (lambda: False) if event is None else event.is_set
+
+
+def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Let signals end a function that computes and compiles: it may write no file.
+
+    Called in the main thread, it runs in a thread beside it.  Where a signal has asked to stop and
+    `GRACE` is over, the call raises `Stopped`; `KeyboardInterrupt`, where no run takes signals,
+    ends it at once.  The thread is then left to itself: its results are lost, and it ends with the
+    call of a kernel that it is in, or with the process.
+    """
+
+    @functools.wraps(work)
+    def beside(*args: Arguments.args, **keywords: Arguments.kwargs) -> Result:
+        if threading.current_thread() is not threading.main_thread():
+            return work(*args, **keywords)
+        ended, given_up = threading.Event(), threading.Event()
+        results: list[Result] = []
+        errors: list[BaseException] = []
+
+        def carry_out() -> None:
+            _thread.abandoned = given_up
+            try:
+                results.append(work(*args, **keywords))
+            except BaseException as error:
+                errors.append(error)
+            finally:
+                ended.set()
+
+        context = contextvars.copy_context()
+        threading.Thread(target=context.run, args=(carry_out,), daemon=True).start()
+        try:
+            while not ended.wait(0.1):
+                for stop in _taking:
+                    stop.check_grace()
+        except BaseException:
+            given_up.set()
+            raise
+        if errors:
+            raise errors[0]
+        return results[0]
+
+    return beside

@@ -7,13 +7,12 @@ pieces become smaller towards the end, where no thread may be left with a long o
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
-from functools import cache, partial
+from functools import partial
 
-from nlds_vines.runs.threads import MOST_THREADS, threads_in_use
+from nlds_vines.runs.interrupts import abandoned
+from nlds_vines.runs.threads import threads_in_use
 
 SHARE = 4
 """A piece is at most this part of one thread's share of the lanes that are left."""
@@ -28,21 +27,32 @@ def in_pieces(
     lanes may take as long as all others.  Results may not depend on the pieces.
 
     What a piece raises is raised here, when no thread is at work any more; pieces that are not
-    begun by then never are.  The calling thread does its part, so it sees signals between pieces.
+    begun by then never are, nor where the work is abandoned (`interrupts.stoppable`).  The calling
+    thread does its part.
     """
     threads = min(threads_in_use(), lanes // max(1, least))
     if threads < 2:
         work(0, lanes)
         return
     pieces = _Pieces(work, lanes, partial(size_of_piece, threads=threads, least=least, most=most))
-    pool = _pool(os.getpid())
-    helpers = [pool.submit(pieces.run) for _ in range(threads - 1)]
+    errors: list[BaseException] = []
+
+    def help_out() -> None:
+        try:
+            pieces.run()
+        except BaseException as error:
+            errors.append(error)
+
+    helpers = [threading.Thread(target=help_out, daemon=True) for _ in range(threads - 1)]
+    for helper in helpers:
+        helper.start()
     try:
         pieces.run()
     finally:
-        wait(helpers)
-    for helper in helpers:
-        helper.result()
+        for helper in helpers:
+            helper.join()
+    if errors:
+        raise errors[0]
 
 
 def size_of_piece(left: int, threads: int, least: int = 1, most: int | None = None) -> int:
@@ -59,6 +69,7 @@ class _Pieces:
     ) -> None:
         self._work, self._lanes, self._size = work, lanes, size
         self._next, self._lock = 0, threading.Lock()
+        self._abandoned = abandoned()
 
     def run(self) -> None:
         """Do one piece after another; an error stops the others, too."""
@@ -72,15 +83,8 @@ class _Pieces:
 
     def _take(self) -> tuple[int, int] | None:
         with self._lock:
+            if self._abandoned():
+                self._next = self._lanes
             begin, left = self._next, self._lanes - self._next
             self._next += self._size(left)
             return (begin, self._next) if left else None
-
-
-@cache
-def _pool(process: int) -> ThreadPoolExecutor:
-    """Return the pool of a process: a fork has another number, and none of the threads.
-
-    It starts a thread only where none is idle.
-    """
-    return ThreadPoolExecutor(MOST_THREADS, thread_name_prefix="lanes")

@@ -241,7 +241,8 @@ with interrupts.stop_on_signals() as stop:
 def test_the_second_signal_does_not_wait_for_the_block():
     output, errors = run_python(TWICE).communicate()
     assert output == "at once 130\n"
-    assert errors == "stopping: this block is finished first; press Ctrl-C again to stop at once\n"
+    assert errors.count("\n") == 1
+    assert "press Ctrl-C again to stop at once" in errors
 
 
 def test_the_content_compared_tells_archives_apart(tmp_path):

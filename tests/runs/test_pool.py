@@ -151,9 +151,11 @@ def test_a_fork_has_threads_of_its_own():
 
 
 def test_to_say_how_many_threads_starts_none():
-    pool._pool.cache_clear()
+    before = threading.active_count()
     use_threads(8)
-    assert pool._pool.cache_info().currsize == 0
+    assert threading.active_count() == before
+    in_pieces(lambda begin, end: None, 100)
+    assert threading.active_count() == before  # and none is left behind
 
 
 def test_how_many_threads_there_are(monkeypatch):

@@ -1,5 +1,7 @@
 """Spectra: lines with their amplitude, no leakage in step with the force, the broadband share."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support import FULL
@@ -249,3 +251,17 @@ def test_an_orbit_without_trajectory_or_signal_is_refused():
         nv.spectrum(bare, "x3")
     with pytest.raises(RequestError, match="one state"):
         nv.spectrum(nv.simulate(nv.load_system("none"), 1, record=["trajectory"], samples=1))
+
+
+@pytest.mark.parametrize("bins", [100, 400])
+def test_the_background_is_the_median_around_each_bin_and_knows_no_mean(bins):
+    """White noise and a line, bin by bin; the first bin, the mean's, is of no account."""
+    found = of(noise() + wave(2, 0.5), window="hann")
+    power = found.power[1:bins]
+    mirrored = [*power[NEIGHBOURS:0:-1], *power, *power[-2 : -NEIGHBOURS - 2 : -1]]
+    around = [np.median(mirrored[k : k + 2 * NEIGHBOURS + 1]) for k in range(power.size)]
+    share = sum(map(min, power, around)) / sum(power)
+    assert 0.05 < share < 0.95
+    for mean in (0.0, 1e6):
+        other = replace(found, power=np.array([mean, *found.power[1:]]))
+        assert other.background_share(bins) == pytest.approx(share, rel=1e-12)

@@ -166,6 +166,14 @@ def test_draws_are_quantiles_of_their_distributions_at_sobol_points():
     np.testing.assert_allclose(what[1].at(200.0, found[:, 1]), 200 + 20 * found[:, 1])
 
 
+@pytest.mark.parametrize(("relative", "spread"), [(True, 5.0), (False, 0.1)])
+def test_a_draw_above_the_middle_is_larger_also_of_a_negative_value(relative, spread):
+    """C of a damper that presses against the obstacle is negative."""
+    one = Uncertain("C", spread, relative)
+    assert one.at(np.array([-2.0, 2.0]), 1.0) == pytest.approx([-1.9, 2.1], rel=1e-15)
+    assert one.at(-2.0, np.array([-1.0, 0.0, 1.0])) == pytest.approx([-2.1, -2.0, -1.9], rel=1e-15)
+
+
 def test_a_design_is_judged_by_mean_or_quantile_and_nothing_is_made_of_what_failed():
     draws = np.array([9.0, 1, 2, 3, 4, 5, 6, 7, 8])  # the first as given
     fine = np.column_stack([draws, 10 * draws, np.full(9, OK), draws % 3])

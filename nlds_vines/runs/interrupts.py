@@ -24,7 +24,8 @@ _NOTICE = b"stopping: this block is finished first\n"
 GRACE = 1.0
 """Seconds [s] that the work under way has to end after Ctrl-C or SIGTERM before it is abandoned."""
 
-Arguments, Result = ParamSpec("Arguments"), TypeVar("Result")
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1, by which SLURM gives notice of it."""

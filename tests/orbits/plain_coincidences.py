@@ -6,12 +6,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from nlds_vines import load_system
+from nlds_vines.kernels.cells.load_orbit import buffers_for, fly_under
+from nlds_vines.kernels.cells.load_times import last_above
+from nlds_vines.kernels.orbit.orbit import STATE_SIZE
+from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.kernels.watch.observe import RELEASE, TOUCH
 from nlds_vines.loads.cases import arrays_of
 from nlds_vines.loads.request_file import load_decay
-from nlds_vines.orbits.kernel_inputs import cell_of
-from nlds_vines.orbits.load_flight import fly, longest_cell
+from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.load_flight import _checked, fly, longest_cell
+from nlds_vines.orbits.simulation import room_for_impacts
 from nlds_vines.runs.interrupts import Stop
 
 CHANGES = {
@@ -171,6 +178,34 @@ def test_two_walls_without_clearance_are_mirror_images():
         load = SimpleNamespace(edges=edges, rows=rows, jumps=None, share=0.0)
         ends.append(sign * (fly(system, load, quiet=True).state - [0.0, 0.0, system.rest, 0.0]))
     np.testing.assert_allclose(*ends, rtol=0, atol=1e-14)
+
+
+def test_the_last_time_inside_a_contact_is_where_e1_falls_through_the_level():
+    """A twentieth of the way from E1 at the touch to that at the release."""
+    twin, end = Twin("hertz"), 0.11
+    load = load_with(twin, [(end, 0.0)], [1.0, 0.0])
+    checked, parts = _checked(twin.system, load), parts_of("exact", twin.system.scene)
+    cell, state = cell_of(twin.system), np.zeros(STATE_SIZE)
+    buffers = buffers_for(room_for_impacts(0), None, len(load.edges), 9)
+    assert fly_under(parts, cell, checked, state, buffers) == OK
+    touch, release = buffers.impacts.data[0, [TOUCH, RELEASE]]
+
+    start, p = np.array([0.0, 1.0, twin.system.rest, 0.0]), twin.p
+    y, _ = twin.follow(start, 0.0, touch, lambda _: 0.0)
+    run = solve_ivp(
+        twin.rate, (touch, release), y, "DOP853", rtol=1e-12, atol=1e-14, dense_output=True,
+        args=(lambda _: 0.0, 0.0, True),
+    )  # fmt: skip
+
+    def energy(t):
+        x1, v1 = run.sol(t)[:2]
+        return 0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2)
+
+    level = 0.95 * energy(touch) + 0.05 * energy(release)
+    expected = brentq(lambda t: energy(t) - level, touch, release, xtol=1e-15)
+    found, _, status = last_above(parts, cell, checked, level, buffers, len(load.edges) - 2)
+    assert status == OK
+    assert found == pytest.approx(expected, abs=1e-10)
 
 
 def test_the_last_time_at_a_rigid_impact_is_that_of_the_touch():

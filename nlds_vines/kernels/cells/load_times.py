@@ -3,8 +3,7 @@
 The numbers do not depend on where the edges are. From the energies and their rates at its two ends
 E1 over a cell is bounded by a cubic (`roots`); where it may exceed the level, it is looked at by
 the motion's own polynomial, at so many places as PARTS tells. Where a contact meets the cell, it is
-flown once more, in parts: unless all energy there is less, or E1 at both ends, changed as fast as
-at either, is less than half.
+flown once more, in parts, unless all energy there is less.
 """
 
 from __future__ import annotations
@@ -36,14 +35,11 @@ from .load_orbit import Load, buffers_for, fly_under, structure_moved
 
 PARTS = 64  # of a cell that is looked at, each time that it is looked at more closely
 LOOKS = 3  # how often that is, where there is a contact
-MOST_LOOKS = (
-    7  # the same where there is a touch, at which E1 may jump: 64^-7 of a cell is round-off
-)
+MOST_LOOKS = 7  # the same at a touch, where E1 may jump: 64^-7 of a cell is round-off
 MOST_AGAIN = 1  # impacts of such a cell that are noted: nobody asks for them
 HERE = 1.0e-12  # of a cell: places as near to each other are one
 NO_PLACE = -1.0  # the place where E1 exceeds no level
 NEARLY = 1.0 - 1e-12  # of the largest E1, for round-off
-DOUBTED_TWICE = 2.0  # how far E1 may exceed its ends within a cell that a contact meets
 
 
 # ---- a cell by its polynomial --------------------------------------------------------------------
@@ -242,9 +238,7 @@ def may_exceed(level, h, ends, touched, begun):
     """
     begin, end, whole, bend = ends
     if touched:
-        change = h * max(abs(begin[2]), abs(end[2]))
-        possible = begun or whole > level
-        return possible and DOUBTED_TWICE * (max(begin[0], end[0]) + change) > level
+        return begun or whole > level
     return highest(begin[0], end[0], h * begin[2], h * end[2], bend) > level
 
 

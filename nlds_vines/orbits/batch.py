@@ -240,6 +240,7 @@ class Outcome:
     """How every lane ended: its largest energies [J] after the transient, its status; one shape.
 
     `other` is the number that a batch was asked for in place of E1max.
+    `impacts`: how many there are, in each sampled period or under a load; None without walls.
     `violations` counts how often the damper came where its scene forbids it, from the start on.
 
     Energies of a lane that failed mean nothing; `inadmissible` says which may not be looked at.
@@ -250,6 +251,7 @@ class Outcome:
     status: np.ndarray
     violations: np.ndarray
     other: np.ndarray | None = None
+    impacts: np.ndarray | None = None
 
     @property
     def objective(self) -> np.ndarray:
@@ -296,7 +298,8 @@ class Batch:
         energy = np.zeros((*chains.shape, 2))
         violation = None if self._scene.limit is None else np.zeros((*chains.shape, 3))
         response = np.zeros((*chains.shape, RESPONSE_COLUMNS)) if self._responds else None
-        buffers = LaneBuffers(energy=energy, violation=violation)
+        counts = np.zeros((*chains.shape, 3), np.int64) if self._scene.walls else None
+        buffers = LaneBuffers(counts=counts, energy=energy, violation=violation)
         if self._responds:
             foot, ground = responses.moving_foot(self._scene), responses.moving_ground(self._scene)
             buffers = buffers._replace(response=response, foot=foot, ground=ground)
@@ -314,4 +317,7 @@ class Batch:
             status=status.reshape(shape),
             violations=broken.reshape(shape),
             other=other.reshape(shape),
+            impacts=None
+            if counts is None
+            else counts[..., :2].sum(axis=-1).reshape(shape) / periods,
         )

@@ -60,9 +60,16 @@ OF_DRAWS = ("nominal", "mean", "quantile")
 """The columns that follow where there are draws: the objective as given, and over the draws."""
 
 
+def impacts_of(tuning: Tuning) -> tuple[str, ...]:
+    """Return the name of the column of impacts in the worst case; none without walls."""
+    if not tuning.system.scene.walls:
+        return ()
+    return ("impact_rate",) if tuning.decay is None else ("impact_count",)
+
+
 def results_of(tuning: Tuning) -> tuple[str, ...]:
     """Return the columns of the results of a tuning's trials."""
-    return (*RESULTS, *(OF_DRAWS if tuning.draws else ()))
+    return (*RESULTS, *(OF_DRAWS if tuning.draws else ()), *impacts_of(tuning))
 
 
 class Objective:
@@ -143,7 +150,10 @@ class Objective:
 
 
 def worst(outcome: Outcome) -> np.ndarray:
-    """Return `RESULTS` (..., 4) of the worst of the cases, along the last axis of an outcome."""
+    """Return `RESULTS` of the worst of the cases, along the last axis of an outcome.
+
+    Shape (..., 4); with walls (..., 5), the last its impacts.
+    """
     value = np.where(outcome.inadmissible, np.inf, outcome.objective)
     case = value.argmax(axis=-1)[..., np.newaxis]
 
@@ -152,7 +162,10 @@ def worst(outcome: Outcome) -> np.ndarray:
 
     objective = of_case(value)
     second = np.where(np.isfinite(objective), of_case(outcome.E2max), np.nan)
-    return np.stack([objective, second, of_case(outcome.status), case[..., 0]], axis=-1)
+    columns = [objective, second, of_case(outcome.status), case[..., 0]]
+    if outcome.impacts is not None:
+        columns.append(np.where(np.isfinite(objective), of_case(outcome.impacts), np.nan))
+    return np.stack(columns, axis=-1)
 
 
 def over_draws(found: np.ndarray, judge: float | None, told: float) -> np.ndarray:
@@ -161,7 +174,7 @@ def over_draws(found: np.ndarray, judge: float | None, told: float) -> np.ndarra
     Arguments: the quantile that is to `judge`, None for the mean; the one that is `told`.
 
     A quantile q is the least value that a share q of the draws does not exceed, so that it may be
-    finite where some draws fail; a mean is not.  Energy, status and case are those as given; the
+    finite where some draws fail; a mean is not.  Energy, status, case and impacts are as given; the
     status that of a draw where this alone makes a design inadmissible.
     """
     given, values = found[:, 0], found[:, 1:, 0]
@@ -175,7 +188,7 @@ def over_draws(found: np.ndarray, judge: float | None, told: float) -> np.ndarra
     for i in np.flatnonzero(np.isinf(objective)):
         status[i] = found[i, np.isinf(found[i, :, 0]).argmax(), 2]
     rest = [given[:, 1], status, given[:, 3], given[:, 0], mean, quantile]
-    return np.column_stack([objective, *rest])
+    return np.column_stack([objective, *rest, given[:, len(RESULTS) :]])
 
 
 # ---- under a load --------------------------------------------------------------------------------
@@ -207,4 +220,5 @@ def outcome_under(
     told = numbers_of(decay, tuning.system, lanes, each, tell)
     found = {name: values.reshape(shape) for name, values in told.items()}
     value = found[tuning.search.objective]
-    return Outcome(value, found["E2max"], found["status"], found["violations"], value)
+    impacts = found["impact_count"] if tuning.system.scene.walls else None
+    return Outcome(value, found["E2max"], found["status"], found["violations"], value, impacts)

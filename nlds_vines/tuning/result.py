@@ -18,7 +18,7 @@ from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.free_parameter import Free
-from nlds_vines.tuning.objective import OF_DRAWS
+from nlds_vines.tuning.objective import OF_DRAWS, impacts_of
 from nlds_vines.tuning.optima import is_band, over_finer_bands
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
@@ -35,7 +35,8 @@ class Optimum(Outlined):
     objective with more values in each band, NaN where there is no band.  Where there are draws,
     `objective` is that over `Tuning.fresh_draws` draws that the search did not have, `searched` the
     one by which the design was chosen and which flatters it; `nominal` is that of the design as
-    given, `mean` and `quantile` those over the draws of the search.
+    given, `mean` and `quantile` those over the draws of the search.  With walls, `impacts` counts
+    those of the worst case: in each forcing period, or under the load.
     """
 
     parameters: Mapping[str, float]
@@ -46,6 +47,7 @@ class Optimum(Outlined):
     nominal: float | None = None
     mean: float | None = None
     quantile: float | None = None
+    impacts: float = nan
 
     @property
     def worst(self) -> float:
@@ -125,10 +127,13 @@ class Tuned(Drawable):
         names, unit = self.tuning.names, self.tuning.unit
         heads = [f"{self.tuning.search.objective} [{unit}]"]
         heads += [f"finer [{unit}]"] if isfinite(self.best.finer) else []
+        each = "impacts/T" if self.tuning.decay is None else "impacts"
+        heads += [each] * len(impacts_of(self.tuning))
         heads = [f"{head:>11}" for head in heads]
         yield "  ".join([*(f"{name:>10}" for name in names), *heads, f"disturbed [{unit}]"])
         for item in self.optima:
-            values = [item.objective, item.finer][: len(heads)]
+            values = [item.objective, *([item.finer] if isfinite(self.best.finer) else [])]
+            values += [item.impacts] * len(impacts_of(self.tuning))
             columns = [f"{_told(one, item.parameters[one.name]):10.5g}" for one in self.tuning.free]
             columns += [f"{value:11.5g}" for value in values]
             yield "  ".join([*columns, f"{item.worst:.5g} ({item.cause})"])
@@ -213,6 +218,8 @@ def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
     rows = view["optimum_evaluation"]
     fresh = view["optimum_fresh" if tuning.draws else "optimum_objective"]
     drawn = {name: view[name][rows].tolist() for name in OF_DRAWS if tuning.draws}
+    for name in impacts_of(tuning):
+        drawn["impacts"] = view[name][rows].tolist()
     for i in range(objective.size):
         yield Optimum(
             parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},

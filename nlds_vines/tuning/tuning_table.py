@@ -11,6 +11,7 @@ from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import DESCRIBED, described
 from nlds_vines.orbits.status_words import STATUS_FLAGS
 from nlds_vines.tuning.evaluations import STAGES
+from nlds_vines.tuning.objective import impacts_of
 from nlds_vines.tuning.optima import perturbations
 from nlds_vines.tuning.request import Tuning
 
@@ -99,6 +100,7 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
         Dataset.real("objective", dims, unit, _objective(tuning), np.inf),
         Dataset.real("E2max", dims, "J", "the damper's energy in that case"),
         Dataset.whole("worst_case", dims, "number of that case"),
+        *_impacts(tuning),
         Dataset.code("stage", dims, "part of the search", STAGES),
         Dataset("seed", dims, "int64", "1", "seed of the search", 0),
         Dataset.code("status", dims, "how its worst orbit ended", STATUS_FLAGS),
@@ -109,6 +111,13 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
 def _objective(tuning: Tuning) -> str:
     """Return by what designs are judged, and what the objective is."""
     return f"{tuning.judged}: {tuning.objective_in_words}"
+
+
+def _impacts(tuning: Tuning) -> list[Dataset]:
+    """Return the dataset of the impacts in the worst case; none without walls."""
+    each = "per forcing period" if tuning.decay is None else "under the load"
+    text = f"impacts {each} in that case, as given"
+    return [Dataset.real(name, ("evaluation",), "1", text) for name in impacts_of(tuning)]
 
 
 def _cases(tuning: Tuning) -> list[Content]:

@@ -361,3 +361,20 @@ def energy_of(p):
     ]
     x1 = abs(np.linalg.solve(matrix, [p["P"], 0.0])[0])
     return 0.5 * x1**2 * max(p["k1"], p["m1"] * w**2)
+
+
+@pytest.mark.kernels
+def test_impacts_of_a_design_are_those_of_its_orbit(tmp_path):
+    small = {"population": 5, "generations": 1, "polish": 0, "optima": 1}
+    free = {"C": {"low": 0.0, "high": 0.01}, "k2": {"low": 600.0, "high": 601.0}}
+    tables = {"free": free, "search": small, "quiet": True}
+    tuned = nv.tune("ssul-set6", tmp_path / "a.h5", **tables)
+    system = nv.load_system("ssul-set6", **tuned.parameters)
+    orbit = nv.simulate(system, 60, transient=300, quiet=True)
+    assert len(orbit.impacts) > 30
+    assert tuned.best.impacts == pytest.approx(len(orbit.impacts) / 60, abs=1 / 60)
+    assert "impacts/T" in "\n".join(tuned.lines())
+    struck = nv.tune("ssul-set6", tmp_path / "b.h5", load={"impulse": 1000.0}, **tables)
+    system = nv.load_system("ssul-set6", **struck.parameters)
+    fall = nv.decay(system, impulse=1000.0, duration=60.0, quiet=True).falls["ssul-set6"]
+    assert struck.best.impacts == fall.numbers["impact_count"] > 0

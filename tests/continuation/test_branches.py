@@ -245,7 +245,7 @@ TWO_STOPS = {"m": 1.0, "k": 1.0, "P": 1.0}
 
 
 def numbers_at(path, kind):
-    return path.special[path.special.kind == kind].value
+    return path.special_points[path.special_points.kind == kind].value
 
 
 @pytest.mark.parametrize("between", [(0.4, 3.0), (0.4, 0.7)])
@@ -255,7 +255,7 @@ def test_the_branches_found_do_not_depend_on_the_interval(between):
     path = continue_branch(System("oscillator-2", numbers, law="linear"), "omega", between)
     orbits = sorted((orbit.label, orbit.stable) for orbit in path.orbits_at(0.55))
     assert orbits == [("T,4", False), *[("T,4", True)] * 2, *[("T,5", False)] * 4]
-    points = path.special[path.special.kind == "BP"]
+    points = path.special_points[path.special_points.kind == "BP"]
     assert (points.switch != "failed").all()
     for value in (0.48382267619, 0.61642649536):
         assert (np.abs(points.value - value) < 1e-10).sum() == 2  # on both branches
@@ -270,7 +270,7 @@ def test_branch_points_are_located_and_shared():
     assert len(values) == 4
     assert len(set(values)) == 2
     assert sorted(set(values)) == pytest.approx([0.796847281754, 0.857919740425], abs=1e-11)
-    assert path.special.resolved.all()
+    assert path.special_points.resolved.all()
     assert not any("unresolved" in line for line in path.lines())
 
 
@@ -280,7 +280,7 @@ def test_no_branch_of_rigid_bodies_steps_over_a_grazing(kind, c):
     numbers = {**TWO_STOPS, "c": c, "C": 0.5, "e": 0.8, "omega": 0.7}
     numbers |= {"C_2": 0.5} if kind == "oscillator-2" else {}
     path = continue_branch(System(kind, numbers, law="restitution"), "omega", (0.4, 3.0))
-    assert path.special.resolved.all()
+    assert path.special_points.resolved.all()
     assert all(len(set(branch.labels.tolist())) == 1 for branch in path.branches)
     assert not any("lost" in branch.ends for branch in path.branches)
     assert np.abs(numbers_at(path, "PD") - 0.56792184).min() > 1e-6
@@ -291,7 +291,7 @@ def test_a_switch_that_fails_is_reported(monkeypatch):
         "nlds_vines.continuation.exploration.other_branch", lambda section_map, point: None
     )
     path = continue_branch(System("oscillator-2", {**EQUAL_STOPS, "K": 20.0}), "P", (0.05, 3.0))
-    assert "failed" in path.special.switch[path.special.kind == "BP"]
+    assert "failed" in path.special_points.switch[path.special_points.kind == "BP"]
     assert any(line.endswith("the branch that leaves there was not found") for line in path.lines())
 
 

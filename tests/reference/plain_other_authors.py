@@ -168,7 +168,7 @@ def test_the_folds_of_budd_and_dux(omega, r, n, published):
     system = load_system("hard-oscillator", omega=omega, e=r, C=clearance)
     bounds = (0.98 * published, 1.02 * published)
     path = continue_branch(system, "C", bounds, state, period=n, quiet=True)
-    points = path.special
+    points = path.special_points
     assert np.abs(points.value[points.kind == "LP"] - published).min() < 1e-11
 
 

@@ -13,11 +13,11 @@ from nlds_vines.continuation.request import Continuation as Continuation
 from nlds_vines.continuation.request_file import load_continuation as load_continuation
 from nlds_vines.continuation.result import Continued as Continued
 from nlds_vines.errors import RequestError as RequestError
-from nlds_vines.loads.command import decay as decay
-from nlds_vines.loads.request import Decay as Decay
-from nlds_vines.loads.request_file import load_decay as load_decay
-from nlds_vines.loads.result import Decays as Decays
+from nlds_vines.loads.command import response_history as response_history
+from nlds_vines.loads.request import HistoryRequest as HistoryRequest
+from nlds_vines.loads.request_file import load_response_history as load_response_history
 from nlds_vines.loads.result import LoadScan as LoadScan
+from nlds_vines.loads.result import ResponseHistories as ResponseHistories
 from nlds_vines.model.catalogue import load_system as load_system
 from nlds_vines.model.slow_manifold import SlowManifold as SlowManifold
 from nlds_vines.model.slow_manifold import slow_manifold as slow_manifold

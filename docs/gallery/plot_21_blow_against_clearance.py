@@ -12,4 +12,4 @@ vary = {
     "impulse": {"start": 100, "stop": 2000, "num": 20},
     "C": {"start": 0, "stop": 0.2, "num": 16},
 }
-nv.decay("ssul-set6", vary=vary, duration=15.0).plot().savefig("blows.png", dpi=200)
+nv.response_history("ssul-set6", vary=vary, duration=15.0).plot().savefig("blows.png", dpi=200)

@@ -30,7 +30,7 @@ from nlds_vines.continuation.branch_table import datasets_of as of_branches
 from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.continuation.special_curve_table import curve_datasets
-from nlds_vines.loads.request import Decay
+from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.contact_laws import LAWS, of_second
 from nlds_vines.model.loads.loading import ALL, Loading
@@ -255,10 +255,10 @@ def statuses() -> str:
 REQUESTS: Mapping[str, tuple[type, ...]] = {
     "scan": (Start, Scan),
     "page of curves": (Start, Scan, CurvePage, PanelEntry, CurveEntry),
-    "tuning": (Tuning, Search, Surface, Decay, Loading, *ALL.values()),
+    "tuning": (Tuning, Search, Surface, HistoryRequest, Loading, *ALL.values()),
     "portrait": (Times, PortraitRequest, ColumnEntry),
     "continuation": (Begin, Continuation),
-    "decay": (Decay, Loading, *ALL.values()),
+    "response history": (HistoryRequest, Loading, *ALL.values()),
 }
 """The kinds of request files, and what describes their keys."""
 

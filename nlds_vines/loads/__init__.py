@@ -2,15 +2,15 @@
 
 In reading order:
 
-    request       `Decay`: the dampers, the load, what varies, how long
-    request_file  a request file (TOML), or what stands for one, read into a `Decay`
+    request       `HistoryRequest`: the dampers, the load, what varies, how long
+    request_file  a request file (TOML), or what stands for one, read into a `HistoryRequest`
     fall          what becomes of one structure: histories, last times, where the energy goes
     cases         its orbits: systems and loads in cells, flown by the kernels, and what they tell
     run           from request to archive: damper by damper, or a scan block by block
     closed_form   what a structure without walls does, in closed form
-    result        an archive read: `Decays`, or `LoadScan`
+    result        an archive read: `ResponseHistories`, or `LoadScan`
     scan_picture  pictures of a scan: curves over one axis, maps over two
     picture       energies and motions over time, shares, sweeps
     load_options  options of the command line that mean a load
-    command       `python -m nlds_vines.loads` and `nv.decay`
+    command       `python -m nlds_vines.loads` and `nv.response_history`
 """

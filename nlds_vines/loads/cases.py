@@ -1,4 +1,4 @@
-"""The orbits of a decay: systems and loads in cells, flown by the kernels, and what they tell."""
+"""The orbits of response histories: systems and loads in cells, and the numbers of each orbit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_lanes import Told
-from nlds_vines.loads.request import Decay, has, is_of_load
+from nlds_vines.loads.request import HistoryRequest, has, is_of_load
 from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
 from nlds_vines.model.scenes import Scene
@@ -35,7 +35,9 @@ Made = Callable[[range, np.ndarray], list[Cells]]
 """Makes the loads of some lanes, whose cells may be so long (lanes,) [s]."""
 
 
-def arrays_of(request: Decay, cases: range, stop: Stop, tell: Tell | None = None) -> Arrays:
+def arrays_of(
+    request: HistoryRequest, cases: range, stop: Stop, tell: Tell | None = None
+) -> Arrays:
     """Return what a range of cases tells, by name: arrays (cases, ...).
 
     The numbers of `OF_LOADS` and `status`; without a scan histories, too (`fall.HISTORIES`, what is
@@ -53,7 +55,7 @@ def arrays_of(request: Decay, cases: range, stop: Stop, tell: Tell | None = None
 
 
 def numbers_of(
-    request: Decay,
+    request: HistoryRequest,
     system: System,
     grid: Mapping[str, np.ndarray],
     each: Sequence[Loading],
@@ -84,7 +86,7 @@ def numbers_of(
 class _Scan:
     """Cases of a scan that are of one system, by their numbers among those of the system."""
 
-    def __init__(self, request: Decay, system: System, numbers: Sequence[int]) -> None:
+    def __init__(self, request: HistoryRequest, system: System, numbers: Sequence[int]) -> None:
         """Take the parameters of all of them at once."""
         places = np.unravel_index(numbers, request.shape) if request.vary else ()
         values = {
@@ -120,7 +122,7 @@ def _with_blow(cells: Cells, jump: float) -> Cells:
 
 
 def _in_cells(
-    request: Decay, load: Loading, struck: Struck, reach: float, history: bool
+    request: HistoryRequest, load: Loading, struck: Struck, reach: float, history: bool
 ) -> Cells:  # fmt: skip
     """Return the cells of a load, with edges at the states of a history and at `settle`."""
     marks = request.times[1:-1] if history else np.zeros(0)
@@ -129,7 +131,7 @@ def _in_cells(
     return load.cells(struck, request.duration, reach, marks)
 
 
-def _struck(request: Decay, cell: np.void) -> Struck:
+def _struck(request: HistoryRequest, cell: np.void) -> Struck:
     """Return what of a cell a load acts on."""
     if request.load.harmonic:
         return Struck(float(cell["m1"]), float(cell["P"]), float(cell["omega"]))
@@ -137,7 +139,7 @@ def _struck(request: Decay, cell: np.void) -> Struck:
 
 
 def _begun(
-    request: Decay, system: System, grid: Mapping[str, np.ndarray], count: int
+    request: HistoryRequest, system: System, grid: Mapping[str, np.ndarray], count: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the cells (n,) and the starts (n, 4) of so many cases of a system."""
     cells = np.broadcast_to(system.cells(grid), (count,)).copy()
@@ -149,14 +151,14 @@ def _begun(
     return cells, starts
 
 
-def _start(request: Decay, system: System) -> np.ndarray:
+def _start(request: HistoryRequest, system: System) -> np.ndarray:
     """Return the start (x1, v1, r, s) of a system."""
     return start_state(system, float(system.rest or 0.0), request.state or None)[:4]
 
 
 @stoppable
 def _flown(
-    request: Decay, scene: Scene, cells: np.ndarray, starts: np.ndarray, loads: Made,
+    request: HistoryRequest, scene: Scene, cells: np.ndarray, starts: np.ndarray, loads: Made,
     history: bool, stop: Stop | None = None, tell: Tell | None = None,
 ) -> Arrays:  # fmt: skip
     """Follow an orbit for each of the cells (lanes,) of a scene, and return what they tell.
@@ -192,7 +194,9 @@ def _rounded(reach: np.ndarray) -> np.ndarray:
 # ---- what they tell ------------------------------------------------------------------------------
 
 
-def _numbers(request: Decay, scene: Scene, cells: np.ndarray, told: Told) -> dict[str, np.ndarray]:
+def _numbers(
+    request: HistoryRequest, scene: Scene, cells: np.ndarray, told: Told
+) -> dict[str, np.ndarray]:
     """Return the numbers (lanes,) by name, status and violations; what there is not is NaN."""
     numbers, missing = told.numbers, np.full(len(cells), np.nan)
     column = numbers.T
@@ -230,7 +234,7 @@ def _numbers(request: Decay, scene: Scene, cells: np.ndarray, told: Told) -> dic
 
 
 def _histories(
-    request: Decay, scene: Scene, cells: np.ndarray, loads: Sequence[Cells], told: Told
+    request: HistoryRequest, scene: Scene, cells: np.ndarray, loads: Sequence[Cells], told: Told
 ) -> dict[str, np.ndarray]:
     """Return states and energies (lanes, times) by name; NaN of what failed or is not there."""
     time = request.times

@@ -1,7 +1,7 @@
 """Loads in time on a structure with each damper: how its energy falls, and where it goes.
 
-As a command: `python -m nlds_vines.loads`, or `nlds-vines decay`.
-In Python: `nlds_vines.decay(system, impulse=1000.0)`.
+As a command: `python -m nlds_vines.loads`, or `nlds-vines response-history`.
+In Python: `nlds_vines.response_history(system, impulse=1000.0)`.
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ from nlds_vines.cli.paths import request_path
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.errors import at
 from nlds_vines.loads.load_options import add_load_options, load_changes
-from nlds_vines.loads.request import Decay
-from nlds_vines.loads.request_file import Source, load_decay
+from nlds_vines.loads.request import HistoryRequest
+from nlds_vines.loads.request_file import Source, load_response_history
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.words import system_in_words
 
 if TYPE_CHECKING:
-    from nlds_vines.loads.result import Decays, LoadScan
+    from nlds_vines.loads.result import LoadScan, ResponseHistories
 
-_NAME = "decay"
-_DEFAULT = "decay.h5"
+_NAME = "response-history"
+_DEFAULT = "response-history.h5"
 _EXAMPLES = """\
 examples:
-  nlds-vines decay --impulse 1000 --duration 20 --plot decay.png
+  nlds-vines response-history --impulse 1000 --duration 20 --plot history.png
       the paper's structure alone and with its dampers, struck to 1 m/s
-  nlds-vines decay --impulse 300 --system tmd --system ssul-set6 --set c1=100 -o soft.h5
+  nlds-vines response-history --impulse 300 --system tmd --system ssul-set6 --set c1=100 -o soft.h5
       a softer blow, two dampers, a structure with less damping of its own
-  nlds-vines decay --load friedlander:peak=2e4,length=0.1 --duration 20 --plot blast.png
+  nlds-vines response-history --load friedlander:peak=2e4,length=0.1 --duration 20 --plot blast.png
       the pulse of a blast; half_sine, triangular, rectangular, tone, sweep, noise likewise
-  nlds-vines decay --load quake.csv --duration 40 -o quake.h5
+  nlds-vines response-history --load quake.csv --duration 40 -o quake.h5
       a record, whose second column is a force or the ground's acceleration
-  nlds-vines decay --system ssul-set6 --vary impulse=100:2000:60 --vary C=0:0.2:40 \\
+  nlds-vines response-history --system ssul-set6 --vary impulse=100:2000:60 --vary C=0:0.2:40 \\
                    --duration 20 -o blows.h5 --plot blows.png
       a map: the blow against the clearance
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
@@ -47,7 +47,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 """
 
 
-def decay(
+def response_history(
     source: Source = None,
     *,
     impulse: float | None = None,
@@ -57,12 +57,12 @@ def decay(
     overwrite: bool = False,
     quiet: bool = False,
     **tables: Any,
-) -> Decays | LoadScan:
+) -> ResponseHistories | LoadScan:
     """Let a load act on a structure and return how its energy falls, with each damper.
 
     Arguments:
         source: a system or its name, a list of these, the path of a request file, the document in
-            one, a `Decay`, or None for the paper's structure alone and with its dampers.
+            one, a `HistoryRequest`, or None for the paper's structure alone and with its dampers.
         impulse: of a blow on m1 at t = 0 [N s]; the structure was at rest, the harmonic force is
             off.
         duration: how long it is watched [s], 60 by default.
@@ -84,17 +84,19 @@ def decay(
         above |= {key: {**above.get(key, {}), **asked}} if asked else {}
     how = RunOptions(None, resume, overwrite, quiet=quiet)
     archive = ArchivePath.for_result(to, _NAME, resume, overwrite)
-    request = load_decay(source, above, _NAME)
-    found: Decays | LoadScan = Job(request, request_path(source), archive, None, how).run()
+    request = load_response_history(source, above, _NAME)
+    found: ResponseHistories | LoadScan = Job(
+        request, request_path(source), archive, None, how
+    ).run()
     return found
 
 
 class Job(jobs.Job):
-    """A decay and where it goes."""
+    """A response history and where it goes."""
 
-    request: Decay
+    request: HistoryRequest
 
-    def failure(self, found: Decays) -> str:
+    def failure(self, found: ResponseHistories) -> str:
         """Return how many orbits failed."""
         return f"{found.failed} of {self.request.cases} orbits failed" if found.failed else ""
 
@@ -129,12 +131,12 @@ def _job(options: argparse.Namespace) -> Job:
         with at("--system"):
             above["systems"] = [load_system(name) for name in options.systems]
     files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
-    return Job(load_decay(options.source, above, "command line"), **files)
+    return Job(load_response_history(options.source, above, "command line"), **files)
 
 
 def _declare(parser: Parser) -> None:
     text = "a request file, or a damper [the paper's structure alone and with its dampers]"
-    jobs.add_files(parser, "DECAY.toml", text, _DEFAULT)
+    jobs.add_files(parser, "HISTORY.toml", text, _DEFAULT)
     group = parser.add_argument_group("options that override the request file")
     group.add_argument(
         "--system", action="append", default=[], metavar="NAME", dest="systems",

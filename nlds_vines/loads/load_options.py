@@ -10,7 +10,7 @@ from typing import Any
 from nlds_vines.cli.option_values import assignments
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import from_text, unknown
-from nlds_vines.loads.request import Decay
+from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.loads.loading import ALL, Loading
 
 
@@ -20,12 +20,12 @@ def add_load_options(group: argparse._ArgumentGroup, but: Collection[str] = ()) 
         "--load", action="append", default=[], metavar="LOAD",
         help="a record (CSV, HDF5), or KIND:KEY=VALUE,...; once for each of a sum",
     )  # fmt: skip
-    add_settings(group, Loading, Decay, but=but)
+    add_settings(group, Loading, HistoryRequest, but=but)
 
 
 def load_changes(options: argparse.Namespace) -> dict[str, Any]:
     """Return what they change in a request file, as a document of the same form."""
-    above: dict[str, Any] = changed(options, Decay, Loading)
+    above: dict[str, Any] = changed(options, HistoryRequest, Loading)
     for text in options.load:
         kind, entry = _load(text)
         above.setdefault("load", {}).setdefault(kind, []).append(entry)

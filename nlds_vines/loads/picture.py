@@ -1,4 +1,4 @@
-"""The picture of a decay: energy and displacement over time, where the energy went, a sweep."""
+"""Pictures of response histories: energy, motion, where the energy went, and sweeps."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.loads import scan_picture
 from nlds_vines.loads.fall import Fall
-from nlds_vines.loads.request import Decay, natural_period
-from nlds_vines.loads.request_file import load_decay
-from nlds_vines.loads.result import Decays, LoadScan, decays_in, shares_of
+from nlds_vines.loads.request import HistoryRequest, natural_period
+from nlds_vines.loads.request_file import load_response_history
+from nlds_vines.loads.result import LoadScan, ResponseHistories, histories_in, shares_of
 from nlds_vines.model.linear_response import harmonic_energy, response
 from nlds_vines.model.load_quantities import SHARES, WAYS
 from nlds_vines.model.loads.waves import Sweep
@@ -28,7 +28,7 @@ from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.panels import write_letters
 from nlds_vines.plotting.style import CM, GREY, HUES, NO_VALUE
-from nlds_vines.runs.manifest import DECAY
+from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 _HEIGHT = {"shares": 4.2 * CM}  # inches
 _USUAL = 6.2 * CM
@@ -41,7 +41,7 @@ _LEAST = 1e-4  # of the largest E1: the lower end of the axis
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
     """Return what the panels show, by name; of a scan its numbers."""
-    request = view.request(DECAY, load_decay)
+    request = view.request(RESPONSE_HISTORY, load_response_history)
     if request.vary:
         return scan_picture.panels(view)
     found = {
@@ -68,7 +68,7 @@ def usual(view: ArchiveView) -> list[str]:
 def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
     """Return the figure of an archive with the panels that are `shown`."""
     found = _drawable(view)
-    if not isinstance(found, Decays):
+    if not isinstance(found, ResponseHistories):
         return scan_picture.draw(found, shown, page)
     heights = [_HEIGHT.get(name, _USUAL) for name in shown]
     figure = Figure(figsize=(page.width, sum(heights) + 1.0 * CM), layout="constrained")
@@ -84,30 +84,30 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
 def fill(axes: Axes, view: ArchiveView, name: str) -> None:
     """Draw one panel into given axes."""
     found = _drawable(view)
-    if isinstance(found, Decays):
+    if isinstance(found, ResponseHistories):
         _FILL[name](axes, found)
     else:
         scan_picture.fill(axes, found, name)
 
 
-def _drawable(view: ArchiveView) -> Decays | LoadScan:
+def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
     """Return what an archive holds; `RequestError` where every orbit failed."""
-    found = decays_in(view.path)
+    found = histories_in(view.path)
     if found.failed == found.request.cases:
         status = STATUS[int(view["status"].flat[0])]
         raise RequestError(f"{view.path}: every orbit failed: {status.name}. {status.remedy}")
     return found
 
 
-def _each(found: Decays) -> Iterator[tuple[System, Fall, dict[str, Any]]]:
+def _each(found: ResponseHistories) -> Iterator[tuple[System, Fall, dict[str, Any]]]:
     """Yield each system, what became of it, and how it is drawn."""
-    pairs = zip(found.request.systems, found.falls.values(), strict=True)
+    pairs = zip(found.request.systems, found.results.values(), strict=True)
     for i, (system, fall) in enumerate(pairs):
         label = typeset(system_in_words(system))
         yield system, fall, {"label": label, "linewidth": 1.0, **scan_picture.look(i)}
 
 
-def _energy(axes: Axes, found: Decays) -> None:
+def _energy(axes: Axes, found: ResponseHistories) -> None:
     """Draw E1 relative to the largest of each damper, on a logarithmic axis."""
     for _, fall, look in _each(found):
         axes.semilogy(fall.time, fall.E1 / fall.numbers["E1max"], **look)
@@ -118,7 +118,7 @@ def _energy(axes: Axes, found: Decays) -> None:
     axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:g}%")
 
 
-def _motion(axes: Axes, found: Decays) -> None:
+def _motion(axes: Axes, found: ResponseHistories) -> None:
     """Draw the displacement of the structure."""
     for _, fall, look in _each(found):
         axes.plot(fall.time, fall.x1, **look)
@@ -127,7 +127,7 @@ def _motion(axes: Axes, found: Decays) -> None:
     axes.set_ylabel(f"displacement $x_1${frame} [m]")
 
 
-def _damper(axes: Axes, found: Decays) -> None:
+def _damper(axes: Axes, found: ResponseHistories) -> None:
     """Draw what the damper's dashpot and the contacts have dissipated, of all that came in."""
     for _, fall, look in _each(found):
         gone = np.nan_to_num(fall.dissipated["c2"]) + np.nan_to_num(fall.dissipated["contact"])
@@ -138,24 +138,24 @@ def _damper(axes: Axes, found: Decays) -> None:
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
 
 
-def _over_time(axes: Axes, request: Decay) -> None:
+def _over_time(axes: Axes, request: HistoryRequest) -> None:
     axes.set(xlim=(0, request.duration), xlabel="time $t$ [s]")
     axes.legend(loc="upper right")
 
 
-def _sweep(axes: Axes, found: Decays) -> None:
+def _sweep(axes: Axes, found: ResponseHistories) -> None:
     """Draw the largest displacement in each natural period over the frequency of each sweep."""
     _over_frequency(axes, found, energy=False)
     axes.set_ylabel("largest $|x_1|$ [m]")
 
 
-def _sweep_energy(axes: Axes, found: Decays) -> None:
+def _sweep_energy(axes: Axes, found: ResponseHistories) -> None:
     """Draw the largest energy in each natural period over the frequency of each sweep."""
     _over_frequency(axes, found, energy=True)
     axes.set_ylabel("largest $E_1$ [J]")
 
 
-def _over_frequency(axes: Axes, found: Decays, energy: bool) -> None:
+def _over_frequency(axes: Axes, found: ResponseHistories, energy: bool) -> None:
     """Draw what is largest in each natural period over the frequency of each sweep at that time.
 
     A sweep that goes down is dotted.  Of systems without walls the steady response stands beside
@@ -191,10 +191,10 @@ def envelope(
     return sweep.omegas(0.5 * (edges[:-1] + edges[1:])), largest
 
 
-def _shares(axes: Axes, found: Decays) -> None:
+def _shares(axes: Axes, found: ResponseHistories) -> None:
     """Draw a bar for each damper: the shares of the energy by what has dissipated them."""
     names = [typeset(system_in_words(system)) for system in found.request.systems]
-    shares = [shares_of(fall) for fall in found.falls.values()]
+    shares = [shares_of(fall) for fall in found.results.values()]
     left = [0.0] * len(names)
     for way in WAYS:
         widths = [max(0.0, one.get(way, 0.0)) for one in shares]
@@ -211,7 +211,7 @@ def _shares(axes: Axes, found: Decays) -> None:
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
 
 
-_FILL: Mapping[str, Callable[[Axes, Decays], None]] = {
+_FILL: Mapping[str, Callable[[Axes, ResponseHistories], None]] = {
     "energy": _energy,
     "motion": _motion,
     "damper": _damper,

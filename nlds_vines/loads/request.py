@@ -1,4 +1,4 @@
-"""A decay: dampers beside each other on a structure under a load, and how long they are watched."""
+"""The request of a response history: dampers on a structure, a load, and a duration."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settin
 from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import tolerance_setting
 from nlds_vines.orbits.starts import starts_inside
-from nlds_vines.runs.manifest import DECAY
+from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 TOLERANCE = 1e-10
 """Of contacts, by default: finer than that of scans, as the energy balance shows each of them."""
@@ -45,7 +45,7 @@ def _state(value: object) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True, repr=False)
-class Decay(Request):
+class HistoryRequest(Request):
     """What acts on which structures, and how long; checked when made, immutable afterwards.
 
     Arguments:
@@ -58,7 +58,7 @@ class Decay(Request):
     and what the fields say of themselves.  Raises `RequestError` for anything else.
     """
 
-    content: ClassVar[str] = DECAY
+    content: ClassVar[str] = RESPONSE_HISTORY
 
     title: str
     systems: tuple[System, ...]
@@ -69,7 +69,9 @@ class Decay(Request):
         "x1, v1, x2, v2 at t = 0, before any blow [m, m/s]", "X1,V1,...", option="--start",
         usual="at rest",
     )  # fmt: skip
-    duration: float = setting(60.0, Real(1e-6, 1e9), "sampling", "of the decay [s]", "SECONDS")
+    duration: float = setting(
+        60.0, Real(1e-6, 1e9), "sampling", "of the response history [s]", "SECONDS"
+    )
     samples: int = setting(
         64, Whole(8, 10**5), "sampling", "states in each natural period of the structure", "N"
     )
@@ -192,7 +194,7 @@ class Decay(Request):
         return {"load": self.load.words(), "duration": self.duration}
 
     def document(self) -> dict[str, Any]:
-        """Return the request file that means exactly this decay, complete, as nested tables."""
+        """Return the complete request file of this response history, as nested tables."""
         found = {
             "title": self.title,
             "systems": [system.to_table() for system in self.systems],

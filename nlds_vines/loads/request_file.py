@@ -1,4 +1,4 @@
-"""The request file of a decay (TOML), or what stands for one, read and checked."""
+"""The request file of a response history (TOML), or what stands for one, read and checked."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, shown
-from nlds_vines.loads.request import Decay, has, is_of_load
+from nlds_vines.loads.request import HistoryRequest, has, is_of_load
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system, load_system, system_from
 from nlds_vines.model.loads.loading import ALL, Loading
@@ -18,34 +18,34 @@ from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 
 FORM = Form(
-    kind="decay",
-    tables={"set": None, "vary": None, **checks(Decay, Loading)},
+    kind="response history",
+    tables={"set": None, "vary": None, **checks(HistoryRequest, Loading)},
     lists=("systems",),
-    sources="a path, a name, a System, a list of these, a table or a Decay",
+    sources="a path, a name, a System, a list of these, a table or a HistoryRequest",
 )
-"""What may stand in the request file of a decay."""
+"""What may stand in the request file of a response history."""
 
 USUAL = ("none", "tmd", "ssbl", "ssul-set6")
 """What is compared unless systems are named: the structure alone, and the paper's dampers."""
 
-Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | Decay | None
-"""What may stand for a decay: systems or their names, a file, the document in one."""
+Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | HistoryRequest | None
+"""What may stand for a response history: systems or their names, a file, the document in one."""
 
 
-def load_decay(
+def load_response_history(
     source: Source = None, changes: Document | None = None, changes_from: str = "changes"
-) -> Decay:
-    """Return the decay that a source means, checked throughout.
+) -> HistoryRequest:
+    """Return the response history that a source means, checked throughout.
 
     Arguments:
         source: path of a TOML file, a system or its name, a list of these, the document in a file
-            as nested tables, a `Decay`, or None for the paper's dampers.
+            as nested tables, a `HistoryRequest`, or None for the paper's dampers.
         changes: a document of the same form that overrides it entry by entry; `changes_from` names
             it in the message of an error.
 
     Raises `RequestError`, one line that names place, key, value and what is allowed.
     """
-    if isinstance(source, Decay) and not changes:
+    if isinstance(source, HistoryRequest) and not changes:
         return source
     given: Any = {"systems": list(USUAL)} if source is None else source
     if isinstance(given, Sequence) and not isinstance(given, str):
@@ -62,7 +62,7 @@ def load_decay(
     values = {**layers.values("start"), **layers.values("sampling")}
     with at(layers.holder("load").where):
         made_up = title or _title(load, systems, axes)
-        return layers.told(Decay(made_up, systems, load, axes, **values))
+        return layers.told(HistoryRequest(made_up, systems, load, axes, **values))
 
 
 def _title(load: Loading, systems: Sequence[System], axes: Sequence[Axis]) -> str:

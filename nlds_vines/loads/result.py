@@ -1,4 +1,4 @@
-"""A decay as an archive holds it: each damper by its name, or the numbers of a scan; in words."""
+"""Response histories read from an archive: a result for each damper, or the numbers of a scan."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.loads.closed_form import closed_form, energy_after_blow
 from nlds_vines.loads.fall import HISTORIES, Fall
-from nlds_vines.loads.request import Decay
-from nlds_vines.loads.request_file import load_decay
+from nlds_vines.loads.request import HistoryRequest
+from nlds_vines.loads.request_file import load_response_history
 from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.status_words import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.runs.manifest import DECAY
+from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 
 @dataclass(frozen=True, repr=False)
-class Decays(Drawable):
+class ResponseHistories(Drawable):
     """What becomes of a structure under a load with each damper.
 
     Attributes:
         path: of the archive.
         request: with which the same numbers are computed again.
-        falls: by the names of the systems, in the order of the request.
+        results: by the names of the systems, in the order of the request.
 
     Where there is one damper, `times` and `dissipated` are its own; of several, `found["tmd"]`
     gives one.
@@ -39,17 +39,17 @@ class Decays(Drawable):
     drawn_by = "nlds_vines.loads.picture"
 
     path: ArchivePath
-    request: Decay
-    falls: Mapping[str, Fall]
+    request: HistoryRequest
+    results: Mapping[str, Fall]
 
     def __getitem__(self, name: str) -> Fall:
         """Return what becomes of the structure with one damper, by the name of the system."""
-        return self.falls[choice("damper", name, self.falls)]
+        return self.results[choice("damper", name, self.results)]
 
     @property
     def failed(self) -> int:
         """Of how many dampers the orbit could not be followed to its end."""
-        return sum(fall.status != OK for fall in self.falls.values())
+        return sum(fall.status != OK for fall in self.results.values())
 
     @property
     def times(self) -> dict[float, float]:
@@ -62,16 +62,18 @@ class Decays(Drawable):
         return shares_of(self._only())
 
     def _only(self) -> Fall:
-        if len(self.falls) > 1:
-            raise RequestError(f"name the damper: [{next(iter(self.falls))!r}], of {[*self.falls]}")
-        return next(iter(self.falls.values()))
+        if len(self.results) > 1:
+            raise RequestError(
+                f"name the damper: [{next(iter(self.results))!r}], of {[*self.results]}"
+            )
+        return next(iter(self.results.values()))
 
     def lines(self) -> Iterator[str]:
         """Yield the title, the records of the load, and a line for each damper."""
         yield self.request.title
         yield from self.request.load.records_in_words(self.request.duration)
         frame = " relative to the ground" if self.request.load.shaken else ""
-        for system, fall in zip(self.request.systems, self.falls.values(), strict=True):
+        for system, fall in zip(self.request.systems, self.results.values(), strict=True):
             if fall.status != OK:
                 status = STATUS[fall.status]
                 yield f"{system_in_words(system)}: {status.name}. {status.remedy}"
@@ -103,7 +105,7 @@ class LoadScan(Drawable):
     drawn_by = "nlds_vines.loads.picture"
 
     path: ArchivePath
-    request: Decay
+    request: HistoryRequest
     numbers: Mapping[str, np.ndarray]
     status: np.ndarray
 
@@ -132,7 +134,7 @@ class LoadScan(Drawable):
             yield f"{count} of {self.status.size} orbits: {status.name}. {status.remedy}"
 
 
-def _beside(fall: Fall, system: System, request: Decay) -> str:
+def _beside(fall: Fall, system: System, request: HistoryRequest) -> str:
     """Return what has a closed form, in words, with what was computed beside it."""
     exact = {} if request.state else closed_form(system, request.load)
     told = [
@@ -154,18 +156,18 @@ def shares_of(fall: Fall) -> dict[str, float]:
     return {way: share for way, share in found.items() if np.isfinite(share)}
 
 
-def decays_in(path: str | os.PathLike[str]) -> Decays | LoadScan:
-    """Return the decay in an archive; `RequestError` for an archive of anything else."""
+def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
+    """Return the response history in an archive; `RequestError` for an archive of anything else."""
     with read(path) as view:
-        request = view.request(DECAY, load_decay)
+        request = view.request(RESPONSE_HISTORY, load_response_history)
         place = ArchivePath.of(view.path)
         if request.vary:
             names = [entry.name for entry in OF_LOADS if entry.name in view]
             return LoadScan(place, request, {name: view[name] for name in names}, view["status"])
-        return Decays(place, request, _falls(view, request))
+        return ResponseHistories(place, request, _falls(view, request))
 
 
-def _falls(view: ArchiveView, request: Decay) -> dict[str, Fall]:
+def _falls(view: ArchiveView, request: HistoryRequest) -> dict[str, Fall]:
     """Return what became of each damper, by its name."""
     codes, time = view["status"], request.times  # an archive without histories has no time
 

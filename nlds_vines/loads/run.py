@@ -1,4 +1,4 @@
-"""A decay from request to archive: damper by damper, or a scan block by block."""
+"""A response history from request to archive: damper by damper, or a scan block by block."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.loads.cases import arrays_of
 from nlds_vines.loads.fall import HISTORIES
-from nlds_vines.loads.request import Decay
+from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import DESCRIBED
@@ -27,8 +27,8 @@ BLOCK = 256
 """Orbits of a scan that are kept together."""
 
 
-def run(request: Decay, output: Path, how: RunOptions | None = None) -> None:
-    """Compute a decay into the archive `output`.
+def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) -> None:
+    """Compute a response history into the archive `output`.
 
     Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with all that is complete kept for
     --resume, and `RequestError` where the archive cannot be written.
@@ -56,14 +56,16 @@ def run(request: Decay, output: Path, how: RunOptions | None = None) -> None:
     )
 
 
-def axis_words(request: Decay, name: str) -> tuple[str, str]:
+def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
     """Return the unit and the meaning of an axis."""
     if name in DESCRIBED:
         return DESCRIBED[name].unit, DESCRIBED[name].meaning
     return words_of_number(request.load, name)
 
 
-def contents(request: Decay, found: Arrays) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
+def contents(
+    request: HistoryRequest, found: Arrays
+) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
     """Return the dimensions of an archive, and its datasets with the values that were found."""
     dampers = np.arange(len(request.systems), dtype=np.int32)
     scales = [Scale("damper", dampers, "1", "damper"), Scale("time", request.times, "s", "time")]

@@ -48,7 +48,7 @@ MARKS = {
     "surface": "tuning", "uncertain": "tuning", "along": "continuation", "plane": "continuation",
     "portrait": "portrait", "column": "portrait",
     "figure": "page of curves", "panels": "page of curves", "curves": "page of curves",
-    "systems": "decay", "load": "decay",
+    "systems": "response history", "load": "response history",
 }  # fmt: skip
 """What only some kinds of request have at the top of their files, and one that has it."""
 

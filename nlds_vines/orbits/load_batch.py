@@ -48,7 +48,7 @@ class LoadBatch:
         asked = {"tolerance": tolerance, "contact_steps": None, "nodes": None, "period_steps": None}
         self._scene, self._shaken = scene, True if shaken else None
         self._parts = parts_of(METHOD, scene, chosen_settings(METHOD, asked))
-        needed = Needed(scene.key, METHOD, ("decay",))
+        needed = Needed(scene.key, METHOD, ("response history",))
         kernels = dict.fromkeys((fly_lanes, fill_rates), "orbit")
         with Compilation(needed, tell, helped=False).followed(kernels):
             nothing = np.zeros(0, cell_type(scene))

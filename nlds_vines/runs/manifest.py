@@ -15,10 +15,14 @@ NAME = "manifest.json"
 """The manifest's name in the folder of parts."""
 
 SCAN, TUNING, CONTINUATION = "scan", "tuning", "continuation"
-RESPONSE_CURVES, DECAY, PORTRAIT = "page of response curves", "decay", "portrait"
+RESPONSE_CURVES, RESPONSE_HISTORY, PORTRAIT = (
+    "page of response curves",
+    "response history",
+    "portrait",
+)
 """The kinds of requests: a scan, in blocks; the search of a tuning, design by design; a
-continuation, branch by branch; response curves, one by one; a decay, damper by damper; a portrait,
-all at once."""
+continuation, branch by branch; response curves, one by one; a response history, damper by damper;
+a portrait, all at once."""
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nlds_vines.runs.manifest import (
     CONTINUATION,
-    DECAY,
     PORTRAIT,
     RESPONSE_CURVES,
+    RESPONSE_HISTORY,
     SCAN,
     TUNING,
 )
@@ -52,7 +52,7 @@ TASKS: Mapping[str, Task] = {
     TUNING: Task("tuning", "tuned"),
     CONTINUATION: Task("continuation", "continued"),
     RESPONSE_CURVES: Task("bifurcation.response_curves", "curves_in"),
-    DECAY: Task("loads", "decays_in"),
+    RESPONSE_HISTORY: Task("loads", "histories_in"),
     PORTRAIT: Task("portrait", "portrait_in"),
 }
 """A new kind of archive is a new entry."""

@@ -134,16 +134,16 @@ class Job(jobs.Job):
 
     def inside(self) -> list[str]:
         """Return a line if the state from which designs start is inside a wall of the system."""
-        decay = self.request.decay
-        return [] if decay is None else decay.starts_inside()
+        history = self.request.history
+        return [] if history is None else history.starts_inside()
 
     def plan(self) -> list[str]:
         """Return what a tuning would do, one fact a line."""
         tuning = self.request
-        search, each, decay = tuning.search, tuning.transient + tuning.periods, tuning.decay
+        search, each, history = tuning.search, tuning.transient + tuning.periods, tuning.history
         cases = [f"{axis.values.size} values of {axis.name}" for axis in tuning.over]
         cases_in_words = " x ".join(cases) or "one orbit"
-        from_rest = "" if decay is not None and decay.state else ", from rest"
+        from_rest = "" if history is not None and history.state else ", from rest"
         lanes = tuning.case_count * (tuning.draws + 1)
         bounds = [
             f"free:     {item.name} from {item.low:g} to {item.high:g}"
@@ -154,8 +154,8 @@ class Job(jobs.Job):
         return [
             tuning.title,
             *bounds,
-            *([] if decay is None else [f"load:     {decay.load.words() or 'none'}"]),
-            *([] if decay is None else decay.load.records_in_words(decay.duration)),
+            *([] if history is None else [f"load:     {history.load.words() or 'none'}"]),
+            *([] if history is None else history.load.records_in_words(history.duration)),
             *(f"draws:    {one.words()}" for one in tuning.uncertain),
             f"objective: {tuning.objective_in_words}",
             f"judged:   by the {tuning.judged}: {cases_in_words}{from_rest}",
@@ -164,8 +164,8 @@ class Job(jobs.Job):
             f"designs:  at most {tuning.most_evaluations}, {lanes} orbits each",
             f"periods:  {tuning.transient} + {tuning.periods} each, "
             f"at most {tuning.most_lanes * each} in all"
-            if decay is None
-            else f"followed: {decay.duration:g} s each",
+            if history is None
+            else f"followed: {history.duration:g} s each",
             f"archive:  {self.archive}",
         ]
 

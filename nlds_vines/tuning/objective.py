@@ -91,7 +91,7 @@ class Objective:
         self._places = places_of(tuning.uncertain, draws, seed)
         self._batch = (
             Batch(tuning.system.scene, tell, float(tuning.tolerance), tuning.search.objective)
-            if tuning.decay is None
+            if tuning.history is None
             else None
         )
         generator = np.random.default_rng(tuning.search.seed)
@@ -127,7 +127,7 @@ class Objective:
             given = grid.get(one.name, np.asarray(tuning.value(one.name)))
             grid[one.name] = one.at(given, self._places[:, i, np.newaxis])
         factor = trials.detuning[:, np.newaxis, np.newaxis]
-        if tuning.decay is None:
+        if tuning.history is None:
             grid[tuning.frequency] = grid[tuning.frequency] * factor
         else:
             spring = spring_of(tuning.system.parameters)
@@ -204,20 +204,20 @@ def outcome_under(
 
     What a number does not tell makes a design inadmissible: a last time that has not come.
     """
-    decay, shape = tuning.decay, grid["draw"].shape
-    assert decay is not None
+    history, shape = tuning.history, grid["draw"].shape
+    assert history is not None
     lanes = {name: values.ravel() for name, values in grid.items()}
     draws = lanes.pop("draw").tolist()
     of_load = {name: lanes.pop(name).tolist() for name in [*lanes] if is_of_load(name)}
 
     @cache  # the orbits of one load share its cells
     def load_of(draw: int, *values: float) -> Loading:
-        return decay.load.redrawn(draw).with_(dict(zip(of_load, values, strict=True)))
+        return history.load.redrawn(draw).with_(dict(zip(of_load, values, strict=True)))
 
     each = [
         load_of(draw, *(values[i] for values in of_load.values())) for i, draw in enumerate(draws)
     ]
-    told = numbers_of(decay, tuning.system, lanes, each, tell)
+    told = numbers_of(history, tuning.system, lanes, each, tell)
     found = {name: values.reshape(shape) for name, values in told.items()}
     value = found[tuning.search.objective]
     impacts = found["impact_count"] if tuning.system.scene.walls else None

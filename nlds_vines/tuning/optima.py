@@ -83,7 +83,7 @@ def _disturbances(tuning: Tuning) -> list[Disturbance]:
         return [Disturbance(f"{words} {sign:+.0%}", column, 1.0 + sign) for sign in (-share, share)]
 
     shifted = [one for name in tuning.names for one in both(name, name, SHIFT)]
-    if tuning.decay is not None:
+    if tuning.history is not None:
         off = both("natural frequency", "detuning", DETUNING)
         return [Disturbance("none"), *off, *both("load", "stretch", SIZE), *shifted]
     starts = [Disturbance(f"random start {i}", "start", i) for i in range(1, STARTS + 1)]

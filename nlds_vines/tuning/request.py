@@ -17,7 +17,7 @@ import numpy as np
 from nlds_vines.archives.provenance import Value
 from nlds_vines.errors import RequestError, choice, shown, string
 from nlds_vines.loads.request import (
-    Decay,
+    HistoryRequest,
     is_of_load,
     natural_period,
     objectives_of_loads,
@@ -89,8 +89,8 @@ class Search:
     objective: str = _of_search(
         OBJECTIVE, Text(),
         "what is to be small: `E1max`, `E2max`, a number of a [response](datasets.md) as `a1_rms`; "
-        "under a load a number of [it](decay.md)", "NAME", usual=f"{OBJECTIVE}; under a load "
-        f"{UNDER_LOAD}",
+        "under a load a number of [it](loads-in-time.md)", "NAME",
+        usual=f"{OBJECTIVE}; under a load {UNDER_LOAD}",
     )  # fmt: skip
     population: int = _of_search(
         60, Whole(5, 10**5), "designs in a generation, all computed at once", "N"
@@ -174,7 +174,7 @@ class Tuning(Request):
         free: one or more parameters of the damper.
         over: other parameters and their values, such as omega for the peak over a band; under a
             load its numbers, too (`impulse`, `friedlander.peak`).
-        decay: the load and how long it is watched, where designs are judged by what becomes of
+        history: the load and how long it is watched, where designs are judged by what becomes of
             them under it; None for the steady state under the harmonic force.
         uncertain: parameters, and numbers of the load, that are not known exactly.
         surface: a grid to compute through the optimum, or None.
@@ -190,7 +190,7 @@ class Tuning(Request):
     system: System
     free: tuple[Free, ...]
     over: tuple[Axis, ...] = ()
-    decay: Decay | None = None
+    history: HistoryRequest | None = None
     uncertain: tuple[Uncertain, ...] = ()
     surface: Surface | None = None
     transient: int = setting(
@@ -210,8 +210,8 @@ class Tuning(Request):
         refuse_twice(self.system.scene, [*self.names, *over])
         system = self.system.with_axes([*over, *self.names])
         object.__setattr__(self, "system", system)
-        if self.decay is not None:
-            object.__setattr__(self, "decay", replace(self.decay, systems=(system,)))
+        if self.history is not None:
+            object.__setattr__(self, "history", replace(self.history, systems=(system,)))
         check_settings(self)
         self._check_names()
         self._check_corners()
@@ -223,9 +223,9 @@ class Tuning(Request):
     @property
     def objectives(self) -> Mapping[str, str]:
         """What may be small, by name, with its unit."""
-        if self.decay is None:
+        if self.history is None:
             return objectives_of(self.system.scene)
-        return objectives_of_loads(self.system.scene, self.decay.load.shaken)
+        return objectives_of_loads(self.system.scene, self.history.load.shaken)
 
     @property
     def unit(self) -> str:
@@ -236,7 +236,7 @@ class Tuning(Request):
     def objective_in_words(self) -> str:
         """The name of the objective, and what it is: its body and its frame."""
         name = self.search.objective
-        if self.decay is None:
+        if self.history is None:
             return f"{name}, {QUANTITIES[name].words_in(self.system.scene)}"
         return f"{name}, {NUMBERS[name].words}"
 
@@ -308,10 +308,10 @@ class Tuning(Request):
     def _check_uncertain(self) -> None:
         """Refuse what is uncertain and has no one value, and draws of nothing."""
         over = [axis.name for axis in self.over]
-        if self.decay is not None:
+        if self.history is not None:
             names = [*over, *(one.name for one in self.uncertain)]
-            refuse_without_effect(self.system.scene, self.decay.load, names)
-        noisy = self.decay is not None and bool(self.decay.load.noise)
+            refuse_without_effect(self.system.scene, self.history.load, names)
+        noisy = self.history is not None and bool(self.history.load.noise)
         if self.search.draws and not (self.uncertain or noisy):
             raise RequestError(
                 f"draws = {self.search.draws}: neither [uncertain] nor noise is given"
@@ -330,12 +330,12 @@ class Tuning(Request):
 
     def _of_load(self, name: str) -> bool:
         """Tell whether a name is that of a number of the load, where there is one."""
-        return self.decay is not None and is_of_load(name)
+        return self.history is not None and is_of_load(name)
 
     def value(self, name: str) -> float:
         """Return the value [SI] of a parameter, or of a number of the load."""
-        if self.decay is not None and self._of_load(name):
-            return self.decay.load.number(name)
+        if self.history is not None and self._of_load(name):
+            return self.history.load.number(name)
         return {**self.system.ratios, **self.system.parameters}[name]
 
     def _check_corners(self) -> None:
@@ -348,14 +348,14 @@ class Tuning(Request):
         of_load = {name: ends.pop(name) for name in [*ends] if self._of_load(name)}
         corners = np.array(list(product(*ends.values()))).T
         self.system.cells(dict(zip(ends, corners, strict=True)))
-        if self.decay is None:
+        if self.history is None:
             return
         p = self.system.parameters
         extreme = {
             n: end(ends.get(n, p[n])) for n, end in (("k1", np.max), ("m1", np.min)) if n in p
         }
         period = natural_period(self.system.with_(**{n: float(v) for n, v in extreme.items()}))
-        load = self.decay.load
+        load = self.history.load
         for axis in self.over:
             if axis.name in of_load:
                 load.check_values(axis.name, axis.values)
@@ -365,7 +365,7 @@ class Tuning(Request):
         for values in product(*(both.tolist() for both in of_load.values())):
             changes = dict(zip(of_load, values, strict=True))
             changed = load.with_(changes)
-            changed.check(self.decay.duration, period)
+            changed.check(self.history.duration, period)
             changed.redrawn(self.draws + self.fresh_draws)  # the last seed of its noise
 
     @property
@@ -382,7 +382,7 @@ class Tuning(Request):
         """Return the values of `over` in every combination; of the steady state with omega."""
         grids = np.meshgrid(*(axis.values for axis in self.over), indexing="ij")
         found = {axis.name: grid.ravel() for axis, grid in zip(self.over, grids, strict=True)}
-        if self.decay is not None:
+        if self.history is not None:
             return MappingProxyType(found)
         value = np.array([self.value(self.frequency)])
         return MappingProxyType({self.frequency: np.repeat(value, self.case_count)} | found)
@@ -422,11 +422,11 @@ class Tuning(Request):
             "system": self.system.to_table(),
             "free": {item.name: {"low": item.low, "high": item.high} for item in self.free},
             "over": {axis.name: {"values": axis.values.tolist()} for axis in self.over},
-            "sampling": entries(self.decay or self, "sampling"),
+            "sampling": entries(self.history or self, "sampling"),
             "search": entries(self.search, "search"),
         }
-        if self.decay is not None:
-            found |= {"load": self.decay.load.to_table(), "start": entries(self.decay, "start")}
+        if self.history is not None:
+            found |= {"load": self.history.load.to_table(), "start": entries(self.history, "start")}
         if self.uncertain:
             found["uncertain"] = {one.name: one.entry() for one in self.uncertain}
         if self.surface is not None:

@@ -8,7 +8,7 @@ from math import prod
 from typing import Any
 
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice
-from nlds_vines.loads.request import Decay, is_of_load
+from nlds_vines.loads.request import HistoryRequest, is_of_load
 from nlds_vines.loads.request_file import flattened
 from nlds_vines.model.axis import Axis, announced
 from nlds_vines.model.loads.loading import Loading
@@ -35,13 +35,13 @@ FORM = Form(
     kind="tuning",
     tables={
         "set": None, "free": None, "over": None, "uncertain": None,
-        **checks(Tuning, Search, Surface, Decay, Loading),
+        **checks(Tuning, Search, Surface, HistoryRequest, Loading),
     },
 )  # fmt: skip
 """What may stand in a tuning file."""
 
 STEADY = tuple(said.key for said in settings_of(Tuning, "sampling").values())
-UNDER = tuple(said.key for said in settings_of(Decay, "sampling").values())
+UNDER = tuple(said.key for said in settings_of(HistoryRequest, "sampling").values())
 """What stands in [sampling] of a tuning for the steady state, and under a load."""
 
 DEFAULT_SYSTEM = "ssul-set6"
@@ -70,20 +70,20 @@ def load_tuning(
     system = layers.system_as_set(DEFAULT_SYSTEM)
     for layer in layers:
         _refuse_contradiction(layer, system.scene)
-    decay, sampling = _decay(layers, system)
+    history, sampling = _history(layers, system)
     free, uncertain = _free(layers, system), _uncertain(layers)
     changing = [one.name for one in free] + [one.name for one in uncertain]
-    over = _over(layers, system, decay, changing)
+    over = _over(layers, system, history, changing)
     title = layers.title(outdated_by=("system", "set", "free", "over", "load", "start"))
-    usual_objective = {} if decay is None else {"objective": UNDER_LOAD}
+    usual_objective = {} if history is None else {"objective": UNDER_LOAD}
     search, surface = Search(**usual_objective | layers.values("search")), _surface(layers)
     with at(layers.holder("over").where):
         tuning = Tuning(
-            title=_made_up_title(system, free, over, decay) if title is None else title,
+            title=_made_up_title(system, free, over, history) if title is None else title,
             system=system,
             free=free,
             over=over,
-            decay=decay,
+            history=history,
             uncertain=uncertain,
             surface=surface,
             search=search,
@@ -92,7 +92,7 @@ def load_tuning(
     return layers.told(tuning)
 
 
-def _decay(layers: Layers, system: System) -> tuple[Decay | None, dict[str, Any]]:
+def _history(layers: Layers, system: System) -> tuple[HistoryRequest | None, dict[str, Any]]:
     """Return what becomes of designs under a load, None without one; and [sampling] without it.
 
     What stands in [sampling] of a file for the other sort of tuning is left aside, as a file may be
@@ -110,7 +110,9 @@ def _decay(layers: Layers, system: System) -> tuple[Decay | None, dict[str, Any]
         periods = SAMPLED if system.scene.walls else SAMPLED_FREE
         return None, {"periods": periods, **sampling}
     with at(layers.place("load" if acts else "start")):
-        return Decay("under a load", (system,), Loading(**acts), (), **start, **sampling), {}
+        return HistoryRequest(
+            "under a load", (system,), Loading(**acts), (), **start, **sampling
+        ), {}
 
 
 def _uncertain(layers: Layers) -> tuple[Uncertain, ...]:
@@ -160,7 +162,7 @@ def _free(layers: Layers, system: System) -> tuple[Free, ...]:
 
 
 def _over(
-    layers: Layers, system: System, decay: Decay | None, changing: Collection[str]
+    layers: Layers, system: System, history: HistoryRequest | None, changing: Collection[str]
 ) -> tuple[Axis, ...]:
     """Return the axes that [over] means; what is `changing` beside them is free or uncertain."""
     with at(layers.place("over")):
@@ -170,7 +172,7 @@ def _over(
             raise RequestError(f"every design has {cases} cases; allowed: up to {MOST_LANES}")
         axes = tuple(Axis.of(*item) for item in entries.items())
         refuse_twice(system.scene, [axis.name for axis in axes])
-        of_load = tuple(axis for axis in axes if decay is not None and is_of_load(axis.name))
+        of_load = tuple(axis for axis in axes if history is not None and is_of_load(axis.name))
         others = tuple(axis for axis in axes if axis not in of_load)
         names = meant_by(system.scene, [*changing, *(axis.name for axis in others)])
         names += system.following(names)
@@ -187,13 +189,13 @@ def _surface(layers: Layers) -> Surface | None:
 
 
 def _made_up_title(
-    system: System, free: tuple[Free, ...], over: tuple[Axis, ...], decay: Decay | None
+    system: System, free: tuple[Free, ...], over: tuple[Axis, ...], history: HistoryRequest | None
 ) -> str:
     """Return a title made of the scene, the free parameters and what they are tuned for."""
     names = ", ".join(symbol_of(item.name) for item in free)
     ranges = [range_in_words(axis.name, axis.values) for axis in over if axis.name in DESCRIBED]
-    if decay is not None:
-        ranges.insert(0, decay.load.words() or "a free decay")
+    if history is not None:
+        ranges.insert(0, history.load.words() or "a free decay")
     elif not {"omega", "omega_ratio"} & {axis.name for axis in over}:
         ranges.insert(0, setting_in_words("omega", system.parameters["omega"]))
     what = system.scene.meaning.split(":")[0]

@@ -117,8 +117,8 @@ class Tuned(Drawable):
     def lines(self) -> Iterator[str]:
         """Yield the report, a line at a time."""
         yield self.tuning.title
-        if self.tuning.decay is not None:
-            yield from self.tuning.decay.load.records_in_words(self.tuning.decay.duration)
+        if self.tuning.history is not None:
+            yield from self.tuning.history.load.records_in_words(self.tuning.history.duration)
         if not self.optima:
             yield f"all {self.evaluations} designs were inadmissible"
             return

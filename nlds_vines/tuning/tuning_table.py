@@ -76,7 +76,7 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
     """Return the log, one dataset for each column."""
     dims, columns, unit = ("evaluation",), found.columns, tuning.unit
     table = [described(name).dataset(dims) for name in tuning.names]
-    if tuning.decay is None:
+    if tuning.history is None:
         table += [
             Dataset.real("detuning", dims, "1", "factor on every omega"),
             Dataset.whole("random_start", dims, "random start; 0: from rest"),
@@ -132,8 +132,8 @@ def _case(tuning: Tuning, name: str) -> Dataset:
     """Return the dataset of a parameter, or of a number of the load, that takes several values."""
     if name in DESCRIBED:
         return described(name).dataset(("case",), "case_")
-    assert tuning.decay is not None
-    unit, words = words_of_number(tuning.decay.load, name)
+    assert tuning.history is not None
+    unit, words = words_of_number(tuning.history.load, name)
     return Dataset.real(f"case_{name}", ("case",), unit, words)
 
 

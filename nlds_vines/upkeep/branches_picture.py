@@ -10,14 +10,14 @@ import numpy as np
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.style import GREY
-from nlds_vines.runs.manifest import DECAY
+from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nlds_vines.archives.view import ArchiveView
     from nlds_vines.continuation.result import Continued
-    from nlds_vines.loads.request import Decay
+    from nlds_vines.loads.request import HistoryRequest
 
 ALIKE = 1e-9
 """Relative difference up to which two values of a parameter count as equal."""
@@ -42,9 +42,9 @@ def draw_branches(figure: Figure, view: ArchiveView, path: str | os.PathLike[str
     """
     from nlds_vines.continuation.result import continued
     from nlds_vines.loads.picture import SWEEP_ENERGY
-    from nlds_vines.loads.request_file import load_decay
+    from nlds_vines.loads.request_file import load_response_history
 
-    request, found = view.request(DECAY, load_decay), continued(path)
+    request, found = view.request(RESPONSE_HISTORY, load_response_history), continued(path)
     panels = [axes for axes in figure.axes if axes.get_label() == SWEEP_ENERGY]
     if not panels:
         raise RequestError(f"{path} is drawn beside a sweep: --show {SWEEP_ENERGY}")
@@ -61,7 +61,7 @@ def draw_branches(figure: Figure, view: ArchiveView, path: str | os.PathLike[str
         axes.legend(loc="upper right")
 
 
-def _refuse_other(request: Decay, found: Continued, path: str | os.PathLike[str]) -> None:
+def _refuse_other(request: HistoryRequest, found: Continued, path: str | os.PathLike[str]) -> None:
     """Raise `RequestError` unless the branches are of a damper of the sweep under its force."""
     system = found.request.system
     if found.request.along.name != "omega" or request.load.shaken:

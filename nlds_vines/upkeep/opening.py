@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves
     from nlds_vines.bifurcation.result import ScanArchive
     from nlds_vines.continuation.result import Continued
-    from nlds_vines.loads.result import Decays
+    from nlds_vines.loads.result import ResponseHistories
     from nlds_vines.portrait.result import Portrait
     from nlds_vines.transients.ensemble import Ensemble
     from nlds_vines.tuning.result import Tuned
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         | ResponseCurves
         | Tuned
         | Continued
-        | Decays
+        | ResponseHistories
         | Portrait
         | ArchivePath
     )

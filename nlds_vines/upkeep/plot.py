@@ -18,7 +18,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.manifest import DECAY, SCAN
+from nlds_vines.runs.manifest import RESPONSE_HISTORY, SCAN
 from nlds_vines.runs.task_registry import TASKS, task_of
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def plot(
     others = [marks] if isinstance(marks, str | os.PathLike) else [*marks]
     with read(archive) as view, sheet(style):
         picture = _picture(view, show, manifold)
-        if others and view.content != DECAY:
+        if others and view.content != RESPONSE_HISTORY:
             raise RequestError(f"{view.path} holds a {view.content}: no branches are drawn over it")
         figure = drawn(view, lambda opened: picture.figure(opened, show, page, ax))
         count_in(figure, frequency, view)

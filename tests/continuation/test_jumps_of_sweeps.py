@@ -18,10 +18,10 @@ def branches(tmp_path_factory):
 
 
 def swept(first, last, rate):
-    """Return the decay of a sweep, of 32 states in each natural period."""
+    """Return the response history of a sweep, of 32 states in each natural period."""
     length = abs(last - first) / rate
     sweep = {"amplitude": P, "first": first, "last": last, "length": length}
-    return nv.decay(
+    return nv.response_history(
         SYSTEM, load={"sweep": sweep}, duration=length, sampling={"samples": 32}, quiet=True
     )
 
@@ -29,7 +29,7 @@ def swept(first, last, rate):
 def jump(first, last, rate):
     """Return the frequency at which E1 changes most: its mean over periods on either side."""
     found = swept(first, last, rate)
-    (sweep,), (fall,) = found.request.load.sweeps, found.falls.values()
+    (sweep,), (fall,) = found.request.load.sweeps, found.results.values()
     omega, energy = envelope(sweep, fall.time, fall.E1, 2 * np.pi / np.sqrt(40.0))
     means = np.convolve(energy, np.ones(PERIODS) / PERIODS, mode="valid")
     change = np.abs(means[PERIODS:] - means[:-PERIODS])
@@ -56,7 +56,7 @@ def test_a_slow_sweep_jumps_behind_the_fold_and_nearer_to_it_the_slower_it_is(br
 def test_branches_are_drawn_beside_a_sweep(branches, tmp_path, refusal, ask):
     path, picture = tmp_path / "sweep.h5", tmp_path / "sweep.png"
     words = f"sweep:amplitude={P:g},first=7.0,last=7.3,length=60"
-    asked = ["decay", "--system", SYSTEM, "--load", words, "--duration", "60", "--quiet"]
+    asked = ["response-history", "--system", SYSTEM, "--load", words, "--duration", "60", "--quiet"]
     ask(*asked, "-o", path)
     figure = nv.plot(path, "sweep_energy", marks=branches.path)
     (axes,) = figure.axes

@@ -14,8 +14,8 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.errors import RequestError
-from nlds_vines.loads.request import Decay
-from nlds_vines.loads.request_file import load_decay
+from nlds_vines.loads.request import HistoryRequest
+from nlds_vines.loads.request_file import load_response_history
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.setting import Checked, OneOf, Real, Text, Truth, Whole, settings_of
 from nlds_vines.orbits.starts import Start
@@ -65,14 +65,20 @@ TASKS = {
     "tuning under a load": Task(
         "tuning",
         "load_tuning",
-        (Search, Surface, Decay, Loading),
+        (Search, Surface, HistoryRequest, Loading),
         {**TUNING, "load": {"impulse": 1.0}},
         "tuning --surface=k2,c2 --impulse=1",
     ),
     "continuation": Task(
         "continuation", "load_continuation", (Begin, Continuation), SET6, "continuation"
     ),
-    "decay": Task("loads", "load_decay", (Decay, Loading), BLOW, "decay --impulse=1"),
+    "response history": Task(
+        "loads",
+        "load_response_history",
+        (HistoryRequest, Loading),
+        BLOW,
+        "response-history --impulse=1",
+    ),
 }
 """All kinds of requests whose files have tables of settings, by the word for them."""
 
@@ -279,7 +285,7 @@ def test_every_value_of_an_axis_is_checked_before_anything_is_computed(name):
     acts = {"load": {kind: LOADS[kind]} if kind in LOADS else {"impulse": 1.0}}
     for values in RANGES:
         try:
-            request = load_decay("tmd", {**acts, "vary": {name: {"values": values}}})
+            request = load_response_history("tmd", {**acts, "vary": {name: {"values": values}}})
         except RequestError:
             continue
         for number in range(request.cases):
@@ -296,11 +302,11 @@ def test_every_value_of_an_axis_is_checked_before_anything_is_computed(name):
         ("tone.omega", [1.0, 1e8], "cells of time; allowed: 1000000"),
     ],
 )
-@pytest.mark.parametrize("command", ["decay --vary", "tuning --over"])
+@pytest.mark.parametrize("command", ["response-history --vary", "tuning --over"])
 def test_a_value_within_an_axis_of_a_load_is_refused(command, name, values, words, error_of):
     kind = name.partition(".")[0]
     load, key = {"load": {kind: LOADS[kind]}}, command.split("--")[1]
-    reads = {"vary": load_decay, "over": load_tuning}
+    reads = {"vary": load_response_history, "over": load_tuning}
     line = error_of(reads[key], "tmd", {**load, key: {name: {"values": values}}})
     assert words in line
 
@@ -316,7 +322,7 @@ def test_a_whole_number_is_not_uncertain(error_of):
 
 
 def test_a_text_that_is_no_number_is_refused_in_one_line(here, refusal):
-    assert "'a' must be a number" in refusal("decay", "--impulse=1", "--start=1,a,0,0")
+    assert "'a' must be a number" in refusal("response-history", "--impulse=1", "--start=1,a,0,0")
     assert "'a' must be a number" in refusal("tuning", "--impulse=1", "--start=1,a,0,0")
-    assert "'²'" in refusal("decay", "--load=blow:impulse=²")
-    assert "must be a" in refusal("decay", f"--load=blow:impulse={'1' * 5000}")
+    assert "'²'" in refusal("response-history", "--load=blow:impulse=²")
+    assert "must be a" in refusal("response-history", f"--load=blow:impulse={'1' * 5000}")

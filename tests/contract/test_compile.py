@@ -36,7 +36,7 @@ def finished(folder, *arguments, **more):
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("task", [
-    "decay --system none",
+    "response-history --system none",
     "tuning --system tmd --free k2=1000:1500 --generations 1 --polish 1",
 ])  # fmt: skip
 def test_what_is_compiled_under_a_load_is_said(tmp_path, task):

@@ -7,7 +7,7 @@ import pytest
 TOLD = {
     "accuracy": ["ssul-set6: exact\nssul-set6: rk4\nssul-set6: SciPy DOP853\n"],
     "continuation --all -o b.h5": ["100 random starts"],
-    "decay --impulse 100": ["Tuned mass damper"],
+    "response-history --impulse 100": ["Tuned mass damper"],
     "portrait --system tmd --transient 0 --periods 4 --start rest": [
         "4 periods from rest; 4096 states", "picture: portrait.png",
     ],

@@ -79,7 +79,7 @@ def test_nothing_is_told_where_there_is_no_closed_form(name, table, changes):
 
 @pytest.mark.kernels
 def test_a_report_has_them_beside_what_was_computed():
-    found = nv.decay(["none", "tmd", "ssbl"], impulse=1000.0, duration=30.0, quiet=True)
+    found = nv.response_history(["none", "tmd", "ssbl"], impulse=1000.0, duration=30.0, quiet=True)
     lines = list(found.lines())
     assert [line.startswith("  in closed form: E1max") for line in lines] == [0, 0, 1, 0, 1, 0]
     for name, line in (("none", lines[2]), ("tmd", lines[4])):
@@ -93,12 +93,12 @@ def test_a_report_has_them_beside_what_was_computed():
 def test_the_rms_of_a_long_run_is_the_steady_one():
     """Over all but the beginning of a period of the noise, of a structure that settles soon."""
     system, lasts = nv.load_system("none", c1=4000.0), 2 * math.pi * 2400 / 38.0
-    found = nv.decay(
+    found = nv.response_history(
         system, load={"noise": {**NOISE, "tones": 2400}}, duration=lasts * (1 - 1e-12),
         sampling={"settle": 2.0}, quiet=True,
     )  # fmt: skip
     exact = closed_form(system, found.request.load)["x1_rms"]
-    assert next(iter(found.falls.values())).numbers["x1_rms"] == pytest.approx(exact, rel=0.02)
+    assert next(iter(found.results.values())).numbers["x1_rms"] == pytest.approx(exact, rel=0.02)
 
 
 def test_an_envelope_is_what_is_largest_in_each_period():

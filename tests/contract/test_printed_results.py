@@ -15,7 +15,7 @@ from nlds_vines.archives.representation import WIDTH
 from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.bifurcation.response_curves.result import CurveValues, ResponseCurves
 from nlds_vines.loads.fall import Fall
-from nlds_vines.loads.result import Decays, LoadScan
+from nlds_vines.loads.result import LoadScan, ResponseHistories
 from nlds_vines.model.load_quantities import SHARES, WAYS
 from nlds_vines.model.setting import Request
 from nlds_vines.model.slow_manifold import FrequencyResponse
@@ -86,7 +86,14 @@ def is_generated(kind):
 def test_every_result_has_a_short_form_of_its_own():
     """Neither the form that dataclasses make of all that they hold, nor that of a tuple."""
     kinds = results()
-    assert {Decays, LoadScan, ResponseCurves, Fall, CurveValues, FrequencyResponse} <= kinds
+    assert {
+        ResponseHistories,
+        LoadScan,
+        ResponseCurves,
+        Fall,
+        CurveValues,
+        FrequencyResponse,
+    } <= kinds
     generated = {kind.__name__ for kind in kinds if holds_much(kind) and is_generated(kind)}
     assert generated == {"Dataset"}  # which describes a column, in a few words
 
@@ -102,11 +109,11 @@ def fall(count):
 def made_up():
     """Yield results of many dampers, orbits and samples."""
     names = ["none", "tmd", "ssbl", *(f"ssul-set{i}" for i in range(1, 7))]
-    decay = nv.load_decay({"systems": names, "load": {"impulse": 300.0}})
+    request = nv.load_response_history({"systems": names, "load": {"impulse": 300.0}})
     yield fall(MANY)
-    yield Decays(PATH, decay, {name: fall(2000) for name in names})
+    yield ResponseHistories(PATH, request, {name: fall(2000) for name in names})
     axes = {"impulse": {"start": 1.0, "stop": 300.0, "num": 500}}
-    many = nv.load_decay({"systems": names, "load": {"impulse": 300.0}, "vary": axes})
+    many = nv.load_response_history({"systems": names, "load": {"impulse": 300.0}, "vary": axes})
     values = np.ones((len(names), 500))
     yield LoadScan(PATH, many, {"E1max": values, "x1_max": values}, np.zeros_like(values, int))
     omega = {"omega": {"start": 5.0, "stop": 8.0, "num": 100}}

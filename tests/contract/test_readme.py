@@ -93,7 +93,7 @@ def test_the_scan_file_means_what_its_comments_say(own):
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
 
 
-RUN = ("export.md", "own-figure.md", "python.md", "branches.md", "decay.md")
+RUN = ("export.md", "own-figure.md", "python.md", "branches.md", "loads-in-time.md")
 
 
 @pytest.mark.kernels

@@ -132,13 +132,13 @@ SHARED = {
     "-o same.h5 --plot same.h5": ["same.h5"],
 }
 TASKS = (
-    "bifurcation", "response-curves", "portrait", "continuation", "tuning", "transients", "decay",
-    "accuracy",
+    "bifurcation", "response-curves", "portrait", "continuation", "tuning", "transients",
+    "response-history", "accuracy",
 )  # fmt: skip
 """Commands that have most of these options."""
 
 SOME_LACK = {"--system", "--set", "--threads", "--resume", "--overwrite", "--plot", "-o"}
-NEEDED = {"decay": ["--impulse", "1"], "transients": ["--plot", "x.png"]}
+NEEDED = {"response-history": ["--impulse", "1"], "transients": ["--plot", "x.png"]}
 
 # wrong files of commands that read one -> what the line must name
 READERS = ("bifurcation", "response-curves", "portrait", "continuation", "tuning", "explore")

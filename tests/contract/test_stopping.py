@@ -67,7 +67,7 @@ TASKS = {
         ["--system", "tmd", "--vary", "omega=5:8:9", "--transient", LONG, "--plot", "long.png"],
         ["--system", "tmd", "--vary", "omega=5:8:9", "--transient", 10, "--plot", "short.png"],
     ),
-    "decay": (
+    "response-history": (
         ["--vary", "impulse=100:1000:20000", "--duration", 2000],
         ["--vary", "impulse=100:1000:2", "--duration", 2],
     ),

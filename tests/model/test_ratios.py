@@ -12,7 +12,7 @@ from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.errors import RequestError
-from nlds_vines.loads.request_file import load_decay
+from nlds_vines.loads.request_file import load_response_history
 from nlds_vines.tuning.objective import Objective, Trials
 from nlds_vines.tuning.request_file import load_tuning
 
@@ -169,13 +169,15 @@ def test_a_map_over_a_ratio_and_what_it_follows_from():
 def test_loads_keep_ratios_and_vary_them():
     table = {"set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}}}
     hammered = {"load": {"impulse": 1.0}}
-    request = load_decay(["none", "tmd"], {**table, **hammered})
+    request = load_response_history(["none", "tmd"], {**table, **hammered})
     for number in range(request.cases):
         system, _ = request.case(number)
         assert system.ratios["zeta1"] == 0.05
         p = system.parameters
         assert p["c1"] == pytest.approx(0.05 * critical(p["k1"], p["m1"]), rel=1e-15)
-    varied = load_decay(["none", "tmd"], {"vary": {"zeta2": {"values": [0.1, 0.2]}}, **hammered})
+    varied = load_response_history(
+        ["none", "tmd"], {"vary": {"zeta2": {"values": [0.1, 0.2]}}, **hammered}
+    )
     c2 = [varied.case(i)[0].parameters.get("c2") for i in range(varied.cases)]
     p = nv.load_system("tmd").parameters
     unit = critical(p["k2"], p["m2"])
@@ -193,7 +195,7 @@ def test_loads_keep_ratios_and_vary_them():
 )
 def test_two_statements_about_one_parameter_of_a_load_are_refused(tables, said):
     with pytest.raises(RequestError, match=said):
-        load_decay("tmd", {"load": {"impulse": 1.0}, **tables})
+        load_response_history("tmd", {"load": {"impulse": 1.0}, **tables})
 
 
 def test_the_structure_alone_has_the_ratios_of_the_curve_beside_it():

@@ -116,7 +116,7 @@ def test_a_struck_structure_leaves_the_resonance_when_the_manifold_says(c1, xi):
     x1, speed = (theta - 1) * gap, 2 * theta / np.pi * gap
     start = [x1, -np.pi / 2 * manifold.rho * speed, x1 + 2 * gap * (1 - 1e-9), speed]
     system, lasts = nv.load_system("vi-nes", e=0.5, c1=c1), manifold.capture_time(xi)
-    fall = nv.decay(system, start={"state": start}, duration=500.0, quiet=True)["vi-nes"]
+    fall = nv.response_history(system, start={"state": start}, duration=500.0, quiet=True)["vi-nes"]
     impacts = nv.simulate(system.with_(P=0.0), periods=80, start=start, quiet=True).impacts
     ends = []  # of the stretch in which a wall is struck in each cycle
     for wall in np.unique(impacts["wall"]):

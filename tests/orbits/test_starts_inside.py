@@ -38,9 +38,17 @@ ONE = "ssul-set6: 1 of 1 starts are inside a wall, 10 mm deep at most"
             "2 of 5 starts are inside a wall and put on it, 1000 mm deep at most",
         ),
         (["portrait", *PRELOADED], ONE),
-        (["decay", *PRELOADED, "--impulse", "10"], ONE),
+        (["response-history", *PRELOADED, "--impulse", "10"], ONE),
         (
-            ["decay", "--system", "ssul-set6", "--start", "0,0,0.09,0", "--vary", "C=0:0.02:5"],
+            [
+                "response-history",
+                "--system",
+                "ssul-set6",
+                "--start",
+                "0,0,0.09,0",
+                "--vary",
+                "C=0:0.02:5",
+            ],
             "ssul-set6: 5 of 5 starts are inside a wall, 10 mm deep at most",
         ),
         (

@@ -304,11 +304,11 @@ def load_of(shaken):
 def test_all_numbers_are_those_of_the_inertial_frame(kind, law, more, shaken):
     system = system_of(kind, law, more)
     start = {"start": {"state": (HEIGHT, 0.0)}} if kind == "ball" else {}
-    told = nv.decay(
+    told = nv.response_history(
         [system], load=load_of(shaken), sampling={"duration": DURATION, "samples": SAMPLES},
         quiet=True, **start,
     )  # fmt: skip
-    (fall,) = told.falls.values()
+    (fall,) = told.results.values()
     course = Course(Twin(system, law, shaken))
     wanted = numbers_of(course)
     assert not course.is_beyond_a_rigid_wall()
@@ -337,7 +337,9 @@ def test_all_numbers_are_those_of_the_inertial_frame(kind, law, more, shaken):
 
 def test_a_damper_that_a_rigid_wall_presses_begins_with_the_energy_of_its_spring():
     system = nv.load_system("ssul-set6", C=-0.05, law="restitution", e=0.6)
-    numbers = nv.decay([system], impulse=300.0, duration=3.0, quiet=True)["ssul-set6"].numbers
+    numbers = nv.response_history([system], impulse=300.0, duration=3.0, quiet=True)[
+        "ssul-set6"
+    ].numbers
     stored = 0.5 * system.parameters["k2"] * 0.05**2
     assert numbers["energy_in"] == pytest.approx(45.0 + stored, rel=1e-14)
     assert numbers["balance"] < 1e-13
@@ -345,7 +347,7 @@ def test_a_damper_that_a_rigid_wall_presses_begins_with_the_energy_of_its_spring
 
 def test_a_ball_that_falls_dissipates_its_weight_s_energy():
     system = nv.load_system("bouncing-ball")
-    told = nv.decay([system], start={"state": (1.0, 0.0)}, duration=3.0, quiet=True)
+    told = nv.response_history([system], start={"state": (1.0, 0.0)}, duration=3.0, quiet=True)
     numbers = told["bouncing-ball"].numbers
     assert numbers["energy_in"] == pytest.approx(system.parameters["m"] * system.parameters["g"])
     assert numbers["share_contact"] == pytest.approx(1.0, rel=1e-14)  # it has come to rest

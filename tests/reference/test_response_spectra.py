@@ -27,7 +27,7 @@ def test_the_spectrum_of_a_record_is_the_published_one():
     periods = np.array(list(SPECTRUM))
     omega = 2.0 * np.pi / periods
     record = {"times": (STEP * np.arange(values.size)).tolist(), "values": values.tolist()}
-    found = nv.decay(
+    found = nv.response_history(
         nv.load_system("none", m1=1.0, k1=1.0, zeta1=ZETA),
         load={"record": {**record, "unit": "m/s^2"}},
         vary={"k1": {"values": np.sort(omega**2).tolist()}},

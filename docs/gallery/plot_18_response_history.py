@@ -7,6 +7,6 @@ An impulse strikes the structure at rest: how its energy falls with each damper,
 
 import nlds_vines as nv
 
-nv.decay(["none", "tmd", "ssul-set6"], impulse=1000.0, duration=15.0).plot().savefig(
-    "decay.png", dpi=200
+nv.response_history(["none", "tmd", "ssul-set6"], impulse=1000.0, duration=15.0).plot().savefig(
+    "history.png", dpi=200
 )

@@ -16,7 +16,7 @@ from nlds_vines.loads.cases import arrays_of, numbers_of
 from nlds_vines.loads.closed_form import closed_form
 from nlds_vines.loads.fall import HISTORIES
 from nlds_vines.loads.request import natural_period
-from nlds_vines.loads.request_file import load_decay
+from nlds_vines.loads.request_file import load_response_history
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.orbits.status_words import STATUS
@@ -63,7 +63,7 @@ def closed(system, times, v0):
 
 @pytest.mark.kernels
 def test_the_structure_alone_and_with_a_tmd_in_closed_form():
-    found = nv.decay(["none", "tmd"], impulse=1000.0, **SHORT)
+    found = nv.response_history(["none", "tmd"], impulse=1000.0, **SHORT)
     fall = found["none"]
     np.testing.assert_allclose(fall.E1, energy(fall.time, 1.0), rtol=0, atol=1e-11 * 500)
     np.testing.assert_allclose(fall.x1, free(fall.time, 0.0, 1.0)[0], rtol=0, atol=1e-12)
@@ -75,7 +75,7 @@ def test_the_structure_alone_and_with_a_tmd_in_closed_form():
 
 @pytest.mark.kernels
 def test_last_times_are_those_of_the_closed_form():
-    found = nv.decay("none", impulse=300.0, **SHORT)
+    found = nv.response_history("none", impulse=300.0, **SHORT)
     for share, last in found.times.items():
         assert energy(last - 1e-9, 0.3) > share * 45.0
         assert (energy(np.linspace(last + 1e-9, 20.0, 20000), 0.3) < share * 45.0).all()
@@ -92,9 +92,9 @@ def test_last_times_are_those_of_the_closed_form():
 )
 def test_the_paper_s_dampers_under_a_blow(impulse, times):
     """Computed with other programs: SciPy's DOP853 beside the twin of the tests."""
-    found = nv.decay(impulse=impulse, **SHORT)
-    assert {name: round(fall.last[0], 3) for name, fall in found.falls.items()} == times
-    for fall in found.falls.values():
+    found = nv.response_history(impulse=impulse, **SHORT)
+    assert {name: round(fall.last[0], 3) for name, fall in found.results.items()} == times
+    for fall in found.results.values():
         assert fall.numbers["balance"] < 1e-11
         shares = [energies[-1] for energies in fall.dissipated.values()]
         assert np.nansum(shares) < fall.numbers["energy_in"]
@@ -104,14 +104,14 @@ def test_the_paper_s_dampers_under_a_blow(impulse, times):
 def test_a_linear_structure_has_its_own_damping_ratio():
     """The equivalent ratio of a structure alone is its own, but for where in a swing 10 % lies."""
     p = nv.load_system("none").parameters
-    fall = nv.decay("none", impulse=10.0, **SHORT)["none"]
+    fall = nv.response_history("none", impulse=10.0, **SHORT)["none"]
     zeta = p["c1"] / (2 * math.sqrt(p["k1"] * p["m1"]))
     assert fall.numbers["damping_ratio"] == pytest.approx(zeta, rel=0.05)
 
 
 @pytest.mark.kernels
 def test_a_blow_the_other_way_is_the_mirror_image_without_walls():
-    one, other = (nv.decay("tmd", impulse=i, **SHORT)["tmd"] for i in (500.0, -500.0))
+    one, other = (nv.response_history("tmd", impulse=i, **SHORT)["tmd"] for i in (500.0, -500.0))
     np.testing.assert_array_equal(one.x1, -other.x1)
     np.testing.assert_array_equal(one.E1, other.E1)
 
@@ -119,7 +119,7 @@ def test_a_blow_the_other_way_is_the_mirror_image_without_walls():
 @pytest.mark.kernels
 def test_contacts_that_dissipate_take_their_share():
     system = nv.load_system("ssul-set6", law="restitution", e=0.7)
-    fall = nv.decay(system, impulse=1000.0, **SHORT)[system.name]
+    fall = nv.response_history(system, impulse=1000.0, **SHORT)[system.name]
     assert fall.numbers["balance"] < 1e-11
     assert fall.dissipated["contact"][-1] > 50.0
     assert np.diff(fall.dissipated["contact"]).min() > -1e-9
@@ -137,11 +137,11 @@ def test_a_damper_that_cannot_be_followed_is_told(here, ask, answer, monkeypatch
         return found
 
     monkeypatch.setattr(run, "arrays_of", fails)
-    words = "decay --system tmd --system ssbl --impulse 9 --duration 3 -o decay.h5"
+    words = "response-history --system tmd --system ssbl --impulse 9 --duration 3 -o many.h5"
     out, err = ask(*words.split(), status=1)
     assert STATUS[code].remedy in out
     assert "1 of 2 orbits failed" in err
-    found = nv.open_archive("decay.h5")
+    found = nv.open_archive("many.h5")
     assert (found["tmd"].status, found["ssbl"].status) == (0, code)
     assert np.isnan(found["ssbl"].E1).all()
 
@@ -156,12 +156,12 @@ def test_status_and_remedy_are_said_where_every_orbit_fails(vary, here, ask, ref
         return {**found, "status": np.full(len(cases), code)}
 
     monkeypatch.setattr(run, "arrays_of", fails)
-    words = f"decay --system ssbl --impulse 9 --duration 3 {vary} -o decay.h5"
+    words = f"response-history --system ssbl --impulse 9 --duration 3 {vary} -o response-history.h5"
     out, err = ask(*words.split(), status=1)
     assert STATUS[code].remedy in out
     assert "orbits failed" in err
-    assert STATUS[code].remedy in "\n".join(nv.open_archive("decay.h5").lines())
-    assert STATUS[code].remedy in refusal("plot", "decay.h5")
+    assert STATUS[code].remedy in "\n".join(nv.open_archive("response-history.h5").lines())
+    assert STATUS[code].remedy in refusal("plot", "response-history.h5")
 
 
 # ---- command, archive, picture -------------------------------------------------------------------
@@ -172,12 +172,14 @@ def drawn_and_made_again(here, answer):
     """Return a function that computes, draws and computes again, and opens the first."""
 
     def opened(words, panel):
-        answer(*f"decay {words} -o decay.h5 --plot decay.png --quiet".split())
-        assert (here / "decay.png").stat().st_size > 10000
-        answer("plot", "decay.h5", "--show", panel, "-o", "panel.pdf")
-        said = answer("rerun", "decay.h5", "-o", "again.h5")
+        answer(
+            *f"response-history {words} -o response-history.h5 --plot history.png --quiet".split()
+        )
+        assert (here / "history.png").stat().st_size > 10000
+        answer("plot", "response-history.h5", "--show", panel, "-o", "panel.pdf")
+        said = answer("rerun", "response-history.h5", "-o", "again.h5")
         assert "results are the same" in said
-        return nv.open_archive("decay.h5")
+        return nv.open_archive("response-history.h5")
 
     return opened
 
@@ -186,9 +188,9 @@ def drawn_and_made_again(here, answer):
 def test_an_archive_is_written_drawn_opened_and_made_again(drawn_and_made_again):
     words = "--system none --system ssul-set6 --impulse 1000 --duration 5"
     found = drawn_and_made_again(words, "energy")
-    assert list(found.falls) == ["none", "ssul-set6"]
+    assert list(found.results) == ["none", "ssul-set6"]
     assert found["ssul-set6"].numbers["impact_count"] >= 1
-    with nv.read("decay.h5") as view:
+    with nv.read("response-history.h5") as view:
         assert "impulse_max" not in view  # no wall is rigid
 
 
@@ -197,7 +199,7 @@ def goes_on(here, answer):
     """Return a function that computes what is interrupted, resumes it, and computes it afresh."""
 
     def same(words):
-        asked = "decay", *words.split(), "--quiet", "-o"
+        asked = "response-history", *words.split(), "--quiet", "-o"
         answer(*asked, "a.h5", status=130)
         answer(*asked, "a.h5", "--resume")
         answer(*asked, "whole.h5")
@@ -235,15 +237,15 @@ impulse = 500.0
 duration = 7.0
 """
     (tmp_path / "blow.toml").write_text(text)
-    request = load_decay(tmp_path / "blow.toml")
+    request = load_response_history(tmp_path / "blow.toml")
     assert [system.parameters["c1"] for system in request.systems] == [100.0, 100.0]
-    assert load_decay(request.document()) == request
+    assert load_response_history(request.document()) == request
     assert request.load.impulse == 500.0
 
 
 def test_ratios_are_set_of_those_that_have_them():
     document = {"systems": ["none", "tmd"], "set": {"zeta1": 0.02, "mass_ratio": 0.1}}
-    alone, damped = load_decay({**document, "load": {"impulse": 1.0}}).systems
+    alone, damped = load_response_history({**document, "load": {"impulse": 1.0}}).systems
     assert alone.ratios["zeta1"] == damped.ratios["zeta1"] == pytest.approx(0.02)
     assert damped.parameters["m2"] == pytest.approx(0.1 * damped.parameters["m1"])
 
@@ -293,7 +295,7 @@ NOISE = {"load": {"noise": {"rms": 1.0, "high": 20.0, "tones": 400}}}
     ],
 )
 def test_bad_requests_get_one_line(document, words, error_of):
-    message = error_of(load_decay, {"systems": ["tmd"], **document})
+    message = error_of(load_response_history, {"systems": ["tmd"], **document})
     assert all(word in message for word in words), message
 
 
@@ -302,7 +304,7 @@ def test_bad_requests_get_one_line(document, words, error_of):
 
 @pytest.mark.kernels
 def test_a_free_decay_from_a_start():
-    fall = nv.decay("none", start={"state": (0.1, 0.5)}, **SHORT)["none"]
+    fall = nv.response_history("none", start={"state": (0.1, 0.5)}, **SHORT)["none"]
     p = nv.load_system("none").parameters
     np.testing.assert_allclose(fall.x1, free(fall.time, 0.1, 0.5)[0], rtol=0, atol=1e-13)
     assert fall.numbers["energy_in"] == 0.5 * p["m1"] * 0.25 + 0.5 * p["k1"] * 0.01
@@ -312,7 +314,9 @@ def test_a_free_decay_from_a_start():
 @pytest.mark.kernels
 def test_the_harmonic_force_alone_is_the_orbit_of_simulate():
     system = nv.load_system("ssul-set6")
-    fall = nv.decay(system, load={"harmonic": True}, duration=20 * system.period, quiet=True)
+    fall = nv.response_history(
+        system, load={"harmonic": True}, duration=20 * system.period, quiet=True
+    )
     end = nv.simulate(system, periods=20, quiet=True).state
     found = fall[system.name]
     np.testing.assert_allclose([found.x1[-1], found.x2[-1]], end[[0, 2]], rtol=0, atol=1e-8)
@@ -333,7 +337,7 @@ def test_the_harmonic_force_alone_is_the_orbit_of_simulate():
 )
 def test_a_linear_structure_under_loads_obeys_duhamel_s_integral(load):
     """x1 = integral of h(t - s) f(s) ds, by Gauss-Legendre between the kinks of the load."""
-    found = nv.decay("none", load=load, **SHORT)
+    found = nv.response_history("none", load=load, **SHORT)
     fall, loading = found["none"], found.request.load
     mass = nv.load_system("none").parameters["m1"]
     (part,) = loading.parts
@@ -356,7 +360,9 @@ def test_a_scan_holds_what_single_decays_tell(drawn_and_made_again):
         f"--system tmd --system ssul-set6 {varied} --duration 12", "x1_max"
     )
     assert found["last_1"].shape == (2, 2, 2)
-    single = nv.decay("ssul-set6", impulse=1000.0, set={"c1": 400.0}, **SHORT)["ssul-set6"]
+    single = nv.response_history("ssul-set6", impulse=1000.0, set={"c1": 400.0}, **SHORT)[
+        "ssul-set6"
+    ]
     for name in ("last_1", "x1_max", "share_c2", "impact_count", "stroke_max"):
         assert found[name][1, 1, 0] == pytest.approx(single.numbers[name], rel=1e-11)
     assert np.isnan(found["impact_count"][0]).all()
@@ -387,12 +393,12 @@ def test_no_number_depends_on_how_many_states_are_asked_for():
     document = {"systems": ["tmd", "ssul-set6"], "load": blow}
     scales = np.linspace(0.5, 3.0, 12)
     vary = {"scale": {"values": scales.tolist()}}
-    scan = nv.decay({**document, "vary": vary}, duration=30.0, quiet=True)
+    scan = nv.response_history({**document, "vary": vary}, duration=30.0, quiet=True)
     for i, scale in enumerate(scales):
         for samples in (9, 64):
             tables = {"load": {"scale": float(scale)}, "sampling": {"samples": samples}}
-            one = nv.decay(document, duration=30.0, quiet=True, **tables)
-            for j, fall in enumerate(one.falls.values()):
+            one = nv.response_history(document, duration=30.0, quiet=True, **tables)
+            for j, fall in enumerate(one.results.values()):
                 for name in scan.numbers.keys() - {"balance"}:
                     found = fall.numbers[name], scan[name][j, i]
                     np.testing.assert_allclose(*found, rtol=2e-11, atol=1e-11, err_msg=name)
@@ -402,7 +408,9 @@ def test_no_number_depends_on_how_many_states_are_asked_for():
 def test_a_blow_that_brakes_counts_from_the_energy_before_it():
     m1 = nv.load_system("none").parameters["m1"]
     start = {"state": (0.0, 1.0)}
-    fall = nv.decay("none", impulse=-0.4 * m1, start=start, duration=40.0, quiet=True)["none"]
+    fall = nv.response_history("none", impulse=-0.4 * m1, start=start, duration=40.0, quiet=True)[
+        "none"
+    ]
     assert fall.numbers["E1max"] == 0.5 * m1
     assert fall.numbers["last_50"] == 0.0
     period = natural_period(nv.load_system("none"))
@@ -413,7 +421,7 @@ def test_a_blow_that_brakes_counts_from_the_energy_before_it():
 @pytest.mark.kernels
 def test_a_mass_without_a_spring_is_followed_for_one_cell_at_least():
     p = nv.load_system("bouncing-ball").parameters
-    ball = nv.decay("bouncing-ball", impulse=0.1 * p["m"], duration=5.0, quiet=True)
+    ball = nv.response_history("bouncing-ball", impulse=0.1 * p["m"], duration=5.0, quiet=True)
     height = ball["bouncing-ball"].numbers["x1_max"]
     assert height == pytest.approx(0.1**2 / (2.0 * p["g"]), rel=1e-12)
 
@@ -427,7 +435,7 @@ def test_threads_and_blocks_leave_all_bits_as_they_are():
         "vary": {"impulse": {"values": [300.0, 1000.0]}, "C": {"values": [0.02, 0.047, 0.1]}},
         "sampling": {"duration": 12.0, "settle": 2.0},
     }
-    request = load_decay(document)
+    request = load_response_history(document)
     use_threads(1)
     whole = arrays_of(request, range(6), Stop())
     use_threads(None)
@@ -468,7 +476,7 @@ def rms_of_tmd(mu, ratio, zeta, high=600.0):
     m1, k1 = 1000.0, 36000.0
     m2, k2 = mu * m1, mu * ratio**2 * k1
     c2, unit = 2 * zeta * math.sqrt(k2 * m2), math.pi / (k1 * math.sqrt(k1 * m1))
-    request = load_decay({
+    request = load_response_history({
         "systems": ["tmd"],
         "set": {"m1": m1, "k1": k1, "c1": 0.0, "m2": m2, "k2": k2, "c2": c2},
         "load": {"noise": {"rms": 1.0, "high": high, "tones": 30000}},
@@ -499,7 +507,7 @@ def test_the_variance_of_a_tmd_is_least_where_warburton_found_it(mu):
 def test_the_variance_under_noise_is_that_of_its_density(name):
     """Its mean over twenty seeds; of the structure alone it is pi S0 / (k c)."""
     system, high, seeds = nv.load_system(name), 30.0, 20
-    request = load_decay({
+    request = load_response_history({
         "systems": [name],
         "load": {"noise": {"rms": 200.0, "high": high, "tones": 3000}},
         "vary": {"noise.seed": {"values": list(range(1, seeds + 1))}},
@@ -520,7 +528,9 @@ def test_the_variance_under_noise_is_that_of_its_density(name):
 def test_the_last_times_lie_where_a_finer_history_crosses():
     """Histories of a hundred times as many states, in which a straight line finds the crossing."""
     coarse, fine = (
-        nv.decay("ssul-set6", impulse=1000.0, duration=6.0, sampling={"samples": n}, quiet=True)
+        nv.response_history(
+            "ssul-set6", impulse=1000.0, duration=6.0, sampling={"samples": n}, quiet=True
+        )
         for n in (16, 6400)
     )
     name = coarse.request.systems[0].name
@@ -539,7 +549,9 @@ def test_last_times_within_long_contacts_do_not_depend_on_the_edges(impulse):
     """A cell with a contact is looked at three times; two leave 1e-10 s of its width."""
     system = nv.load_system("ssul-set6", K=1e4, C=0.005)
     histories = (
-        nv.decay(system, impulse=impulse, duration=3.0, sampling={"samples": n}, quiet=True)
+        nv.response_history(
+            system, impulse=impulse, duration=3.0, sampling={"samples": n}, quiet=True
+        )
         for n in (16, 23)
     )
     one, other = (h[h.request.systems[0].name].numbers["last_50"] for h in histories)
@@ -548,23 +560,23 @@ def test_last_times_within_long_contacts_do_not_depend_on_the_edges(impulse):
 
 def test_loads_of_the_command_line(here, answer, refusal):
     (here / "q.csv").write_text("t [s], a [g]\n0, 0\n0.05, 1\n0.1, 0\n")
-    plan = answer("decay", "--load", "q.csv", "--dry-run")
+    plan = answer("response-history", "--load", "q.csv", "--dry-run")
     assert "record q.csv, 3 samples, step 0.05 s, 0.1 s long, peak 1 g, all of it acts" in plan
     plan = answer("tuning", "--system", "tmd", "--load", "q.csv", "--duration", "0.05", "--dry-run")
     assert "record q.csv, 3 samples" in plan
     assert "0.05 s of it act (50.0%)" in plan
-    line = "decay --dry-run --load half_sine:peak=3,length=0.5,repeat=2,every=1"
+    line = "response-history --dry-run --load half_sine:peak=3,length=0.5,repeat=2,every=1"
     told = answer(*line.split(), "--load", "noise:rms=1,high=9")
     assert "half sine (peak 3, length 0.5, every 1) + noise (rms 1" in told
     for text, word in (("half_sin:peak=3", "half_sine"), ("noise:rms", "KEY=VALUE"),
                        ("noise:rms=x,high=1", "'x'"), ("none.csv", "none.csv")):  # fmt: skip
-        assert word in refusal("decay", "--load", text, "--dry-run")
+        assert word in refusal("response-history", "--load", text, "--dry-run")
 
 
 def test_a_report_says_its_frame_its_records_and_until_when(here, answer, monkeypatch):
     monkeypatch.setattr(run, "arrays_of", made_up)
     (here / "q.csv").write_text("t [s], a [g]\n3, 0\n3.05, 1\n3.1, 0\n")
-    told = answer(*["decay", "--system", "none", "--load", "q.csv", "-o", "quake.h5"])
+    told = answer(*["response-history", "--system", "none", "--load", "q.csv", "-o", "quake.h5"])
     assert "record q.csv, 3 samples" in told
     assert "moved from 3 s to 0 s" in told
     assert "x1 relative to the ground up to 1 m; E1 above 50% until 1 s, 10% until 1 s" in told
@@ -579,7 +591,7 @@ def test_a_report_says_its_frame_its_records_and_until_when(here, answer, monkey
 def test_the_ground_accelerates_structure_and_damper():
     """z' = A z - a (0, 1, 0, 1) in coordinates from the ground: z = (exp(A t) - 1) A^-1 b."""
     load = {"rectangular": {"peak": 0.1, "length": 20.0, "unit": "g"}}
-    fall = nv.decay("tmd", load=load, **SHORT)["tmd"]
+    fall = nv.response_history("tmd", load=load, **SHORT)["tmd"]
     A = linear_flow(nv.load_system("tmd").parameters)[:4, :4]
     b = -0.980665 * np.array([0.0, 1.0, 0.0, 1.0])
     values, modes = np.linalg.eig(A)
@@ -593,8 +605,8 @@ def test_the_ground_accelerates_structure_and_damper():
 @pytest.mark.kernels
 def test_the_ground_s_acceleration_and_impacts_balance():
     load = {"half_sine": {"peak": 0.3, "length": 0.5, "unit": "g", "repeat": 3, "every": 1.0}}
-    found = nv.decay(["ssbl", "ssul-set6"], load=load, **SHORT)
-    for fall in found.falls.values():
+    found = nv.response_history(["ssbl", "ssul-set6"], load=load, **SHORT)
+    for fall in found.results.values():
         assert fall.numbers["impact_count"] >= 1
         assert fall.numbers["balance"] < 1e-11
 
@@ -602,7 +614,7 @@ def test_the_ground_s_acceleration_and_impacts_balance():
 def test_a_sweep_stands_beside_its_closed_form(here, answer, refusal, monkeypatch):
     monkeypatch.setattr(run, "arrays_of", made_up)
     load = "--load sweep:amplitude=800,first=5,last=8,length=30"
-    answer(*f"decay --system none {load} --duration 30 --quiet -o sweep.h5".split())
+    answer(*f"response-history --system none {load} --duration 30 --quiet -o sweep.h5".split())
     p = nv.load_system("none").parameters
     for name in ("sweep", "sweep_energy"):
         (axes,) = nv.plot("sweep.h5", name).axes

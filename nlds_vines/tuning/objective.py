@@ -64,7 +64,7 @@ def impacts_of(tuning: Tuning) -> tuple[str, ...]:
     """Return the name of the column of impacts in the worst case; none without walls."""
     if not tuning.system.scene.walls:
         return ()
-    return ("impact_rate",) if tuning.decay is None else ("impact_count",)
+    return ("impact_rate",) if tuning.history is None else ("impact_count",)
 
 
 def results_of(tuning: Tuning) -> tuple[str, ...]:

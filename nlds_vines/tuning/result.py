@@ -127,7 +127,7 @@ class Tuned(Drawable):
         names, unit = self.tuning.names, self.tuning.unit
         heads = [f"{self.tuning.search.objective} [{unit}]"]
         heads += [f"finer [{unit}]"] if isfinite(self.best.finer) else []
-        each = "impacts/T" if self.tuning.decay is None else "impacts"
+        each = "impacts/T" if self.tuning.history is None else "impacts"
         heads += [each] * len(impacts_of(self.tuning))
         heads = [f"{head:>11}" for head in heads]
         yield "  ".join([*(f"{name:>10}" for name in names), *heads, f"disturbed [{unit}]"])

@@ -115,7 +115,7 @@ def _objective(tuning: Tuning) -> str:
 
 def _impacts(tuning: Tuning) -> list[Dataset]:
     """Return the dataset of the impacts in the worst case; none without walls."""
-    each = "per forcing period" if tuning.decay is None else "under the load"
+    each = "per forcing period" if tuning.history is None else "under the load"
     text = f"impacts {each} in that case, as given"
     return [Dataset.real(name, ("evaluation",), "1", text) for name in impacts_of(tuning)]
 

@@ -15,7 +15,7 @@ from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.watch.observe import RELEASE, TOUCH
 from nlds_vines.loads.cases import arrays_of
-from nlds_vines.loads.request_file import load_decay
+from nlds_vines.loads.request_file import load_response_history
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.load_flight import _checked, fly, longest_cell
 from nlds_vines.orbits.simulation import room_for_impacts
@@ -210,7 +210,7 @@ def test_the_last_time_inside_a_contact_is_where_e1_falls_through_the_level():
 
 def test_the_last_time_at_a_rigid_impact_is_that_of_the_touch():
     """A ball falls, and loses 91 % of its energy at once; E1 is largest where it begins."""
-    request = load_decay({
+    request = load_response_history({
         "systems": ["bouncing-ball"], "load": {"impulse": 0.5}, "sampling": {"duration": 3.0},
     })  # fmt: skip
     found = arrays_of(request, range(1), Stop())

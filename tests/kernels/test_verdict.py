@@ -84,7 +84,7 @@ def test_averages_of_the_worst_component_decide():
 
 @pytest.mark.kernels
 @pytest.mark.parametrize(
-    ("response history", "steady"), [(0, True), (1e-3, True), (0.5, False), (4, False), (40, False)]
+    ("decay", "steady"), [(0, True), (1e-3, True), (0.5, False), (4, False), (40, False)]
 )
 def test_a_motion_that_shrinks_is_not_steady(decay, steady):
     """The amplitude decays by exp(-decay) over the sections; the mean is far from zero."""

@@ -35,7 +35,7 @@ from scipy.integrate import solve_bvp, solve_ivp
 
 from nlds_vines.cli.markdown_tables import table
 from nlds_vines.continuation.command import continue_branch
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 
 SOFT = load_system("ssul-set6", K=2.0e4, c2=5.0)

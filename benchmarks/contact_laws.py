@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks.speed import spent
 from nlds_vines.archives.durable import write_text
 from nlds_vines.cli.markdown_tables import table
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.classification import classify
 from nlds_vines.orbits.simulation import simulate
@@ -47,7 +47,7 @@ EXPONENTS = (1.5, 1.2, 1.1, 1.01, 1.001, 1.0)
 
 
 @dataclass(frozen=True)
-class Behaviour:
+class Behavior:
     """What a damper does under a law, once it has settled."""
 
     label: str
@@ -59,7 +59,7 @@ class Behaviour:
     force: float  # the greatest of a contact [N]
 
 
-def behaviour(system: System) -> Behaviour:
+def behavior(system: System) -> Behavior:
     """Return how the orbit from rest behaves in the end."""
     regime = classify(system)
     run = simulate(
@@ -70,7 +70,7 @@ def behaviour(system: System) -> Behaviour:
     assert run.E1max is not None
     assert run.E2max is not None
     whole = run.impacts[~np.isnan(run.impacts["release"])]
-    return Behaviour(
+    return Behavior(
         regime.label, run.E1max, run.E2max, float(np.mean(whole["gain2"])),
         float(-np.sum(whole["gain1"] + whole["gain2"]) / (regime.period or 60)),
         float(np.max(whole["release"] - whole["touch"])), float(np.max(whole["force"])),
@@ -101,7 +101,7 @@ def page() -> Iterator[str]:
     rows = []
     for name, change in CHANGES.items():
         system = HERTZ.with_(**change)
-        b = behaviour(system)
+        b = behavior(system)
         force = "no bound" if np.isinf(b.force) else f"{b.force:.0f} N"
         rows.append(
             (

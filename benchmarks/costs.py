@@ -20,7 +20,7 @@ from nlds_vines.accuracy.command import declare_system, system_of
 from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.markdown_tables import table
 from nlds_vines.cli.parser import Parser
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import possible_want
 
@@ -115,7 +115,7 @@ def measured(part: Part) -> float:
 
 
 def _at_frequency(name: str, omega: float) -> System:
-    """Return a system of the catalogue; `ssvi-b`, which is not in it, with the SSbl's numbers."""
+    """Return a system of the catalog; `ssvi-b`, which is not in it, with the SSbl's numbers."""
     if name == "ssvi-b":
         return System(name, load_system("ssbl", omega=omega).parameters)
     return load_system(name, omega=omega)

@@ -22,7 +22,7 @@ import numpy as np
 
 from benchmarks.accuracy import SOLVERS
 from benchmarks.load_costs import Clock
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.load_flight import fly, longest_cell
 

@@ -30,7 +30,7 @@ shutil.copytree(HERE / "gallery", WORK, ignore=shutil.ignore_patterns("__pycache
 
 project = "nlds_vines"
 author = "The nlds_vines authors"
-copyright = "the nlds_vines authors, MIT licence"
+copyright = "the nlds_vines authors, MIT license"
 release = version_of("nlds-vines")
 
 extensions = [

@@ -18,7 +18,7 @@ from nlds_vines.loads.request import HistoryRequest as HistoryRequest
 from nlds_vines.loads.request_file import load_response_history as load_response_history
 from nlds_vines.loads.result import LoadScan as LoadScan
 from nlds_vines.loads.result import ResponseHistories as ResponseHistories
-from nlds_vines.model.catalogue import load_system as load_system
+from nlds_vines.model.catalog import load_system as load_system
 from nlds_vines.model.slow_manifold import SlowManifold as SlowManifold
 from nlds_vines.model.slow_manifold import slow_manifold as slow_manifold
 from nlds_vines.model.system import System as System

@@ -71,7 +71,7 @@ def shown(value: object, width: int = 60) -> str:
 def printable(text: str) -> str:
     """Return `text` as a terminal may have it: escaped where a character is no visible one.
 
-    Text from a file could otherwise move the cursor, change colours, or hide what stands before it.
+    Text from a file could otherwise move the cursor, change colors, or hide what stands before it.
     """
     return "".join(
         letter.encode("unicode_escape").decode() if _hidden(letter) else letter for letter in text

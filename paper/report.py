@@ -10,7 +10,7 @@ from pathlib import Path
 from nlds_vines.archives.durable import write_text
 from nlds_vines.archives.provenance import version
 from nlds_vines.cli.markdown_tables import table
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.parameters import PARAMETERS
 from paper.claims import (
     CLAIMS,
@@ -48,10 +48,10 @@ _NOT_PRINTED = (
     "Contact: A, B and q1 of equation (4). K follows from them, and the frequencies of the narrow "
     "regimes follow K; the table of contact stiffness shows how.",
     "Figures 4 and 5: the values of k1. Those here are ours.",
-    "Tables 1 and 2: the bounds of the optimisations. Two of the claims compare the TMD of Table 2 "
+    "Tables 1 and 2: the bounds of the optimizations. Two of the claims compare the TMD of Table 2 "
     "with one that is tuned without them.",
     "All figures: the frequencies at which they were computed, how much of the transient was left "
-    "out, and whether an orbit begins at rest or on its neighbour's attractor. Here every orbit "
+    "out, and whether an orbit begins at rest or on its neighbor's attractor. Here every orbit "
     "begins at rest, the energies are those of the steady state, and the grids stand in the "
     "request files.",
     "Equation (1) reads as if it bounded the motion; here it is the condition of contact, as "
@@ -253,7 +253,7 @@ def _with_rule(claim: Claim) -> str:
 
 def _retention_cells(row: Retained) -> tuple[str, ...]:
     """Return the cells of a row of the table of retention."""
-    damper = catalogue()[row.damper]
+    damper = catalog()[row.damper]
     return (
         damper.title,
         _marked(row.value, damper.parameters[row.parameter]),

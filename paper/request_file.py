@@ -9,7 +9,7 @@ from nlds_vines.archives.toml import read_toml
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.errors import at, string
-from nlds_vines.model.catalogue import figure_files
+from nlds_vines.model.catalog import figure_files
 from nlds_vines.model.request_layers import Document
 from paper.request import FigureRequest, short_name
 

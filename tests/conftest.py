@@ -28,7 +28,7 @@ FIRST = (
     "contract/test_plain.py",
     "contract/test_same_bits.py",
     "kernels/test_contact_laws.py",
-    "contract/test_specialisation.py",
+    "contract/test_specialization.py",
     "property/test_limit.py",
     "continuation/test_branches.py",
 )

@@ -32,8 +32,8 @@ def requests() -> dict[str, FigureRequest]:
     return packaged_figures()
 
 
-def bell(omega, height, centre, width=0.25):
-    return height * np.exp(-(((omega - centre) / width) ** 2))
+def bell(omega, height, center, width=0.25):
+    return height * np.exp(-(((omega - center) / width) ** 2))
 
 
 def published(system: System, omega: np.ndarray) -> np.ndarray:

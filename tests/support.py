@@ -24,7 +24,7 @@ from nlds_vines.kernels.scene.codes import OK, RELEASED
 from nlds_vines.kernels.scene.contact_series import SCRATCH as STEP_SCRATCH
 from nlds_vines.kernels.scene.scene import damper_in, structure_of
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System
 from nlds_vines.orbits.kernel_inputs import parts_of

@@ -19,10 +19,10 @@ for row in found.special_points[:3]:
 # Each branch has its points as arrays: parameter, energy, whether they are stable, and more.
 
 figure, axes = plt.subplots(figsize=(6.3, 3.6), layout="constrained")
-for branch, colour in zip(found.branches, ("#0072b2", "#d55e00", "#009e73"), strict=True):
+for branch, color in zip(found.branches, ("#0072b2", "#d55e00", "#009e73"), strict=True):
     for stable, line in ((True, "-"), (False, ":")):
         energy = np.where(branch.stable == stable, branch.E1max, np.nan)
-        axes.plot(branch.parameter, energy, line, color=colour)
+        axes.plot(branch.parameter, energy, line, color=color)
 for row in found.special_points:
     if row.kind == "PD" and row.branch == 0:
         axes.axvline(row.value, color="#767676", linewidth=0.6)

@@ -39,11 +39,11 @@ def curve(archive, *place):
 figure, axes = plt.subplots(figsize=(6.3, 3.6), layout="constrained")
 with nv.read("alone.h5") as archive:
     axes.plot(*curve(archive), color="#767676", label="no damper")
-colours = ("#56b4e9", "#0072b2", "#d55e00")
+colors = ("#56b4e9", "#0072b2", "#d55e00")
 with nv.read("damper.h5") as archive:
     for j, clearance in enumerate(archive["C"]):
         label = f"$C$ = {clearance:g} m"
-        axes.plot(*curve(archive, j), color=colours[j], label=label)
+        axes.plot(*curve(archive, j), color=colors[j], label=label)
 axes.set_xlabel(r"angular frequency of the force $\omega$ [rad/s]")
 axes.set_ylabel(r"energy of the structure $E_1^\mathrm{max}$ [J]")
 axes.set(xlim=(5, 8), ylim=(0, None))

@@ -3,7 +3,7 @@ Impact speeds over the frequency
 ================================
 
 How fast the damper strikes, from the impacts of single orbits: one dot for each of the impacts in
-12 periods, coloured by the force that it makes.
+12 periods, colored by the force that it makes.
 """
 
 import matplotlib.pyplot as plt

@@ -3,7 +3,7 @@ Basins of attraction
 ====================
 
 At 7.7 rad/s the start decides where the orbit ends.  Each cell is a start of the damper,
-displacement and velocity; its colour is that of the attractor that it is drawn to.
+displacement and velocity; its color is that of the attractor that it is drawn to.
 """
 
 import nlds_vines as nv

@@ -16,7 +16,7 @@ laws = {
     "restitution, e = 0.7": {"law": "restitution", "e": 0.7},
 }
 figure, axes = plt.subplots(figsize=(6.3, 3.6), layout="constrained")
-for (name, contact), colour in zip(laws.items(), ("#0072b2", "#d55e00", "#009e73"), strict=True):
+for (name, contact), color in zip(laws.items(), ("#0072b2", "#d55e00", "#009e73"), strict=True):
     system = nv.load_system("ssul-set6", **contact)
     scan = nv.load_scan(
         {
@@ -27,7 +27,7 @@ for (name, contact), colour in zip(laws.items(), ("#0072b2", "#d55e00", "#009e73
         }
     )
     with nv.scan(scan).read() as archive:
-        axes.plot(archive["omega"], archive["E1max"][:, 0], color=colour, label=name)
+        axes.plot(archive["omega"], archive["E1max"][:, 0], color=color, label=name)
 axes.set_xlabel(r"angular frequency of the force $\omega$ [rad/s]")
 axes.set_ylabel(r"energy of the structure $E_1^\mathrm{max}$ [J]")
 axes.set(xlim=(5, 7.3), ylim=(0, None))

@@ -3,7 +3,7 @@ Spectra over a parameter
 ========================
 
 The spectrum of the structure's displacement at each frequency of the force, upwards, in decades of
-colour, below the section.  A period of 3T has lines at thirds, chaos fills the space between them.
+color, below the section.  A period of 3T has lines at thirds, chaos fills the space between them.
 """
 
 import nlds_vines as nv

@@ -2,7 +2,7 @@
 Poincaré sections of chaos
 ==========================
 
-The state once per period of the force, coloured by how many points lie near one another; and the
+The state once per period of the force, colored by how many points lie near one another; and the
 field's other map, the phase of the force and the speed at each impact.
 """
 

@@ -28,9 +28,9 @@ TALL = 1.5  # height of the damper
 LEFT, RIGHT = 1.75, 6.3  # the ends of the structure
 
 
-def box(ax: Axes, x: float, y: float, size: tuple[float, float], colour: str, text: str) -> None:
+def box(ax: Axes, x: float, y: float, size: tuple[float, float], color: str, text: str) -> None:
     """Draw a body with its name; (x, y) is its lower left corner."""
-    ax.add_patch(Rectangle((x, y), *size, facecolor=colour, edgecolor="black", linewidth=0.8))
+    ax.add_patch(Rectangle((x, y), *size, facecolor=color, edgecolor="black", linewidth=0.8))
     ax.text(x + size[0] / 2, y + size[1] / 2, text, ha="center", va="center")
 
 
@@ -87,10 +87,10 @@ def arrow(ax: Axes, begin: tuple[float, float], end: tuple[float, float], name: 
     ax.text(end[0] + (0.12 if upward else 0.06), end[1], name, ha="left", va="center")
 
 
-def mark(ax: Axes, x: float, text: str, colour: str = WALL) -> None:
+def mark(ax: Axes, x: float, text: str, color: str = WALL) -> None:
     """Draw a dashed line that nothing material stands at, with its name above."""
-    ax.plot([x, x], [DECK, DECK + TALL + 0.32], color=colour, linewidth=0.9, linestyle="--")
-    ax.text(x, DECK + TALL + 0.34, text, ha="center", va="bottom", color=colour)
+    ax.plot([x, x], [DECK, DECK + TALL + 0.32], color=color, linewidth=0.9, linestyle="--")
+    ax.text(x, DECK + TALL + 0.34, text, ha="center", va="bottom", color=color)
 
 
 def structure(ax: Axes) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 from reference import REQUESTS
 
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.contact_laws import LAWS
 from nlds_vines.model.loads.loading import ALL
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
@@ -128,7 +128,7 @@ def schema() -> Schema:
     interval = table({"low": {"type": "number"}, "high": {"type": "number"}})
     spread = table({"spread": {"anyOf": SPREADS}, "law": {"enum": [NORMAL, UNIFORM]}})
     ends = table({"start": {"type": "number"}, "stop": {"type": "number"}})
-    names = {"anyOf": [{"enum": list(catalogue())}, {"type": "string"}]}
+    names = {"anyOf": [{"enum": list(catalog())}, {"type": "string"}]}
     own = {"type": "object", "properties": {"kind": {"enum": list(SCENES)}}}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",

@@ -35,7 +35,7 @@ exit status: 0 done; 2 the request is wrong; 130 interrupted, 143 terminated
 def declare_system(parser: Parser) -> None:
     """Declare the options that say which system is measured."""
     parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="whose system is taken")
-    add_system_options(parser, f"of the catalogue, or a TOML file [{_DEFAULT}]")
+    add_system_options(parser, f"of the catalog, or a TOML file [{_DEFAULT}]")
 
 
 def _declare(parser: Parser) -> None:
@@ -79,7 +79,7 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 
 def system_of(options: Any) -> System:
-    """Return the system asked for: of the catalogue, or a scan's, in the middle of its axes."""
+    """Return the system asked for: of the catalog, or a scan's, in the middle of its axes."""
     if options.scan is None:
         return chosen_system(options, _DEFAULT)
     if options.system is not None:

@@ -1,4 +1,4 @@
-"""An archive for other programs: labelled arrays of xarray, a table of pandas, a CSV file."""
+"""An archive for other programs: labeled arrays of xarray, a table of pandas, a CSV file."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def frame_of(view: View, names: tuple[str, ...]) -> Any:
     return frame
 
 
-def labelled(view: View) -> Any:
+def labeled(view: View) -> Any:
     """Return an archive as an `xarray.Dataset` in memory, with units, names and flags."""
 
     def entry(name: str) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:

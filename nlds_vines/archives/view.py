@@ -134,7 +134,7 @@ class ArchiveView(Outlined):
 
     def to_xarray(self) -> Any:
         """Return all of it as an `xarray.Dataset`, in memory; needs the extra `xarray`."""
-        return frames.labelled(self)
+        return frames.labeled(self)
 
     def to_pandas(self, *names: str) -> Any:
         """Return datasets as a `pandas.DataFrame`: one row for each orbit, its place in front.

@@ -66,7 +66,7 @@ examples:
       (or shares, or share:T,0) draws another picture of the same archive
   nlds-vines bifurcation --vary omega=7.2:7.8:601 --start both --record section,regime,lyapunov \\
           -o hysteresis.h5 --plot hysteresis.png
-      up and down in two colours, the largest Lyapunov exponent below
+      up and down in two colors, the largest Lyapunov exponent below
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """

@@ -10,7 +10,7 @@ from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.request import Scan, refuse_too_many
 from nlds_vines.errors import RequestError, at
 from nlds_vines.model.axis import MOST_VALUES, Axis, announced
-from nlds_vines.model.catalogue import as_system, looks_like_path, resource_text
+from nlds_vines.model.catalog import as_system, looks_like_path, resource_text
 from nlds_vines.model.ratios import axes_of_parameters, meant_by
 from nlds_vines.model.request_layers import Form, Layer, Layers
 from nlds_vines.model.scenes import Scene

@@ -12,7 +12,7 @@ from typing import Any
 
 from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import RequestError, at, from_text, shown
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 
 
@@ -96,7 +96,7 @@ def given(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def add_system_options(
     group: Parser | argparse._ArgumentGroup,
-    system: str = "of the catalogue, or a TOML file",
+    system: str = "of the catalog, or a TOML file",
     settings: str = "SI units",
 ) -> None:
     """Declare --system and --set; `system` and `settings` are their help texts."""

@@ -34,7 +34,7 @@ from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.continuation.request import STARTS, Begin, Continuation
 from nlds_vines.continuation.request_file import in_parameters, load_continuation
 from nlds_vines.errors import RequestError, at, from_text, number, shown
-from nlds_vines.model.catalogue import as_system
+from nlds_vines.model.catalog import as_system
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
 

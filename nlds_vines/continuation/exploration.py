@@ -320,7 +320,7 @@ def _likely(
 
 
 def crossings(track: Track, cycle: Cycle) -> Iterator[np.ndarray]:
-    """Yield the places, between neighbouring points of a track, with an orbit's parameter.
+    """Yield the places, between neighboring points of a track, with an orbit's parameter.
 
     Only those near the orbit, at whatever phase of it.
     """

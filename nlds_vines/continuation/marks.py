@@ -1,4 +1,4 @@
-"""The mark, the colour and the word of each kind of special point, in every picture the same."""
+"""The mark, the color and the word of each kind of special point, in every picture the same."""
 
 from __future__ import annotations
 

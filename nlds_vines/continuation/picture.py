@@ -25,12 +25,12 @@ from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.palette import colours
+from nlds_vines.plotting.palette import colors
 from nlds_vines.plotting.panels import add_panel, write_letters, write_title
 from nlds_vines.plotting.style import (
     CM,
     DOT,
-    GREY,
+    GRAY,
     NAVY,
     axis_label,
     quantity_label,
@@ -227,23 +227,23 @@ def _draw_regimes(figure: Figure, panel: Axes, regimes: list[Band]) -> None:
     place = (box.x0 * wide, box.y1 * height + _GAP, box.width * wide, _STRIP)
     limits = panel.get_xlim()
     axes = add_panel(figure, place, sharex=panel)
-    draw_strip(axes, regimes, colours(band.label for band in regimes))
+    draw_strip(axes, regimes, colors(band.label for band in regimes))
     panel.set_xlim(limits)
 
 
 def _mark_borders(panel: Axes, found: Continued, scan: ArchiveView) -> None:
     """Mark along the foot of a panel what makes the borders of a scan's regimes: a tick for each.
 
-    It has the colour of the special point that ends or begins a regime there, and is grey where
+    It has the color of the special point that ends or begins a regime there, and is gray where
     both orbits live on and the start has only changed basins.
     """
     low, high = panel.get_ylim()
     for border in borders_of(found, scan):
         kinds = [kind for kind, _ in border.events]
         at = [value for _, value in border.events] or [0.5 * (border.low + border.high)]
-        colours_here = [MARKS[kind]["color"] for kind in kinds] or [GREY]
-        for value, colour in zip(at, colours_here, strict=True):
-            panel.vlines(value, low, low + _TICK * (high - low), color=colour, linewidth=0.8)
+        colors_here = [MARKS[kind]["color"] for kind in kinds] or [GRAY]
+        for value, color in zip(at, colors_here, strict=True):
+            panel.vlines(value, low, low + _TICK * (high - low), color=color, linewidth=0.8)
     panel.set_ylim(low, high)
 
 
@@ -265,7 +265,7 @@ def _handles(found: Continued, over: bool = False, borders: bool = False) -> lis
         handles.append(Line2D([], [], label="scan", color=_PALE, markersize=3.5, **DOT))
     if borders:
         tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markersize": 6}
-        handles.append(Line2D([], [], label="its regime changes", color=GREY, **tick))
+        handles.append(Line2D([], [], label="its regime changes", color=GRAY, **tick))
     return handles
 
 

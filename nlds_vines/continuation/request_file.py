@@ -43,7 +43,7 @@ def load_continuation(
     """Return the continuation that a file means, checked throughout.
 
     Arguments:
-        source: path of a TOML file (its name ends in `.toml`), a name of the catalogue, the
+        source: path of a TOML file (its name ends in `.toml`), a name of the catalog, the
             document as nested tables, a `System`, a `Continuation`, or None for SSul Set 6.
         changes: a document of the same form that overrides it entry by entry; `changes_from` names
             it in the message of an error.

@@ -283,7 +283,7 @@ class Continued(Drawable):
     ) -> Iterator[tuple[int, Cycle]]:
         """Yield the orbits of a branch at a value, each with the number of the point before.
 
-        The states at phase zero of two neighbours may stand on both sides of an impact of rigid
+        The states at phase zero of two neighbors may stand on both sides of an impact of rigid
         bodies: what is between them is sought in flight.
         """
         values, name, n = branch.parameter, self.request.along.name, branch.period

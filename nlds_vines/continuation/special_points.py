@@ -98,7 +98,7 @@ def label_of_cycle(cycle: Cycle) -> str:
 
 
 def specials_between(section_map: SectionMap, a: Point, b: Point) -> list[Special]:
-    """Return the special points between two neighbouring points of a branch, in their order."""
+    """Return the special points between two neighboring points of a branch, in their order."""
     places: list[tuple[float, Special]] = []
     for kind in _changed(a, b):
         found = _located(section_map, kind, a, b)

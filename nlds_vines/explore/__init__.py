@@ -3,8 +3,8 @@
 In reading order:
 
     map_data           what an archive, or a scan under way, holds of every cell, as plain arrays
-    map_choices        what a map or a diagram may show: regimes, shares, numbers; their colours
-    cell_columns       a map as a browser takes it: numbers of its cells, titles, words, colours
+    map_choices        what a map or a diagram may show: regimes, shares, numbers; their colors
+    cell_columns       a map as a browser takes it: numbers of its cells, titles, words, colors
     histories          time histories, settled or from the start
     live_orbit         an orbit and all that the page shows of it; computed aside, one at a time
     map_computation    a part of a map computed finer, in the background

@@ -76,7 +76,7 @@ def words_of(regime: Regime) -> str:
         return f"chaos that ended: now {_cycle(regime)} with {_impacts(regime)}"
     return {
         "quasiperiodic": "a motion on a torus",
-        "chaotic": "neighbouring orbits part, for all the periods that were followed",
+        "chaotic": "neighboring orbits part, for all the periods that were followed",
         "undetermined": "no test of a regime was met",
     }.get(regime.kind, regime.kind)
 

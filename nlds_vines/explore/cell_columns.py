@@ -1,4 +1,4 @@
-"""A map as a browser takes it: columns of plain numbers, row after row; titles, words, colours.
+"""A map as a browser takes it: columns of plain numbers, row after row; titles, words, colors.
 
 A row is one start of one cell; the starts of a cell stand side by side, and the cells of the last
 axis.  Codes are integers; what does not apply is NaN.
@@ -23,7 +23,7 @@ from nlds_vines.model.parameters import described
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.status_words import NOT_COMPUTED, OK, STATUS
 from nlds_vines.plotting.palette import HATCHED
-from nlds_vines.plotting.style import NAVY, NO_VALUE, start_colours
+from nlds_vines.plotting.style import NAVY, NO_VALUE, start_colors
 
 
 def columns(found: Stored) -> dict[str, np.ndarray]:
@@ -112,7 +112,7 @@ MOST_POINTS = 2_000_000
 
 
 def meta_of(found: Stored, points: int) -> dict[str, Any]:
-    """Return titles, axes, starts, words and colours of a map, `points` of each section shown."""
+    """Return titles, axes, starts, words and colors of a map, `points` of each section shown."""
     regimes = "label" in found
     sides = " × ".join(str(n) for n in found.scan.shape)
     several = f", {len(found.starts)} starts" if len(found.starts) > 1 else ""
@@ -121,7 +121,7 @@ def meta_of(found: Stored, points: int) -> dict[str, Any]:
         "head": f"{'Map' if len(found.scan.axes) == 2 else 'Diagram'}, {sides} cells{several}",
         "axes": axes_of(found),
         "starts": list(found.starts),
-        "start_colours": start_colours(found.starts),
+        "start_colors": start_colors(found.starts),
         "ink": NAVY,
         "labels": label_words(found) if regimes else [],
         "classes": [list(pair) for pair in classes_of(found)] if regimes else [],

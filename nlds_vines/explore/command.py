@@ -42,7 +42,7 @@ examples:
   nlds-vines explore scans/map-omega-P.toml
       a map that is computed while one looks at it
   nlds-vines explore --system vi-nes --port 0 --no-browser
-      a system of the catalogue, on a port that is free; the address is printed
+      a system of the catalog, on a port that is free; the address is printed
 The page is served to this machine alone; Ctrl-C ends it.  Needs the extra `explore`:
 pip install 'nlds-vines[explore]'
 exit status: 130 after Ctrl-C, 143 terminated; 2 the request is wrong, or the port is taken
@@ -93,8 +93,8 @@ def _diagram_of(changes: Mapping[str, Any]) -> Scan:
     """Return the diagram of a system around the natural frequency of its structure."""
     system: System = changes["system"].with_(**changes.get("set", {}))
     m1, k1, _ = system.structure
-    centre = (k1 / m1) ** 0.5 if k1 > 0 else system.parameters["omega"]
-    low, high = (factor * centre for factor in _WINDOW)
+    center = (k1 / m1) ** 0.5 if k1 > 0 else system.parameters["omega"]
+    low, high = (factor * center for factor in _WINDOW)
     vary = {"omega": {"start": low, "stop": high, "num": _CELLS}}
     document = {"system": system.to_table(), "vary": vary, "title": system.title or system.name}
     return load_scan({**document, "start": {"policy": "rest"}})

@@ -1,4 +1,4 @@
-"""What a map or a diagram may show, and in which colours; arrays and words, no picture."""
+"""What a map or a diagram may show, and in which colors; arrays and words, no picture."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from nlds_vines.plotting.palette import (
     HATCHED,
     OTHERS,
     RAMP,
-    colours,
+    colors,
     drawn_as,
     ordered,
     short,
@@ -36,9 +36,9 @@ MOST_SHARES = 6
 UNKNOWN = "not computed"
 """The word for a cell of a scan under way."""
 
-FAILED_COLOUR, UNKNOWN_COLOUR = OTHERS["failed"], "#00000000"
+FAILED_COLOR, UNKNOWN_COLOR = OTHERS["failed"], "#00000000"
 
-COMPUTED = ((UNKNOWN, UNKNOWN_COLOUR), ("computed", RAMP[0]), ("failed", FAILED_COLOUR))
+COMPUTED = ((UNKNOWN, UNKNOWN_COLOR), ("computed", RAMP[0]), ("failed", FAILED_COLOR))
 """What is shown of a map that holds nothing else that a cell could show."""
 
 
@@ -50,9 +50,9 @@ class Show:
         name, title: as in `--show`, and in words.
         column: the numbers of the cells, a name of `cell_columns`, or of the section's component.
         of_start: whether there is one number for each start, and one start must be chosen.
-        classes: (word, colour) of each code of a column of codes, and of regimes the name of all
-            of this colour; empty for numbers.
-        unit: of numbers; logarithmic: how they are coloured.
+        classes: (word, color) of each code of a column of codes, and of regimes the name of all
+            of this color; empty for numbers.
+        unit: of numbers; logarithmic: how they are colored.
         points: whether a diagram draws it as the points of a section.
     """
 
@@ -115,7 +115,7 @@ def _codes(found: Stored, maps: bool) -> list[Show]:
     if not maps or "capture" not in found:
         return []
     words = [word.replace("_to_", ":").replace("_", " ") for word in CAPTURE]
-    classes = ((UNKNOWN, UNKNOWN_COLOUR), *zip(words, COUNTS, strict=False))
+    classes = ((UNKNOWN, UNKNOWN_COLOR), *zip(words, COUNTS, strict=False))
     return [Show("capture", "response by impacts a period", "capture", classes=classes)]
 
 
@@ -175,14 +175,14 @@ def label_places(found: Stored) -> tuple[list[str], np.ndarray]:
 
 
 def classes_of(found: Stored) -> tuple[tuple[str, ...], ...]:
-    """Return the words of all labels, in the order of their codes, with their colours.
+    """Return the words of all labels, in the order of their codes, with their colors.
 
-    Beside them stands the name that all regimes of this colour share.
+    Beside them stands the name that all regimes of this color share.
     """
     _, *words = label_words(found)
-    shades = colours(words)
+    shades = colors(words)
     named = ((short(word), shades[word], short(drawn_as(word))) for word in words)
-    return ((UNKNOWN, UNKNOWN_COLOUR, UNKNOWN), *named)
+    return ((UNKNOWN, UNKNOWN_COLOR, UNKNOWN), *named)
 
 
 def columns_of_shows(found: Stored) -> dict[str, np.ndarray]:

@@ -21,12 +21,12 @@ _EVENTS = {
 
 
 def image_source(name: str) -> ColumnDataSource:
-    """Return the source of an image of colours (ABGR), of one clear pixel until it is painted."""
+    """Return the source of an image of colors (ABGR), of one clear pixel until it is painted."""
     data = {"image": [np.zeros((1, 1), np.uint32)], "x": [0.0], "y": [0.0], "dw": [1.0]}
     return ColumnDataSource({**data, "dh": [1.0]}, name=name)
 
 
-def map_figures(axes: int, starts: int, labelled: bool, refining: bool) -> list[Model]:
+def map_figures(axes: int, starts: int, labeled: bool, refining: bool) -> list[Model]:
     """Return the figures of a map (two axes) or a diagram (one), the map or diagram first.
 
     Arguments: the number of `axes` and of `starts`; whether regimes are recorded, which a diagram
@@ -51,7 +51,7 @@ def map_figures(axes: int, starts: int, labelled: bool, refining: bool) -> list[
             box.dimensions = "width"
         code = "if (cb_obj.final) EXPLORE.rectangle(cb_obj.geometry)"
         main.js_on_event("selectiongeometry", CustomJS(code=code))
-    return [main] if axes == 2 or not labelled else [main, _strip(main, starts)]
+    return [main] if axes == 2 or not labeled else [main, _strip(main, starts)]
 
 
 def _add_mark(main: Any, axes: int) -> None:
@@ -64,7 +64,7 @@ def _add_mark(main: Any, axes: int) -> None:
         main.add_layout(roled(line, "ink"))
     mark = ColumnDataSource({"x": [np.nan], "y": [np.nan]}, name="mark")
     rings = (("#ffffff", 4.0), ("#000000", 1.6))
-    for shade, width in rings:  # seen on any colour
+    for shade, width in rings:  # seen on any color
         main.scatter(
             "x", "y", source=mark, size=13, marker="circle", fill_color=None, line_color=shade,
             line_width=width, nonselection_alpha=1.0,

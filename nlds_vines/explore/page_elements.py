@@ -29,7 +29,7 @@ def frame(name: str) -> Template:
 def plain_figure(name: str, height: int, **settings: Any) -> Any:
     """Return an empty figure in the style of the page, with a name and a height [pixels].
 
-    Its colours are the page's, which the browser sets, so that both themes suit it.
+    Its colors are the page's, which the browser sets, so that both themes suit it.
     """
     options = {
         "tools": "pan,box_zoom,wheel_zoom,reset,save",
@@ -57,6 +57,6 @@ def plain_figure(name: str, height: int, **settings: Any) -> Any:
 
 
 def roled(model: Model, role: str, *more: str) -> Any:
-    """Return a model that takes its colour from the page: ink, body, wall, blue, green, pink."""
+    """Return a model that takes its color from the page: ink, body, wall, blue, green, pink."""
     model.tags = [role, *more]
     return model

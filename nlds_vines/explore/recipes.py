@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.window_view import View
@@ -48,8 +48,8 @@ def picture(request: PortraitRequest, view: View) -> str:
 
 
 def _named(system: System) -> list[str] | None:
-    """Return --system and --set of a system of the catalogue; None for any other."""
-    base = catalogue().get(system.name)
+    """Return --system and --set of a system of the catalog; None for any other."""
+    base = catalog().get(system.name)
     if base is None or (base.kind, base.law, base.law_2) != (
         system.kind, system.law, system.law_2,
     ):  # fmt: skip

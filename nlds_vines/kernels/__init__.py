@@ -23,7 +23,7 @@ Words:
     period            one of the forcing, T = 2 pi / omega
     section           the states at the ends of the periods, or `stops` of them in each period
     record, evidence  the section of an orbit under judgement, and the numbers of its verdict
-    variations        four small differences from an orbit; they obey the linearised equation
+    variations        four small differences from an orbit; they obey the linearized equation
 
 Letters:
 

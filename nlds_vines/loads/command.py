@@ -21,7 +21,7 @@ from nlds_vines.errors import at
 from nlds_vines.loads.load_options import add_load_options, load_changes
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.loads.request_file import Source, load_response_history
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.words import system_in_words
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ def _declare(parser: Parser) -> None:
     group = parser.add_argument_group("options that override the request file")
     group.add_argument(
         "--system", action="append", default=[], metavar="NAME", dest="systems",
-        help="a damper: of the catalogue, or a TOML file; once for each",
+        help="a damper: of the catalog, or a TOML file; once for each",
     )  # fmt: skip
     group.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE",

@@ -27,7 +27,7 @@ from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.panels import write_letters
-from nlds_vines.plotting.style import CM, GREY, HUES, NO_VALUE
+from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE
 from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 _HEIGHT = {"shares": 4.2 * CM}  # inches
@@ -112,7 +112,7 @@ def _energy(axes: Axes, found: ResponseHistories) -> None:
     for _, fall, look in _each(found):
         axes.semilogy(fall.time, fall.E1 / fall.numbers["E1max"], **look)
     for share in SHARES:
-        axes.axhline(share, color=GREY, linewidth=0.6, zorder=0)
+        axes.axhline(share, color=GRAY, linewidth=0.6, zorder=0)
     axes.set(ylim=(_LEAST, 1.5), ylabel="$E_1$ by its largest")
     _over_time(axes, found.request)
     axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:g}%")

@@ -9,7 +9,7 @@ from typing import Any
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, shown
 from nlds_vines.loads.request import HistoryRequest, has, is_of_load
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalogue import as_system, load_system, system_from
+from nlds_vines.model.catalog import as_system, load_system, system_from
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.ratios import meant_by
 from nlds_vines.model.request_layers import Document, Form, Layer, Layers

@@ -24,11 +24,11 @@ from nlds_vines.plotting.bands import edges, logarithmic
 from nlds_vines.plotting.notation import in_latex, raised, typeset
 from nlds_vines.plotting.page import Page
 from nlds_vines.plotting.panels import write_letters
-from nlds_vines.plotting.style import CM, GREY, HUES, NO_VALUE, SHADES, axis_label
+from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE, SHADES, axis_label
 
 _LINES = ("solid", "dashed", "dashdot", "dotted")
-_COLOURS = [HUES[name] for name in ("black", "vermillion", "blue", "green", "orange", "pink")]
-EXACT: dict[str, Any] = {"color": GREY, "linewidth": 0.6, "zorder": 0}
+_COLORS = [HUES[name] for name in ("black", "vermillion", "blue", "green", "orange", "pink")]
+EXACT: dict[str, Any] = {"color": GRAY, "linewidth": 0.6, "zorder": 0}
 """How a closed form is drawn."""
 
 _HEIGHT = 6.0 * CM  # inches, of a panel
@@ -55,9 +55,9 @@ def entitle(figure: Figure, title: str) -> None:
 
 
 def look(number: int) -> dict[str, Any]:
-    """Return colour and line of a damper, by its place among them."""
+    """Return color and line of a damper, by its place among them."""
     return {
-        "color": _COLOURS[number % len(_COLOURS)],
+        "color": _COLORS[number % len(_COLORS)],
         "linestyle": _LINES[number % len(_LINES)],
     }
 

@@ -11,7 +11,7 @@ In reading order:
     scenes/          the kinds of systems, a file each
     ratios           damping ratios, mass ratio and Hz in place of parameters
     system           a kind with its parameters, checked
-    catalogue        the named systems, and the files that come with the program
+    catalog        the named systems, and the files that come with the program
     labels           what an orbit is, in the paper's words; of many, the frequent ones
     words            systems and parameters in a few words
     linear_response  the motion without contact, in closed form

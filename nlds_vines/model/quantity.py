@@ -21,7 +21,7 @@ MAPS, CURVES, TOUCHED, BELOW = "maps", "curves", "touched", "below"
 top, where no section is recorded; there, as the section at impact; below the other panels."""
 
 SIGNED, ERROR, PERIOD, WAIT = "signed", "error", "period", "wait"
-"""Scales: around zero; logarithmic, where zero is round-off; by colours of periods; logarithmic
+"""Scales: around zero; logarithmic, where zero is round-off; by colors of periods; logarithmic
 from one period on."""
 
 _LONGEST = 48  # characters of a label along an axis

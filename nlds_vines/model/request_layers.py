@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 
 from nlds_vines.archives.toml import read_toml, toml_text
 from nlds_vines.errors import LeftAside, RequestError, at, shown, string, table
-from nlds_vines.model.catalogue import load_system, system_from
+from nlds_vines.model.catalog import load_system, system_from
 from nlds_vines.model.system import System
 
 Document = Mapping[str, Any]

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalogue import as_system
+from nlds_vines.model.catalog import as_system
 from nlds_vines.model.system import System
 
 _MOST_XI = 1e3

@@ -99,7 +99,7 @@ class System(Outlined):
         kind: one of `SCENES`.
         parameters: SI values by name, exactly those of the kind; `K` may be given in place of the
             seven contact constants, and a ratio (`model.ratios`) in place of a parameter.
-        name: the name in the catalogue, or the path of a file; by default the kind.
+        name: the name in the catalog, or the path of a file; by default the kind.
         title: one line that describes it.
         sources: by parameter, where its value comes from.
         assumptions: by parameter, what had to be assumed for its value.

@@ -11,7 +11,7 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import choice, whole
-from nlds_vines.model.catalogue import as_system
+from nlds_vines.model.catalog import as_system
 from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted

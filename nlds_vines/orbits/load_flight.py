@@ -16,7 +16,7 @@ from nlds_vines.kernels.motion.flight import ORDER
 from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.scene.arguments import CellBuffers
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
-from nlds_vines.model.catalogue import as_system
+from nlds_vines.model.catalog import as_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
@@ -111,7 +111,7 @@ def fly(
     Flights are exact to round-off, as `simulate`'s are, and no impact is missed.
 
     Args:
-        system: what is moved, or its name in the catalogue.
+        system: what is moved, or its name in the catalog.
         load: the force, in cells no longer than `longest_cell`.
         start: (x1, v1, x2, v2) before the first jump; at rest by default.
         record: words of `RECORDS`; "work" comes with a response.

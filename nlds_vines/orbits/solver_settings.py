@@ -58,7 +58,7 @@ SHARE = 0.25
 
 @dataclass(frozen=True)
 class Settings:
-    """How finely a method computes: all that it discretises.
+    """How finely a method computes: all that it discretizes.
 
     Attributes, of `exact`: relative `tolerance` of each contact; collocation `nodes` of every short
     impact and `contact_steps` of every other contact, where they are not left to the

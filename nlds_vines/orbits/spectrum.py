@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from nlds_vines.orbits.simulation import Orbit
 
 
-NEIGHBOURS = 8
+NEIGHBORS = 8
 """Bins to either side of one whose median is the background there (`Spectrum.background_share`)."""
 
 SILENCE = 1.0e-15
@@ -32,7 +32,7 @@ class Spectrum(Outlined):
         amplitude: of the line in each bin, in the signal's `unit`: a line A cos on a bin gives A,
             with either window; the first is the modulus of the mean.
         power: share of each bin in the variance, [unit^2]; its sum is the variance exactly
-            (Parseval; that of the tapered signal, normalised by the window's mean square).
+            (Parseval; that of the tapered signal, normalized by the window's mean square).
         omega: the forcing frequency [rad/s].
         samples: in each forcing period; periods: how many; window: one of `TAPERS`.
         quantity, unit: what it is a spectrum of.
@@ -126,17 +126,17 @@ class Spectrum(Outlined):
         """Return the share of the power that is background and no line, 0 to 1.
 
         Of the first `bins`, without the mean: the sum of min(P_k, median of P around k) over that
-        of P.  A line is what stands above the median of the `NEIGHBOURS` bins to either side.
+        of P.  A line is what stands above the median of the `NEIGHBORS` bins to either side.
         Lines of any frequencies, those of a quasiperiodic motion too, leave next to nothing;
-        continuous spectra leave most.  With Hann's window lines may be as near as `NEIGHBOURS`
+        continuous spectra leave most.  With Hann's window lines may be as near as `NEIGHBORS`
         bins: of an nT orbit there must be ten n periods or more.
         """
         power = self.power[1:bins]
         total = float(power.sum())
         if total == 0.0:
             return 0.0
-        padded = np.pad(power, NEIGHBOURS, mode="reflect")
-        around = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
+        padded = np.pad(power, NEIGHBORS, mode="reflect")
+        around = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBORS + 1)
         return float(np.minimum(power, np.median(around, axis=1)).sum() / total)
 
     def bins_holding(self, share: float = 0.99) -> int:

@@ -44,7 +44,7 @@ class Start:
     """Where the orbits of every cell begin.
 
     Arguments:
-        policy: `rest`; `up` or `down`, which follow the attractor of the neighbouring cell to
+        policy: `rest`; `up` or `down`, which follow the attractor of the neighboring cell to
             greater or smaller values of the last axis; `both` of these, as two starts, which
             shows hysteresis; `random`, from `count` states; `state`, from the one that is given.
         count, seed: for `random` alone; the same count states are drawn for every cell.

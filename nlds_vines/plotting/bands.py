@@ -17,7 +17,7 @@ _EVEN = 1e-6  # relative difference of two steps that count as equal: far above 
 
 
 class Band(NamedTuple):
-    """A run of neighbouring cells of one label, from `low` to `high` on the axis."""
+    """A run of neighboring cells of one label, from `low` to `high` on the axis."""
 
     label: str
     low: float
@@ -29,7 +29,7 @@ class Band(NamedTuple):
         return self.high - self.low
 
     @property
-    def centre(self) -> float:
+    def center(self) -> float:
         """Middle of the band."""
         return (self.low + self.high) / 2
 
@@ -77,7 +77,7 @@ def is_list(values: np.ndarray) -> bool:
 def edges(values: np.ndarray) -> np.ndarray:
     """Return the borders (n + 1,) of the cells around ascending `values` (n,).
 
-    Neighbouring cells meet half-way, of values at equal ratios half-way between the logarithms; the
+    Neighboring cells meet half-way, of values at equal ratios half-way between the logarithms; the
     first and the last extend as far outwards as inwards.
     """
     if values.size == 1:
@@ -118,7 +118,7 @@ def one_regime(values: np.ndarray, numbers: np.ndarray, labels: np.ndarray) -> l
     """Return a curve (2, points) that joins no two regimes, and the points (2, count) off it.
 
     Arguments: abscissae and ordinates (n,); the `labels` (n,), empty where no regime is to be
-    joined.  Neighbours of one label are joined, a NaN stands between the others.
+    joined.  Neighbors of one label are joined, a NaN stands between the others.
     """
     joined = (labels[1:] == labels[:-1]) & (labels[1:] != "")
     alone = ~(np.append(joined, False) | np.append(False, joined))
@@ -130,8 +130,8 @@ def one_regime(values: np.ndarray, numbers: np.ndarray, labels: np.ndarray) -> l
 def spread(wanted: Sequence[float], gap: float, low: float, high: float) -> np.ndarray:
     """Return places (n,) near the ascending `wanted` ones, at least `gap` apart in [low, high].
 
-    Before the ends are respected, the places minimise the sum of the squared displacements: names
-    that would collide form a group, and each group is centred over what it names.  With the gaps
+    Before the ends are respected, the places minimize the sum of the squared displacements: names
+    that would collide form a group, and each group is centered over what it names.  With the gaps
     subtracted this is an isotonic regression: the nearest sequence that never falls.
 
     Raises ValueError where there is no room for so many.

@@ -51,7 +51,7 @@ def count_in(figure: Figure, unit: str, view: ArchiveView) -> None:
     if choice("frequency", unit, UNITS) == RAD:
         return
     factor = 1.0 / _unit(view, _RATIOS[unit])
-    found = list(_labelled(figure))
+    found = list(_labeled(figure))
     if not found:
         raise RequestError(f"frequency = {unit!r}: the picture has no axis of the frequency omega")
     for axis, along in found:
@@ -85,8 +85,8 @@ def _only(view: ArchiveView, name: str) -> float:
     return first if (values == first).all() else np.nan
 
 
-def _labelled(figure: Figure) -> Iterator[tuple[Axis, Sequence[Axis]]]:
-    """Yield axes that are labelled as the frequency omega, and all others along or up the page."""
+def _labeled(figure: Figure) -> Iterator[tuple[Axis, Sequence[Axis]]]:
+    """Yield axes that are labeled as the frequency omega, and all others along or up the page."""
     whole = axis_label("omega")
     across: list[Axis] = [frame.xaxis for frame in figure.axes]
     up: list[Axis] = [frame.yaxis for frame in figure.axes]
@@ -97,6 +97,6 @@ def _labelled(figure: Figure) -> Iterator[tuple[Axis, Sequence[Axis]]]:
 
 
 def _has_such_ticks(other: Axis, ends: tuple[float, float]) -> bool:
-    """Tell whether the axis of another panel has the range of a labelled one, and ticks."""
+    """Tell whether the axis of another panel has the range of a labeled one, and ticks."""
     fixed = isinstance(other.get_major_locator(), FixedLocator | NullLocator)
     return not fixed and np.array_equal(other.get_view_interval(), ends)

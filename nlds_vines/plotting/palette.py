@@ -1,6 +1,6 @@
-"""Colours of regimes: one for each label, the same in every picture, page and run.
+"""Colors of regimes: one for each label, the same in every picture, page and run.
 
-The ramp is near viridis and grows lighter with the period, so that it keeps its order in a grey
+The ramp is near viridis and grows lighter with the period, so that it keeps its order in a gray
 print.  Periods, and what is not periodic beside all tints of them, are told apart without red,
 green or blue cones too: their distances in CIELAB are measured by `tests/plotting/test_palette.py`.
 """
@@ -13,10 +13,10 @@ from math import inf, sqrt
 from typing import Any
 
 from nlds_vines.model.labels import TRANSIENT, final
-from nlds_vines.plotting.style import GREY
+from nlds_vines.plotting.style import GRAY
 
 RAMP = ("#44559f", "#1c7f9b", "#3fb769", "#88cb52", "#b4ee24", "#fff06e")
-"""Colours of T, 2T, 3T, 4T, 5T, and of 6T and longer."""
+"""Colors of T, 2T, 3T, 4T, 5T, and of 6T and longer."""
 
 OTHERS: Mapping[str, str] = {
     "quasiperiodic": "#861657",
@@ -25,21 +25,21 @@ OTHERS: Mapping[str, str] = {
     "undetermined": "#efefef",
     "failed": "#d7191c",
 }
-"""Colours of regimes that are not periodic."""
+"""Colors of regimes that are not periodic."""
 
 LONG = f"{len(RAMP)}T and longer"
-"""The name of the regimes that share the ramp's last colour."""
+"""The name of the regimes that share the ramp's last color."""
 
 _EXAMPLE = f"{len(RAMP)}T,1"  # one of these regimes
 
 COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
-"""Colours of one regime in a cell, two, three ..., and of as many as there are colours or more."""
+"""Colors of one regime in a cell, two, three ..., and of as many as there are colors or more."""
 
 HATCHED = "undetermined"
-"""The label that is drawn with a hatch beside its colour: a gap in knowledge looks like a gap."""
+"""The label that is drawn with a hatch beside its color: a gap in knowledge looks like a gap."""
 
 THROUGH_CHAOS = "...."
-"""The hatch over the colour of a regime that an orbit reached through transient chaos."""
+"""The hatch over the color of a regime that an orbit reached through transient chaos."""
 
 INADMISSIBLE = ", inadmissible"
 """What follows the label of an orbit that passes the limit of its scene."""
@@ -49,11 +49,11 @@ PASSED = "\\\\\\\\"
 
 _HATCHES = {HATCHED: "//////"}
 _PERIODIC = re.compile(r"([1-9][0-9]{0,8})?T(?:,([0-9]{1,9}))?")
-_MOST_WHITE = 0.53  # share of white in the colour of a regime without impacts
+_MOST_WHITE = 0.53  # share of white in the color of a regime without impacts
 _MOST_BLACK = 0.34  # share of black in that of a regime with ever more impacts
-_DARKER = 0.3  # share of black in the colour of a regime that was reached through chaos
+_DARKER = 0.3  # share of black in the color of a regime that was reached through chaos
 _DARK = 140.0  # luma, of 255, below which writing is white
-_INK = 150.0  # luma that the colour of a dot on white paper has at most
+_INK = 150.0  # luma that the color of a dot on white paper has at most
 
 
 def period_and_impacts(label: str) -> tuple[int, int] | None:
@@ -77,23 +77,23 @@ def ordered(labels: Iterable[str]) -> list[str]:
     return sorted(set(labels), key=place)
 
 
-def colour_of(label: str) -> str:
-    """Return the colour of a label, as `#rrggbb`: a function of the label alone.
+def color_of(label: str) -> str:
+    """Return the color of a label, as `#rrggbb`: a function of the label alone.
 
-    The period n takes its colour from the ramp; n from 6 on share the last one.  Below that, nT,k
-    with k = n impacts has the plain colour; with fewer it is paler, palest without any, and with
+    The period n takes its color from the ramp; n from 6 on share the last one.  Below that, nT,k
+    with k = n impacts has the plain color; with fewer it is paler, palest without any, and with
     more it is darker; the first impact more or less makes the largest step.  A regime that was
     reached through chaos is darker than itself, and pictures hatch it (`patch_look`).
     """
     label = label.removesuffix(INADMISSIBLE)
     if label.startswith(TRANSIENT):
-        return mixed(colour_of(final(label)), "#000000", _DARKER)
+        return mixed(color_of(final(label)), "#000000", _DARKER)
     periodic = period_and_impacts(label)
     return _tinted(*periodic) if periodic else OTHERS[_kind(label)]
 
 
 def drawn_as(label: str) -> str:
-    """Return the name under which a label is drawn: labels of the same colour share one."""
+    """Return the name under which a label is drawn: labels of the same color share one."""
     end = final(label)
     found = period_and_impacts(end)
     return label.replace(end, LONG) if found and found[0] >= len(RAMP) else label
@@ -110,42 +110,42 @@ def in_order(words: Iterable[str]) -> list[str]:
     return [word.replace(_EXAMPLE, LONG) for word in found]
 
 
-def colours(labels: Iterable[str]) -> dict[str, str]:
-    """Return the colour of every label, by label."""
-    return {label: colour_of(label) for label in labels}
+def colors(labels: Iterable[str]) -> dict[str, str]:
+    """Return the color of every label, by label."""
+    return {label: color_of(label) for label in labels}
 
 
 def ink_of(label: str) -> str:
-    """Return the colour of dots of a regime on white paper: its own, less pale and dark enough."""
+    """Return the color of dots of a regime on white paper: its own, less pale and dark enough."""
     label = label.removesuffix(INADMISSIBLE)
     periodic = period_and_impacts(label)
-    colour = _tinted(*periodic, white=_MOST_WHITE / 2) if periodic else colour_of(label)
-    luma = _luma(colour)
-    return colour if luma <= _INK else mixed(colour, "#000000", 1.0 - _INK / luma)
+    color = _tinted(*periodic, white=_MOST_WHITE / 2) if periodic else color_of(label)
+    luma = _luma(color)
+    return color if luma <= _INK else mixed(color, "#000000", 1.0 - _INK / luma)
 
 
 def hatch_of(label: str) -> str:
-    """Return the hatch over the colour of a label; empty for none."""
+    """Return the hatch over the color of a label; empty for none."""
     if label.endswith(INADMISSIBLE):
         return hatch_of(label.removesuffix(INADMISSIBLE)) + PASSED
     return _HATCHES.get(label, THROUGH_CHAOS if label.startswith(TRANSIENT) else "")
 
 
-def patch_look(label: str, colour: str) -> dict[str, Any]:
-    """Return how a patch of a regime is filled: its colour without a line, or a hatch over it."""
-    look: dict[str, Any] = {"facecolor": colour, "linewidth": 0}
-    edge = GREY if label == HATCHED else "white" if is_dark(colour) else "black"
+def patch_look(label: str, color: str) -> dict[str, Any]:
+    """Return how a patch of a regime is filled: its color without a line, or a hatch over it."""
+    look: dict[str, Any] = {"facecolor": color, "linewidth": 0}
+    edge = GRAY if label == HATCHED else "white" if is_dark(color) else "black"
     return look | ({"hatch": hatch_of(label), "edgecolor": edge} if hatch_of(label) else {})
 
 
-def is_dark(colour: str) -> bool:
-    """Return whether writing on this colour is to be white."""
-    return _luma(colour) < _DARK
+def is_dark(color: str) -> bool:
+    """Return whether writing on this color is to be white."""
+    return _luma(color) < _DARK
 
 
-def _luma(colour: str) -> float:
+def _luma(color: str) -> float:
     """Return the luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B, of channels from 0 to 255."""
-    red, green, blue = _channels(colour)
+    red, green, blue = _channels(color)
     return 0.299 * red + 0.587 * green + 0.114 * blue
 
 
@@ -155,7 +155,7 @@ def _kind(label: str) -> str:
 
 
 def _tinted(n: int, k: int, white: float = _MOST_WHITE) -> str:
-    """Return the colour of nT,k; `white` is the share of white where there are no impacts."""
+    """Return the color of nT,k; `white` is the share of white where there are no impacts."""
     plain = RAMP[min(n, len(RAMP)) - 1]
     if n >= len(RAMP):
         return plain
@@ -164,13 +164,13 @@ def _tinted(n: int, k: int, white: float = _MOST_WHITE) -> str:
     return mixed(plain, "#000000", _MOST_BLACK * (1.0 - 1.0 / (1 + k - n)))
 
 
-def mixed(colour: str, other: str, share: float) -> str:
-    """Return a colour with a share, from 0 to 1, of another one mixed in."""
-    pairs = zip(_channels(colour), _channels(other), strict=True)
+def mixed(color: str, other: str, share: float) -> str:
+    """Return a color with a share, from 0 to 1, of another one mixed in."""
+    pairs = zip(_channels(color), _channels(other), strict=True)
     return "#" + "".join(f"{round(c + (o - c) * share):02x}" for c, o in pairs)
 
 
-def _channels(colour: str) -> tuple[int, int, int]:
+def _channels(color: str) -> tuple[int, int, int]:
     """Return red, green and blue of `#rrggbb`, from 0 to 255."""
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return red, green, blue

@@ -1,4 +1,4 @@
-"""What pictures have in common: titles, panels and their letters, colour bars, widths of text."""
+"""What pictures have in common: titles, panels and their letters, color bars, widths of text."""
 
 from __future__ import annotations
 
@@ -104,10 +104,10 @@ def align_labels(panels: Sequence[Axes], left: float) -> None:
         axes.yaxis.set_label_coords((_LABEL - left) / (size_of(axes)[0] / 72), 0.5)
 
 
-def add_colour_bar(
+def add_color_bar(
     figure: Figure, shaded: ScalarMappable, box: Bbox, label: str, **options: Any
 ) -> Colorbar:
-    """Return a colour bar to the right of panels, as high as they are.
+    """Return a color bar to the right of panels, as high as they are.
 
     Arguments: the `figure`; what is `shaded`, a mesh; `box`, the place of the panel, or of all that
     share the bar, in fractions of the figure; the bar's `label`; options of `Figure.colorbar`.

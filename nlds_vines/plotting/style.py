@@ -1,6 +1,6 @@
 """How pictures look: made for print, 16 cm wide, 8 to 9 pt, the paper's symbols, units on all axes.
 
-Colours are those of Okabe and Ito, which colour-blind readers tell apart.
+Colors are those of Okabe and Ito, which color-blind readers tell apart.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from nlds_vines.model.scenes.base import FOOT
 from nlds_vines.plotting.notation import in_latex, latex_symbol, raised
 
 CM = 1 / 2.54
-"""One centimetre in inches."""
+"""One centimeter in inches."""
 
 WIDTH = 16 * CM
 """Width of every picture in inches."""
@@ -49,7 +49,7 @@ STYLE: dict[Any, Any] = {
 HUES: Mapping[str, str] = MappingProxyType(
     {
         "black": "#000000",
-        "grey": "#767676",
+        "gray": "#767676",
         "orange": "#e69f00",
         "sky": "#56b4e9",
         "green": "#009e73",
@@ -58,22 +58,22 @@ HUES: Mapping[str, str] = MappingProxyType(
         "pink": "#cc79a7",
     }
 )
-"""Colours by name: those of Okabe and Ito, and grey; without yellow, too pale for a line."""
+"""Colors by name: those of Okabe and Ito, and gray; without yellow, too pale for a line."""
 
 GREEN = HUES["green"]
-"""The colour of the structure's energy, green as in the paper."""
+"""The color of the structure's energy, green as in the paper."""
 
 NAVY = "#1b2a49"
-"""The colour of a curve that stands alone, and of orbits from rest."""
+"""The color of a curve that stands alone, and of orbits from rest."""
 
-GREY = "#8a8a8a"
-"""The colour of thin lines that are no result: a zero, a hatch, the frame of a patch."""
+GRAY = "#8a8a8a"
+"""The color of thin lines that are no result: a zero, a hatch, the frame of a patch."""
 
 NO_VALUE = "#c8c8c8"
-"""The colour of cells without a value."""
+"""The color of cells without a value."""
 
 SHADES = "viridis"
-"""The colour map of numbers: even steps of lightness, in colour-blind sight and grey print too."""
+"""The color map of numbers: even steps of lightness, in color-blind sight and gray print too."""
 
 DOT: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}
 """Settings of a cloud of unconnected dots; their size is the picture's."""
@@ -95,20 +95,20 @@ def axis_label(parameter: str) -> str:
     What follows a semicolon in the meaning explains values, and is no name of the axis.
     """
     entry = described(parameter)
-    return _labelled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
+    return _labeled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
 
 
 def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCTURE) -> str:
     """Return meaning, symbol and unit of a component of the state or of a recorded number.
 
-    One that has no label of its own in `model.quantities` is labelled by the beginning of its
+    One that has no label of its own in `model.quantities` is labeled by the beginning of its
     `long_name`.  `body` is the word for the body that is forced.
     """
     meaning, symbol = COORDINATES.get(name, ("", ""))
     if name in BY_NAME:
         meaning, symbol = BY_NAME[name].label, BY_NAME[name].symbol
     meaning = (meaning or clause(long_name) or name).replace(STRUCTURE, body)
-    return _labelled(meaning, in_latex(symbol), unit)
+    return _labeled(meaning, in_latex(symbol), unit)
 
 
 def body_of(kind: object) -> str:
@@ -117,12 +117,12 @@ def body_of(kind: object) -> str:
     return STRUCTURE if scene is None else scene.body
 
 
-def start_colours(starts: Sequence[str]) -> list[str]:
-    """Return a colour for every start, by its name; after seven the colours repeat."""
+def start_colors(starts: Sequence[str]) -> list[str]:
+    """Return a color for every start, by its name; after seven the colors repeat."""
     return [_POLICIES.get(name, _STARTS[i % len(_STARTS)]) for i, name in enumerate(starts)]
 
 
-def _labelled(meaning: str, symbol: str, unit: str) -> str:
+def _labeled(meaning: str, symbol: str, unit: str) -> str:
     """Return what stands along an axis; without a symbol or a unit where there is none."""
     parts = (meaning, f"${symbol}$" if symbol else "", f"[{raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))

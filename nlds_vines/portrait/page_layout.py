@@ -1,6 +1,6 @@
 """The layout of a portrait: rows of panels with fixed room for labels, so that nothing collides.
 
-Lengths are in centimetres.  In one column of a paper nothing stands side by side: the columns of
+Lengths are in centimeters.  In one column of a paper nothing stands side by side: the columns of
 the page follow one below the other, each with its heading.
 """
 

@@ -44,13 +44,13 @@ from nlds_vines.portrait.spectrum_panel import draw_spectrum, limit_spectra
 from nlds_vines.portrait.window_view import View
 
 STRUCTURE, DAMPER, OBSTACLE = "#7a7a7a", HUES["black"], HUES["vermillion"]
-"""Colours of the bodies, near the paper's grey, black and red."""
+"""Colors of the bodies, near the paper's gray, black and red."""
 
 FORCE = DAMPER_ENERGY = HUES["blue"]
-"""The colour of the harmonic force, and in another panel of the damper's energy."""
+"""The color of the harmonic force, and in another panel of the damper's energy."""
 
 SECTION = HUES["blue"]
-"""The colour of the stroboscopic section, which no boundary has."""
+"""The color of the stroboscopic section, which no boundary has."""
 
 BOUNDARIES: Mapping[str, dict[str, Any]] = {
     "obstacle": {"color": OBSTACLE, "linewidth": 0.9},
@@ -314,13 +314,13 @@ def _cycle_states(view: View) -> np.ndarray:
     return view.states[-(min(view.cycle, MOST_CYCLES) * view.samples + 1) :]
 
 
-def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, colour: str, label: str) -> None:
+def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, color: str, label: str) -> None:
     """Draw a phase trajectory, thinner the longer it is; as an image beyond `MOST_VECTOR`."""
     long = across.size > MOST_VECTOR
     width, alpha = (0.25, 0.6) if long else (_LINE if across.size < MOST_THICK else 0.4, 1.0)
     with matplotlib.rc_context(_IN_PIECES):
         axes.plot(
-            across, values, color=colour, linewidth=width, alpha=alpha, rasterized=long, label=label
+            across, values, color=color, linewidth=width, alpha=alpha, rasterized=long, label=label
         )
 
 

@@ -111,7 +111,7 @@ def load_portrait(
 
     Arguments:
         source: path of a TOML file (.toml), name of a system, the document in a file as nested
-            tables, a `System`, or None for SSul NES Set 6 as it stands in the catalogue.
+            tables, a `System`, or None for SSul NES Set 6 as it stands in the catalog.
         changes: a document of the same form that overrides it entry by entry; `changes_from` names
             it in the message of an error.
 

@@ -15,15 +15,15 @@ from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.window_view import View
 
 CROWDED = 1500
-"""Points of a section from which their colour tells how many are near: single ones overlap."""
+"""Points of a section from which their color tells how many are near: single ones overlap."""
 
 _CELLS = 160  # along each side of the plane, in which points are counted
-_PALEST = 0.9  # of the colour map: its yellow end is too pale for dots
+_PALEST = 0.9  # of the color map: its yellow end is too pale for dots
 _LARGE, _SMALL, _SMALLEST = 3.4, 1.7, 0.9  # points, sizes of dots of few, more and many points
 _FEW = 40  # points that are drawn large
 
 
-def draw_section(place: Place, request: PortraitRequest, body: int, colour: str) -> None:
+def draw_section(place: Place, request: PortraitRequest, body: int, color: str) -> None:
     """Draw the stroboscopic section of a body, 0 or 1, at the phase that the request says."""
     view = place.view
     sample = round(request.section_phase * view.samples) % view.samples
@@ -31,7 +31,7 @@ def draw_section(place: Place, request: PortraitRequest, body: int, colour: str)
     n = view.period
     if n:
         points = points[-n:]
-    _scatter(place.axes, points, colour, _label(sample, view))
+    _scatter(place.axes, points, color, _label(sample, view))
     place.axes.margins(0.06)
 
 
@@ -47,7 +47,7 @@ def draw_impact_section(
 ) -> None:
     """Draw phase of the force and approach speed of each touch, of a cycle where there is one.
 
-    looks: colours and labels of walls, by name.
+    looks: colors and labels of walls, by name.
     """
     view, axes = place.view, place.axes
     for name, points in view.impact_section.items():
@@ -61,15 +61,15 @@ def draw_impact_section(
     axes.set_ylabel("approach speed [m/s]")
 
 
-def _scatter(axes: Axes, points: np.ndarray, colour: str, label: str, shaded: bool = True) -> None:
-    """Draw points (n, 2); of many, if they are `shaded`, the colour tells how many are near."""
+def _scatter(axes: Axes, points: np.ndarray, color: str, label: str, shaded: bool = True) -> None:
+    """Draw points (n, 2); of many, if they are `shaded`, the color tells how many are near."""
     many = len(points)
     size = _LARGE if many < _FEW else _SMALL if many < CROWDED else _SMALLEST
     if many < CROWDED or not shaded:
-        look = {"color": colour, "markersize": size, "label": label, **DOT}
+        look = {"color": color, "markersize": size, "label": label, **DOT}
         axes.plot(points[:, 0], points[:, 1], rasterized=many > CROWDED, **look)
         return
-    near = _neighbours(points)
+    near = _neighbors(points)
     order = np.argsort(near, kind="stable")  # the dense ones above
     axes.scatter(
         points[order, 0], points[order, 1], s=size**2, c=near[order], cmap=_shades(),
@@ -79,7 +79,7 @@ def _scatter(axes: Axes, points: np.ndarray, colour: str, label: str, shaded: bo
     axes.plot([], [], color=_shades()(0.5), label=label, **DOT)
 
 
-def _neighbours(points: np.ndarray) -> np.ndarray:
+def _neighbors(points: np.ndarray) -> np.ndarray:
     """Return how many points stand in the cell of each, of a grid over their range."""
     low, span = points.min(axis=0), np.ptp(points, axis=0)
     places = ((points - low) / np.where(span > 0, span, 1.0) * _CELLS).astype(int)
@@ -88,7 +88,7 @@ def _neighbours(points: np.ndarray) -> np.ndarray:
 
 
 def _shades() -> LinearSegmentedColormap:
-    """Return the colour map of counts: dark where points are few, lighter where many overlap."""
+    """Return the color map of counts: dark where points are few, lighter where many overlap."""
     return LinearSegmentedColormap.from_list(
         "counts", colormaps[SHADES](np.linspace(0.0, _PALEST, 64))
     )

@@ -32,7 +32,7 @@ from nlds_vines.cli.run_options import RunOptions, add_local_options, run_option
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, at, number
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalogue import as_system
+from nlds_vines.model.catalog import as_system
 from nlds_vines.model.contact_laws import HERTZ
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.scenes.base import BASES

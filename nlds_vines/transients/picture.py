@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, PercentFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.palette import OTHERS, colours, patch_look
+from nlds_vines.plotting.palette import OTHERS, colors, patch_look
 from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_title
 from nlds_vines.plotting.style import CM, HUES, NAVY, STYLE
 from nlds_vines.transients.ensemble import Ensemble, ensemble_of
@@ -142,9 +142,9 @@ def _draw_shares(axes: Axes, found: Ensemble, _page: Page = TWO_COLUMNS) -> None
     """Draw the share of every final regime as a bar, its part through chaos as a narrow bar."""
     shares = found.shares
     places = np.arange(len(shares))
-    colour = colours(entry.label for entry in shares)
+    color = colors(entry.label for entry in shares)
     for place, entry in zip(places, shares, strict=True):
-        look = patch_look(entry.label, colour[entry.label])
+        look = patch_look(entry.label, color[entry.label])
         axes.barh(place, entry.share, height=0.62, **look)
         through = entry.through_chaos / entry.total
         axes.barh(place, through, height=0.16, color=OTHERS["transient chaos"], linewidth=0)

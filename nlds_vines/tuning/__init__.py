@@ -6,7 +6,7 @@ In reading order:
     draws           what is uncertain, and the draws of it
     request         `Tuning`: what to search, checked
     request_file    a tuning file (TOML) read into a `Tuning`
-    objective       designs through the kernels: the number to be minimised
+    objective       designs through the kernels: the number to be minimized
     searches        differential evolution, CMA-ES, Nelder-Mead
     evaluations     every evaluation of a design, kept on the disk
     optima          distinct optima, and the changes that test their robustness

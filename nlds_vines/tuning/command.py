@@ -79,7 +79,7 @@ def tune(
     """Tune a damper and return what was found.
 
     Arguments:
-        source: a name of the catalogue, a `System`, a `Tuning`, the path of a tuning file, the
+        source: a name of the catalog, a `System`, a `Tuning`, the path of a tuning file, the
             document in one, or None for SSul.
         to: the archive (.h5) of all evaluations; None for one that is gone with what is returned.
         plot: a picture of the surface to draw as well (.png, .pdf or .svg).

@@ -22,7 +22,7 @@ from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import latex_symbol, raised
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.panels import (
-    add_colour_bar,
+    add_color_bar,
     add_panel,
     logarithmic_ticks,
     size_of,
@@ -121,7 +121,7 @@ def tuning_surface(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     """Return the surface of a tuning: shades and contours of E1max over two free parameters.
 
     The other parameters are those of the best optimum, which a star marks.  Circles mark optima
-    that are nearly as good; their other parameters may differ.  Inadmissible designs are grey.
+    that are nearly as good; their other parameters may differ.  Inadmissible designs are gray.
 
     Raises `RequestError` for a tuning without a surface.
     """
@@ -130,7 +130,7 @@ def tuning_surface(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     more = bool(held) + (several and not page.beside)
     figure, axes = _frame(page, page.map_width - _ASIDE, more)
     mesh, label = _fill_surface(axes, view)
-    _explain(add_colour_bar(figure, mesh, axes.get_position(), label))
+    _explain(add_color_bar(figure, mesh, axes.get_position(), label))
     write_title(figure, view.text("title"), page.left / page.width, held)
     return figure
 

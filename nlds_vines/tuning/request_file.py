@@ -56,7 +56,7 @@ def load_tuning(
     """Return the tuning that a tuning file means, checked throughout.
 
     Arguments:
-        source: path of a TOML file (its name ends in `.toml`), a name of the catalogue, the
+        source: path of a TOML file (its name ends in `.toml`), a name of the catalog, the
             document as nested tables, a `System`, a `Tuning`, or None for SSul.
         changes: a document of the same form that overrides it entry by entry; what it sets is no
             longer free.  `changes_from` names it in the message of an error.

@@ -9,7 +9,7 @@ import numpy as np
 
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.page import styled
-from nlds_vines.plotting.style import GREY
+from nlds_vines.plotting.style import GRAY
 from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 if TYPE_CHECKING:
@@ -23,10 +23,10 @@ ALIKE = 1e-9
 """Relative difference up to which two values of a parameter count as equal."""
 
 _STABLE: dict[str, Any] = {
-    "color": GREY, "linewidth": 1.6, "alpha": 0.7, "label": "stable branches"
+    "color": GRAY, "linewidth": 1.6, "alpha": 0.7, "label": "stable branches"
 }  # fmt: skip
 _UNSTABLE: dict[str, Any] = {
-    "color": GREY, "linewidth": 0.8, "linestyle": (0, (2, 1.5)), "label": "unstable branches"
+    "color": GRAY, "linewidth": 0.8, "linestyle": (0, (2, 1.5)), "label": "unstable branches"
 }  # fmt: skip
 
 

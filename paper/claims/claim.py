@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from paper.claims.measured import Evidence, Missing
 
 
@@ -78,7 +78,7 @@ def weighed(text: str, *holds: bool | np.bool_) -> Finding:
 
 def tuning_frequency() -> float:
     """Return the frequency for which the dampers were tuned [rad/s]."""
-    return catalogue()["ssul-set6"].parameters["omega"]
+    return catalog()["ssul-set6"].parameters["omega"]
 
 
 def spans(omega: np.ndarray, chosen: np.ndarray) -> list[tuple[float, float]]:

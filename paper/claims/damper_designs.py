@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.linear_response import response
 from paper.claims.claim import (
     Claim,
@@ -64,7 +64,7 @@ def _place(data: Data, energy: np.ndarray) -> str:
 
 def _without_limit(omega: float) -> str:
     """Return what this model is where D is so large that it is never reached."""
-    tmd = absorber(catalogue()["tmd"], omega)
+    tmd = absorber(catalog()["tmd"], omega)
     free = response(tmd, np.array([omega]))
     return (
         f"with D above {free.shortening[0]:.2f} m, which the paper does not exclude, it can be a "
@@ -89,7 +89,7 @@ def _shown_surfaces(found: dict[str, tuple[list[float], list[float]]]) -> str:
 
 
 def _printed() -> int:
-    return MODULI.index(catalogue()[SET6].parameters["E2"])
+    return MODULI.index(catalog()[SET6].parameters["E2"])
 
 
 def _soft_better(evidence: Evidence) -> Finding:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from paper.claims.claim import (
     Check,
     Claim,
@@ -42,7 +42,7 @@ class Changed(NamedTuple):
     @property
     def base(self) -> int:
         """The place of the value of the tuning."""
-        return self.values.index(catalogue()[SET6].parameters[self.parameter])
+        return self.values.index(catalog()[SET6].parameters[self.parameter])
 
     def curve(self, evidence: Evidence, damper: str, value: float) -> Data:
         """Return the data of a damper at one of the values."""

@@ -74,7 +74,7 @@ def _cut(data: Data, chosen: np.ndarray) -> dict[str, np.ndarray]:
     return {name: data[name][chosen] for name in ("periodicity", "impact_count")}
 
 
-def _labelled(
+def _labeled(
     omega: float, holds: Callable[[str], bool], unclear: Callable[[str], bool]
 ) -> Callable[[Evidence], Finding]:
     """Return the check of the regime at one frequency [rad/s] and of its dependence on K.
@@ -172,7 +172,7 @@ def _irregular_energy(evidence: Evidence) -> Finding:
     if not irregular.any():
         return Finding(Verdict.OPEN, "no irregular regime was found")
     worst, peak = float(data["E1max"][irregular].max()), data.peak()[0]
-    above = _above_neighbours(data["E1max"], irregular)
+    above = _above_neighbors(data["E1max"], irregular)
     left = 1 - data["reduction"][irregular]
     text = (
         f"at most {worst:.0f} J where motion is irregular, at {int(irregular.sum())} frequencies, "
@@ -182,7 +182,7 @@ def _irregular_energy(evidence: Evidence) -> Finding:
     return weighed(text, left.max() <= 1, above <= 1 + NEXT)
 
 
-def _above_neighbours(energy: np.ndarray, irregular: np.ndarray) -> float:
+def _above_neighbors(energy: np.ndarray, irregular: np.ndarray) -> float:
     """Return the largest ratio of an irregular motion's energy to that of regular ones next to it.
 
     Arguments: `energy` and whether motion is `irregular`, both (n,) along the frequency.  Of the
@@ -231,7 +231,7 @@ DYNAMICS = (
         "5",
         "3T,3 at 7.375 rad/s.",
         "stiffness",
-        _labelled(SPECIAL[0], lambda label: label == "3T,3", _may_be_chaos),
+        _labeled(SPECIAL[0], lambda label: label == "3T,3", _may_be_chaos),
     ),
     Claim(
         "5",
@@ -251,13 +251,13 @@ DYNAMICS = (
         "5",
         "Chaos at 7.400 rad/s.",
         "stiffness",
-        _labelled(SPECIAL[1], lambda label: label == "chaos", _may_be_chaos),
+        _labeled(SPECIAL[1], lambda label: label == "chaos", _may_be_chaos),
     ),
     Claim(
         "5",
         "Transient chaos at 7.575 rad/s.",
         "stiffness",
-        _labelled(SPECIAL[2], lambda label: label.startswith("transient chaos"), _may_end_free),
+        _labeled(SPECIAL[2], lambda label: label.startswith("transient chaos"), _may_end_free),
     ),
     Claim("5", "It ends in T-periodic motion without impacts.", "8", _final_motion),
     Claim(

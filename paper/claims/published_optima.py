@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from paper.claims.claim import (
     Claim,
     Finding,
@@ -25,7 +25,7 @@ OPTIMAL = 0.03  # of the best energy nearby, how much more an optimum may have
 AS_GOOD = 0.1  # of the least energy of the printed sets, how much more counts as similar
 WIDE = 1.1  # least ratio of the greatest to the least k2, and C, of similar designs
 TUNED = SETS[2:]
-"""The sets that the optimisation found."""
+"""The sets that the optimization found."""
 
 
 def near(data: Data, values: Mapping[str, float], share: float = NEAR) -> np.ndarray:
@@ -48,11 +48,11 @@ def _sets(evidence: Evidence) -> Finding:
     words, optimal = [], []
     for name in TUNED:
         own = _own(evidence, name)
-        around = near(data, catalogue()[name].parameters)
+        around = near(data, catalog()[name].parameters)
         best = float(data["E1max"][around].min(initial=own))
         words.append(f"{name[5:]} {100 * (own / best - 1):.1f} %")
         optimal.append(own <= (1 + OPTIMAL) * best)
-    least = min(catalogue()[name].parameters["c2"] for name in TUNED)
+    least = min(catalog()[name].parameters["c2"] for name in TUNED)
     c2, energy = below.axes["c2"], below["E1max"].min(axis=0)
     inside, outside = energy[c2 >= least].min(), energy[c2 < least].min()
     text = (
@@ -67,7 +67,7 @@ def _sets(evidence: Evidence) -> Finding:
 def _bilateral(evidence: Evidence) -> Finding:
     data = evidence("tuned-ssbl")
     own = evidence("3", "ssbl").at(tuning_frequency())
-    around = near(data, catalogue()["ssbl"].parameters)
+    around = near(data, catalog()["ssbl"].parameters)
     energy = np.where(around, data["E1max"], np.inf)
     best = min(float(energy.min()), own)
     place = np.unravel_index(int(energy.argmin()), energy.shape)
@@ -119,4 +119,4 @@ OPTIMA = (
         f"within {100 * AS_GOOD:g} %, over a tenth of k2 and of C",
     ),
 )
-"""The claims about the optimisation."""
+"""The claims about the optimization."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.bifurcation.response_curves.request import Curve
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from paper.claims.claim import (
     Claim,
     Finding,
@@ -38,7 +38,7 @@ class Retained:
     """One damper at one value of the changed parameter.
 
     Attributes:
-        damper: its catalogue name.
+        damper: its catalog name.
         parameter, value: the changed parameter and its value [SI].
         peak, omega: the largest E1max over the frequency [J], and its frequency [rad/s].
         tuned: E1max at the frequency of tuning [J].
@@ -73,7 +73,7 @@ def retained(
         return evidence(short, curves[damper, value].name)
 
     rows = list(_rows(curves, parameter, data))
-    order = list(catalogue())
+    order = list(catalog())
     return sorted(rows, key=lambda row: (order.index(row.damper), row.value))
 
 
@@ -84,7 +84,7 @@ def _rows(
 ) -> Iterator[Retained]:
     """Yield a row for each (damper, value) of `curves`; `data` returns the results of one."""
     for damper, value in curves:
-        tuning = catalogue()[damper].parameters
+        tuning = catalog()[damper].parameters
         changed, base = data(damper, value), data(damper, tuning[parameter])
         alone = data(ALONE, value)
         peak, omega = changed.peak()
@@ -104,7 +104,7 @@ def _rows(
 
 def name(damper: str, parameter: str, value: float) -> str:
     """Return the name of the curve of a damper with one parameter changed."""
-    same = catalogue()[damper].parameters[parameter] == value
+    same = catalog()[damper].parameters[parameter] == value
     return damper if same else f"{damper}_{parameter}={value:g}"
 
 
@@ -116,12 +116,12 @@ def ratios(evidence: Evidence, damper: str, values: tuple[float, ...]) -> list[f
 
 def _softer() -> tuple[float, ...]:
     """Return the values of k1 below that of the tuning [N/m]."""
-    return tuple(k1 for k1 in STIFFNESSES if k1 < catalogue()["none"].parameters["k1"])
+    return tuple(k1 for k1 in STIFFNESSES if k1 < catalog()["none"].parameters["k1"])
 
 
 def _stiffer() -> tuple[float, ...]:
     """Return the values of k1 above that of the tuning [N/m]."""
-    return tuple(k1 for k1 in STIFFNESSES if k1 > catalogue()["none"].parameters["k1"])
+    return tuple(k1 for k1 in STIFFNESSES if k1 > catalog()["none"].parameters["k1"])
 
 
 def _resonance(evidence: Evidence) -> Finding:

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from paper.claims.claim import (
@@ -110,7 +110,7 @@ def _best_of_all(evidence: Evidence) -> Finding:
 
 def absorber(tmd: System, omega: float) -> System:
     """Return a TMD in resonance with the force, as little damped as any of the published sets."""
-    least = min(catalogue()[name].parameters["c2"] for name in SETS)
+    least = min(catalog()[name].parameters["c2"] for name in SETS)
     return tmd.with_(k2=tmd.parameters["m2"] * omega**2, c2=least)
 
 

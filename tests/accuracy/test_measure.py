@@ -9,7 +9,7 @@ from nlds_vines.accuracy import measure
 from nlds_vines.accuracy.measure import Contender
 from nlds_vines.accuracy.measured_cases import Case, Course, Setting, SolverFailure
 from nlds_vines.accuracy.reference import truth_of
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 
 pytestmark = pytest.mark.kernels
 

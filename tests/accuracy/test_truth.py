@@ -9,7 +9,7 @@ from nlds_vines.accuracy import reference, scipy_solver
 from nlds_vines.accuracy.measured_cases import Case, Course, SolverFailure
 from nlds_vines.accuracy.reference import followed, truth_of
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.simulation import simulate
 
 SET6 = load_system("ssul-set6", omega=6.28)

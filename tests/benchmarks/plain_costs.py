@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks import costs
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 
 

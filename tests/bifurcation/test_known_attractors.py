@@ -114,7 +114,7 @@ def test_each_attractor_is_found_once(case):
     assert len(case.attractors) >= len({x for x in case.labels if "," in x}) > 0
 
 
-def test_threads_and_neighbours_change_nothing(case):
+def test_threads_and_neighbors_change_nothing(case):
     rows = np.tile([0, len(case.attractors)], (STARTS, 1))
     known = known_of(case.attractors)
     every = follow(case.parts, case.cells, case.starts, rows, known, 600)

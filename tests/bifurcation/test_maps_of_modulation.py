@@ -25,7 +25,7 @@ def archive(tmp_path):
     return archive_of(tmp_path / "map.h5", ["modulation"], MAP, "vi-nes", fill=codes)
 
 
-def test_each_kind_of_modulation_has_a_colour_and_a_word(archive):
+def test_each_kind_of_modulation_has_a_color_and_a_word(archive):
     figure = nv.plot(archive, "capture")
     words = ["none", "no impacts", "strongly modulated", "sustained 1:1", "more impacts"]
     assert legend_of(figure.axes[0]) == words

@@ -1,4 +1,4 @@
-"""Pictures: drawn from the archive alone, labelled, named without overlaps, repeatable."""
+"""Pictures: drawn from the archive alone, labeled, named without overlaps, repeatable."""
 
 from types import SimpleNamespace
 
@@ -146,7 +146,7 @@ def test_gaps_in_knowledge_look_like_gaps(usual):
     assert hatched[0].get_x() == pytest.approx(7.50, abs=0.02)
 
 
-def test_random_starts_have_the_colours_of_the_attractors_that_they_are_on(tmp_path):
+def test_random_starts_have_the_colors_of_the_attractors_that_they_are_on(tmp_path):
     def fill(name, array):
         if name == "label":
             array[:, 1] = "T,0"
@@ -168,13 +168,13 @@ def test_random_starts_have_the_colours_of_the_attractors_that_they_are_on(tmp_p
     assert heights == {round(1 / 3, 3)}
 
 
-def test_rest_up_and_down_have_three_colours(tmp_path):
-    colours = {
+def test_rest_up_and_down_have_three_colors(tmp_path):
+    colors = {
         drawn(archive_of(tmp_path / f"{policy}.h5", start={"policy": policy}))
         .axes[0].get_lines()[0].get_color()
         for policy in ("rest", "up", "down")
     }  # fmt: skip
-    assert len(colours) == 3
+    assert len(colors) == 3
 
 
 @pytest.mark.parametrize(
@@ -203,7 +203,7 @@ def test_a_single_value_is_a_diagram_too(tmp_path):
 # ---- maps ----------------------------------------------------------------------------------------
 
 
-def test_a_map_has_a_colour_and_a_name_for_every_regime(tmp_path):
+def test_a_map_has_a_color_and_a_name_for_every_regime(tmp_path):
     path = archive_of(tmp_path / "m.h5", ["regime"], MAP)
     (axes,) = drawn(path).axes
     legend = [text.get_text() for text in axes.get_legend().get_texts()]
@@ -214,13 +214,13 @@ def test_a_map_has_a_colour_and_a_name_for_every_regime(tmp_path):
     assert axes.get_ylabel() == "amplitude of the force $P$ [N]"
     mesh = mesh_of(axes)
     assert mesh.get_array().shape == (20, 30)
-    colours = palette.colours("chaos" if name == CHAOS_OF_ARCHIVE else name for name in legend)
+    colors = palette.colors("chaos" if name == CHAOS_OF_ARCHIVE else name for name in legend)
     with read(path) as view:
         labels = view.take("label", start=0)
     faces = mesh.to_rgba(mesh.get_array()).reshape(20, 30, 4)
     for place in ((0, 0), (12, 3), (29, 19)):
         hexed = "#" + "".join(f"{round(255 * c):02x}" for c in faces[place[::-1]][:3])
-        assert hexed == colours[labels[place]]
+        assert hexed == colors[labels[place]]
 
 
 def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(tmp_path):
@@ -306,7 +306,7 @@ def legend_of(axes):
 
 
 def faces(axes):
-    """Return the colours of the cells of a map as hex strings, one of each column."""
+    """Return the colors of the cells of a map as hex strings, one of each column."""
     mesh = mesh_of(axes)
     rows = mesh.to_rgba(mesh.get_array())[0]
     return ["#" + "".join(f"{round(255 * c):02x}" for c in face[:3]) for face in rows]
@@ -322,7 +322,7 @@ def test_a_map_of_several_starts_shows_the_most_frequent_regime_and_how_many_coe
     assert legend_of(above) == ["T,0", "T,1", "undetermined"]
     assert above.get_legend().get_title().get_text() == "most frequent regime"
     assert legend_of(below) == ["none known", "1", "2", "3"]
-    plain = palette.colours(["T,0", "T,1"])
+    plain = palette.colors(["T,0", "T,1"])
     assert [faces(above)[i] for i in (0, 9, 18, 29)] == [
         *(plain["T,1"], plain["T,0"], plain["T,0"], palette.OTHERS["undetermined"])
     ]  # fmt: skip
@@ -367,7 +367,7 @@ def test_settling_is_the_largest_of_all_starts_and_black_where_one_never_did(fou
     assert legend_of(axes) == ["not settled, or no orbit to settle on"]
 
 
-def test_a_map_of_periods_has_the_colours_of_regimes_and_is_pale_where_none_was_found(tmp_path):
+def test_a_map_of_periods_has_the_colors_of_regimes_and_is_pale_where_none_was_found(tmp_path):
     def fill(name, array):
         if name == "periodicity":
             array[...] = 1
@@ -400,7 +400,7 @@ def test_a_reduction_of_both_signs_is_white_at_zero_with_a_line_there(tmp_path):
     assert low == pytest.approx(-3 * high, rel=0.1)  # no side reaches more than three times as far
     assert lightness(mesh, 0.0) > 0.95
     assert lightness(mesh, -high) < lightness(mesh, 0.0)
-    assert lightness(mesh, low) < lightness(mesh, high) - 0.3  # the ends are told apart in grey
+    assert lightness(mesh, low) < lightness(mesh, high) - 0.3  # the ends are told apart in gray
     assert [line.get_ydata()[0] for line in bar.get_lines()] == [0.0]
 
     def good(name, array):
@@ -556,15 +556,15 @@ def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
 
 
 def test_a_transient_is_kin_to_its_final_regime_and_not_the_same():
-    found = palette.colours(["T,0", "T,1", LATE, "transient chaos to T,1"])
+    found = palette.colors(["T,0", "T,1", LATE, "transient chaos to T,1"])
     assert len(set(found.values())) == 4
-    assert palette.colours([LATE])[LATE] == palette.colours(["T,0", LATE])[LATE]
+    assert palette.colors([LATE])[LATE] == palette.colors(["T,0", LATE])[LATE]
 
 
 # ---- sweeps and exponents ------------------------------------------------------------------------
 
 
-def test_both_sweeps_have_a_strip_and_a_colour_each_and_one_colour_is_one_regime(tmp_path):
+def test_both_sweeps_have_a_strip_and_a_color_each_and_one_color_is_one_regime(tmp_path):
     def fill(name, array):
         if name == "label":
             array[:75, 1], array[75:, 1] = "3T,3", "3T,2"
@@ -575,7 +575,7 @@ def test_both_sweeps_have_a_strip_and_a_colour_each_and_one_colour_is_one_regime
     assert (up.get_ylabel(), down.get_ylabel()) == ("up", "down")
     assert up.get_position().y0 > down.get_position().y1 > structure.get_position().y1
     assert texts(down) == ["3T,3", "3T,2"]
-    # where both are on one orbit they have one colour; the labels differ elsewhere
+    # where both are on one orbit they have one color; the labels differ elsewhere
     assert [line.get_color() for line in damper.get_lines()] == ["#1b2a49", "#0072b2", "#d55e00"]
     assert legend_of(exponent)[:3] == ["up and down alike", "up", "down"]
 
@@ -731,7 +731,7 @@ def test_drawing_loads_no_kernel_and_no_window_system(tmp_path, usual):
     assert printed("-c", code, usual, tmp_path / "a.png") == numbers
 
 
-# ---- bands and colours ---------------------------------------------------------------------------
+# ---- bands and colors ---------------------------------------------------------------------------
 
 
 def test_bands_are_the_runs_of_equal_labels():
@@ -748,7 +748,7 @@ def test_spread_places_keep_their_distance_order_and_range(wanted):
     assert places[-1] <= 10 + 1e-9
 
 
-def test_spread_moves_nothing_without_need_and_centres_a_group():
+def test_spread_moves_nothing_without_need_and_centers_a_group():
     np.testing.assert_allclose(bands.spread([1, 5, 9], 1, 0, 10), [1, 5, 9])
     np.testing.assert_allclose(bands.spread([5, 5, 5], 1, 0, 10), [4, 5, 6])
     np.testing.assert_allclose(bands.spread([2, 5, 5.5], 1, 0, 10), [2, 4.75, 5.75])
@@ -757,25 +757,25 @@ def test_spread_moves_nothing_without_need_and_centres_a_group():
         bands.spread([1, 2, 3], 6, 0, 10)
 
 
-def test_colours_tell_regimes_apart_and_order_is_by_period():
+def test_colors_tell_regimes_apart_and_order_is_by_period():
     labels = ["chaos", "undetermined", "failed", "T,1", "12T,9", "2T,1", "T,0", "2T,2",
               "quasiperiodic", "transient chaos to T,0"]  # fmt: skip
-    colours = palette.colours(labels)
-    assert len(set(colours.values())) == len(labels)
+    colors = palette.colors(labels)
+    assert len(set(colors.values())) == len(labels)
     assert palette.ordered(labels) == [
         *("T,0", "T,1", "2T,1", "2T,2", "12T,9"),
         *("quasiperiodic", "chaos", "transient chaos to T,0", "undetermined", "failed"),
     ]
-    assert palette.is_dark(colours["chaos"])
-    assert not palette.is_dark(colours["T,0"])
+    assert palette.is_dark(colors["chaos"])
+    assert not palette.is_dark(colors["T,0"])
 
 
 def test_the_ramp_grows_lighter_with_the_period():
-    def light(colour):
-        red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    def light(color):
+        red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
         return 0.299 * red + 0.587 * green + 0.114 * blue
 
-    shades = [light(colour) for colour in palette.RAMP]
+    shades = [light(color) for color in palette.RAMP]
     assert shades == sorted(shades)
     assert palette.period_and_impacts("3T,2") == (3, 2)
     assert palette.period_and_impacts("T,0") == (1, 0)

@@ -1,4 +1,4 @@
-"""Pictures of basins: colours by regime, names by number, shares that add up."""
+"""Pictures of basins: colors by regime, names by number, shares that add up."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from nlds_vines.archives import archive
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.errors import RequestError
-from nlds_vines.plotting.palette import colour_of
+from nlds_vines.plotting.palette import color_of
 
 TEXT = "of a test"
 
@@ -63,14 +63,14 @@ def legend_of(figure):
     return [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
 
 
-def test_two_attractors_of_one_label_have_two_names_and_two_colours(plane):
+def test_two_attractors_of_one_label_have_two_names_and_two_colors(plane):
     figure = PICTURE.figure(plane)
     names = legend_of(figure)
     assert names == ["T,1 (0)", "T,1 (1)", "3T,2", "not known", "points of attractors"]
     (mesh,) = figure.axes[0].collections
-    shades = {to_hex(colour) for colour in mesh.cmap.colors}
+    shades = {to_hex(color) for color in mesh.cmap.colors}
     assert len(shades) == 4
-    assert {colour_of("T,1"), colour_of("3T,2")} <= shades
+    assert {color_of("T,1"), color_of("3T,2")} <= shades
     lines = [line.get_xydata().tolist() for line in figure.axes[0].lines]
     assert lines == [[[0.25, 0.5]], [[0.75, 0.5]]]  # the third lies outside
 
@@ -104,7 +104,7 @@ def test_shares_stand_upon_each_other(tmp_path):
     assert np.allclose(bars[:3], [(0, 1), (0, 0.25), (0, 0.4)])
     assert np.allclose(bars[3:6], [(1, 0), (0.25, 0.5), (0.4, 0.6)])
     assert np.allclose(bars[6:], [(1, 0), (0.75, 0.25), (1, 0)])
-    assert to_hex(figure.axes[0].patches[4].get_facecolor()) == colour_of("4T,2")
+    assert to_hex(figure.axes[0].patches[4].get_facecolor()) == color_of("4T,2")
 
 
 def test_a_parameter_and_a_start_have_a_map_and_shares(tmp_path):

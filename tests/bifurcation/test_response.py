@@ -7,7 +7,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.scenes import scene_of
 from nlds_vines.model.system import System

@@ -18,7 +18,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalogue import catalogue, load_system
+from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.system import CELL, System
 from nlds_vines.model.words import parameters_in_words
@@ -229,7 +229,7 @@ WORDS = st.text(LETTERS, min_size=1, max_size=20)
 
 @st.composite
 def scans(draw) -> Scan:
-    system = load_system(draw(st.sampled_from(list(catalogue()))))
+    system = load_system(draw(st.sampled_from(list(catalog()))))
     own = sorted(set(system.scene.own))
     names = draw(st.lists(st.sampled_from(own), min_size=1, max_size=2, unique=True))
     overrides = draw(st.dictionaries(st.sampled_from(own), NUMBERS, max_size=4))
@@ -396,7 +396,7 @@ def test_the_scans_of_maps_are_sound_and_can_be_drawn(path):
 @pytest.mark.parametrize("kind", ["ssvi-b", "ssvi-c"])
 def test_random_states_beyond_a_limit_are_mirrored_at_it(kind):
     """One that lies as far beyond as another before starts where that one does."""
-    numbers = {**catalogue()["ssbl"].parameters, **({"L": 0.01} if kind == "ssvi-c" else {})}
+    numbers = {**catalog()["ssbl"].parameters, **({"L": 0.01} if kind == "ssvi-c" else {})}
     cells = np.atleast_1d(System(kind, numbers).cells())
     limit = cells["limit"][0]
     unit = random_states(cells, np.array([[0.0, 0.0, -1e-3, 0.0]]), SCENES[kind])[0, 0, 2] / -1e-3

@@ -50,7 +50,7 @@ def of_differences(section_map, place, i, unit):
     """Return the derivative of the image by number i of a place, of differences.
 
     Each step is half of the one before, and each row of Ridders' table has two orders more; of all
-    that number is taken which differs least from its neighbours in the table.
+    that number is taken which differs least from its neighbors in the table.
     """
 
     def image_at(offset):

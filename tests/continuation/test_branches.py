@@ -191,7 +191,7 @@ def test_a_broken_grazing_function_is_noticed(doubled, monkeypatch):
 # ---- why branches end ----------------------------------------------------------------------------
 
 
-def test_a_closed_loop_is_recognised():
+def test_a_closed_loop_is_recognized():
     """The orbits 3T,2 and 3T,3 of Set 6 are an isola: they join no other branch."""
     regime = classify(load_system("ssul-set6", omega=7.45))
     path = continue_branch("ssul-set6", "omega", (5.0, 9.0), regime)

@@ -1,7 +1,7 @@
 """What the compiled code of some orbits consists of, as JSON on standard output.
 
 Run in a process of its own with an empty NUMBA_CACHE_DIR: what comes from a cache cannot be looked
-into. Not a test; `test_specialisation.py` runs it.
+into. Not a test; `test_specialization.py` runs it.
 """
 
 import inspect
@@ -78,7 +78,7 @@ def contracts(text):
 
 
 def system_named(name):
-    """Return a system of the catalogue, or Set 6 by a law; `ssvi-b` has the numbers of the SSbl."""
+    """Return a system of the catalog, or Set 6 by a law; `ssvi-b` has the numbers of the SSbl."""
     if name in LAWS:
         return load_system("ssul-set6", **LAWS[name])
     return System(name, load_system("ssbl").parameters) if name == "ssvi-b" else load_system(name)

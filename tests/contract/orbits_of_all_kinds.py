@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import nlds_vines as nv
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 
 ALL = ["section", "impacts", "energy", "peak", "regime", "lyapunov", "settling", "evidence"]
 SAMPLING = {"transient": 200, "periods": 60}
@@ -132,7 +132,7 @@ def listen():
 def fused_on_arm(text):
     """Return the fused operations in the ARM64 code of an LLVM module, and whether it has any code.
 
-    The module has been optimised for this processor; what would be fused on another is decided
+    The module has been optimized for this processor; what would be fused on another is decided
     last, by what the operations of the module allow.
     """
     import llvmlite.binding as llvm

@@ -187,7 +187,7 @@ def test_a_stamp_is_that_of_a_module_and_of_what_it_imports():
 
 
 @pytest.mark.parametrize("level", ["3", "1"])
-def test_the_stamp_knows_how_much_is_optimised(level):
+def test_the_stamp_knows_how_much_is_optimized(level):
     """Numba's key of a compiled function does not."""
     program = """
 from nlds_vines.kernels.numerics import stored_code

@@ -241,7 +241,7 @@ FAILURES = {
 @pytest.mark.kernels
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("failure", FAILURES)
-def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(
+def test_a_failed_lane_is_marked_and_leaves_its_neighbors_alone(
     failure, start, tmp_path, monkeypatch
 ):
     name, bad, settings, code = FAILURES[failure]

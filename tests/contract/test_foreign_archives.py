@@ -18,7 +18,7 @@ from nlds_vines.cli.command_main import say
 from nlds_vines.errors import RequestError
 
 ESCAPE = "red \x1b[31m, \x9b2J, \u202edlo, \u2028 and a bell \a"
-"""What moves a cursor, changes colours, hides text or breaks a line."""
+"""What moves a cursor, changes colors, hides text or breaks a line."""
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ def diagram(tmp_path_factory):
     return path
 
 
-def labelled(figure) -> Axes:
+def labeled(figure) -> Axes:
     (found,) = (frame for frame in figure.axes if frame.get_xlabel())
     figure.canvas.draw()
     return found
@@ -35,8 +35,8 @@ def labelled(figure) -> Axes:
     ],
 )
 def test_ticks_stand_at_round_numbers_of_the_unit(diagram, unit, factor, words):
-    usual = labelled(nv.plot(diagram))
-    frame = labelled(nv.plot(diagram, frequency=unit))
+    usual = labeled(nv.plot(diagram))
+    frame = labeled(nv.plot(diagram, frequency=unit))
     assert frame.get_xlabel() == words
     assert frame.get_xlim() == usual.get_xlim()  # what is drawn stays
     low, high = frame.get_xlim()

@@ -1,4 +1,4 @@
-"""A new damper is one file and one entry of the catalogue: done here with an example.
+"""A new damper is one file and one entry of the catalog: done here with an example.
 
 A damper in a symmetric cage: equation (5) with two obstacles at the same distance D on either side.
 The test writes the file and the entry as CONTRIBUTING.md tells, touches no kernel, and asks for
@@ -13,8 +13,8 @@ from support import BOTH, shortening, steady_state
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.command import main
-from nlds_vines.model import catalogue as catalogue_module
-from nlds_vines.model.catalogue import catalogue, load_system
+from nlds_vines.model import catalog as catalog_module
+from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.orbits.simulation import simulate
 
@@ -64,11 +64,11 @@ def caged(here, monkeypatch):
     monkeypatch.syspath_prepend(here)
     scene = importlib.import_module("caged").SCENE
     monkeypatch.setitem(SCENES, scene.kind, scene)
-    original = catalogue_module.resource_text
-    monkeypatch.setattr(catalogue_module, "resource_text", lambda name: original(name) + ENTRY)
-    catalogue.cache_clear()
+    original = catalog_module.resource_text
+    monkeypatch.setattr(catalog_module, "resource_text", lambda name: original(name) + ENTRY)
+    catalog.cache_clear()
     yield here
-    catalogue.cache_clear()
+    catalog.cache_clear()
 
 
 @pytest.mark.kernels

@@ -12,7 +12,7 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.picture.ordinates import quantities
 from nlds_vines.errors import RequestError
-from nlds_vines.plotting.palette import colour_of
+from nlds_vines.plotting.palette import color_of
 
 SMALL = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
 DEEP = {
@@ -224,11 +224,11 @@ def test_orbits_that_pass_the_limit_are_told_hatched_and_named(passing):
     assert "passes the limit" in [text.get_text() for text in legend.get_texts()]
 
 
-def test_a_label_has_one_colour_whatever_else_is_in_the_picture():
+def test_a_label_has_one_color_whatever_else_is_in_the_picture():
     labels = [f"{n}T,{k}" for n in range(1, 6) for k in range(2 * n + 1)]
-    assert len({colour_of(label) for label in labels}) == len(labels)
-    assert colour_of("transient chaos to T,0") != colour_of("T,0")
-    assert colour_of("T,1, inadmissible") == colour_of("T,1")
+    assert len({color_of(label) for label in labels}) == len(labels)
+    assert color_of("transient chaos to T,0") != color_of("T,0")
+    assert color_of("T,1, inadmissible") == color_of("T,1")
 
 
 @pytest.mark.kernels

@@ -42,7 +42,7 @@ def yaml_of(name):
 # ---- files ---------------------------------------------------------------------------------------
 
 
-def test_the_files_name_one_version_title_and_licence():
+def test_the_files_name_one_version_title_and_license():
     zenodo = json.loads(text_of(".zenodo.json"))
     citation = dict(re.findall(r'^([\w-]+): "?(.*?)"?$', text_of("CITATION.cff"), re.M))
     assert zenodo["version"] == citation["version"] == VERSION

@@ -92,11 +92,11 @@ def test_a_table_has_a_row_for_each_orbit_or_period(path, tmp_path):
 def test_pandas_and_xarray_take_an_archive(path):
     pytest.importorskip("xarray")
     view = nv.read(path)
-    labelled = view.to_xarray()
-    assert labelled["section"].dims == ("omega", "start", "forcing_period", "component")
-    assert np.array_equal(labelled["section"].sel(component="x1"), view["section"][..., 0])
-    assert labelled["E1max"].attrs["units"] == "J"
-    assert labelled.attrs["title"] == view.text("title")
+    labeled = view.to_xarray()
+    assert labeled["section"].dims == ("omega", "start", "forcing_period", "component")
+    assert np.array_equal(labeled["section"].sel(component="x1"), view["section"][..., 0])
+    assert labeled["E1max"].attrs["units"] == "J"
+    assert labeled.attrs["title"] == view.text("title")
     frame = view.to_pandas()
     assert frame.shape[0] == 6
     assert frame.attrs["units"]["E1max"] == "J"

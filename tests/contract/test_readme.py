@@ -28,7 +28,7 @@ from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.records import WANTS, possible_want
@@ -265,7 +265,7 @@ def test_every_option_is_told(command, page, capsys):
 def test_all_kinds_and_names_are_told():
     for kind in SCENES:
         assert f"`{kind}`" in TEXT
-    for name in catalogue():
+    for name in catalog():
         stem = re.sub(r"\d$", "", name)
         assert f"`{name}`" in TEXT or f"`{stem}1` to `{stem}6`" in TEXT
 
@@ -295,11 +295,11 @@ def test_every_dataset_and_status_is_told():
 
 def systems():
     """Yield a system of each kind."""
-    yield from catalogue().values()
-    ssbl = catalogue()["ssbl"]
+    yield from catalog().values()
+    ssbl = catalog()["ssbl"]
     yield type(ssbl)("ssvi-b", ssbl.parameters)
     yield type(ssbl)("ssvi-c", {**ssbl.parameters, "L": 0.1})
-    stops = {**catalogue()["hard-oscillator"].parameters, "C_2": 1.0}
+    stops = {**catalog()["hard-oscillator"].parameters, "C_2": 1.0}
     yield type(ssbl)("oscillator-2", stops, law="restitution")
 
 
@@ -360,7 +360,7 @@ def test_a_structure_that_is_shaken_has_more_datasets():
     rows_of = {line.split("|")[1].strip(): line for line in rows(text_of("datasets.md"))}
     shaken = nlds_vines.load_system("ssul-set6", base_displacement=0.01)
     scan = Scan("all", shaken, (Axis.spaced("omega", 5.0, 6.0, 2),), ("response",))
-    usual = Scan("all", catalogue()["ssul-set6"], scan.axes, ("response",))
+    usual = Scan("all", catalog()["ssul-set6"], scan.axes, ("response",))
     more = set(scan.table.datasets) - set(usual.table.datasets)
     assert {"P", "drift_max", "drift_rms", "transmissibility"} <= more
     for name in more:

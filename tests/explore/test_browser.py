@@ -226,7 +226,7 @@ def test_the_report_opens_without_a_network(browser, report, small_map, small_di
     assert page.faults == []
 
 
-def test_a_diagram_of_two_sweeps_names_their_colours(browser, small_sweeps, folder):
+def test_a_diagram_of_two_sweeps_names_their_colors(browser, small_sweeps, folder):
     path = folder / "sweeps.html"
     assert main(["report", str(small_sweeps), "-o", str(path), "--quiet"]) == 0
     page = watched_page(browser, offline=True)

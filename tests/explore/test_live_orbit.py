@@ -107,7 +107,7 @@ def test_chaos_has_words_and_no_multipliers():
     assert orbit.regime is not None
     assert orbit.label == "chaos"
     assert orbit.panels["multipliers"]["re"].size == 0
-    assert words_of(orbit.regime).startswith("neighbouring orbits part")
+    assert words_of(orbit.regime).startswith("neighboring orbits part")
     assert dict(evidence_of(orbit.regime))["followed for"]
 
 
@@ -154,7 +154,7 @@ def test_the_command_line_is_the_orbit_again(start):
 
 
 @pytest.mark.kernels
-def test_a_system_of_no_catalogue_is_drawn_from_its_recipe():
+def test_a_system_of_no_catalog_is_drawn_from_its_recipe():
     base = nv.load_system("ssul-set6")
     own = nv.System(base.kind, dict(base.parameters), "own")
     request = live_orbit(own, None, SAMPLING).request

@@ -118,16 +118,16 @@ def test_what_a_diagram_shows_first_is_its_section(small_diagram):
     assert shows[0].points
 
 
-def test_the_colours_are_those_of_the_pictures(small_map):
-    from nlds_vines.plotting.palette import colours
+def test_the_colors_are_those_of_the_pictures(small_map):
+    from nlds_vines.plotting.palette import colors
 
     found = stored(small_map)
     words = label_words(found)[1:]
-    shades = colours(words)
+    shades = colors(words)
     classes = classes_of(found)[1:]
     assert [shade for _, shade, _ in classes] == [shades[word] for word in words]
     names = {name: shade for _, shade, name in classes}
-    assert len(names) == len(set(names.values()))  # one name for each colour
+    assert len(names) == len(set(names.values()))  # one name for each color
 
 
 def test_a_map_of_sections_alone_shows_what_is_computed(small_map):

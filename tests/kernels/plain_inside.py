@@ -13,7 +13,7 @@ from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.motion.response_sums import BEGIN, MOST, SIZE, SUMS, Tally
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.watch.observe import energies
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.solver_settings import Settings
 

@@ -30,7 +30,7 @@ from nlds_vines.kernels.scene.codes import (
     TOUCH_NEAR,
 )
 from nlds_vines.kernels.scene.scene import damper_in, structure_of
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.simulation import IntegrationError, simulate

@@ -12,7 +12,7 @@ from support import NOTHING
 
 from nlds_vines.kernels.events.contact import contact
 from nlds_vines.kernels.laws import hertz
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.linear_response import response, steady_state
 from nlds_vines.orbits.simulation import simulate
 
@@ -155,7 +155,7 @@ CASES = {
     "foot": ("ssul-set6", {"base_acceleration": 1.5}, "exact"),
     "foot rk4": ("tmd", {"base_displacement": 0.01}, "rk4"),
 }
-"""Name of the catalogue, changes and method."""
+"""Name of the catalog, changes and method."""
 
 
 @pytest.mark.parametrize("case", CASES)

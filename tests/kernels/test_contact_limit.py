@@ -20,11 +20,11 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.contact_series import NEW, OLD
 from nlds_vines.kernels.watch import limit, observe
 from nlds_vines.kernels.watch.response import watch_piece
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.orbits.kernel_inputs import WALLS
 from nlds_vines.orbits.simulation import simulate
 
-SSBL = {**catalogue()["ssbl"].parameters, "K": 32504566.49525256}
+SSBL = {**catalog()["ssbl"].parameters, "K": 32504566.49525256}
 METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
 PERIODS = 2
 

@@ -455,7 +455,7 @@ def test_growth_ends_where_variations_do():
     tangent[2:4] = 0.0
     tangent[4:8] = 2 * tangent[:4]
     lost = variations.lost_of(flow.prepared.near, flow.prepared.far)
-    variations.orthonormalise(tangent, 4, growth, lost)
+    variations.orthonormalize(tangent, 4, growth, lost)
     assert growth[0] == 0.0
     assert growth[1] == -np.inf
     assert not tangent[4:8].any()

@@ -17,7 +17,7 @@ from nlds_vines.kernels.numerics.matrices import eigenvalues, solve, spectral_ra
 from nlds_vines.kernels.orbit import shooting, variations
 from nlds_vines.kernels.orbit.growth import mean_and_width
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.simulation import simulate
@@ -152,7 +152,7 @@ def test_variations_change_nothing_of_an_orbit(case):
     for p in range(periods):
         rows = seen[p : p + 1]
         assert variations.advance_flow(flow, rows, 1, tangent, ridden) == OK
-        variations.orthonormalise(tangent, flow.space.size, growth)
+        variations.orthonormalize(tangent, flow.space.size, growth)
     np.testing.assert_array_equal(ridden, alone)
     np.testing.assert_array_equal(seen, sections)
 
@@ -204,7 +204,7 @@ def test_lengths_along_triangular_matrices():
         np.fill_diagonal(upper, 10.0 ** (np.array([3, 1, -1, -3]) + rng.uniform(0, 1, 4)))
         other = np.linalg.qr(rng.normal(size=(4, 4)))[0]
         multiplied(tangent, other @ upper @ frame.T)
-        variations.orthonormalise(tangent, 4, growth)
+        variations.orthonormalize(tangent, 4, growth)
         frame, known = other, known + np.log(np.diag(upper))
         vectors = tangent.reshape(4, 4)
         np.testing.assert_allclose(vectors @ vectors.T, np.eye(4), rtol=0, atol=1e-14)
@@ -219,7 +219,7 @@ def test_lengths_add_up_to_determinants():
         matrix = rng.normal(size=(4, 4))
         known += np.linalg.slogdet(matrix)[1]
         multiplied(tangent, matrix)
-        variations.orthonormalise(tangent, 4, growth)
+        variations.orthonormalize(tangent, 4, growth)
     assert growth.sum() == pytest.approx(known, abs=1e-10)
 
 
@@ -232,7 +232,7 @@ def test_exponents_add_up_along_any_orbit(kind, changes):
     variations.set_identity(tangent)
     for _ in range(periods):
         assert advance(flow, tangent, state) == OK
-        variations.orthonormalise(tangent, flow.space.size, growth)
+        variations.orthonormalize(tangent, flow.space.size, growth)
     exponents = growth / (periods * system.period)
     assert exponents.sum() == pytest.approx(divergence(system), abs=1e-8)
     assert exponents[0] > exponents[-1]
@@ -262,7 +262,7 @@ def test_growth_is_the_same_however_often_variations_are_projected(name, changes
     for p in range(periods):
         before = known[0]
         assert variations.advance_flow(flow, sections[p : p + 1], 1, tangent, state) == OK
-        variations.orthonormalise(tangent, 4, known)
+        variations.orthonormalize(tangent, 4, known)
         each[p] = known[0] - before
     np.testing.assert_array_equal(seen, sections)
     np.testing.assert_allclose(growth, known, rtol=0, atol=1e-7 * periods)
@@ -272,14 +272,14 @@ def test_growth_is_the_same_however_often_variations_are_projected(name, changes
     assert width == pytest.approx(breadth, rel=0.2, abs=0.01)
 
 
-def labelled():
+def labeled():
     """Return the default diagram with its evidence."""
     scan = load_scan(None, {"record": {"want": ["regime", "lyapunov", "evidence"]}})
     return scan, Computer(scan).block(Block(0, ((0, scan.lanes),)))
 
 
-def test_multipliers_and_exponents_of_every_labelled_orbit():
-    scan, found = labelled()
+def test_multipliers_and_exponents_of_every_labeled_orbit():
+    scan, found = labeled()
     omega, n = scan.axes[0].values, found["periodicity"][:, 0]
     periodic = n > 0
     assert periodic.mean() > 0.9

@@ -78,7 +78,7 @@ def test_what_can_be_shown_is_not_refused(show):
 
 
 @pytest.mark.parametrize(
-    ("show", "axes", "starts", "labelled", "message"),
+    ("show", "axes", "starts", "labeled", "message"),
     [
         ("shares", 1, 4, True, "vary two parameters"),
         ("regime", 2, 4, True, "did you mean 'regimes'"),
@@ -91,7 +91,7 @@ def test_what_can_be_shown_is_not_refused(show):
     ],
 )
 def test_what_cannot_be_shown_is_refused_in_one_line(
-    show, axes, starts, labelled, message, error_of
+    show, axes, starts, labeled, message, error_of
 ):
-    said = error_of(check_show, show, [RANGE] * axes, starts, known("E1max"), labelled)
+    said = error_of(check_show, show, [RANGE] * axes, starts, known("E1max"), labeled)
     assert message in said

@@ -6,7 +6,7 @@ from scipy.linalg import expm
 from support import amplitudes, linear_flow
 from support import steady_state as expected_state
 
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.linear_response import (
     energy_alone,
     flow_matrix,

@@ -1,4 +1,4 @@
-"""Systems: the catalogue, the checks at the door, K, and the numbers for kernels."""
+"""Systems: the catalog, the checks at the door, K, and the numbers for kernels."""
 
 import copy
 import pickle
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model import catalogue as packaged_files
-from nlds_vines.model.catalogue import catalogue, load_system, system_from
+from nlds_vines.model import catalog as packaged_files
+from nlds_vines.model.catalog import catalog, load_system, system_from
 from nlds_vines.model.parameters import CONTACT, PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System, hertz_stiffness
@@ -36,7 +36,7 @@ def set6() -> System:
     return load_system("ssul-set6")
 
 
-# ---- catalogue -----------------------------------------------------------------------------------
+# ---- catalog -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", TABLE_1)
@@ -45,8 +45,8 @@ def test_ssul_sets_are_those_of_the_tables(name):
     assert (p["k2"], p["c2"], p["C"], p["V"]) == TABLE_1[name]
 
 
-def test_catalogue_has_the_names_of_the_interface():
-    assert list(catalogue()) == ["none", "tmd", *TABLE_1, "ssbl", *OTHERS]
+def test_catalog_has_the_names_of_the_interface():
+    assert list(catalog()) == ["none", "tmd", *TABLE_1, "ssbl", *OTHERS]
 
 
 def test_tmd_is_that_of_table_2():

@@ -20,7 +20,7 @@ from support import (
 from twin import follow, model_of
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalogue import catalogue, load_system
+from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.orbits.simulation import IntegrationError, simulate
 
 SET6 = references()["ssul-set6"].numbers
@@ -278,7 +278,7 @@ def test_without_the_compiler_every_bit_is_the_same(tmp_path):
 
 # ---- what is noted, against the twin -------------------------------------------------------------
 
-SSBL = {**catalogue()["ssbl"].parameters, "K": SET6["K"]}
+SSBL = {**catalog()["ssbl"].parameters, "K": SET6["K"]}
 DRAGGED = {**SSBL, "C": 0.2, "omega": 6.05}
 
 

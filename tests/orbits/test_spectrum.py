@@ -9,7 +9,7 @@ from support import FULL
 import nlds_vines as nv
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.signals import SIGNALS, contact_forces
-from nlds_vines.orbits.spectrum import NEIGHBOURS, TAPERS, spectrum_of
+from nlds_vines.orbits.spectrum import NEIGHBORS, TAPERS, spectrum_of
 
 SAMPLES, PERIODS, OMEGA = 64, 24, 7.4
 TIME = np.arange(1, SAMPLES * PERIODS + 1) / SAMPLES  # in forcing periods, as of a trajectory
@@ -138,7 +138,7 @@ def test_the_background_is_what_medians_hold_without_the_mean():
     spectrum, bins = of(5.0 + wave(1) + noise()), 40
     below, total = 0.0, 0.0
     for k in range(1, bins):
-        around = [k + i for i in range(-NEIGHBOURS, NEIGHBOURS + 1)]
+        around = [k + i for i in range(-NEIGHBORS, NEIGHBORS + 1)]
         around = [2 - j if j < 1 else 2 * (bins - 1) - j if j >= bins else j for j in around]
         below += min(spectrum.power[k], np.median(spectrum.power[around]))
         total += spectrum.power[k]
@@ -258,8 +258,8 @@ def test_the_background_is_the_median_around_each_bin_and_knows_no_mean(bins):
     """White noise and a line, bin by bin; the first bin, the mean's, is of no account."""
     found = of(noise() + wave(2, 0.5), window="hann")
     power = found.power[1:bins]
-    mirrored = [*power[NEIGHBOURS:0:-1], *power, *power[-2 : -NEIGHBOURS - 2 : -1]]
-    around = [np.median(mirrored[k : k + 2 * NEIGHBOURS + 1]) for k in range(power.size)]
+    mirrored = [*power[NEIGHBORS:0:-1], *power, *power[-2 : -NEIGHBORS - 2 : -1]]
+    around = [np.median(mirrored[k : k + 2 * NEIGHBORS + 1]) for k in range(power.size)]
     share = sum(map(min, power, around)) / sum(power)
     assert 0.05 < share < 0.95
     for mean in (0.0, 1e6):

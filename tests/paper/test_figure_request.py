@@ -7,7 +7,7 @@ import pytest
 
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.model import catalogue as packaged_files
+from nlds_vines.model import catalog as packaged_files
 from paper.request import short_name
 from paper.request_file import load_figure, packaged_figures
 
@@ -35,7 +35,7 @@ label = "alone"
 [[curves]]
 system = "ssul-set6"
 set = { k1 = 3.0e4 }
-colour = "blue"
+color = "blue"
 line = "dashed"
 base = true
 shade = true
@@ -63,12 +63,12 @@ def test_every_curve_stands_in_every_panel(figure):
     assert first.scan.system.parameters["P"] == second.scan.system.parameters["P"] == 700
     assert first.scan.want == ("energy",)  # no walls
     assert second.settings == {"c1": 300.0, "k1": 3.0e4}
-    assert (second.colour, second.line, second.base, second.shade) == (
+    assert (second.color, second.line, second.base, second.shade) == (
         *("#0072b2", "dashed", True, True),
     )
 
 
-def test_a_curve_is_named_by_what_is_not_as_in_the_catalogue(figure):
+def test_a_curve_is_named_by_what_is_not_as_in_the_catalog(figure):
     names = [curve.name for curve in figure().curves]
     assert names == [
         *("none_P=700", "ssul-set6_k1=30000_P=700"),
@@ -112,7 +112,7 @@ def test_a_portrait_is_left_to_its_own_command(figure):
         ("columns = 2", "rows = 2", ["[figure]", "'rows'", "columns"]),
         ("damper_energy = true", "damper_energy = 1", ["damper_energy", "true or false"]),
         ('"blue"', '"bleu"', ["[[curves]] 2", "'bleu'", "'blue'", "#rrggbb"]),
-        ('"blue"', '"#0000GG"', ["[[curves]] 2", "colour", "#rrggbb"]),
+        ('"blue"', '"#0000GG"', ["[[curves]] 2", "color", "#rrggbb"]),
         ('"dashed"', '"dotted"', ["line", "solid, dashed, dashdot"]),
         ("k1 = 3.0e4", "c1 = 3.0e4", ["c1", "[[panels]]", "one of the two"]),
         ("k1 = 3.0e4", "k9 = 3.0e4", ["'k9'", "k1"]),

@@ -39,7 +39,7 @@ label = "alone"
 [[curves]]
 system = "none"
 set = { P = 400.0 }
-colour = "vermillion"
+color = "vermillion"
 base = true
 """
 
@@ -289,9 +289,9 @@ def test_curves_are_the_archives_energies_solid_and_dotted(archives):
     lines = {(line.get_color(), line.get_linestyle()): line for line in frame.get_lines()}
     damped = request.curves[3]
     evidence = paper_results.made_up()("3", "ssul-set6")
-    assert known(lines[damped.colour, "-"]) == evidence["E1max"].tolist()
+    assert known(lines[damped.color, "-"]) == evidence["E1max"].tolist()
     of_damper = [line for line in frame.get_lines() if line._unscaled_dash_pattern[1] == (1, 1.6)]
-    assert [line.get_color() for line in of_damper] == [c.colour for c in request.curves[1:]]
+    assert [line.get_color() for line in of_damper] == [c.color for c in request.curves[1:]]
     assert known(of_damper[-1]) == evidence["E2max"].tolist()
     assert frame.get_xlabel() == r"angular frequency of the force $\omega$ [rad/s]"
     assert "E_1" in frame.get_ylabel()

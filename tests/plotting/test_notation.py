@@ -39,7 +39,7 @@ def test_a_setting_has_a_power_of_ten_and_a_unit():
     assert raised("N/m^1.25") == "N/m$^{1.25}$"
 
 
-def test_no_axis_is_labelled_by_a_sentence_of_help():
+def test_no_axis_is_labeled_by_a_sentence_of_help():
     for name in PARAMETERS:
         label = axis_label(name)
         assert ";" not in label

@@ -1,6 +1,6 @@
-"""Colours of regimes that readers with and without all three kinds of cones tell apart, measured.
+"""Colors of regimes that readers with and without all three kinds of cones tell apart, measured.
 
-Colours are seen through the matrices of Machado, Oliveira and Fernandes (2009), severity 1, and
+Colors are seen through the matrices of Machado, Oliveira and Fernandes (2009), severity 1, and
 compared by their distance in CIELAB (CIE 1976), of which some 2.3 can just be seen.
 """
 
@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from nlds_vines.plotting.palette import HATCHED, OTHERS, RAMP, colour_of
+from nlds_vines.plotting.palette import HATCHED, OTHERS, RAMP, color_of
 
 SIGHT = {
     "all cones": np.eye(3),
@@ -39,9 +39,9 @@ TINTS = [
 ] + PLAIN[-1:]
 
 
-def seen(colour, sight):
-    """Return a colour `#rrggbb` in CIELAB, as it is seen through a matrix."""
-    channels = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+def seen(color, sight):
+    """Return a color `#rrggbb` in CIELAB, as it is seen through a matrix."""
+    channels = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)]) / 255
     linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
     ratio = TO_XYZ @ np.clip(sight @ linear, 0, 1) / WHITE
     x, y, z = np.where(ratio > 216 / 24389, np.cbrt(ratio), (24389 / 27 * ratio + 16) / 116)
@@ -55,18 +55,18 @@ def test_the_measure_has_the_known_values_of_white_and_of_red():
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_periods_and_what_is_not_periodic_are_told_apart(sight):
-    colour = {word: seen(colour_of(word), SIGHT[sight]) for word in [*PLAIN, *OTHERS]}
-    near = min((float(np.linalg.norm(colour[a] - colour[b])), a, b)
-               for a, b in combinations(colour, 2))  # fmt: skip
+    color = {word: seen(color_of(word), SIGHT[sight]) for word in [*PLAIN, *OTHERS]}
+    near = min((float(np.linalg.norm(color[a] - color[b])), a, b)
+               for a, b in combinations(color, 2))  # fmt: skip
     assert near[0] > LEAST, near
 
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_what_is_not_periodic_is_no_tint_of_a_period(sight):
-    """What is undetermined is hatched beside its colour, and closer to a tint without blue."""
-    tints = {word: seen(colour_of(word), SIGHT[sight]) for word in TINTS}
+    """What is undetermined is hatched beside its color, and closer to a tint without blue."""
+    tints = {word: seen(color_of(word), SIGHT[sight]) for word in TINTS}
     for other in OTHERS:
-        own = seen(colour_of(other), SIGHT[sight])
+        own = seen(color_of(other), SIGHT[sight])
         near = min((float(np.linalg.norm(own - tint)), word) for word, tint in tints.items())
         blue = other == HATCHED and sight == "tritanopia"
         assert near[0] > (8.0 if blue else LEAST), (other, near)
@@ -74,5 +74,5 @@ def test_what_is_not_periodic_is_no_tint_of_a_period(sight):
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_longer_periods_are_lighter(sight):
-    lightness = [seen(colour, SIGHT[sight])[0] for colour in RAMP]
+    lightness = [seen(color, SIGHT[sight])[0] for color in RAMP]
     assert min(np.diff(lightness)) > 3.0

@@ -58,7 +58,7 @@ def test_the_section_at_impact_has_phase_and_speed_of_a_cycle_by_wall():
 
 
 @pytest.mark.kernels
-def test_of_many_points_the_colour_tells_how_many_are_near():
+def test_of_many_points_the_color_tells_how_many_are_near():
     chaos = nv.load_system("ssul-set6", omega=7.4, K=2.5e7)
     long = {"transient": 400, "periods": CROWDED, "samples": 16}
     figure, _ = page(chaos, ["section"], long)

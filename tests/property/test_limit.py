@@ -1,7 +1,7 @@
 """The limit that scenes b and c must keep: what is reported of it, against the twin.
 
 Number, first time and depth of the violations, random and grazing, by both methods. As for impacts,
-a difference counts only above what the two integrators resolve together: `FIRST` metres up to the
+a difference counts only above what the two integrators resolve together: `FIRST` meters up to the
 first contact of an orbit, `LATER` behind it. Where some excursion, or an approach that turned back,
 lies closer to the limit than that, the numbers may differ: such orbits are counted and stay few.
 """
@@ -16,7 +16,7 @@ from support import BOTH, kernel_cell, run_cell_rows, system_of
 from twin import follow_all, model_of
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.system import System
 from nlds_vines.orbits.impact_rows import Violation
 from nlds_vines.orbits.simulation import simulate
@@ -25,7 +25,7 @@ from scans import computed, scan_of
 
 pytestmark = pytest.mark.kernels
 
-SSBL = {**catalogue()["ssbl"].parameters, "K": 32504566.49525256}
+SSBL = {**catalog()["ssbl"].parameters, "K": 32504566.49525256}
 METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
 RANDOM, GRAZING = {"exact": 2000, "rk4": 400}, {"exact": 400, "rk4": 100}
 FIRST, LATER = 1e-11, 1e-7  # resolution [m] up to and behind the first contact

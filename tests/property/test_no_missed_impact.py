@@ -1,6 +1,6 @@
 """No impact is missed or invented: 10,000 random orbits, grazing ones included, against the twin.
 
-A difference counts only above what the two integrators resolve together: `FIRST` metres of depth
+A difference counts only above what the two integrators resolve together: `FIRST` meters of depth
 (or of clearance) up to the first impact of an orbit, where both are good to round-off, `LATER`
 behind it. Below that a difference is ambiguous; the orbit is then followed no further. Ambiguous
 orbits are counted and must stay few.
@@ -19,14 +19,14 @@ from nlds_vines.kernels.motion.bounds import cells_of
 from nlds_vines.kernels.motion.flight import grid_of
 from nlds_vines.kernels.scene.arguments import Flight
 from nlds_vines.kernels.scene.scene import damper_in, structure_of
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits.simulation import simulate
 
 pytestmark = pytest.mark.kernels
 
-SETS = [dict(catalogue()[f"ssul-set{i}"].parameters) for i in range(1, 7)]
+SETS = [dict(catalog()[f"ssul-set{i}"].parameters) for i in range(1, 7)]
 RANDOM, GRAZING, FIXED = 8500, 1500, 1000  # orbits; the last for the fixed steps
 FIRST, LATER = 1e-11, 1e-7  # resolution [m] of the comparison, up to and behind the first impact
 NEAR = 1e-5  # two touches are the same within so many periods

@@ -9,13 +9,13 @@ from nlds_vines import continue_branch, load_system, simulate
 from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.start_orbits import place_of
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.linear_response import response
 
 
-@pytest.mark.parametrize("name", catalogue())
+@pytest.mark.parametrize("name", catalog())
 def test_every_value_has_a_source(name):
-    system = catalogue()[name]
+    system = catalog()[name]
     assert system.sources.keys() == system.parameters.keys()
     assert all(system.sources.values())
 
@@ -85,7 +85,7 @@ def test_the_response_of_a_free_mass_lies_a_little_below_the_closed_form(omega, 
     assert 0.007 < 1.0 - np.abs(seen.trajectory[:, 0]).max() / 50.0 / xi < 0.009
 
 
-def test_the_clearance_of_the_catalogue_has_a_response_and_four_tenths_have_none():
+def test_the_clearance_of_the_catalog_has_a_response_and_four_tenths_have_none():
     system = load_system("vi-nes")
     p, theory = system.parameters, FreeMass(system)
     assert (p["C"], p["m1"] + p["m2"]) == (p["D"], 1.0)
@@ -116,7 +116,7 @@ def test_the_undamped_oscillator_strikes_its_stop_with_20_thirds():
     np.testing.assert_allclose(orbit.state, start, rtol=0, atol=1e-12)
 
 
-def test_the_ball_of_the_catalogue_bounces_once_a_period_and_its_entry_says_where():
+def test_the_ball_of_the_catalog_bounces_once_a_period_and_its_entry_says_where():
     """From a fold at Gamma = pi (1 - e) / (1 + e) to a doubling."""
     system = load_system("bouncing-ball")
     p = system.parameters

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 from support import BOTH, fitted_order, linear_flow, references, system_of
 
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits.simulation import simulate
 from scans import computed, scan_of

@@ -19,7 +19,7 @@ from support import (
     system_of,
 )
 
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.simulation import simulate
 
 SET6 = references()["ssul-set6"].numbers

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 from support import counts_by_period, references, shortening, steady_state, system_of
 
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.batch import Batch
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.status_words import OK

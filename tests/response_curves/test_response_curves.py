@@ -35,10 +35,10 @@ title = "unilateral"
 system = "tmd"
 [[curves]]
 set = { c2 = 60.0 }
-colour = "blue"
+color = "blue"
 [[curves]]
 set = { c2 = 90.0 }
-colour = "vermillion"
+color = "vermillion"
 panel = 1
 """
 
@@ -98,8 +98,8 @@ def test_the_archive_is_verified_repeated_and_redrawn(here, answer, refusal):
     assert [len(panel.curves) for panel in again.panels] == [3, 2]
     first, second = figure.axes
     assert first.get_title(loc="left") == "(a)  unilateral"
-    colours = [to_hex(line.get_color()) for line in second.get_lines()[1:]]
-    assert colours == [curve.colour for curve in again.panels[1].curves]
+    colors = [to_hex(line.get_color()) for line in second.get_lines()[1:]]
+    assert colors == [curve.color for curve in again.panels[1].curves]
 
 
 @pytest.mark.kernels
@@ -337,7 +337,7 @@ def test_what_is_shown_is_recorded_and_stays_in_the_request():
 def test_curves_of_one_page_have_different_looks():
     names = [f"ssul-set{i}" for i in range(1, 7)]
     page = page_from([*names, "tmd", "ssbl"], (), {}, "test")
-    looks = [(curve.colour, curve.line) for curve in page.curves]
+    looks = [(curve.color, curve.line) for curve in page.curves]
     assert len(set(looks)) == len(looks) == 9
 
 
@@ -371,7 +371,7 @@ def test_python_takes_systems_names_files_and_documents(here):
         ),
         ('"impacts", "energy"', '"section"', "lacks energy"),
         ("[sampling]", '[start]\npolicy = "random"\ncount = 2\n[sampling]', "begins 2 orbits"),
-        ('colour = "blue"', 'colour = "blu"', "did you mean 'blue'"),
+        ('color = "blue"', 'color = "blu"', "did you mean 'blue'"),
     ],
 )
 def test_a_wrong_file_is_one_line(here, refusal, old, new, words):

@@ -127,7 +127,7 @@ def _beside(
     """
     taken = {old.number for old in _known_in(learnt, system)}
     entries = list[tuple[int, Found]]()
-    for other in _neighbours(shape, system):
+    for other in _neighbors(shape, system):
         new = [entry for entry in found[other] if entry.orbit is not None]
         for entry in (*_known_in(learnt, other), *new):
             if entry.number not in taken:
@@ -136,7 +136,7 @@ def _beside(
     return entries
 
 
-def _neighbours(shape: tuple[int, ...], system: int) -> Iterator[int]:
+def _neighbors(shape: tuple[int, ...], system: int) -> Iterator[int]:
     """Yield the numbers of the systems one step away along each parameter."""
     place = np.unravel_index(system, shape) if shape else ()
     for axis in reversed(range(len(shape))):

@@ -9,7 +9,7 @@ import numpy as np
 from nlds_vines.bifurcation.observation_time import in_legend
 from nlds_vines.bifurcation.picture.ordinates import SECTION, Slice, quantities_in
 from nlds_vines.plotting.palette import ink_of, ordered, period_and_impacts, short
-from nlds_vines.plotting.style import NAVY, start_colours
+from nlds_vines.plotting.style import NAVY, start_colors
 
 SWEEPS = ["up", "down"]
 """The starts of a scan that shows hysteresis."""
@@ -24,7 +24,7 @@ class Look(NamedTuple):
     """Some of the orbits, `which` (cells, starts), and how their dots look."""
 
     which: np.ndarray
-    colour: str
+    color: str
     name: str
 
 
@@ -33,15 +33,15 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
 
     Arguments: the slice; the `numbers` (cells, starts, 1) that are drawn, where each orbit has one.
 
-    Of a single start all orbits have one colour.  Of sweeps up and down there are three: those of
+    Of a single start all orbits have one color.  Of sweeps up and down there are three: those of
     either, and one where both are on the same orbit.  Equal numbers of different orbits do not
     make them one: just beyond grazing T,0 and T,2 have nearly the same energy.  Of other starts the
-    colour is that of the regime; without labels all are alike.
+    color is that of the regime; without labels all are alike.
     """
     starts, shape = cut.starts, (cut.values.size, len(cut.starts))
     if len(starts) == 1:
         name = "" if starts == ["rest"] else f"start: {starts[0]}"
-        return [Look(np.ones(shape, dtype=bool), start_colours(starts)[0], name)]
+        return [Look(np.ones(shape, dtype=bool), start_colors(starts)[0], name)]
     if starts == SWEEPS:
         return _of_sweeps(alike(cut, numbers))
     labels = cut.labels()
@@ -53,7 +53,7 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
 
 def _of_sweeps(both: np.ndarray) -> list[Look]:
     """Return the looks of two sweeps, given in which cells (cells,) both are alike."""
-    up, down = start_colours(SWEEPS)
+    up, down = start_colors(SWEEPS)
     one, other = (np.zeros((both.size, 2), dtype=bool) for _ in SWEEPS)
     one[:, 0], other[:, 1] = ~both, ~both
     shared = np.stack([both, np.zeros_like(both)], axis=1)

@@ -1,6 +1,6 @@
-"""Basins of attraction: a colour for each attractor, over a plane of starts and along a parameter.
+"""Basins of attraction: a color for each attractor, over a plane of starts and along a parameter.
 
-The colour is that of the attractor's regime, the same in every picture.  Of several attractors of
+The color is that of the attractor's regime, the same in every picture.  Of several attractors of
 one regime the later ones are darker, then paler.
 """
 
@@ -34,7 +34,7 @@ from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import (
     HATCHED,
     OTHERS,
-    colour_of,
+    color_of,
     drawn_as,
     example_of,
     in_order,
@@ -45,7 +45,7 @@ from nlds_vines.plotting.panels import write_letters, write_title
 from nlds_vines.plotting.style import CM, axis_label
 
 _SHADES = (("#000000", 0.0), ("#000000", 0.35), ("#ffffff", 0.45), ("#000000", 0.6))
-"""What is mixed into the colour of a regime, by how much: of its first attractor, the second ..."""
+"""What is mixed into the color of a regime, by how much: of its first attractor, the second ..."""
 
 _NOT_KNOWN = "not known"
 _BETWEEN = 1.6 * CM  # inches between the map and the shares below it, with the label of the map
@@ -53,10 +53,10 @@ _LINES = 1.6 * CM  # inches for a legend below a map on a page of one column
 
 
 class _Look(NamedTuple):
-    """What an attractor is called, and its colour."""
+    """What an attractor is called, and its color."""
 
     name: str
-    colour: str
+    color: str
 
 
 def drawable(view: ArchiveView) -> bool:
@@ -130,19 +130,19 @@ def fill_basins(
     *,
     legend: bool = True,
 ) -> None:
-    """Fill every cell of a map with the colour of its attractor; mark their points."""
+    """Fill every cell of a map with the color of its attractor; mark their points."""
     looks = _looks(view)
     labels, numbers = _labels_of_cells(view), view["attractor"][..., 0]
     keys = [(int(k), str(label)) for k, label in zip(numbers.flat, labels.flat, strict=True)]
     present = sorted(set(keys))
     place = {key: i for i, key in enumerate(present)}
     classes = np.array([place[key] for key in keys]).reshape(numbers.shape)
-    shades = [looks[key].colour for key in present]
+    shades = [looks[key].color for key in present]
     norm = BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
     fill_cells(axes, view, classes, cmap=ListedColormap(shades), norm=norm)
     label_axes(axes, view)
     names = np.array([looks[key].name for key in present], object)[classes]
-    known = {looks[key].name: looks[key].colour for key in present if key[0] >= 0}
+    known = {looks[key].name: looks[key].color for key in present if key[0] >= 0}
     name_regions(axes, view, names, known)
     handles: list[Any] = [*_patches([looks[key] for key in present])]
     if begins_at_sections(view) and not [name for name in view.axes if name not in INITIAL]:
@@ -162,8 +162,8 @@ def fill_shares(axes: Axes, view: ArchiveView) -> list[Patch]:
     floor = np.zeros(len(labels))
     for k in range(labels.shape[1]):
         height = np.nan_to_num(shares[:, k])
-        colours = [looks[k, str(label)].colour if label else "none" for label in labels[:, k]]
-        axes.bar(edges[:-1], height, np.diff(edges), floor, color=colours, align="edge", lw=0)
+        colors = [looks[k, str(label)].color if label else "none" for label in labels[:, k]]
+        axes.bar(edges[:-1], height, np.diff(edges), floor, color=colors, align="edge", lw=0)
         floor += height
     unknown = OTHERS[HATCHED]
     axes.bar(edges[:-1], 1 - floor, np.diff(edges), floor, color=unknown, align="edge", lw=0)
@@ -186,7 +186,7 @@ def _labels_of_cells(view: ArchiveView) -> np.ndarray:
 
 
 def _looks(view: ArchiveView) -> Mapping[tuple[int, str], _Look]:
-    """Return name and colour by number and regime; with the number where one regime has several."""
+    """Return name and color by number and regime; with the number where one regime has several."""
     labels = view["attractor_label"]
     table = labels.reshape(-1, labels.shape[-1])
     numbers: dict[str, list[int]] = {}
@@ -195,17 +195,17 @@ def _looks(view: ArchiveView) -> Mapping[tuple[int, str], _Look]:
             numbers.setdefault(label, []).append(k)
     found = {(-1, ""): _Look(_NOT_KNOWN, OTHERS[HATCHED])}
     for label, own in numbers.items():
-        long = drawn_as(label) != label  # these share one colour, and one name
+        long = drawn_as(label) != label  # these share one color, and one name
         for i, k in enumerate(own):
             name = drawn_as(label) if long or len(own) == 1 else f"{label} ({k})"
             shade = _SHADES[0 if long else i % len(_SHADES)]
-            found[k, label] = _Look(name, mixed(colour_of(label), *shade))
+            found[k, label] = _Look(name, mixed(color_of(label), *shade))
     return found
 
 
 def _patches(looks: Iterable[_Look]) -> list[Patch]:
     """Return the entries of a legend, by period; what is not known stands last."""
-    by_name = {look.name: look.colour for look in looks}
+    by_name = {look.name: look.color for look in looks}
     places = {
         word: i for i, word in enumerate(in_order(map(_label, by_name.keys() - {_NOT_KNOWN})))
     }
@@ -235,8 +235,8 @@ def _mark_points(
     found = False
     for k, label in enumerate(view["attractor_label"]):
         for point in _within(view, view["attractor_point"][k : k + 1]):
-            colour = mixed(looks[k, str(label)].colour, "#ffffff", 0.5)
-            axes.plot(*point, markerfacecolor=colour, zorder=5, **style)
+            color = mixed(looks[k, str(label)].color, "#ffffff", 0.5)
+            axes.plot(*point, markerfacecolor=color, zorder=5, **style)
             found = True
     text = "points of attractors" + _projected(view)
     return [Line2D([], [], markerfacecolor="white", label=text, **style)] if found else []

@@ -38,9 +38,9 @@ def is_map(values: Sequence[np.ndarray]) -> bool:
     return len(values) == 2 and not any(map(is_list, values))
 
 
-def usual_show(known: Mapping[str, Quantity], labelled: bool) -> str | None:
+def usual_show(known: Mapping[str, Quantity], labeled: bool) -> str | None:
     """Return what a map shows by default: regimes, or else a number; None if there is neither."""
-    if labelled:
+    if labeled:
         return REGIMES
     return next((name for name in NUMBERS if name in known), None)
 
@@ -72,7 +72,7 @@ def check_show(
     values: Sequence[np.ndarray],
     starts: int,
     known: Mapping[str, Quantity],
-    labelled: bool,
+    labeled: bool,
 ) -> None:
     """Raise `RequestError` unless the picture of a scan can show `show`.
 
@@ -84,7 +84,7 @@ def check_show(
             raise RequestError(f"show = {show!r} needs attractors: scan with --record {ATTRACTOR}")
         return
     needs_labels = show in (REGIMES, *_OF_SEVERAL_STARTS) or show.startswith(SHARE)
-    if needs_labels and not labelled:
+    if needs_labels and not labeled:
         raise RequestError(f"show = {show!r} needs regimes: scan with regime in --record")
     if not is_map(values):
         if show in _OF_SEVERAL_STARTS or show.startswith(SHARE):

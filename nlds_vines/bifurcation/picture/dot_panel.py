@@ -1,4 +1,4 @@
-"""A panel of a diagram: a quantity over one parameter in dots or curves, a spectrum in colours."""
+"""A panel of a diagram: a quantity over one parameter in dots or curves, a spectrum in colors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from nlds_vines.plotting.bands import bands, edges, logarithmic, one_regime
 from nlds_vines.plotting.notation import raised, signal_symbol
 from nlds_vines.plotting.palette import PASSED, period_and_impacts
 from nlds_vines.plotting.panels import size_of
-from nlds_vines.plotting.style import DOT, GREEN, GREY, HUES, NAVY, NO_VALUE, ROUND_OFF, SHADES
+from nlds_vines.plotting.style import DOT, GRAY, GREEN, HUES, NAVY, NO_VALUE, ROUND_OFF, SHADES
 
 _WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
 
@@ -35,7 +35,7 @@ _HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d0a0a0", "linewidt
 _CROSSES = 40  # along a curve, at most: more of them hide it
 _CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "markeredgewidth": 0.7}
 _WALL = "impact_wall"
-_WALL_COLOURS = (NAVY, HUES["vermillion"])  # of impacts at the near and at the far wall
+_WALL_COLORS = (NAVY, HUES["vermillion"])  # of impacts at the near and at the far wall
 _LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white paper
 
 
@@ -68,16 +68,16 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
     if len(cuts) > 1 and rows:
         line: dict[str, Any] = {"linewidth": 1.2}
         found = [
-            Line2D([], [], color=colour, label=cut.held, **line)
-            for cut, colour in zip(cuts, curve_colours(len(cuts)), strict=True)
+            Line2D([], [], color=color, label=cut.held, **line)
+            for cut, color in zip(cuts, curve_colors(len(cuts)), strict=True)
         ]
     elif rows:
         dot: dict[str, Any] = {"marker": "o", "markersize": _LEGEND_DOT, "linestyle": "none"}
         looks = [look for look in looks_of(cuts[0]) if look.name and look.which.any()]
-        found = [Line2D([], [], color=look.colour, label=look.name, **dot) for look in looks]
+        found = [Line2D([], [], color=look.color, label=look.name, **dot) for look in looks]
         if any(_tells_walls(cuts[0], name) for name in rows):
             names = [name.replace("_", " ") for name in cuts[0].view.flags(_WALL).values()]
-            pairs = zip(names, _WALL_COLOURS, strict=True)
+            pairs = zip(names, _WALL_COLORS, strict=True)
             found += [
                 Line2D([], [], color=hue, label=f"at the {name}", **dot) for name, hue in pairs
             ]
@@ -87,8 +87,8 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
     return found
 
 
-def curve_colours(count: int) -> list[Any]:
-    """Return the colours of so many curves, from dark to light, along even steps of lightness."""
+def curve_colors(count: int) -> list[Any]:
+    """Return the colors of so many curves, from dark to light, along even steps of lightness."""
     return list(matplotlib.colormaps[SHADES](np.linspace(0.0, _LIGHTEST, count)))
 
 
@@ -102,20 +102,20 @@ def overlay_energy(panel: Axes, cut: Slice, energy: Quantity) -> None:
     axes.spines["right"].set_color(GREEN)
 
 
-def _draw_curve(axes: Axes, cut: Slice, found: np.ndarray, colour: Any, width: float) -> None:
+def _draw_curve(axes: Axes, cut: Slice, found: np.ndarray, color: Any, width: float) -> None:
     """Draw a number (cells,) of the first start: a curve within a regime, dots between others.
 
     Orbits that are not periodic are dots as well.  Without labels all are joined.
     """
     labels = cut.labels()
     if labels is None:
-        axes.plot(cut.values, found, color=colour, linewidth=width)
+        axes.plot(cut.values, found, color=color, linewidth=width)
         return
     ends = np.array([final(str(label)) for label in labels[:, 0]])
     periodic = np.array([period_and_impacts(end) is not None for end in ends])
     curve, alone = one_regime(cut.values, found, np.where(periodic, ends, ""))
-    axes.plot(*curve, color=colour, linewidth=width)
-    axes.plot(*alone, color=colour, markersize=1.3 * width, **DOT)
+    axes.plot(*curve, color=color, linewidth=width)
+    axes.plot(*alone, color=color, markersize=1.3 * width, **DOT)
 
 
 def _dots_of(cut: Slice, look: Look, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -126,7 +126,7 @@ def _dots_of(cut: Slice, look: Look, found: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
-    """Draw orbits as unconnected dots, those of one attractor in one colour.
+    """Draw orbits as unconnected dots, those of one attractor in one color.
 
     Few columns have larger dots.  Where dots cover the panel more than once, they let others shine
     through, so that chaos shows how often it is where; periodic orbits fall on themselves.
@@ -144,17 +144,17 @@ def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
         style["alpha"] = max(_COVERED / covered, _FAINTEST)
     if _tells_walls(cut, quantity.dataset):
         walls = cut.view.take(_WALL, **cut.at)
-        for code, colour in enumerate(_WALL_COLOURS):
+        for code, color in enumerate(_WALL_COLORS):
             cells, starts, many = np.nonzero(walls == code)
-            panel.plot(cut.values[cells], found[cells, starts, many], color=colour, **style)
+            panel.plot(cut.values[cells], found[cells, starts, many], color=color, **style)
         return
     for look in looks_of(cut, found if quantity.single else None):
         across, up = _dots_of(cut, look, found)
-        panel.plot(across, up, color=look.colour, **style)
+        panel.plot(across, up, color=look.color, **style)
 
 
 def _tells_walls(cut: Slice, name: str) -> bool:
-    """Tell whether the dots of a quantity are coloured by what is struck: of one start, impacts."""
+    """Tell whether the dots of a quantity are colored by what is struck: of one start, impacts."""
     return len(cut.starts) == 1 and _WALL in cut.view and name in drawn_in(TOUCHED)
 
 
@@ -163,7 +163,7 @@ def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity |
 
     Each has its 99 % interval as a bar; the interval of a periodic orbit has no width.
     """
-    panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0.5)
+    panel.axhline(0.0, color=GRAY, linewidth=0.6, zorder=0.5)
     found = cut.of(quantity)
     width = np.zeros_like(found) if half is None else cut.of(half)
     for look in looks_of(cut, found):
@@ -171,9 +171,9 @@ def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity |
         kept = np.isfinite(up) & np.isfinite(reach)
         across, up, reach = across[kept], up[kept], reach[kept]
         bar: dict[str, Any] = {"alpha": 0.35, "linewidth": 1.0, "rasterized": True}
-        panel.vlines(across, up - reach, up + reach, color=look.colour, **bar)
+        panel.vlines(across, up - reach, up + reach, color=look.color, **bar)
         dot = {"markersize": _EXPONENT_DOT, "rasterized": True, **DOT}
-        panel.plot(across, up, color=look.colour, **dot)
+        panel.plot(across, up, color=look.color, **dot)
 
 
 def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None:
@@ -182,21 +182,21 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
     Crosses mark the orbits that pass a limit.
     """
     if quantity.name in _WIDTHS:
-        panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0.5)
+        panel.axhline(0.0, color=GRAY, linewidth=0.6, zorder=0.5)
     if scale_of(quantity.dataset) == ERROR:
         panel.set_yscale("log")
-    for cut, colour in zip(cuts, curve_colours(len(cuts)), strict=True):
+    for cut, color in zip(cuts, curve_colors(len(cuts)), strict=True):
         found = cut.of(quantity)
         many = found.shape[1] * found.shape[2]
         if many == 1:
-            _draw_curve(panel, cut, found[:, 0, 0], colour, 1.0)
+            _draw_curve(panel, cut, found[:, 0, 0], color, 1.0)
         else:
             across = np.repeat(cut.values, many)
-            panel.plot(across, found.ravel(), color=colour, markersize=1.4, **DOT)
+            panel.plot(across, found.ravel(), color=color, markersize=1.4, **DOT)
         cells, starts = np.nonzero(_thinned(cut.violated()))
         if cells.size:
             up = found[cells, starts, 0]
-            panel.plot(cut.values[cells], up, color=colour, markersize=2.5, **_CROSS)
+            panel.plot(cut.values[cells], up, color=color, markersize=2.5, **_CROSS)
 
 
 def _thinned(flagged: np.ndarray) -> np.ndarray:
@@ -224,7 +224,7 @@ WATERFALL = "spectrum"
 """The dataset that is drawn so."""
 
 DECADES = 6.0
-"""Below the largest amplitude that colours tell apart."""
+"""Below the largest amplitude that colors tell apart."""
 
 _BAR = (1.012, 0.0, 0.014, 1.0)  # of the panel: the bar's left edge, foot, width, height
 

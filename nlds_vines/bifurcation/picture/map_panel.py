@@ -29,7 +29,7 @@ _DOT_EDGE, _WIDEST_EDGE = 0.1, 0.5  # likewise
 def single_map(
     view: ArchiveView, page: Page = TWO_COLUMNS, below: float = 0.0
 ) -> tuple[Figure, Axes]:
-    """Return a figure with one map, its axes labelled, beside room for a legend or a bar.
+    """Return a figure with one map, its axes labeled, beside room for a legend or a bar.
 
     Arguments: the archive; the page; `below`, the inches for a legend that is to stand there.
     """
@@ -80,7 +80,7 @@ def hatch_cells(
 ) -> Patch:
     """Hatch the cells in which `where`, of the shape of the cells, is true.
 
-    Arguments: `look`, the hatch and its colour.  Returns such a patch for the legend, named `text`.
+    Arguments: `look`, the hatch and its color.  Returns such a patch for the legend, named `text`.
     """
     across, up = (inner_edges(view[name]) for name in view.axes)
     boxes = [
@@ -135,13 +135,13 @@ def name_regions(
     """Write each name once into the largest circle of cells of that name, if it fits there.
 
     Arguments: the axes of the map; its archive; the `names` (first parameter, second parameter) of
-    its cells; the colours of those that are to be written, by name.
+    its cells; the colors of those that are to be written, by name.
     """
     from scipy.ndimage import distance_transform_edt
 
     wide, tall = size_of(axes)
     sides = wide / names.shape[0], tall / names.shape[1]
-    for word, colour in shades.items():
+    for word, color in shades.items():
         text = short(word)
         if len(text) > _LONGEST:
             continue
@@ -151,5 +151,5 @@ def name_regions(
         if text_width(text, _SIZE) / 2 + _PADDING > depth[place]:
             continue
         x, y = (view[name][index] for name, index in zip(view.axes, place, strict=True))
-        ink = "white" if is_dark(colour) else "black"
+        ink = "white" if is_dark(color) else "black"
         axes.text(x, y, text, color=ink, fontsize=_SIZE, ha="center", va="center")

@@ -34,14 +34,14 @@ from nlds_vines.model.quantity import ERROR, PERIOD, SIGNED, WAIT
 from nlds_vines.plotting.notation import literal
 from nlds_vines.plotting.page import TWO_COLUMNS, Page
 from nlds_vines.plotting.palette import OTHERS, PASSED, RAMP
-from nlds_vines.plotting.panels import add_colour_bar, write_out_ticks
+from nlds_vines.plotting.panels import add_color_bar, write_out_ticks
 from nlds_vines.plotting.style import CM, NO_VALUE, ROUND_OFF, SHADES, axis_label
 
-_TWO_SIDED = "PuOr_r"  # matplotlib's name of shades with a zero in their middle; colour-blind-safe
+_TWO_SIDED = "PuOr_r"  # matplotlib's name of shades with a zero in their middle; color-blind-safe
 _EXTREME = 0.5  # per cent of the cells at either end that do not stretch a two-sided scale
 _NARROWEST = 1e-12  # least reach of a two-sided scale to either side
-_UNEVEN = 3.0  # how much farther one side of it may reach than the other: colours have equal steps
-_LIGHTER = 0.36  # of the shades above zero: their end is lighter than that below, in grey as well
+_UNEVEN = 3.0  # how much farther one side of it may reach than the other: colors have equal steps
+_LIGHTER = 0.36  # of the shades above zero: their end is lighter than that below, in gray as well
 _DEEPEST = 1e-4  # of the largest number: smaller ones have the darkest shade by logarithm
 _WIDE = 8.0  # ratio of the largest to a small value from which shades are logarithmic by themselves
 _SETTLED_LATE = 10.0  # forcing periods, least upper end of the scale of settling times
@@ -52,7 +52,7 @@ def draw_number(view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> Figur
     """Return a map of a recorded number, as `fill_number` draws it, with its bar."""
     figure, axes = single_map(view, page)
     mesh, label, extend = fill_number(axes, view, show)
-    bar = add_colour_bar(figure, mesh, axes.get_position(), label, extend=extend)
+    bar = add_color_bar(figure, mesh, axes.get_position(), label, extend=extend)
     if scale_of(way_and_number(show)[1]) == PERIOD:
         _name_periods(bar.ax)
     elif isinstance(mesh.norm, LogNorm):
@@ -66,7 +66,7 @@ def draw_number(view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> Figur
 
 
 def fill_number(axes: Axes, view: ArchiveView, show: str) -> tuple[QuadMesh, str, str]:
-    """Fill cells by a recorded number: of several starts the largest, grey where there is none.
+    """Fill cells by a recorded number: of several starts the largest, gray where there is none.
 
     Arguments: axes; the archive; what to `show`, a number that may follow one of `choices.WAYS`.
     A number of both signs has two-sided shades around zero.  On a map of settling times, cells in
@@ -133,7 +133,7 @@ def _scale(name: str, shown: np.ma.MaskedArray, way: str) -> tuple[Colormap, Nor
 
 
 def _extend(shown: np.ma.MaskedArray, norm: Normalize) -> str:
-    """Return at which ends of a scale there are values beyond it, as colour bars call them."""
+    """Return at which ends of a scale there are values beyond it, as color bars call them."""
     if norm.vmin is None or norm.vmax is None or norm.clip or not shown.count():
         return "neither"
     beyond = bool(shown.min() < norm.vmin), bool(shown.max() > norm.vmax)
@@ -143,8 +143,8 @@ def _extend(shown: np.ma.MaskedArray, norm: Normalize) -> str:
 def _around_zero(values: np.ndarray) -> tuple[Colormap, Normalize]:
     """Return two-sided shades whose middle is zero; of one sign alone, that half of them.
 
-    A step of the number is the same step of colour on either side.  What lies beyond either end of
-    the scale has the colour of that end.
+    A step of the number is the same step of color on either side.  What lies beyond either end of
+    the scale has the color of that end.
     """
     two_sided = matplotlib.colormaps[_TWO_SIDED]
     low, high = np.percentile(values, [_EXTREME, 100 - _EXTREME])
@@ -160,7 +160,7 @@ def _around_zero(values: np.ndarray) -> tuple[Colormap, Normalize]:
 
 
 def _name_periods(bar: Axes) -> None:
-    """Name the colours of a bar of periods."""
+    """Name the colors of a bar of periods."""
     count = len(RAMP)
     names = [*(str(n) for n in range(1, count)), f"{count} or more"]
     bar.set_yticks(range(1, count + 1), names)
@@ -169,10 +169,10 @@ def _name_periods(bar: Axes) -> None:
 
 def _blacken(axes: Axes, view: ArchiveView, where: np.ndarray) -> Patch:
     """Draw cells black, and return the entry of the legend that names the reason."""
-    colour = OTHERS["chaos"]
+    color = OTHERS["chaos"]
     covered = np.ma.masked_where(~where, np.ones(where.shape))
-    fill_cells(axes, view, covered, cmap=ListedColormap([colour]))
-    return Patch(facecolor=colour, label="not settled, or no orbit to settle on")
+    fill_cells(axes, view, covered, cmap=ListedColormap([color]))
+    return Patch(facecolor=color, label="not settled, or no orbit to settle on")
 
 
 # ---- shares --------------------------------------------------------------------------------------
@@ -208,7 +208,7 @@ def draw_shares(view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> Figur
         meshes = [_draw_share(panels[i], view, labels, name) for i, name in enumerate(wanted)]
         mesh, place = meshes[-1], Bbox.union([axes.get_position() for axes in panels])
     percent = PercentFormatter(1.0, decimals=0)
-    add_colour_bar(figure, mesh, place, text, format=percent)
+    add_color_bar(figure, mesh, place, text, format=percent)
     return figure
 
 

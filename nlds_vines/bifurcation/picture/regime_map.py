@@ -1,4 +1,4 @@
-"""Maps of two parameters: a colour for each regime, or other code, and how many coexist."""
+"""Maps of two parameters: a color for each regime, or other code, and how many coexist."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from nlds_vines.plotting.palette import (
     OTHERS,
     PASSED,
     THROUGH_CHAOS,
-    colour_of,
+    color_of,
     drawn_as,
     example_of,
     hatch_of,
@@ -46,7 +46,7 @@ from nlds_vines.plotting.palette import (
     short,
 )
 from nlds_vines.plotting.panels import write_letters, write_title
-from nlds_vines.plotting.style import CM, GREY, NO_VALUE
+from nlds_vines.plotting.style import CM, GRAY, NO_VALUE
 
 _GAP = 0.55 * CM  # inches between two maps
 _LINE = 0.42 * CM  # inches, height of a name in a legend
@@ -62,7 +62,7 @@ def regime_map(
 
     Arguments: the archive; what to `show`, as checked by `choices.check_show`; the `page`:
 
-    - `regimes`: a colour for each regime; of several starts, the regime that most ended in, and in
+    - `regimes`: a color for each regime; of several starts, the regime that most ended in, and in
       a second panel how many regimes coexist;
     - `coexisting`: that panel alone;
     - `share:LABEL`: the share of the starts that ended in a regime; `shares`: those of the most
@@ -110,7 +110,7 @@ def fill_map(axes: Axes, view: ArchiveView, show: str, page: Page = TWO_COLUMNS)
 
 
 def _limits(axes: Axes) -> tuple[Any, Any]:
-    """Return the limits of both axes, which bars of colours do not share with maps."""
+    """Return the limits of both axes, which bars of colors do not share with maps."""
     return axes.get_xlim(), axes.get_ylim()
 
 
@@ -146,14 +146,14 @@ def _draw_both(view: ArchiveView, page: Page) -> Figure:
 def _draw_regimes(
     axes: Axes, view: ArchiveView, labels: np.ndarray, title: str, page: Page
 ) -> None:
-    """Fill every cell with the colour of its regime; the legend names the most frequent ones.
+    """Fill every cell with the color of its regime; the legend names the most frequent ones.
 
     Large regions have their names inside.  Hatched are regimes that were reached through chaos, and
     what is not known.
     """
     names = np.vectorize(drawn_as, otypes=[object])(labels)
     words = [word for word, _ in by_frequency(names)]
-    shades = {word: colour_of(example_of(word)) for word in words}
+    shades = {word: color_of(example_of(word)) for word in words}
     fill_classes(axes, view, names, words, [shades[word] for word in words])
     marks = _hatch(axes, view, names)
     ends = list(dict.fromkeys(final(word) for word in words))
@@ -172,7 +172,7 @@ def _draw_regimes(
 
 def _patch(word: str, view: ArchiveView) -> Patch:
     """Return the entry of a legend of a regime."""
-    look = patch_look(example_of(word), colour_of(example_of(word)))
+    look = patch_look(example_of(word), color_of(example_of(word)))
     return Patch(label=in_legend(short(word), view), **look)
 
 
@@ -181,7 +181,7 @@ def _hatch(axes: Axes, view: ArchiveView, names: np.ndarray) -> list[Any]:
     found = []
     unknown = names == HATCHED
     if unknown.any():
-        hatch_cells(axes, view, unknown, (hatch_of(HATCHED), GREY), "")
+        hatch_cells(axes, view, unknown, (hatch_of(HATCHED), GRAY), "")
     late = np.vectorize(lambda name: name.startswith(TRANSIENT), otypes=[bool])(names)
     if late.any():
         found.append(hatch_cells(axes, view, late, (THROUGH_CHAOS, "black"), _CHAOTIC))
@@ -197,14 +197,14 @@ def _hatch_passed(axes: Axes, view: ArchiveView, passed: np.ndarray) -> Patch:
 
 
 def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) -> None:
-    """Fill every cell with the colour of how many of the found regimes coexist there."""
+    """Fill every cell with the color of how many of the found regimes coexist there."""
     most = len(COUNTS)
     counts = np.minimum(coexisting(labels), most)
     words = sorted(set(counts.ravel().tolist()))
     shades = {0: OTHERS[HATCHED], **dict(enumerate(COUNTS, start=1))}
     fill_classes(axes, view, counts, words, [shades[word] for word in words])
     names = {0: "none known", most: f"{most} or more"}
-    frame: dict[str, Any] = {"edgecolor": GREY, "linewidth": 0.4}  # the first is nearly white
+    frame: dict[str, Any] = {"edgecolor": GRAY, "linewidth": 0.4}  # the first is nearly white
     handles = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **frame) for n in words]
     passed = np.asarray(violated_in(view).any(axis=-1))
     if passed.any():
@@ -216,19 +216,19 @@ def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) 
 
 
 def fill_codes(axes: Axes, view: ArchiveView, name: str, page: Page) -> None:
-    """Fill every cell with the colour of its code, of several starts the highest; with a legend.
+    """Fill every cell with the color of its code, of several starts the highest; with a legend.
 
-    Colours go from pale to dark in the order of the codes, and begin anew where they are many.
+    Colors go from pale to dark in the order of the codes, and begin anew where they are many.
     """
     codes, words = view[name].max(axis=-1), view.flags(name)
     found = sorted(set(codes.ravel().tolist()))
     shades = {code: COUNTS[i % len(COUNTS)] for i, code in enumerate(sorted(words))}
     looks = {code: shades.get(code, NO_VALUE) for code in found}
     fill_classes(axes, view, codes, found, list(looks.values()))
-    frame: dict[str, Any] = {"edgecolor": GREY, "linewidth": 0.4}  # the first is nearly white
+    frame: dict[str, Any] = {"edgecolor": GRAY, "linewidth": 0.4}  # the first is nearly white
     handles = [
-        Patch(facecolor=colour, label=_in_words(words.get(code, "none")), **frame)
-        for code, colour in looks.items()
+        Patch(facecolor=color, label=_in_words(words.get(code, "none")), **frame)
+        for code, color in looks.items()
     ]
     title = clause(view.long_name(name))
     several = f"\nhighest of {view['start'].size} starts" if view["start"].size > 1 else ""

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from nlds_vines.plotting.bands import Band, bands, spread
-from nlds_vines.plotting.palette import colours, hatch_of, is_dark, ordered, patch_look, short
+from nlds_vines.plotting.palette import colors, hatch_of, is_dark, ordered, patch_look, short
 from nlds_vines.plotting.panels import size_of, text_width
 
 _SIZE = 7  # pt, of the names
@@ -27,7 +27,7 @@ class Strip:
     """Where the names of a strip stand: inside their bands, or upright above it.
 
     A name stands in its band where it fits.  A regime whose name fits into none of its bands is
-    named once, above the widest of them; its other bands are known by their colour.  Where names
+    named once, above the widest of them; its other bands are known by their color.  Where names
     would stand far from their bands, the narrowest are `left_out`, for a legend.
 
     Arguments: the bands; the `ends` of the axis; `points`, its width; whether it is logarithmic,
@@ -52,7 +52,7 @@ class Strip:
             band for band in found if band.label not in named and self._extent(band) >= _NARROWEST
         ]
         widest = list({b.label: b for b in sorted(beside, key=self._extent)}.values())
-        self.above, self.left_out = self._near(sorted(widest, key=lambda band: band.centre))
+        self.above, self.left_out = self._near(sorted(widest, key=lambda band: band.center))
 
     def place(self, value: float) -> float:
         """Return where a value stands, as a fraction of the axis."""
@@ -86,13 +86,13 @@ class Strip:
         """Return the largest distance in points of a name from its band; infinite without room."""
         if len(found) * self.pitch > 1.0:
             return inf
-        centres = np.array([self.middle(band) for band in found])
-        return float(np.abs(self.places(found) - centres).max()) * self._points
+        centers = np.array([self.middle(band) for band in found])
+        return float(np.abs(self.places(found) - centers).max()) * self._points
 
     def places(self, found: Sequence[Band]) -> np.ndarray:
         """Return where the names of bands stand, from the left, as fractions of the axis."""
-        centres = [self.middle(band) for band in found]
-        return spread(centres, self.pitch, self.pitch / 2, 1.0 - self.pitch / 2)
+        centers = [self.middle(band) for band in found]
+        return spread(centers, self.pitch, self.pitch / 2, 1.0 - self.pitch / 2)
 
     def middle(self, band: Band) -> float:
         """Return the middle of a band, as a fraction of the axis."""
@@ -102,17 +102,17 @@ class Strip:
         return self._points * (self.place(band.high) - self.place(band.low))
 
 
-def draw_strip(axes: Axes, found: list[Band], colour: Mapping[str, str]) -> None:
-    """Draw bands of regimes as a strip in their colours, and name them (`Strip`).
+def draw_strip(axes: Axes, found: list[Band], color: Mapping[str, str]) -> None:
+    """Draw bands of regimes as a strip in their colors, and name them (`Strip`).
 
     The limits of the axes are those of the strip, or within it.
     """
     _clear(axes)
     for band in found:
-        _fill(axes, band, colour[band.label], 0.0, 1.0)
+        _fill(axes, band, color[band.label], 0.0, 1.0)
     strip = _strip_of(axes, found)
     for band in strip.inside:
-        _name_inside(axes, strip, band, colour[band.label])
+        _name_inside(axes, strip, band, color[band.label])
     _name_above(axes, strip)
 
 
@@ -123,10 +123,10 @@ def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> None:
     """
     _clear(axes)
     found = stacked_bands(values, labels)
-    colour = colours(band.label for row in found for band in row)
+    color = colors(band.label for row in found for band in row)
     for place, row in enumerate(found):
         for band in row:
-            _fill(axes, band, colour[band.label], place / len(found), 1 / len(found))
+            _fill(axes, band, color[band.label], place / len(found), 1 / len(found))
     _name_above(axes, _strip_of(axes, _widest(found), inside=False))
 
 
@@ -160,18 +160,18 @@ def _clear(axes: Axes) -> None:
     axes.tick_params(which="both", bottom=False, labelbottom=False)
 
 
-def _fill(axes: Axes, band: Band, colour: str, bottom: float, height: float) -> None:
-    look = patch_look(band.label, colour)
+def _fill(axes: Axes, band: Band, color: str, bottom: float, height: float) -> None:
+    look = patch_look(band.label, color)
     axes.add_patch(Rectangle((band.low, bottom), band.width, height, **look))
 
 
-def _name_inside(axes: Axes, strip: Strip, band: Band, colour: str) -> None:
+def _name_inside(axes: Axes, strip: Strip, band: Band, color: str) -> None:
     """Write the name of a band into its middle, on a ground of its own where it is hatched."""
     middle = strip.middle(band)
     look: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": _SIZE}
     if hatch_of(band.label):
-        look["bbox"] = {"facecolor": colour, "edgecolor": "none", "pad": 1.0}
-    ink = "white" if is_dark(colour) else "black"
+        look["bbox"] = {"facecolor": color, "edgecolor": "none", "pad": 1.0}
+    ink = "white" if is_dark(color) else "black"
     axes.text(middle, 0.5, short(band.label), color=ink, transform=axes.transAxes, **look)
 
 
@@ -179,9 +179,9 @@ def _name_above(axes: Axes, strip: Strip) -> None:
     """Write names upright above the strip, side by side, each joined to its band by a line."""
     height = size_of(axes)[1]
     for band, place in zip(strip.above, strip.places(strip.above), strict=True):
-        centre = strip.middle(band)
+        center = strip.middle(band)
         heights = [1.0, *(1.0 + share * _LINES / height for share in (0.2, 0.8, 0.95))]
         look: dict[str, Any] = {"transform": axes.transAxes, "clip_on": False}
-        axes.plot([centre, centre, place, place], heights, color="#555555", linewidth=0.4, **look)
+        axes.plot([center, center, place, place], heights, color="#555555", linewidth=0.4, **look)
         style: dict[str, Any] = {"fontsize": _SIZE, "rotation": 90, "ha": "center", "va": "bottom"}
         axes.text(place, 1.0 + _LINES / height, short(band.label), **style, **look)

@@ -24,8 +24,8 @@ from nlds_vines.plotting.bands import Band, bands, edges, logarithmic
 from nlds_vines.plotting.page import Page
 from nlds_vines.plotting.palette import (
     OTHERS,
-    colour_of,
-    colours,
+    color_of,
+    colors,
     drawn_as,
     example_of,
     in_order,
@@ -89,7 +89,7 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0, lift: float = 0.0) -> 
     if len(cut.starts) > MOST_STRIPS:
         draw_stack(axes, cut.values, labels)
     else:
-        draw_strip(axes, _bands(cut, labels, start), colours(labels.ravel().tolist()))
+        draw_strip(axes, _bands(cut, labels, start), colors(labels.ravel().tolist()))
         if len(cut.starts) > 1:
             axes.set_ylabel(cut.starts[start], rotation=0, ha="right", va="center")
     if start == 0:
@@ -108,7 +108,7 @@ def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
     words = in_order({drawn_as(word) for word in out})
     for word in words[:_MOST_LEFT_OUT]:
         label = example_of(word)
-        found.append(Patch(label=short(word), **patch_look(label, colour_of(label))))
+        found.append(Patch(label=short(word), **patch_look(label, color_of(label))))
     if len(words) > _MOST_LEFT_OUT:
         found.append(Patch(color="none", label=f"and {len(words) - _MOST_LEFT_OUT} more"))
     return found

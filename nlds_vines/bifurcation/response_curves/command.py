@@ -17,7 +17,7 @@ from nlds_vines.archives.toml import read_toml
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import (
-    ALONE_COLOUR,
+    ALONE_COLOR,
     CURVE_STARTS,
     CurvePage,
     label_of,
@@ -35,7 +35,7 @@ from nlds_vines.cli.paths import (
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, at, choice, shown
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, system_in_words
@@ -61,7 +61,7 @@ def add_curve_options(parser: Parser) -> None:
     group = parser.add_argument_group("options that override the request file")
     group.add_argument(
         "--system", action="append", default=[], metavar="NAME", dest="systems",
-        help="a damper: of the catalogue, or a TOML file; once for each curve",
+        help="a damper: of the catalog, or a TOML file; once for each curve",
     )  # fmt: skip
     group.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", help="of all curves, SI units"
@@ -141,17 +141,17 @@ def _document(systems: Sequence[str | System]) -> dict[str, Any]:
 
 
 def _curves(systems: Sequence[str | System]) -> list[dict[str, Any]]:
-    """Return the tables [[curves]] of systems, each with a colour and a line of its own."""
+    """Return the tables [[curves]] of systems, each with a color and a line of its own."""
     found = []
     for number, name in enumerate(systems):
         with at("--system"):
             system = name if isinstance(name, System) else load_system(name)
-        colour, line = turns(number) if system.scene.damper else (ALONE_COLOUR, "solid")
+        color, line = turns(number) if system.scene.damper else (ALONE_COLOR, "solid")
         found.append(
             {
                 "system": system,
                 "label": system_in_words(system),
-                "colour": colour,
+                "color": color,
                 "line": line,
             }
         )

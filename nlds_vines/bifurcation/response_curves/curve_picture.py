@@ -13,23 +13,23 @@ from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, lab
 from nlds_vines.plotting.notation import setting_label, typeset
 
 IMPACTS = "#fff7c2"
-"""The colour of frequencies with impacts: light yellow, as in Figure 2b."""
+"""The color of frequencies with impacts: light yellow, as in Figure 2b."""
 
 RESONANCE = "#444444"
-"""The colour of the structure's own frequency."""
+"""The color of the structure's own frequency."""
 
 BASE = "#b03a00"
-"""The colour of the title of the panel that shows the tuning."""
+"""The color of the title of the panel that shows the tuning."""
 
 DOTTED = (0, (1, 1.6))  # the line of E2max: lengths of dot and gap
 BOUND: dict[str, Any] = {
     "color": "#666666", "linewidth": 0.6, "linestyle": (0, (4, 2)), "zorder": 1,
 }  # fmt: skip
 MANIFOLD: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (6, 1.5, 1, 1.5)), "zorder": 4}
-"""The line of a closed form, over the curve that it is for and in its colour."""
+"""The line of a closed form, over the curve that it is for and in its color."""
 
 WINDOW: dict[str, Any] = {"alpha": 0.13, "linewidth": 0, "zorder": 0.5}
-"""Windows of coexisting and of modulated responses, in the colour of their curve."""
+"""Windows of coexisting and of modulated responses, in the color of their curve."""
 
 NARROW: dict[str, Any] = {**BOUND, "linewidth": 0.45, "linestyle": "solid"}
 
@@ -80,7 +80,7 @@ def _curve_label(curve: Curve) -> str:
 def look_of(curve: Curve) -> dict[str, Any]:
     """Return how a curve is drawn: the base stronger, and over the others."""
     return {
-        "color": curve.colour,
+        "color": curve.color,
         "linestyle": curve.line,
         "linewidth": 1.5 if curve.base else 1.0,
         "zorder": 3.5 if curve.base else 3.0,
@@ -88,9 +88,9 @@ def look_of(curve: Curve) -> dict[str, Any]:
 
 
 def own_frequencies(curves: Sequence[Curve]) -> dict[float, str]:
-    """Return the structures' own frequencies [rad/s] of curves, each with a colour."""
-    found = {_own_frequency(curve): curve.colour for curve in curves}
-    return {place: colour for place, colour in found.items() if place}
+    """Return the structures' own frequencies [rad/s] of curves, each with a color."""
+    found = {_own_frequency(curve): curve.color for curve in curves}
+    return {place: color for place, color in found.items() if place}
 
 
 def _own_frequency(curve: Curve) -> float:

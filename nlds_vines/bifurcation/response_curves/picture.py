@@ -90,9 +90,9 @@ def draw_page(
     the panels that are `shown`, of `panels_of`, by default all.
 
     Each panel has the quantity that the page says, E2max (where asked for) dotted in the same
-    colour.  A line joins orbits of one regime alone, the others are dots.  A second sweep is a
+    color.  A line joins orbits of one regime alone, the others are dots.  A second sweep is a
     thinner line; where it differs from the first, and where a response is quasiperiodic or chaotic,
-    the panel is shaded in the curve's colour.  What lies below an axis is marked at its lower end.
+    the panel is shaded in the curve's color.  What lies below an axis is marked at its lower end.
     A vertical line marks the structure's own frequency omega0 = sqrt(k1 / m1).  The frequencies
     at which a shaded curve has impacts are light yellow, its windows without impacts white
     between dashed lines; one that is too narrow for them is a thin line.  Where the page says so,
@@ -318,7 +318,7 @@ def _draw_manifold(frame: Axes, curve: Curve, name: str) -> None:
     if manifold is not None and name in _OF_HARMONIC:
         frequency, amplitude = manifold.response().outline
         m1, k1, _ = curve.scan.system.structure
-        look = {"color": curve.colour, "scalex": False, "scaley": False}
+        look = {"color": curve.color, "scalex": False, "scaley": False}
         found = _OF_HARMONIC[name](m1, k1, frequency, amplitude)
         frame.plot(frequency, found, **MANIFOLD | look)
 
@@ -326,7 +326,7 @@ def _draw_manifold(frame: Axes, curve: Curve, name: str) -> None:
 def _mark_below(frame: Axes, curve: Curve, below: np.ndarray) -> bool:
     """Mark the values at which a curve lies below a panel, and tell whether it does anywhere."""
     few = below[:: max(1, below.size // _MOST_MARKS)]
-    look: dict[str, Any] = {"color": curve.colour, "markersize": 3.0, "clip_on": False, "zorder": 5}
+    look: dict[str, Any] = {"color": curve.color, "markersize": 3.0, "clip_on": False, "zorder": 5}
     look |= {"linestyle": "none", "marker": CARETDOWN, "transform": frame.get_xaxis_transform()}
     if few.size:
         frame.plot(few, np.zeros(few.size), **look)
@@ -347,7 +347,7 @@ def _say_below(frame: Axes, anything: bool, words: str) -> None:
 
 
 def _shade_windows(frame: Axes, curve: Curve, found: CurveValues, name: str) -> None:
-    """Shade, in the colour of a curve, where its two sweeps differ and where none is periodic.
+    """Shade, in the color of a curve, where its two sweeps differ and where none is periodic.
 
     Sweeps differ if their numbers do, or if their orbits nT,k do.
     """
@@ -362,7 +362,7 @@ def _shade_windows(frame: Axes, curve: Curve, found: CurveValues, name: str) -> 
             windows |= of_up != found.periods(DOWN)
     for band in bands(found.values, np.where(windows, "shaded", "")):
         if band.label:
-            frame.axvspan(band.low, band.high, color=curve.colour, **WINDOW)
+            frame.axvspan(band.low, band.high, color=curve.color, **WINDOW)
 
 
 def _draw_reduction(
@@ -404,7 +404,7 @@ def _shade(frame: Axes, curve: CurveValues) -> None:
             for bound in (band.low, band.high):
                 frame.axvline(bound, **BOUND)
         else:
-            frame.axvline(band.centre, **NARROW)
+            frame.axvline(band.center, **NARROW)
 
 
 def _mark_resonances(frame: Axes, curves: Sequence[Curve]) -> None:
@@ -413,12 +413,12 @@ def _mark_resonances(frame: Axes, curves: Sequence[Curve]) -> None:
     if len(places) == 1:
         frame.axvline(next(iter(places)), color=RESONANCE, linewidth=0.7, zorder=2)
         return
-    for place, colour in places.items():
-        frame.axvline(place, ymin=0.94, color=colour, linewidth=1.2, zorder=2)
+    for place, color in places.items():
+        frame.axvline(place, ymin=0.94, color=color, linewidth=1.2, zorder=2)
 
 
 def _write_panel_title(frame: Axes, panel: Panel, index: int) -> None:
-    """Write a panel's letter and title above it; the title of the tuning has a colour."""
+    """Write a panel's letter and title above it; the title of the tuning has a color."""
     settings = [setting_label(name, value) for name, value in panel.settings.items()]
     title = typeset(panel.title) or ", ".join(settings)
     text = f"{letter(index)}  {title}" + (" (tuning)" if panel.base else "")

@@ -16,7 +16,7 @@ import numpy as np
 from nlds_vines.archives.provenance import Value
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, at, checked_words, shown, string
-from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
@@ -35,8 +35,8 @@ from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.plotting.style import HUES
 from nlds_vines.runs.manifest import RESPONSE_CURVES
 
-COLOURS: Mapping[str, str] = HUES
-"""Colours by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""
+COLORS: Mapping[str, str] = HUES
+"""Colors by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""
 
 MOST_COLUMNS = 4
 """Panels side by side: more of them are too narrow to read."""
@@ -44,8 +44,8 @@ MOST_COLUMNS = 4
 LINES = ("solid", "dashed", "dashdot")
 """Kinds of line; a dotted one is the damper's energy."""
 
-ALONE, ALONE_COLOUR = "without damper", "#a8a8a8"
-"""What a legend calls the curve of the structure alone, and its colour, the palest in grey, too."""
+ALONE, ALONE_COLOR = "without damper", "#a8a8a8"
+"""What a legend calls the curve of the structure alone, and its color, the palest in gray, too."""
 
 CURVE_STARTS = ("rest", "up", "down", "both")
 """Where the orbits of a curve may begin; `both` draws two, and shades where they differ."""
@@ -68,9 +68,9 @@ def records_of(shown: Collection[str]) -> tuple[str, ...]:
 
 
 _TURNS = tuple(
-    COLOURS[name] for name in ("vermillion", "blue", "green", "orange", "pink", "sky", "black")
+    COLORS[name] for name in ("vermillion", "blue", "green", "orange", "pink", "sky", "black")
 )
-"""Colours of curves for which none is asked, in this order."""
+"""Colors of curves for which none is asked, in this order."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Curve:
         scan: along one parameter.
         label: in the legend; empty for a label made from `settings` or from the system.
         settings: what panel and curve set, beyond what the whole page shares.
-        colour: as `#rrggbb`; `line`: of `LINES`.
+        color: as `#rrggbb`; `line`: of `LINES`.
         base: whether it is the one to look at, drawn stronger.
         shade: whether the panel shows where this one has impacts.
     """
@@ -89,14 +89,14 @@ class Curve:
     scan: Scan
     label: str = ""
     settings: Mapping[str, float] = field(default_factory=dict)
-    colour: str = "#000000"
+    color: str = "#000000"
     line: str = "solid"
     base: bool = False
     shade: bool = False
 
     @property
     def name(self) -> str:
-        """The system, and whatever of it is not as in the catalogue: `tmd_k2=2083_c2=112`."""
+        """The system, and whatever of it is not as in the catalog: `tmd_k2=2083_c2=112`."""
         return curve_name(self.scan)
 
     @property
@@ -270,7 +270,7 @@ class CurvePage(Request):
     def _entry(self, place: int, curve: Curve) -> dict[str, Any]:
         """Return the table [[curves]] of a curve: its system as it is, and in which panel it is."""
         shared = self.panels[place].settings
-        look = {name: getattr(curve, name) for name in ("label", "colour", "line", "base", "shade")}
+        look = {name: getattr(curve, name) for name in ("label", "color", "line", "base", "shade")}
         own = {name: value for name, value in curve.settings.items() if name not in shared}
         return {**look, "panel": place + 1, "system": curve.scan.system.to_table(), "set": own}
 
@@ -312,7 +312,7 @@ def _alone(panel: Panel, there: Collection[str]) -> Iterator[Curve]:
     for i, (scan, curve) in enumerate(found.values()):
         own = {k: v for k, v in curve.settings.items() if k in scan.system.parameters}
         words = [ALONE, *(setting_in_words(*item) for item in own.items() if len(found) > 1)]
-        yield Curve(scan, ", ".join(words), own, ALONE_COLOUR, LINES[i % len(LINES)])
+        yield Curve(scan, ", ".join(words), own, ALONE_COLOR, LINES[i % len(LINES)])
 
 
 def alone(scan: Scan) -> Scan | None:
@@ -321,7 +321,7 @@ def alone(scan: Scan) -> Scan | None:
     if not scan.system.scene.damper or scan.axes[0].name not in allowed:
         return None
     values = {name: value for name, value in parameters.items() if name in allowed}
-    title = catalogue()["none"].title
+    title = catalog()["none"].title
     want = tuple(word for word in ("energy", "response") if word in scan.want)
     own = {*ratios_in(SCENES["none"])}
     ratios = {name: v for name, v in scan.system.fixed_ratios.items() if name in own}
@@ -336,16 +336,16 @@ def label_of(curve: Curve) -> str:
 
 
 def turns(number: int) -> tuple[str, str]:
-    """Return the colour and the line of the curve of a number, from 0; after 21 they repeat.
+    """Return the color and the line of the curve of a number, from 0; after 21 they repeat.
 
-    Neighbours differ in both, so that a grey print tells them apart, too.
+    Neighbors differ in both, so that a gray print tells them apart, too.
     """
     return _TURNS[number % len(_TURNS)], LINES[number % len(LINES)]
 
 
 def curve_name(scan: Scan) -> str:
-    """Return the name of a scan's system, and what of it is not as in the catalogue."""
+    """Return the name of a scan's system, and what of it is not as in the catalog."""
     system = scan.system
-    known = catalogue()[system.name].parameters if system.name in catalogue() else {}
+    known = catalog()[system.name].parameters if system.name in catalog() else {}
     changed = {key: value for key, value in system.parameters.items() if known.get(key) != value}
     return "_".join([system.name, *(f"{key}={value:g}" for key, value in changed.items())])

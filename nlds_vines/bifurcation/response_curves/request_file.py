@@ -18,7 +18,7 @@ from nlds_vines.archives.toml import read_toml
 from nlds_vines.bifurcation.request_file import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.response_curves.request import (
-    COLOURS,
+    COLORS,
     LINES,
     Curve,
     CurvePage,
@@ -43,13 +43,13 @@ from nlds_vines.orbits.records import USUAL
 _HEX = re.compile(r"#[0-9a-f]{6}")
 
 
-def _colour(value: object) -> str:
-    """Return a colour as #rrggbb."""
+def _color(value: object) -> str:
+    """Return a color as #rrggbb."""
     if isinstance(value, str) and _HEX.fullmatch(value):
         return value
-    if isinstance(value, str) and value in COLOURS:
-        return COLOURS[value]
-    raise unknown("colour", value, [*COLOURS, "#rrggbb"])
+    if isinstance(value, str) and value in COLORS:
+        return COLORS[value]
+    raise unknown("color", value, [*COLORS, "#rrggbb"])
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,9 @@ class CurveEntry:
         None, ParameterTable(), "[curves]", "parameters of it", key="set"
     )
     base: bool = setting(False, Truth(), "[curves]", "whether it is drawn stronger")
-    colour: str = setting(
-        COLOURS["black"], Checked(_colour), "[curves]",
-        f"{', '.join(f'`{name}`' for name in COLOURS)} or `#rrggbb`", usual="black",
+    color: str = setting(
+        COLORS["black"], Checked(_color), "[curves]",
+        f"{', '.join(f'`{name}`' for name in COLORS)} or `#rrggbb`", usual="black",
     )  # fmt: skip
     line: str = setting("solid", OneOf(LINES), "[curves]", ", ".join(f"`{name}`" for name in LINES))
     shade: bool = setting(False, Truth(), "[curves]", "whether its impacts are shown")
@@ -184,4 +184,4 @@ def _curve(shared: Document, frame: PanelEntry, entry: CurveEntry) -> Curve:
     scan = load_scan({**shared, "system": system, "set": {**everywhere, **settings}})
     if len(scan.axes) != 1:
         raise RequestError(f"{len(scan.axes)} parameters are varied; allowed: one")
-    return Curve(scan, entry.label, settings, entry.colour, entry.line, entry.base, entry.shade)
+    return Curve(scan, entry.label, settings, entry.color, entry.line, entry.base, entry.shade)

@@ -8,7 +8,7 @@ const NV = (() => {
   const el = (id) => document.getElementById(id)
   const model = (name) => Bokeh.documents[0].get_model_by_name(name)
   const put = (m, values) => m.setv(values, {sync: false}) // seen here alone: no server is told
-  const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()
+  const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()
 
   // ---- axes: values, places (values, or numbers 0, 1, 2 ... where they are not evenly spaced)
 
@@ -108,7 +108,7 @@ const NV = (() => {
     return (v - s.low) / (s.high - s.low)
   }
   const hatchOf = (word) => word === at.meta.hatched
-  function pixelsOf(show) { // a function of the row: the colour of its cell
+  function pixelsOf(show) { // a function of the row: the color of its cell
     const column = at.lanes[show.column] || at.cells[show.column]
     if (show.classes.length) {
       const shades = show.classes.map(([, c]) => pixel(c))
@@ -137,9 +137,9 @@ const NV = (() => {
     putImage(model("picture"), pixels, a.n, b.n, [a.low, a.high, b.low, b.high])
     legend(found.scale)
   }
-  function startColour(k) {
-    const c = at.meta.start_colours[k]
-    return c === at.meta.ink ? colour("ink") : c
+  function startColor(k) {
+    const c = at.meta.start_colors[k]
+    return c === at.meta.ink ? color("ink") : c
   }
   function paintDiagram() { // dots as pixels of what is seen, so that they stay fine in any zoom
     const fig = model("map"), [a] = at.meta.axes, show = at.show
@@ -149,7 +149,7 @@ const NV = (() => {
     const column = show.points ? at.points[show.column.slice(8)] : at.lanes[show.column]
     const per = show.points ? column.length / (a.n * S) : 1
     for (let k = 0; k < S; k++) {
-      const ink = pixel(startColour(k))
+      const ink = pixel(startColor(k))
       for (let i = 0; i < a.n; i++) {
         const px = Math.round((a.places[i] - x0) / (x1 - x0) * (W - 1))
         if (px < 0 || px >= W) continue
@@ -194,7 +194,7 @@ const NV = (() => {
 
   // ---- legend
 
-  const MOST_NAMED = 40 // classes in a legend: the most frequent; regimes of one colour are one
+  const MOST_NAMED = 40 // classes in a legend: the most frequent; regimes of one color are one
 
   function entry(list, shade, text, hatched = false) {
     const item = document.createElement("li"), chip = document.createElement("span")
@@ -207,7 +207,7 @@ const NV = (() => {
     const list = el("legend"), show = at.show
     list.replaceChildren()
     if (!isMap() && at.meta.starts.length > 1)
-      at.meta.starts.slice(0, MOST_NAMED).forEach((name, k) => entry(list, startColour(k), name))
+      at.meta.starts.slice(0, MOST_NAMED).forEach((name, k) => entry(list, startColor(k), name))
     const counted = isMap() ? show : {classes: at.meta.classes, column: "label", of_start: true}
     if (counted.classes && counted.classes.length) {
       const column = at.lanes[counted.column] || at.cells[counted.column]
@@ -402,7 +402,7 @@ const NV = (() => {
 
   const ROLES = ["ink", "body", "wall", "blue", "green", "pink", "muted", "text"]
   function paintTheme() {
-    const c = Object.fromEntries([...ROLES, "card", "grid", "line"].map((n) => [n, colour(n)]))
+    const c = Object.fromEntries([...ROLES, "card", "grid", "line"].map((n) => [n, color(n)]))
     for (const fig of Bokeh.documents[0].roots().filter((r) => r.type === "Figure")) {
       put(fig, {background_fill_color: c.card, outline_line_color: c.line})
       for (const side of [...fig.left, ...fig.below, ...fig.right, ...fig.above].filter((m) => m.axis_line_color !== undefined))
@@ -463,6 +463,6 @@ const NV = (() => {
       for (const name of ["start", "end"])
         range.properties[name].change.connect(() => { if (at.meta && !isMap()) paintSoon() })
   }
-  return {at, el, model, colour, digits, listeners, level, refresh, choose, tap, hover, leave,
+  return {at, el, model, color, digits, listeners, level, refresh, choose, tap, hover, leave,
     put, evidence, labelOf, others, placed, row, theme, startPage, valueAt, isMap, nearest}
 })()

@@ -67,10 +67,10 @@ const REPORT = (() => {
   function fit(range, values, [low, high]) { // what there is; of one point, a tenth of all that there is
     const known = values.filter(Number.isFinite)
     if (!known.length) [low, high].forEach((end) => known.push(end))
-    const centre = (Math.min(...known) + Math.max(...known)) / 2
+    const center = (Math.min(...known) + Math.max(...known)) / 2
     const span = Math.max(...known) - Math.min(...known) // numbers are rounded to 1/65534 of all
     const half = span > 1e-3 * (high - low) ? 0.6 * span : 0.05 * (high - low)
-    NV.put(range, {start: centre - half, end: centre + half})
+    NV.put(range, {start: center - half, end: center + half})
   }
   function shown(name) { // of the lines of branches, those of the number that a diagram shows
     for (const r of model("map").renderers) {

@@ -27,7 +27,7 @@ _MARKERS = {"o": "circle", "^": "triangle", "s": "square", "X": "x", "D": "diamo
 _MARKERS["v"] = "inverted_triangle"
 
 KINDS = {kind: (look["color"], _MARKERS[look["marker"]]) for kind, look in MARKS.items()}
-"""Colour and marker of each kind of special point: those of pictures."""
+"""Color and marker of each kind of special point: those of pictures."""
 
 _PATHS = {
     "circle": "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z",
@@ -86,10 +86,10 @@ def special_table(result: Continued) -> Table:
 
 
 def marks_of(result: Continued) -> list[dict[str, str]]:
-    """Return the entries of a legend of special points: path, colour and words of each kind."""
+    """Return the entries of a legend of special points: path, color and words of each kind."""
     curves = {curve.kind for curve in result.curves}
     return [
-        {"path": _PATHS[marker], "colour": shade, "words": f"{kind} {WORDS[kind]}"}
+        {"path": _PATHS[marker], "color": shade, "words": f"{kind} {WORDS[kind]}"}
         for kind, (shade, marker) in KINDS.items()
         if kind in result.special_points.kind or kind in curves
     ]
@@ -158,9 +158,9 @@ def _draw_curves(figure: Any, result: Continued, axes: list[str]) -> None:
     first, second = (names.index(name) for name in axes)
     for curve in result.curves:
         shade, _ = KINDS.get(curve.kind, (HUES["black"], "circle"))
-        for width, colour in ((4.5, "#ffffff"), (2.2, shade)):  # seen on any colour
+        for width, color in ((4.5, "#ffffff"), (2.2, shade)):  # seen on any color
             figure.line(
-                curve.values[:, first], curve.values[:, second], line_color=colour,
+                curve.values[:, first], curve.values[:, second], line_color=color,
                 line_width=width, legend_label=curve.kind,
             )  # fmt: skip
         for name, *place in curve.meetings:

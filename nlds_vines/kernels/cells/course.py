@@ -13,7 +13,7 @@ import numpy as np
 
 from ..numerics.compiling import jit
 from ..orbit.growth import BATCHES
-from ..orbit.variations import TOGETHER, advance_flow, lost_of, orthonormalise, run_on
+from ..orbit.variations import TOGETHER, advance_flow, lost_of, orthonormalize, run_on
 from ..scene.codes import OK
 
 MOST_SHRUNK = 6.0  # logarithm of what a volume may shrink by before variations are projected
@@ -106,7 +106,7 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
         status = advance_flow(flow, rows[p : p + n], n, tangent, state)
         if status != OK:
             return status
-        orthonormalise(
+        orthonormalize(
             tangent, flow.space.size, growth, lost_of(flow.prepared.near, flow.prepared.far)
         )
         lost = growth[0] == -np.inf  # no variation is left: a damper that sticks forgets all

@@ -92,7 +92,7 @@ def buffers_of(parts, buffers, span, chain, link):
 
 
 @jit
-def summarise(section, by_period, counts, cycle):
+def summarize(section, by_period, counts, cycle):
     """Fill the counts (3,) and the cycle (n, k near, k far) of one lane.
 
     counts: impacts by wall, and the periods with two of them.
@@ -144,7 +144,7 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
             status[chain, link] = code
             if code == OK:
                 counts, cycle = buffers.counts, buffers.cycle
-                summarise(
+                summarize(
                     own.section, own.by_period,
                     lane_of(counts, chain, link), lane_of(cycle, chain, link),
                 )  # fmt: skip

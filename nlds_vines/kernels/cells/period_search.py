@@ -30,7 +30,7 @@ FEW_TRIED, SUM_TRIED = 4, 96
 MANY_TRIED = 32  # periods that are tried where much does
 
 # What a search found
-NOTHING, NEIGHBOUR, FOUND = 0, 1, 2
+NOTHING, NEIGHBOR, FOUND = 0, 1, 2
 
 
 @jit
@@ -92,7 +92,7 @@ def spacing(space, course, n):
 def try_period(flow, course, n, apart, evidence):
     """Try to find a stable orbit of minimal period n that the orbit is drawn to.
 
-    FOUND fills the evidence. NEIGHBOUR means an orbit of period n beside the sections that draws
+    FOUND fills the evidence. NEIGHBOR means an orbit of period n beside the sections that draws
     it not, or that is a saddle: such a one lies beside each stable orbit on a closed curve. The
     steps of Newton's method are at most `apart`, the distance to the nearest of the sections before
     that are fewer periods away.
@@ -110,7 +110,7 @@ def try_period(flow, course, n, apart, evidence):
     stable = radius < 1.0 - MARGIN
     if not stable or not attracted(flow, tangent, y, x, n, span):
         beside = distance(flow.space, x, y) <= apart
-        return NEIGHBOUR if beside and (stable or is_saddle(multipliers)) else NOTHING
+        return NEIGHBOR if beside and (stable or is_saddle(multipliers)) else NOTHING
     evidence[ev.KIND], evidence[ev.CYCLE_PERIOD] = PERIODIC, n
     evidence[ev.NEAR_IMPACTS], evidence[ev.FAR_IMPACTS] = counts[0], counts[1]
     evidence[ev.RESIDUAL], evidence[ev.RADIUS] = residual, radius
@@ -127,12 +127,12 @@ def try_period(flow, course, n, apart, evidence):
 def find_period(flow, course, most, periods, chaotic, evidence):
     """Try the period of a recurrence, then those of near returns, the best first.
 
-    At most `most` of these, of so many `periods` in all. Returns FOUND or NOTHING; NEIGHBOUR where
+    At most `most` of these, of so many `periods` in all. Returns FOUND or NOTHING; NEIGHBOR where
     the sections repeat, an orbit lies beside them, or not all near returns were tried.
     """
     n = recent_period(course.record, course.length)
     known, tried, spent = n > 0, 0, 0
-    result = NEIGHBOUR if known else NOTHING
+    result = NEIGHBOR if known else NOTHING
     returns = np.empty(0)
     while True:
         if not known:
@@ -144,7 +144,7 @@ def find_period(flow, course, most, periods, chaotic, evidence):
                 return result
             tried, spent = tried + 1, spent + n
             if tried > most or spent > periods:
-                return NEIGHBOUR
+                return NEIGHBOR
         apart = math.inf if known else spacing(flow.space, course, n)
         known = False
         found = try_period(flow, course, n, apart, evidence)

@@ -1,4 +1,4 @@
-"""Variations through a short impact: its collocation, linearised at the nodes.
+"""Variations through a short impact: its collocation, linearized at the nodes.
 
 Four small differences from an orbit ride through the impact that `impact` has solved. They are
 differences at one time; the collocation has differences at one phase phi of the arc. At the touch
@@ -13,7 +13,7 @@ derivative by phi, X and V the common motion itself,
 
     e = P/m1 d(cos)/dt (t0 + t) - k1/m1 x - c1/m1 v
 
-with factors at the nodes that the impact fixes (`linearise`). e, what accelerates x1 apart from the
+with factors at the nodes that the impact fixes (`linearize`). e, what accelerates x1 apart from the
 damper, is all that the motion does to b and to itself; so b and e are the unknowns. As V' is small
 and (T v)' = (dt/dphi) v + T v', the displacement is x = x0 + T v + integral of V t' - T v', which
 needs no v at the nodes; at the end of the arc, that is what Gauss points would give anyway.
@@ -73,8 +73,8 @@ AMPLITUDE, PUSHES, OF_B, OF_T, OF_W, OF_H = (NODE + 4 * i for i in range(6))
 
 
 @jit
-def linearise(ps, damper, wall, nodes, approach):
-    """Fill the factors of the linearised equations at the nodes.
+def linearize(ps, damper, wall, nodes, approach):
+    """Fill the factors of the linearized equations at the nodes.
 
     All follow from d(ln per) = u^2 per/u da - 6 (1 + a u per) db / b, per = u / den.
     """
@@ -312,7 +312,7 @@ def solve_variations(side, nodes, approach, took, tangent):
     touch, what changes of the push there, and of the speed, relative.
     """
     ps, damper, wall, rate = side.ps, side.damper, side.wall, side.rate
-    linearise(ps, damper, wall, nodes, approach)
+    linearize(ps, damper, wall, nodes, approach)
     # The differences where the wall is met, t0 later; the common motion's are without s.
     s, share = approach.s, damper.share
     x1, v1 = approach.x, approach.v + share * s

@@ -97,7 +97,7 @@ def expand_contact(side, tangent, phase, h):
     Their terms are of the size of what they sum to where steps are about h long.
 
     With `tangent`, those of four variations (x1, v1, r, s) at fixed time, too: they obey the
-    equation linearised, with the contact's stiffness, of Hertz' law 3/2 K sqrt(z) = 3/2 K q, as
+    equation linearized, with the contact's stiffness, of Hertz' law 3/2 K sqrt(z) = 3/2 K q, as
     polynomial as the rest, and what drives them (`driven`).
     """
     k = side.k

@@ -1,9 +1,9 @@
 """How an entry becomes one piece of machine code: the only module that knows Numba's inside.
 
-Numba optimises every function together with all that it calls, once on each level of calls, and
+Numba optimizes every function together with all that it calls, once on each level of calls, and
 makes machine code of each.  Only entries are ever run.  So an inner kernel stays what the
 compiler's front made of it, its own text alone; an entry gathers all inner kernels that it calls,
-directly or not, each once, and is optimised with them once.  The bits are those of plain compiling.
+directly or not, each once, and is optimized with them once.  The bits are those of plain compiling.
 
 Inner kernels of several processes are linked together, so their names tell nothing of a process:
 `symbol` makes them of the kernel and the types of its arguments.
@@ -76,7 +76,7 @@ def set_linkage(module: Any, before: tuple[Any, ...], after: str) -> None:
 
 
 class Inner(codegen.JITCodeLibrary):
-    """What an inner kernel is compiled to: not optimised with what it calls, no machine code."""
+    """What an inner kernel is compiled to: not optimized with what it calls, no machine code."""
 
     need: Need | None = None  # how others ask for it; None where it cannot be found by name
 
@@ -112,12 +112,12 @@ def all_called(library: Any, seen: dict[Inner, None]) -> Iterator[Inner]:
 
 
 class Entry(codegen.JITCodeLibrary):
-    """What Python calls: linked with all inner kernels below it, then optimised as a whole."""
+    """What Python calls: linked with all inner kernels below it, then optimized as a whole."""
 
     linked: list[Inner]  # which these are
 
     def finalize(self) -> None:
-        """Link, optimise, and make machine code."""
+        """Link, optimize, and make machine code."""
         self._raise_if_finalized()
         self.linked = list(all_called(self, {}))
         for library in self.linked:

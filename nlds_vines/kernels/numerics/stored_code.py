@@ -1,6 +1,6 @@
 """Compiled kernels on the disk: where they lie, and for which sources they hold.
 
-Each specialisation of a kernel is a file of its own, written whole, so that any number of processes
+Each specialization of a kernel is a file of its own, written whole, so that any number of processes
 may read and write.  A file that is damaged counts as not there, and is written anew.  What is read
 is run, so a file also counts as not there if another user but root owns it or its folder, or may
 write to them.
@@ -206,7 +206,7 @@ def stamp_of(*paths: Path) -> str:
     """Return a hash of what the compiled code of a kernel depends on.
 
     These are its module and those of its laws, those of the kernels that they import, and theirs;
-    the versions of Python and of the compiler, and how much it is to optimise.
+    the versions of Python and of the compiler, and how much it is to optimize.
     """
     config = numba.config
     options = config.OPT, config.LOOP_VECTORIZE, config.SLP_VECTORIZE  # type: ignore[attr-defined]

@@ -1,7 +1,7 @@
 """The flow from section to section, and its derivative along an orbit.
 
 The vector field is continuously differentiable at touch and release, so that the variational
-equation needs no jumps there: exact matrices in flight, the linearised contact in between
+equation needs no jumps there: exact matrices in flight, the linearized contact in between
 (`impact_variations`, or `taylor` where it is stepped). The derivative of n periods is
 the monodromy matrix of an nT orbit; its determinant is known beforehand, exp(n T tr A), whatever
 the orbit does.
@@ -182,7 +182,7 @@ def distance(space, x, y):
 
 
 @jit
-def orthonormalise(tangent, size, growth, lost=0.0):
+def orthonormalize(tangent, size, growth, lost=0.0):
     """Make the first `size` variations orthonormal (Gram and Schmidt); add to `growth`.
 
     growth (4,) takes the logarithms of the lengths: their sums are the exponents times the time.

@@ -11,7 +11,7 @@ Such a law has a file with a tuple for its walls, which has at least
 and with the kernels that are `needed` below; with a switch, `switching`, `rate_of_switching` and
 `acting`, too. All others have an answer here.
 
-A contact is regularised (`taylor`) by z = q^p and dt = q^(p - 1) dtheta. p is the least
+A contact is regularized (`taylor`) by z = q^p and dt = q^(p - 1) dtheta. p is the least
 number that makes force and equations polynomial in q; where none is small enough, it is so large
 that the first steps need not be short. A law says its force twice: by a depth, and as a series
 (`contact_series`), by which it is stepped; each step is verified by what it says of the depth.

@@ -30,7 +30,7 @@ class Scene:
 
     With u = x2 - x1, the position of the damper relative to the structure, the damper's spring
     rests at u = `rest`, and r = `rest` - u is its shortening.  `rest`, the gaps and the limit are
-    functions of the parameters by name (floats or arrays alike) that return metres.  Each is None
+    functions of the parameters by name (floats or arrays alike) that return meters.  Each is None
     where the scene has no such part.
 
     Attributes:

@@ -27,7 +27,7 @@ _SYSTEM_KEYS = (
 
 
 @cache
-def catalogue() -> Mapping[str, System]:
+def catalog() -> Mapping[str, System]:
     """Return the named systems by name, each value with its source and any assumption behind it."""
     document = parse_toml(resource_text("dampers.toml"), "dampers.toml")
     entries = document["systems"].items()
@@ -35,10 +35,10 @@ def catalogue() -> Mapping[str, System]:
 
 
 def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | str) -> System:
-    """Return a system of the catalogue, or one from a TOML file.
+    """Return a system of the catalog, or one from a TOML file.
 
     Arguments:
-        name_or_path: a catalogue name, or the path of a TOML file with a `[system]` table of `kind`
+        name_or_path: a catalog name, or the path of a TOML file with a `[system]` table of `kind`
             and parameters.  Of a scan file the entries `system` and `[set]` are read.
         overrides: parameters with values of their own, in SI units; also a `law` of the contacts,
             with its constants.
@@ -79,7 +79,7 @@ def as_system(source: System | str | os.PathLike[str]) -> System:
 def _no_system(source: object) -> RequestError:
     return RequestError(
         f"system = {shown(source)} must be a System, a name or the path of a TOML file; "
-        f"names: {', '.join(catalogue())}"
+        f"names: {', '.join(catalog())}"
     )
 
 
@@ -87,7 +87,7 @@ def system_from(value: object, name: str = "") -> System:
     """Return the system that the entry `system` of a request file describes.
 
     Arguments:
-        value: a catalogue name, a `System`, or a table with `kind` and the parameters, which stand
+        value: a catalog name, a `System`, or a table with `kind` and the parameters, which stand
             beside `kind` or in a table `parameters`.
         name: the name of the system where the table gives none.
 
@@ -103,15 +103,15 @@ def system_from(value: object, name: str = "") -> System:
     given = "no system" if value is None else f"system = {shown(value)}"
     raise RequestError(
         f"{given}: give system = NAME, or a [system] table with kind and parameters; "
-        f"names: {', '.join(catalogue())}"
+        f"names: {', '.join(catalog())}"
     )
 
 
 def _named(name: str) -> System:
-    """Return the system of that name in the catalogue; `RequestError` if there is none."""
-    if name not in catalogue():
-        raise unknown("system", name, catalogue())
-    return catalogue()[name]
+    """Return the system of that name in the catalog; `RequestError` if there is none."""
+    if name not in catalog():
+        raise unknown("system", name, catalog())
+    return catalog()[name]
 
 
 def _from_table(entry: Mapping[str, Any], name: str) -> System:
@@ -172,7 +172,7 @@ def _contact(
 
 
 def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> System:
-    """Return the system of one catalogue entry: the values of its groups, then its own."""
+    """Return the system of one catalog entry: the values of its groups, then its own."""
     parts = [groups[group] for group in entry["groups"]]
     if "values" in entry:
         parts.append(entry)

@@ -5,7 +5,7 @@ In reading order:
     toml             TOML, as requests are written and archives keep them
     dataset          the description of datasets and dimensions; chunks and slabs
     record_columns   records that describe their own columns of a table
-    durable          files that survive a power cut; seals, locks
+    durable          files that survive a power cut; locks
     provenance       where an archive comes from: request, versions, sources, machine
     representation   what an object says of itself, in Python and in a notebook
     frames           an archive for xarray, pandas, and as CSV

@@ -21,7 +21,7 @@ FLAGS: Mapping[str, int] = {
 """Regimes by name: the CF flags of the dataset `regime`."""
 
 KEPT: Mapping[str, int] = {"no": 0, "yes": 1}
-"""Whether a label is kept under refinement: the CF flags of the dataset `label_kept`."""
+"""Whether spectrum and label agree: the CF flags of the dataset `spectra_agree`."""
 
 _WORDS = {
     FLAGS["undetermined"]: "undetermined",

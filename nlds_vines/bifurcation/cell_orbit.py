@@ -166,6 +166,7 @@ def _swept(scan: Scan, cells: np.ndarray, place: Place, lane: int, begin: Beginn
         try:
             state = before.after(scan.transient + scan.periods).state
             state[2] += cell.rest - before.cell.rest  # the displacement is carried over
+            state[4:] = 0.0  # the contact follows from r and s in this cell
         except IntegrationError:
             state = np.zeros(STATE_SIZE)
         before = before._replace(cell=cell, state=state)

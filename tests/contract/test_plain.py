@@ -31,6 +31,7 @@ LONG = {
     "tests/kernels/plain_verdict.py",
     "tests/kernels/plain_hertz_arc.py",
     "tests/orbits/plain_coincidences.py",
+    "tests/orbits/plain_kept_state.py",
     "tests/orbits/plain_load_flight.py",
     "tests/property/plain_laws.py",
     "tests/property/plain_load_frames.py",

@@ -18,7 +18,7 @@ from ..orbit.orbit import bounded, on_ground, run, set_mode
 from ..orbit.variations import flow_of
 from ..scene.arguments import OrbitBuffers, Prepared, Span
 from ..scene.by_law import by_wall
-from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
+from ..scene.codes import BAD_PARAMETERS, DIVERGED, FLYING, OK, TOO_STIFF
 from ..scene.contact_series import SCRATCH
 from ..scene.law import wall_like
 from ..scene.scene import allowed, damper_of, finite, near_constants, structure_under
@@ -170,11 +170,15 @@ def run_cell(parts, cell, state, span, buffers):
 
 @jit
 def cell_orbit(prepared, limit, state, span, buffers):
-    """Run a cell that is prepared (arguments as `run_cell`)."""
+    """Run a cell that is prepared (arguments as `run_cell`).
+
+    The orbit goes on from the last state of an earlier run of the same cell as that run would have.
+    """
     ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
     limit_log = limit_log_of(buffers.violation, limit)
     on_ground(damper, state)
-    set_mode(prepared.near, prepared.far, state)
+    if state[5] == FLYING:  # a state inside a contact is complete, with the impact under way
+        set_mode(prepared.near, prepared.far, state)
     begin_limit_log(limit_log, state)
     start_energy(ps, damper, peak, state)
     # the transient: first what is not noted, then what is noted of its section

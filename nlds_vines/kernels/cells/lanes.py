@@ -137,6 +137,8 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
             if link > 0 and status[chain, link - 1] == OK:
                 # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
+                for i in range(4, STATE_SIZE):  # the contact follows from r and s in this cell
+                    state[i] = 0.0
             own = buffers_of(parts, buffers, span, chain, link)
             note_ends(buffers.ends, chain, link, int(FIRST_STATE), state)
             code = run_cell(parts, cell, state, span, own)

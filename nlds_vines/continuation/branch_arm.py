@@ -55,6 +55,9 @@ NEAR_GRAZING = 1.0e-4
 """Distance from a grazing, relative to the orbit and the interval, within which a branch ends there
 where no step leads on; and the largest error of a grazing that is located at all."""
 
+TURN = 1.0e-8
+"""Distance in the parameter, relative to it or to 1, within which fold and branch point are one."""
+
 RECENT = MOST_KNOTS + 1
 """Points that are looked back at."""
 
@@ -223,11 +226,25 @@ def _go_on(
     else:
         for special in specials_between(section_map, a, b):
             arm.specials.append(replace(special, index=len(arm.points) - 1))
+            _drop_turn_at_branch_point(arm)
     arm.points.append(b)
     if not arm.end:
         _end_at_grazing(section_map, arm)
     if not arm.end and _is_beyond(section_map, b):
         _end_at_limit(section_map, arm)
+
+
+def _drop_turn_at_branch_point(arm: Arm) -> None:
+    """Drop a fold that is the branch point beside it.
+
+    A branch that leaves symmetric orbits turns at its branch point.  If a point of the branch lies
+    there, the fold is found in the one step, and the branch point in the next.
+    """
+    last = arm.specials[-2:]
+    if {special.kind for special in last} != {"LP", "BP"}:
+        return
+    if abs(last[0].value - last[1].value) < TURN * max(1.0, abs(last[0].value)):
+        arm.specials[-2:] = [special for special in last if special.kind == "BP"]
 
 
 def _between(a: Point, b: Point, value: float) -> np.ndarray:

@@ -257,6 +257,8 @@ def test_the_branches_found_do_not_depend_on_the_interval(between):
     assert orbits == [("T,4", False), *[("T,4", True)] * 2, *[("T,5", False)] * 4]
     points = path.special_points[path.special_points.kind == "BP"]
     assert (points.switch != "failed").all()
+    folds = path.special_points[path.special_points.kind == "LP"].value
+    assert np.abs(folds[:, None] - points.value).min() > 1e-8  # a turn at a branch point is none
     for value in (0.48382267619, 0.61642649536):
         assert (np.abs(points.value - value) < 1e-10).sum() == 2  # on both branches
 

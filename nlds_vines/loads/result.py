@@ -78,6 +78,9 @@ class ResponseHistories(Drawable):
                 status = STATUS[fall.status]
                 yield f"{system_in_words(system)}: {status.name}. {status.remedy}"
                 continue
+            if fall.numbers["E1max"] == 0.0:
+                yield f"{system_in_words(system)}: at rest for {self.request.duration:g} s"
+                continue
             last = ", ".join(
                 f"{share:.0%} until {time:.4g} s"
                 if np.isfinite(time)
@@ -127,7 +130,8 @@ class LoadScan(Drawable):
             for system, of_it in zip(self.request.systems, values, strict=True):
                 told = of_it[np.isfinite(of_it)]
                 span = f"{told.min():.4g} to {told.max():.4g}" if told.size else "none"
-                yield f"{system_in_words(system)}: {name} from {span} in {of_it.size} orbits"
+                orbits = f"{told.size} of {of_it.size} orbits"
+                yield f"{system_in_words(system)}: {name} from {span} in {orbits}"
         codes, counts = np.unique(self.status[self.status != OK], return_counts=True)
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
             status = STATUS[code]

@@ -145,6 +145,7 @@ class Job(jobs.Job):
         cases_in_words = " x ".join(cases) or "one orbit"
         from_rest = "" if history is not None and history.state else ", from rest"
         lanes = tuning.case_count * (tuning.draws + 1)
+        records = [] if history is None else history.load.records_in_words(history.duration)
         bounds = [
             f"free:     {item.name} from {item.low:g} to {item.high:g}"
             f"{', logarithmic' if item.logarithmic else ''}"
@@ -155,7 +156,7 @@ class Job(jobs.Job):
             tuning.title,
             *bounds,
             *([] if history is None else [f"load:     {history.load.words() or 'none'}"]),
-            *([] if history is None else history.load.records_in_words(history.duration)),
+            *(f"          {line}" for line in records),
             *(f"draws:    {one.words()}" for one in tuning.uncertain),
             f"objective: {tuning.objective_in_words}",
             f"judged:   by the {tuning.judged}: {cases_in_words}{from_rest}",

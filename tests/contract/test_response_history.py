@@ -587,6 +587,21 @@ def test_a_report_says_its_frame_its_records_and_until_when(here, answer, monkey
         assert "relative to the" in words[name], name
 
 
+def test_what_does_not_move_is_said_to_be_at_rest(here, monkeypatch):
+    """Its energy is above no share of 0, and nothing dissipates any."""
+
+    def at_rest(*arguments):
+        arrays = made_up(*arguments)
+        arrays[OF_LOADS[0].name][0] = np.nan
+        return {**arrays, "E1max": 0.0 * arrays["E1max"]}
+
+    monkeypatch.setattr(run, "arrays_of", at_rest)
+    still = nv.response_history("none", impulse=1.0, duration=5.0, quiet=True)
+    assert [*still.lines()][-1] == "Primary structure alone: at rest for 5 s"
+    scan = nv.response_history("none", impulse=1.0, vary={"k1": {"values": [1e4, 2e4]}}, quiet=True)
+    assert [*scan.lines()][-1].endswith("from 1 to 1 in 1 of 2 orbits")
+
+
 @pytest.mark.kernels
 def test_the_ground_accelerates_structure_and_damper():
     """z' = A z - a (0, 1, 0, 1) in coordinates from the ground: z = (exp(A t) - 1) A^-1 b."""

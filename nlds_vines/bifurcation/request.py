@@ -309,7 +309,7 @@ class Scan(Request):
             "start": start,
             "sampling": entries(self, "sampling"),
             "record": {"want": list(self.want)},
-            "spectrum": entries(self, "spectrum"),
+            **({"spectrum": entries(self, "spectrum")} if self.spectral else {}),
         }
 
     @property

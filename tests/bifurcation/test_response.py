@@ -109,9 +109,9 @@ def test_a_tuning_makes_any_number_of_a_response_small(tmp_path):
         assert "a1_rms" in view.long_name("objective")
 
 
-def test_a_tuning_without_an_objective_is_as_before():
+def test_the_objective_belongs_to_the_request_of_a_tuning():
     plain = load_tuning("tmd")
-    assert "objective" not in plain.document()["search"]
+    assert plain.document()["search"]["objective"] == "E1max"
     assert load_tuning(plain.document()).hash == plain.hash
     other = load_tuning("tmd", {"search": {"objective": "x1_max"}})
     assert other.hash != plain.hash

@@ -363,9 +363,8 @@ def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monk
     kinds = [("kind", "U3"), ("value", float), ("bracket", float), ("branch", int), ("index", int)]
     special = np.zeros(0, kinds).view(np.recarray)
     along = SimpleNamespace(name="p", low=2.5, high=3.5)
-    found = SimpleNamespace(
-        branches=(branch,), special=special, request=SimpleNamespace(along=along, system=None)
-    )
+    request = SimpleNamespace(along=along, system=None)
+    found = SimpleNamespace(branches=(branch,), special_points=special, request=request)
     walk = regime_borders._walked(found, LOGISTIC, 0, 1, 3.08, 2.9)
     assert [kind for kind, _ in walk.events] == [kind for kind, _ in events]
     assert [value for _, value in walk.events] == pytest.approx([v for _, v in events], abs=1e-11)

@@ -180,7 +180,6 @@ def stub_names(text):
 
 def test_the_types_are_those_of_the_public_names():
     assert stub_names(STUB.read_text("utf-8")) == {**nlds_vines._HOMES, "__version__": ""}
-    assert {*nlds_vines._OLD, *nlds_vines._FOLDERS} <= nlds_vines._HOMES.keys()
     assert STUB.with_name("py.typed").is_file()
 
 

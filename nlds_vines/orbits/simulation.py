@@ -66,7 +66,8 @@ class Orbit(Outlined):
             ((periods, 2) without a damper), counted from the end of the transient.
         state: the last state.
         impacts: one row of dtype `IMPACT` for each touch; an impact that lasts beyond the end has
-            release = NaN.  Time counts from the start of the transient.
+            release = NaN, and the largest force and depth up to the end.  Time counts from the
+            start of the transient.
         trajectory: `samples` equidistant states of each period, the last at its end, shape
             (periods samples, 4) (or 2), and their `time` [s] from the start of the transient.
         E1max, E2max: largest energies [J], eq. (6), exact in time, without the transient.

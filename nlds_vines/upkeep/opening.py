@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 def open_archive(path: str | os.PathLike[str]) -> Opened:
     """Return what an archive holds: the same object as the function that has computed it.
 
-    Arguments: the path (.h5).  The object has `.request`, `.plot()` and `.to_xarray()`; that of a
-    survey of accuracy is the path alone, as `nlds_vines.read` and `nlds_vines.plot` take it.
+    Arguments: the path (.h5).  The object has `.request`, `.plot()` and `.to_xarray()`.
 
     Raises `RequestError` if it cannot be read.
     """

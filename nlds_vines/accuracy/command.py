@@ -71,8 +71,11 @@ def _carry_out(options: argparse.Namespace) -> int:
     from nlds_vines.orbits.compilation import silent
     from nlds_vines.plotting.save import save_figure
 
-    with silent(options.quiet):
-        result = comparison(case, methods, options.quiet)
+    try:
+        with silent(options.quiet):
+            result = comparison(case, methods, options.quiet)
+    except KeyboardInterrupt as stop:
+        raise type(stop)("what was measured is lost") from None
     save_figure(draw(result), plot, case.title, ("case", case.title))
     say(*lines(result, want))
     return DONE

@@ -128,7 +128,7 @@ def ended(name: str, work: Callable[[], int]) -> int:
         complain(name, str(stop))
         return stop.status
     except KeyboardInterrupt as stop:
-        complain(name, "interrupted")
+        complain(name, ": ".join(["interrupted", *map(str, stop.args)]))
         return TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
 
 

@@ -6,8 +6,6 @@ As a command: `python -m nlds_vines.explore`, or `nlds-vines explore`.
 from __future__ import annotations
 
 import argparse
-import os
-import sys
 from collections.abc import Mapping
 from contextlib import closing
 from importlib.util import find_spec
@@ -22,6 +20,7 @@ from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.explore.local_port import PORT, listening
 from nlds_vines.model.system import System
+from nlds_vines.runs.interrupts import exit_without_destructors
 
 if TYPE_CHECKING:
     import socket
@@ -115,17 +114,13 @@ def _serve(found: Stored | None, scan: Scan | None, port: int, browser: bool) ->
     with closing(listening(port)) as place:
         from nlds_vines.explore.shared_map import Opened
 
-        opened, at_rest = Opened(found, scan), False
+        opened = Opened(found, scan)
         opened.begin()
         try:
-            status = _served(opened, place, browser)
+            return _served(opened, place, browser)
         finally:
-            at_rest = opened.close()
-    if not at_rest:  # it compiles: nobody waits for that
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(status)
-    return status
+            if not opened.close():
+                exit_without_destructors()
 
 
 def _served(opened: Opened, place: socket.socket, browser: bool) -> int:
@@ -133,7 +128,11 @@ def _served(opened: Opened, place: socket.socket, browser: bool) -> int:
     from nlds_vines.explore.session import Session
 
     server = PageServer(lambda document: Session(document, opened), place)
-    say(opened.found.scan.title, f"open {server.address}", "Ctrl-C ends it")
+    say(
+        opened.found.scan.title,
+        f"open {server.address}",
+        "Ctrl-C ends it; what it computes is not kept",
+    )
     return server.serve(browser)
 
 

@@ -17,7 +17,7 @@ LOADING, READY = "loading the kernels", "ready"
 COMPILING = "compiling the kernels, once, for half a minute or so"
 """What the kernels are doing, for the page."""
 
-LAST_SECONDS = 3.0
+LAST_SECONDS = 1.0
 """Seconds that a block under way has to end when everything ends."""
 
 

@@ -108,7 +108,8 @@ class _Told:
     def __init__(self, tell: Tell, scene: str, seconds: float) -> None:
         """Begin to tell: of a scene, and of so many `seconds` by what is known beforehand."""
         self._scene, self._seconds, self._done = scene, seconds, 0
-        self._clock = Clock(tell, self._words)
+        is_abandoned = interrupts.abandoned()
+        self._clock = Clock(lambda *args: None if is_abandoned() else tell(*args), self._words)
 
     def note(self, kernel: Any) -> None:
         """Count a function that is compiled."""
@@ -157,10 +158,12 @@ class Compilation:
         from nlds_vines.kernels.numerics.compiling import told_of_compilations
 
         known = of_lanes() if parts is None else parts
+        is_abandoned = interrupts.abandoned()
 
         def begins(kernel: Any) -> None:
             interrupts.check()
-            if self._began is None and kernel in known:
+            # of an abandoned call that a kernel still holds, while a later call compiles
+            if self._began is None and kernel in known and not is_abandoned():
                 self._begin(known[kernel])
 
         def ends(kernel: Any) -> None:

@@ -18,7 +18,7 @@ from nlds_vines.portrait.request import Column, PortraitRequest, Window, span
 from nlds_vines.portrait.view_table import contents
 from nlds_vines.portrait.window_view import View
 from nlds_vines.runs.folder import RunFolder
-from nlds_vines.runs.interrupts import Stop, stoppable
+from nlds_vines.runs.interrupts import Stop, check, stoppable
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.progress import Progress
 
@@ -57,6 +57,7 @@ def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     """
     found: dict[int, View] = {}
     for run in request.runs():
+        check()
         orbit = followed(request, run, quiet=quiet)
         found |= {id(column): _view(request, run, orbit, column) for column in run}
     return [found[id(column)] for column in request.columns]

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from nlds_vines.archives import archive, durable
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.provenance import Request, Value
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.manifest import NAME, Manifest
@@ -68,7 +69,7 @@ class RunFolder:
             raise RequestError("--resume and --overwrite exclude each other: give one of them")
         if shard and overwrite:
             raise RequestError("--shard and --overwrite exclude each other: others may be at work")
-        run = cls(Path(path), request, shard)
+        run = cls(ArchivePath.of(path), request, shard)
         with durable.in_one_line(f"write {path}"):
             done = run._archive_is_complete(resume or shard is not None, overwrite)
             if done and not run.folder.exists():

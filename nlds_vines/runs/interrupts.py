@@ -1,19 +1,21 @@
 """Ctrl-C and SIGTERM end a run within two seconds, SIGUSR1 after the piece of work under way.
 
-Compiled loops, and the compiler, hold the thread they run in for as long as they take.  Work of
-that sort is therefore done in a thread beside the main one, which waits and sees signals.
+After Ctrl-C or SIGTERM the work under way has `GRACE` to end; then an alarm raises `Stopped` in the
+main thread, wherever that is.  Compiled loops and the compiler see no signals, so they run in a
+thread beside the main one (`stoppable`), which is abandoned if it does not end.
 """
 
 from __future__ import annotations
 
+import atexit
 import contextvars
+import ctypes
 import functools
 import os
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import ParamSpec, TypeVar
 
@@ -31,12 +33,12 @@ INTERRUPTED, TERMINATED = 130, 143
 """Exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1, by which SLURM gives notice of it."""
 
 
-class Stopped(Exception):
-    """A signal has asked to stop; raised between two pieces of work."""
+class Stopped(BaseException):
+    """A signal has asked to stop, or nobody waits for the result of this thread any more."""
 
 
-class Interrupted(Exception):
-    """A run was stopped from outside; what is finished is kept.  The message says how to go on."""
+class Interrupted(KeyboardInterrupt):
+    """A run was stopped by a signal.  The message says what is kept, and how to go on."""
 
     def __init__(self, message: str, status: int = INTERRUPTED) -> None:
         """Take the message and the exit status."""
@@ -51,8 +53,7 @@ class Terminated(KeyboardInterrupt):
 @contextmanager
 def terminated_like_interrupted() -> Iterator[None]:
     """Let SIGTERM raise `Terminated` during the `with` block, unless somebody takes it already."""
-    main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+    if not _in_main_thread() or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
         yield
         return
 
@@ -73,37 +74,46 @@ class Stop:
         """Begin without a signal."""
         self.asked = False
         self.status = INTERRUPTED
-        self._until = float("inf")  # when the work under way is abandoned
-
-    def check_grace(self) -> None:
-        """Raise `Stopped` if the work under way has had its time to end."""
-        if time.monotonic() > self._until:
-            raise Stopped
+        self._is_stopping = False  # in the main thread: what follows puts things away
 
     def check(self) -> None:
         """Raise `Stopped` if a signal has asked to stop."""
         if self.asked:
+            self._is_stopping |= _in_main_thread()
             raise Stopped
 
     def handle(self, number: int, frame: FrameType | None) -> None:
         """Take a signal; the second one raises `KeyboardInterrupt` at once."""
         self.status = INTERRUPTED if number == signal.SIGINT else TERMINATED
         if self.asked:
+            self._is_stopping = True
             raise KeyboardInterrupt
         self.asked = True
         if number != signal.SIGUSR1:
-            self._until = time.monotonic() + GRACE
+            signal.signal(signal.SIGALRM, self._end_grace)
+            signal.setitimer(signal.ITIMER_REAL, GRACE)
         # the signal may have come within a call of `print`
         os.write(2, _NOTICE if number == signal.SIGUSR1 else _ANSWER)
+
+    def _end_grace(self, number: int, frame: FrameType | None) -> None:
+        """Raise `Stopped`, unless the main thread is stopping already or the run has ended."""
+        if self in _taking and not self._is_stopping:
+            self.check()
 
 
 _taking: list[Stop] = []
 
 
 def check() -> None:
-    """Raise `Stopped` if a signal has asked whatever takes signals now to stop."""
+    """Raise `Stopped` if a signal has asked to stop, or if this thread has been abandoned."""
     for stop in _taking:
         stop.check()
+    if abandoned()():
+        raise Stopped
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
 
 
 @contextmanager
@@ -113,15 +123,18 @@ def stop_on_signals() -> Iterator[Stop]:
     Python allows this in the main thread only: elsewhere the signals keep their meaning.
     """
     stop = Stop()
-    if threading.current_thread() is not threading.main_thread():
+    if not _in_main_thread():
         yield stop
         return
     before = {number: signal.signal(number, stop.handle) for number in _SIGNALS}
+    before[signal.SIGALRM] = signal.getsignal(signal.SIGALRM)
     _taking.append(stop)
     try:
         yield stop
     finally:
         _taking.remove(stop)
+        if stop.asked:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in before.items():
             signal.signal(number, handler)
 
@@ -147,15 +160,15 @@ def abandoned() -> Callable[[], bool]:
 def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Let signals end a function that computes and compiles: it may write no file.
 
-    Called in the main thread, it runs in a thread beside it.  Where a signal has asked to stop and
-    `GRACE` is over, the call raises `Stopped`; `KeyboardInterrupt`, where no run takes signals,
-    ends it at once.  The thread is then left to itself: its results are lost, and it ends with the
-    call of a kernel that it is in, or with the process.
+    Called in the main thread, it runs in a thread beside it.  If a signal has asked to stop and
+    `GRACE` is over, the call raises `Stopped`; if no run takes signals, `KeyboardInterrupt` ends it
+    at once.  The thread is then abandoned: its result is lost, and it ends at the next `check`,
+    which is after the kernel or the compilation of a function that it is in, or with the process.
     """
 
     @functools.wraps(work)
     def beside(*args: Arguments.args, **keywords: Arguments.kwargs) -> Result:
-        if threading.current_thread() is not threading.main_thread():
+        if not _in_main_thread():
             return work(*args, **keywords)
         ended, given_up = threading.Event(), threading.Event()
         results: list[Result] = []
@@ -171,16 +184,28 @@ def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
                 ended.set()
 
         context = contextvars.copy_context()
-        threading.Thread(target=context.run, args=(carry_out,), daemon=True).start()
+        thread = threading.Thread(target=context.run, args=(carry_out,), daemon=True)
+        thread.start()
         try:
-            while not ended.wait(0.1):
-                for stop in _taking:
-                    stop.check_grace()
+            while not ended.wait(0.1):  # another thread may have got the signal: look again
+                pass
         except BaseException:
             given_up.set()
+            atexit.register(lambda: exit_without_destructors() if thread.is_alive() else None)
             raise
         if errors:
             raise errors[0]
         return results[0]
 
     return beside
+
+
+def exit_without_destructors() -> None:
+    """Let this process end without C++ destructors, because a thread may still compile then.
+
+    They destroy what LLVM is working on: 2 of 4 calls of C's `exit` during a compilation crashed.
+    Python finalizes as usual, and the exit status is the same.
+    """
+    with suppress(AttributeError):  # glibc alone has on_exit
+        libc = ctypes.CDLL(None)
+        libc.on_exit(libc._exit, None)

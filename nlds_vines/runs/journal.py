@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from nlds_vines.archives import archive
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.provenance import Value, attributes
 from nlds_vines.errors import printable
@@ -66,10 +67,15 @@ def complete(
 
 @contextmanager
 def resumable(folder: RunFolder, stop: Stop, kept: Callable[[], str]) -> Iterator[None]:
-    """Raise `Interrupted`, which says what is `kept` and how to go on, where a run is stopped."""
+    """If a run is stopped, raise `Interrupted`, which says what is `kept` and how to go on."""
     try:
         yield
     except (interrupts.Stopped, KeyboardInterrupt):
+        if ArchivePath.of(folder.path).named is None:
+            raise Interrupted(
+                "interrupted: what was computed is lost, because no archive was named (to=)",
+                stop.status,
+            ) from None
         again = "" if folder.shard else " with --resume (in place of --overwrite)"
         raise Interrupted(
             f"interrupted: {kept()} kept in {folder.folder}; "

@@ -24,18 +24,29 @@ LONG = 10**8
 """Forcing periods, which take minutes."""
 
 
+def cpu_seconds(process):
+    """Return the processor time [s] that a process has used, in all its threads."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text("ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def begun(arguments, folder, until):
-    """Start Python with these arguments, and return the process a while after `until()` holds."""
+    """Start Python with these arguments; return the process when it computes.
+
+    That is when `until()` holds and it has used two seconds of processor time since.
+    """
     process = subprocess.Popen(
         [sys.executable, *map(str, arguments)],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
-    last = time.monotonic() + 120
-    while not until() and process.poll() is None and time.monotonic() < last:
+    last, since = time.monotonic() + 120, None
+    while since is None or cpu_seconds(process) < since + 2.0:
         time.sleep(0.05)
-    time.sleep(2.0)  # it is in a compiled loop by now, if all is compiled
-    assert process.poll() is None, process.communicate()
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < last
+        if since is None and until():
+            since = cpu_seconds(process)
     return process
 
 
@@ -53,6 +64,8 @@ def ended(process, number):
 
 
 SCAN = ["--record", "section", "--threads", "2"]
+
+CURVES = ["--plane", "P=300:1500", "--doublings", 8, "--step", 1e-3, "--from", "random", "--all"]
 
 TASKS = {
     "portrait": (
@@ -73,6 +86,8 @@ TASKS = {
     ),
     "transients": (["--starts", 4, "--transient", LONG], ["--starts", 4, "--transient", 1]),
     "tuning": (["--band", "4.5:8:500", "--transient", 100_000], None),
+    "tuning under a load": (["--impulse", 1000, "--duration", 100_000], None),
+    "continuation": (CURVES, ["--along", "omega=6.2:6.3"]),
 }
 """Options of a task that takes minutes; of a short one that compiles the same, or None: it ends
 while it compiles, or later."""
@@ -83,7 +98,7 @@ while it compiles, or later."""
 @pytest.mark.parametrize("task", TASKS)
 def test_a_task_ends_within_two_seconds(task, number, tmp_path):
     long, short = TASKS[task]
-    words = ["-m", "nlds_vines", task]
+    words = ["-m", "nlds_vines", task.split()[0]]
     if short is not None:
         done = subprocess.run(
             [sys.executable, *words, *map(str, short), "-o", "short.h5"], cwd=tmp_path,
@@ -98,9 +113,35 @@ def test_a_task_ends_within_two_seconds(task, number, tmp_path):
     assert not (tmp_path / "long.h5").exists()
 
 
+WITHOUT_ARCHIVE = {
+    "accuracy": (["--periods", 10_000], "what was measured is lost"),
+    "explore": (["--port", 0, "--no-browser", "scan.toml"], "what it computes is not kept"),
+}
+"""Options of a task that takes minutes and keeps nothing; what it says about that."""
+
+SLOW_SCAN = f"""
+system = "ssul-set6"
+vary.omega.values = [7.3, 7.4, 7.5]
+vary.P.values = [600.0, 700.0, 800.0]
+sampling.transient = {LONG}
+"""
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("task", WITHOUT_ARCHIVE)
+def test_a_task_without_an_archive_ends_within_two_seconds(task, number, tmp_path):
+    options, words = WITHOUT_ARCHIVE[task]
+    (tmp_path / "scan.toml").write_text(SLOW_SCAN, "utf-8")
+    process = begun(["-m", "nlds_vines", task, *options], tmp_path, lambda: True)
+    status, said = ended(process, number)
+    assert status == (130 if number == signal.SIGINT else 143)
+    assert words in said
+
+
 PYTHON = """
+import sys
 import nlds_vines as nv
-from nlds_vines.runs.interrupts import Interrupted
 system, axis = nv.load_system("ssul-set6"), dict(omega=dict(values=[7.3, 7.4]))
 short, long = {short}, {long}
 work = lambda many: {call}
@@ -108,9 +149,9 @@ work(short)
 open("begun", "w").close()
 try:
     work(long)
-except (KeyboardInterrupt, Interrupted):
-    print("interrupted", flush=True)
-print(nv.simulate(system, 2, quiet=True).state.tolist())
+except KeyboardInterrupt as stop:
+    print("interrupted", *stop.args, flush=True)
+print(nv.simulate(system, 2, quiet=True).state.tolist(), file=sys.stderr)
 """
 
 CALLS = {
@@ -118,8 +159,18 @@ CALLS = {
     "scan": "nv.scan(system, vary=axis, sampling={'transient': many}, quiet=True)",
     "classify": "nv.classify(system, transient=many, quiet=True)",
     "portrait": "nv.orbit_portrait(system, windows=[[many, many + 20]], quiet=True)",
+    "response_history": "nv.response_history(system, load={'impulse': 1e3}, sampling="
+    "{'duration': min(many, 2000.0)}, vary={'C': {'start': 0.02, 'stop': 0.1, 'num': "
+    "min(many, 20_000)}}, quiet=True)",
+    "tune": "nv.tune(sampling={'transient': min(many, 10**6)}, search=dict(population=5, "
+    "generations=1, polish=0, optima=1), quiet=True)",
+    "continue_branch": "nv.continue_branch(system, 'omega', (6.2, 6.3) if many < 1000 else (5, 9), "
+    "start='random', step=1e-3, doublings=8, quiet=True)",
 }
 """What is called, of so many forcing periods."""
+
+RUNS = ("scan", "response_history", "tune", "continue_branch")
+"""Those that would keep blocks in an archive, if one were named."""
 
 
 @pytest.mark.kernels
@@ -129,10 +180,43 @@ def test_ctrl_c_ends_a_call_in_python_and_the_session_goes_on(call, tmp_path):
     process = begun(["-c", program], tmp_path, (tmp_path / "begun").exists)
     began = time.monotonic()
     process.send_signal(signal.SIGINT)
-    assert process.stdout.readline() == "interrupted\n"
-    assert time.monotonic() - began < WITHIN
+    line = process.stdout.readline()
+    took = time.monotonic() - began
     out, err = process.communicate(timeout=120)
-    assert (process.returncode, out.startswith("[")) == (0, True), err
+    lost = " interrupted: what was computed is lost, because no archive was named (to=)"
+    assert line == f"interrupted{lost if call in RUNS else ''}\n"
+    assert took < WITHIN
+    *others, state = err.splitlines()
+    assert (process.returncode, out, state[0]) == (0, "", "["), err
+    assert all(line.startswith("stopping: ") for line in others)
+
+
+COMPILING = """
+import os, signal, sys, threading
+import nlds_vines as nv
+from nlds_vines.kernels.numerics.compiling import told_of_compilations
+kernels = []
+def count(kernel):
+    kernels.append(kernel)
+    if len(kernels) == 20:
+        threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+try:
+    with told_of_compilations(count):
+        nv.simulate("ssul-set6", 3)
+except KeyboardInterrupt:
+    sys.exit(7)
+"""
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("repeat", range(3))
+def test_a_process_ends_soundly_while_an_abandoned_thread_compiles(repeat, tmp_path):
+    # without `exit_without_destructors`, half of them crash
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILING], env=env, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 7, done.stderr
 
 
 # ---- the mechanism -------------------------------------------------------------------------------
@@ -149,6 +233,12 @@ def sleeping(seconds):
     return seconds
 
 
+def busy(until):
+    """Compute in Python until then."""
+    while time.monotonic() < until:
+        time.sleep(0.01)
+
+
 @pytest.fixture
 def soon(monkeypatch):
     """Let what is under way have less time."""
@@ -163,6 +253,42 @@ def test_what_is_under_way_is_abandoned_after_its_time(soon, number, capfd):
         sleeping(5.0)
     assert 0.4 <= time.monotonic() - began < 2.0
     assert "a second" in capfd.readouterr().err
+
+
+def test_python_that_never_asks_is_stopped_after_its_time(soon, capfd):
+    began, handler = time.monotonic(), signal.getsignal(signal.SIGALRM)
+    asked(0.1, signal.SIGINT)
+    with stop_on_signals(), pytest.raises(Stopped):
+        busy(began + 5.0)
+    assert time.monotonic() - began < 2.0
+    assert signal.getsignal(signal.SIGALRM) == handler
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def test_what_is_put_away_after_a_stop_is_not_stopped_again(soon, capfd):
+    asked(0.1, signal.SIGINT)
+    with stop_on_signals() as stop:
+        time.sleep(0.2)
+        with pytest.raises(Stopped):
+            stop.check()
+        time.sleep(0.5)
+
+
+def test_an_abandoned_thread_ends_at_its_next_check():
+    steps = []
+
+    @stoppable
+    def work():
+        for step in range(20):
+            interrupts.check()
+            steps.append(step)
+            time.sleep(0.1)
+
+    asked(0.15, signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    time.sleep(0.5)
+    assert len(steps) <= 3
 
 
 def test_what_ends_in_time_is_not_lost(soon, capfd):

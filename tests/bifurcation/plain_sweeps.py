@@ -68,7 +68,7 @@ def test_after_a_link_that_failed_the_next_begins_at_rest():
 
 def test_impacts_are_counted_by_wall():
     vary = {"omega": [6.0, 6.28]}
-    found = computed(scan_of("ssbl", ["impact_count"], vary, transient=60, periods=9))
+    found = computed(scan_of("ssbl", ["impacts"], vary, transient=60, periods=9))
     for i, omega in enumerate((6.0, 6.28)):
         system = nv.load_system("ssbl", omega=omega)
         walls = nv.simulate(system, 9, transient=60, record=("impacts",)).impacts["wall"]

@@ -58,7 +58,7 @@ def test_a_start_on_an_orbit_comes_to_the_orbits_next_section(case):
     name, changes = CASES[case]
     system = nv.load_system(name, **changes)
     walls = bool(system.scene.walls)
-    record = ("section", "trajectory", *["impact_count"] * walls)
+    record = ("section", "trajectory", *["impacts"] * walls)
     fine = {"tolerance": "fine", "quiet": True, "samples": SAMPLES, "record": record}
     orbit = nv.simulate(system, PERIODS, **fine)
     states = orbit.trajectory.reshape(PERIODS, SAMPLES, -1)

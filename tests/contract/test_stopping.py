@@ -195,7 +195,7 @@ ABANDONED = """
 import ctypes, os, signal, sys, threading, time
 from nlds_vines.runs.interrupts import stoppable
 libc = ctypes.CDLL(None)
-libc.atexit(libc.abort)
+libc.on_exit(libc.abort, None)
 threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
 try:
     stoppable(time.sleep)(float(sys.argv[1]))

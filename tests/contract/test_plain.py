@@ -33,6 +33,7 @@ LONG = {
     "tests/orbits/plain_coincidences.py",
     "tests/orbits/plain_kept_state.py",
     "tests/orbits/plain_load_flight.py",
+    "tests/orbits/plain_repetition.py",
     "tests/property/plain_laws.py",
     "tests/property/plain_load_frames.py",
     "tests/property/plain_methods.py",

@@ -3,6 +3,7 @@
 In reading order:
 
     orbit        the time loop: flights, contacts, sections
+    repetition   periods that repeat to the bit are copied
     recurrence   period and impacts of an orbit from its section
     growth       growth rates with their uncertainty; convergence of averages
     variations   the map from section to section with its derivative

@@ -55,6 +55,7 @@ from ..watch.observe import (
     note_touch,
 )
 from ..watch.response import bare_tally, note_sums
+from .repetition import periods_to_run, reference_for, renew, repeat
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
@@ -235,7 +236,12 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(STATE_SIZE - STATE_AHEAD):
         k[contact_series.AHEAD + i] = state[STATE_AHEAD + i]
-    for p in range(span.periods):
+    arc = bare_arc(prepared.arc)
+    room = reference_for(tangent, buffers, prepared.grid.begun, arc)
+    reference = bare_if_any(room)
+    renew(reference, impacts, k, 0, (x1, v1, r, s, q, float(mode)))
+    p, last = 0, span.periods
+    while p < last:
         j, x, touches = 0, 0.0, 0
         began = began_at(grid, span.first + p)
         for i in range(span.stops):
@@ -307,6 +313,10 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
             note_sums(ps, damper, buffers.sums, p * span.stops + i, tally)
         if not bounded(x1, v1, r, s):
             return DIVERGED
+        p += 1
+        y = x1, v1, r, s, q, float(mode)
+        last = periods_to_run(reference, arc, watch, impacts, k, p, last, y)
+    repeat(room, buffers, impacts, span, last)
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
     for i in range(STATE_SIZE - STATE_AHEAD):
         state[STATE_AHEAD + i] = k[contact_series.AHEAD + i]

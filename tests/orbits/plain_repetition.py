@@ -1,0 +1,58 @@
+"""Periods that are copied are, to the last bit, those that would have been computed.
+
+(Run by `contract/test_plain.py`: only plain Python can switch the repetition off.)
+"""
+
+import numpy as np
+import pytest
+
+from nlds_vines.bifurcation.blocks import blocks_of
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.kernels.orbit import orbit, repetition
+from nlds_vines.kernels.orbit.repetition import same_bits
+
+WANT = ["section", "impacts", "energy", "peak", "clearance", "impact_section"]
+SCANS = {
+    "one wall": ("ssul-set6", [5.0, 6.05, 7.39]),  # 6.05: sections cut impacts; 7.39: irregular
+    "two walls": ("ssbl", [5.2, 6.28]),
+    "set 1": ("ssul-set1", [5.9, 7.3]),
+    "irregular": ("vi-nes", [5.5, 6.28]),
+}
+
+
+def computed(name, frequencies):
+    """Return the arrays of a small scan."""
+    vary, sampling = {"omega": {"values": frequencies}}, {"transient": 170, "periods": 43}
+    scan = load_scan({"system": name, "vary": vary, "sampling": sampling, "record": {"want": WANT}})
+    computer = Computer(scan)
+    (block,) = blocks_of(scan)
+    return computer.block(block)
+
+
+@pytest.mark.parametrize("case", SCANS)
+def test_all_records_have_the_same_bits(case, monkeypatch):
+    lengths, periods_to_run = [], orbit.periods_to_run
+
+    def counted(reference, arc, watch, impacts, k, p, last, y):
+        end = periods_to_run(reference, arc, watch, impacts, k, p, last, y)
+        lengths.extend([int(reference[repetition.LENGTH])] if end < last else [])
+        return end
+
+    monkeypatch.setattr(orbit, "periods_to_run", counted)
+    copied = computed(*SCANS[case])
+    monkeypatch.setattr(orbit, "reference_for", lambda *_: None)
+    monkeypatch.setattr(orbit, "periods_to_run", periods_to_run)
+    run = computed(*SCANS[case])
+    assert bool(lengths) == (case != "irregular")
+    assert copied.keys() == run.keys()
+    for name, values in run.items():
+        assert np.asarray(copied[name]).tobytes() == np.asarray(values).tobytes(), name
+
+
+def test_zeros_of_either_sign_are_two_states():
+    assert same_bits(1.5, 1.5)
+    assert same_bits(np.nan, np.nan)
+    assert same_bits(-0.0, -0.0)
+    assert not same_bits(0.0, -0.0)
+    assert not same_bits(1.0, np.nextafter(1.0, 2.0))

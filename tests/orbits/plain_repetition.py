@@ -36,7 +36,7 @@ def test_all_records_have_the_same_bits(case, monkeypatch):
 
     def counted(reference, arc, watch, impacts, k, p, last, y):
         end = periods_to_run(reference, arc, watch, impacts, k, p, last, y)
-        lengths.extend([int(reference[repetition.LENGTH])] if end < last else [])
+        lengths.extend([int(reference[repetition.CYCLE_LENGTH])] if end < last else [])
         return end
 
     monkeypatch.setattr(orbit, "periods_to_run", counted)

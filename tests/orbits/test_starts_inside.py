@@ -58,7 +58,7 @@ ONE = "ssul-set6: 1 of 1 starts are inside a wall, 10 mm deep at most"
         (["response-curves", *PRELOADED, "--vary", "omega=6:7:3"], "Set 6: 3 of 3 starts are"),
     ],
 )
-def test_a_command_counts_starts_inside_a_wall_and_names_the_deepest(command, line, answer):
+def test_a_command_counts_starts_inside_a_wall_and_names_the_deepest(command, line, answer, here):
     told = [one for one in answer(*command, "--dry-run").splitlines() if "inside a wall" in one]
     assert len(told) == bool(line)
     assert line in "".join(told)

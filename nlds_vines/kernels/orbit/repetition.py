@@ -3,8 +3,8 @@
 Under a harmonic force the notes of a period are a function of the state at its beginning. If that
 state returns after n periods, equal in every bit, then all later periods repeat those n, and their
 rows are copied instead of computed. The state is compared with a reference, which is renewed after
-max(STRIDE, p / SHARE) periods (Brent's cycle detection; his powers of two wait too long for orbits
-that settle after 100 to 200 periods).
+max(RENEWAL_STRIDE, p / RENEWAL_SHARE) periods (Brent's cycle detection; his powers of two wait too
+long for orbits that settle after 100 to 200 periods).
 
 The length of a repetition is that of a cycle of round-off, often a multiple of the orbit's period:
 n of an nT orbit never comes from here. The reference holds everything on which a period depends:
@@ -36,10 +36,14 @@ from ..watch.observe import Impacts, Touches
 # there is one, and its touches. If the state had returned, also the largest energies and the
 # smallest clearance so far, and from RECALLED on the impacts that the table of the arc recalls.
 AT_AHEAD, LENGTH_OF_AHEAD = 6, 9
-SINCE, RENEWED, RETURNED, LENGTH, TOUCHES, EXTREMES, RECALLED = 15, 16, 17, 18, 19, 20, 23
+SINCE, RENEWED, STATE_RETURNED, CYCLE_LENGTH, TOUCHES = 15, 16, 17, 18, 19
+EXTREMES, RECALLED = 20, 23
 RECALLED_NUMBERS = EACH * KEPT + 1
 FIRST = 32  # periods for which the first reference stays: sampled orbits have settled before
-STRIDE, SHARE = 8, 8  # a later one stays for STRIDE periods, or for the share 1 / SHARE of all
+RENEWAL_STRIDE, RENEWAL_SHARE = (
+    8,
+    8,
+)  # a later one stays for RENEWAL_STRIDE periods, or for the share 1 / RENEWAL_SHARE of all
 
 
 @jit
@@ -84,8 +88,8 @@ def renew(reference, impacts, k, p, y):
     for i in range(LENGTH_OF_AHEAD):
         reference[AT_AHEAD + i] = k[AHEAD + i]
     reference[SINCE] = p
-    reference[RENEWED] = p + max(STRIDE, p // SHARE) if p > 0 else FIRST
-    reference[RETURNED], reference[TOUCHES] = 0.0, touches_so_far(impacts)
+    reference[RENEWED] = p + max(RENEWAL_STRIDE, p // RENEWAL_SHARE) if p > 0 else FIRST
+    reference[STATE_RETURNED], reference[TOUCHES] = 0.0, touches_so_far(impacts)
 
 
 @jit
@@ -143,16 +147,16 @@ def periods_to_run(reference, arc, watch, impacts, k, p, last, y):
     """
     if reference is None:
         return last
-    if reference[LENGTH] > 0.0:
+    if reference[CYCLE_LENGTH] > 0.0:
         return last
     if has_returned(reference, k, y):
-        n, had_returned = p - int(reference[SINCE]), reference[RETURNED] > 0.0
+        n, had_returned = p - int(reference[SINCE]), reference[STATE_RETURNED] > 0.0
         if keep_notes(reference, arc, watch) and had_returned:
-            reference[LENGTH] = n
+            reference[CYCLE_LENGTH] = n
             reference[TOUCHES] = touches_so_far(impacts) - reference[TOUCHES]
             return p + (last - p) % n
         renew(reference, impacts, k, p, y)
-        reference[RETURNED], reference[RENEWED] = 1.0, max(reference[RENEWED], p + n)
+        reference[STATE_RETURNED], reference[RENEWED] = 1.0, max(reference[RENEWED], p + n)
     elif p >= reference[RENEWED]:
         renew(reference, impacts, k, p, y)
     return last
@@ -184,7 +188,7 @@ def repeat(reference, buffers, impacts, span, computed):
     if reference is None:
         return
     if computed < span.periods:
-        n, stops = int(reference[LENGTH]), span.stops
+        n, stops = int(reference[CYCLE_LENGTH]), span.stops
         repeat_rows(buffers.section, computed * stops, span.periods * stops, n * stops)
         repeat_rows(buffers.by_period, computed, span.periods, n)
         repeat_touches(impacts, int(reference[TOUCHES]), (span.periods - computed) // n)

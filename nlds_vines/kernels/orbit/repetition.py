@@ -40,10 +40,7 @@ SINCE, RENEWED, STATE_RETURNED, CYCLE_LENGTH, TOUCHES = 15, 16, 17, 18, 19
 EXTREMES, RECALLED = 20, 23
 RECALLED_NUMBERS = EACH * KEPT + 1
 FIRST = 32  # periods for which the first reference stays: sampled orbits have settled before
-RENEWAL_STRIDE, RENEWAL_SHARE = (
-    8,
-    8,
-)  # a later one stays for RENEWAL_STRIDE periods, or for the share 1 / RENEWAL_SHARE of all
+RENEWAL_STRIDE, RENEWAL_SHARE = 8, 8  # a later one stays for so many periods, or 1/8 of all
 
 
 @jit

@@ -177,7 +177,7 @@ class _Job:
 
         path = self.folder / _ARCHIVES / name
         report = run(scan, path, replace(self.how, quiet=True))
-        what = report.summary() if report.seconds else "there already, verified"
+        what = report.summary() if report.seconds else "there already"
         number = list(self.scans).index(name) + 1
         self._say(f"[{number}/{len(self.scans)}] {path.stem}: {what}")
         if report.failed_lanes:

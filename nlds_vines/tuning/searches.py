@@ -86,17 +86,22 @@ def _differential_evolution(
     population = latin_hypercube(search.population, dimension, generator)
     if first is not None:
         population[0] = first
-    differential_evolution(
-        lambda points: evaluate(np.ascontiguousarray(points.T)),
-        bounds=[(0.0, 1.0)] * dimension,
-        init=population,
-        maxiter=search.generations,
-        tol=_CONTRACTED,
-        seed=generator,
-        polish=False,
-        vectorized=True,
-        updating="deferred",
-    )
+    try:
+        differential_evolution(
+            lambda points: evaluate(np.ascontiguousarray(points.T)),
+            bounds=[(0.0, 1.0)] * dimension,
+            init=population,
+            maxiter=search.generations,
+            tol=_CONTRACTED,
+            seed=generator,
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+        )
+    except RuntimeError as error:  # SciPy takes a ValueError of the objective for one of its own
+        if isinstance(error.__cause__, RequestError):
+            raise error.__cause__ from None
+        raise
 
 
 def latin_hypercube(count: int, dimension: int, generator: np.random.Generator) -> np.ndarray:

@@ -185,11 +185,9 @@ def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path,
     command = ["bifurcation", str(scan), "-o", str(path), "--quiet"]
     assert main([*command, "--shard", "2/2", "--threads", "1"]) == 0
     parts = tmp_path / "plane.h5.parts"
-    kept = (parts / LEARNT).read_bytes()
-    assert main([*command, "--shard", "1/2"]) == 0
-    assert (parts / LEARNT).read_bytes() == kept
-    (parts / LEARNT).write_bytes(kept[:-9] + b"123456789")
-    assert f"{LEARNT} is made again" in ask(*command, "--resume").err
+    learnt = (parts / LEARNT).read_bytes()
+    (parts / LEARNT).write_bytes(learnt[:-9] + b"123456789")
+    assert f"{LEARNT} is made again" in ask(*command, "--shard", "1/2").err
     assert not parts.exists()
     assert differing(plane, path) == []
 
@@ -286,7 +284,6 @@ def test_measures_of_a_plane(plane, answer):
         )
         assert view["attractor"][x, v, 0] == 1
     assert "attractor 0, T,0" in repr(found)
-    assert "boundary entropy" in repr(found)
 
 
 @pytest.mark.kernels

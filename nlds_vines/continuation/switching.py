@@ -16,7 +16,9 @@ FIRST_ASIDE, LEAST_ASIDE = 1.0e-2, 1.0e-6
 BENT = 0.1
 """The known branch leaves its tangent by the square of the way s along it.  So at a distance `far`
 beside its tangent it is met at s of the order sqrt(far) alone.  A point nearer than BENT sqrt(far)
-lies on the other branch, at whatever angle that crosses the known one."""
+lies on the other branch, at whatever angle that crosses the known one.  A branch of twice the
+period leaves along the direction itself: it is met within far / 2, and against the direction lie
+the same orbits one period later, so that only one direction is tried."""
 
 
 Aside = tuple[Point, float]
@@ -75,16 +77,16 @@ def _beside(section_map: SectionMap, point: Point, aside: np.ndarray, n: int) ->
     """Return a point of another branch beside a point, in the direction `aside`, and how far."""
     weights = point.weights
     aside = aside / length(weights, aside)
-    far = FIRST_ASIDE
+    far, doubles = FIRST_ASIDE, n > point.cycle.n
     while far >= LEAST_ASIDE:
-        for direction in (aside, -aside):
+        nearest = 0.5 * far if doubles else BENT * math.sqrt(far)
+        for direction in (aside,) if doubles else (aside, -aside):
             place = point.cycle.place + far * direction
             row = weights * weights * direction
             cycle, _ = close(section_map, place, n, row, weights)
-            if cycle is None or length(weights, cycle.place - place) > BENT * math.sqrt(far):
+            if cycle is None or length(weights, cycle.place - place) > nearest:
                 continue
             found = point_of(section_map, cycle, direction, 1.0 / weights[-1:])
-            doubles = n > point.cycle.n
             if found is not None and not (doubles and _is_shorter(found, far)):
                 return found, far
         far *= 0.25

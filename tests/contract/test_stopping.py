@@ -95,9 +95,15 @@ TASKS = {
 while it compiles, or later."""
 
 
+TERMINATED = ("portrait", "bifurcation", "tuning")
+"""Tasks that SIGTERM ends, too: one that keeps nothing, one in blocks, one of designs."""
+
+
 @pytest.mark.kernels
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize(
+    ("task", "number"),
+    [*((task, signal.SIGINT) for task in TASKS), *((task, signal.SIGTERM) for task in TERMINATED)],
+)
 def test_a_task_ends_within_two_seconds(task, number, tmp_path):
     long, short = TASKS[task]
     words = ["-m", "nlds_vines", task.split()[0]]
@@ -167,8 +173,8 @@ CALLS = {
     "min(many, 20_000)}}, quiet=True)",
     "tune": "nv.tune(load={'impulse': 1e3}, sampling={'duration': min(many, 20_000.0)}, "
     "search=dict(population=min(many, 200), generations=1, polish=0, optima=1), quiet=True)",
-    "continue_branch": "nv.continue_branch(system, 'omega', (6.2, 6.3) if many < 1000 else (5, 9), "
-    "start='random', step=1e-3, doublings=8, quiet=True)",
+    "continue_branch": "nv.continue_branch('ssul-set6', 'omega', (6.2, 6.3) if many < 1000 "
+    "else (5, 9), start='random', step=1e-3, doublings=8, quiet=True)",
 }
 """What is called, of so many forcing periods."""
 

@@ -41,6 +41,10 @@ LONG = {
 """Those that take more than five seconds, for whoever changes kernels."""
 
 
+LONGEST = {"tests/orbits/plain_kept_state.py", "tests/property/plain_load_frames.py"}
+"""Those that take a minute or more: all kinds under all laws."""
+
+
 def test_the_long_ones_exist():
     assert set(FILES) > LONG
 
@@ -56,7 +60,10 @@ def test_without_the_compiler(files):
 
 @pytest.mark.slow("a process, and as many seconds as thousands of steps of plain Python take")
 @pytest.mark.kernels
-@pytest.mark.parametrize("file", sorted(LONG))
+@pytest.mark.parametrize(
+    "file",
+    [pytest.param(f, marks=[pytest.mark.long] if f in LONGEST else []) for f in sorted(LONG)],
+)
 def test_long_ones_without_the_compiler(file):
     run_plain([file])
 

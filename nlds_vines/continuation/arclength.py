@@ -1,9 +1,10 @@
-"""Pseudo-arclength: along a branch of nT orbits step by step, through folds and grazing alike.
+"""Pseudo-arclength continuation of nT orbits: predictor, Newton corrector, step control.
 
-The unknowns are the state at phase zero and the free parameter, scaled.  A step goes along the
-tangent, and Newton's method brings it back to the branch in the plane across the tangent.  Nothing
-is extrapolated from earlier points: where an impact appears or vanishes the tangent has a kink, and
-steps shorten until they resolve it.
+The unknowns are the state at one phase and the free parameter, both scaled.  The predictor is the
+tangent; the corrector is Newton's method in the plane normal to it.  Earlier points are not
+extrapolated: where an impact appears or vanishes, the tangent has a kink, and the step control
+shortens the steps until they resolve it.  The phase of the state is 0, or the middle of the longest
+flight if impacts are rigid.
 
 Source: Allgower and Georg, Introduction to Numerical Continuation Methods, chapters 2 and 6.
 """
@@ -12,60 +13,71 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
+from nlds_vines.continuation.section_map import (
+    Cycle,
+    SectionMap,
+    bordered,
+    closing,
+    shoots_from_flights,
+)
 
 CLOSED, GOOD_ENOUGH = 1.0e-13, 1.0e-9
-"""Relative defect of an orbit that closes; and of one that no further step brings nearer."""
+"""Relative defect at which Newton's method has converged; and at which it may stop if the last step
+did not reduce the defect by a factor of four."""
 
 
 class Newton(NamedTuple):
-    """When Newton's method ends: after the `most` steps, or one that is so `short`, round-off.
+    """Stopping rules of Newton's method.
 
-    A first step as long as `tells` tells of contraction: where multipliers are large, so is the
-    defect of the nearest state that there is.
+    Attributes:
+        most_steps: the most iterations.
+        round_off: weighted length of a step that counts as converged.
+        least_first: the contraction is measured only if the first step is longer than this: where
+            multipliers are large, round-off alone leaves a defect of that size.
     """
 
-    most: int
-    short: float
-    tells: float
+    most_steps: int
+    round_off: float
+    least_first: float
 
 
 OF_BRANCH, OF_CURVE = Newton(8, 1.0e-12, 1.0e-8), Newton(10, 1.0e-11, 1.0e-7)
-"""Along a branch, and along a curve of special points, whose slopes are differences: from so near,
-it converges in two or three steps."""
+"""The rules on a branch, and on a curve of special points, whose derivatives are differences."""
 
 Equation = Callable[[Cycle], tuple[float, np.ndarray] | None]
-"""What vanishes on a curve beside the gap of its orbits: the value, and the derivatives by state
-and parameters; None where they are not known."""
+"""The further equation of a curve of special points: its residual and the derivatives of that with
+respect to state and parameters; None if they cannot be evaluated."""
 
 FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-2, 1.0e-9, 2.0e-2
-"""Steps, relative to the orbit and to the interval of the parameter together."""
+"""Weighted lengths of steps: relative to the orbit and to the parameter's interval."""
 
 CONTRACTION, ANGLE = 1.0e-2, 0.1
-"""What Newton's second step may be of its first, and the angle of two tangents, that are wished."""
+"""The step control aims at this ratio of Newton's second to its first step, and at this angle [rad]
+between successive tangents."""
 
 SHARPEST = 3.0
-"""How many times ANGLE two tangents may differ before a step is done again, and shorter."""
+"""A step is repeated, shorter, if it exceeds one of the two aims by more than this factor."""
 
 NEARER = 0.5
-"""Part of the way to a grazing of rigid bodies, where the map is not differentiable, of a step."""
+"""Longest step as a fraction of the distance to a rigid grazing, where the map is not
+differentiable."""
 
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A point of a branch, or of a curve: its orbit, and the direction there.
+    """A point of a branch or of a curve of special points.
 
     Attributes:
         cycle: the orbit.
-        tangent: (size + parameters,) of length one by the weights.
-        weights: likewise, by which lengths are measured, `SectionMap.weights`.
-        border: of a branch, determinant of the closing equations and the tangent.
+        tangent: (size + m,) of weighted length one.
+        weights: (size + m,) of `SectionMap.weights`.
+        border: on a branch, the determinant of the closing equations bordered by the tangent.
     """
 
     cycle: Cycle
@@ -75,28 +87,29 @@ class Point:
 
     @property
     def value(self) -> float:
-        """The free parameter, of two the first."""
+        """The (first) free parameter."""
         return float(self.cycle.values[0])
 
     @cached_property
     def tests(self) -> dict[str, float]:
-        """The test functions of special points by kind: each changes its sign at one.
+        """The test functions by kind of special point, each of which changes its sign there.
 
-        LP: the tangent's part along the parameter.  BP: the determinant of the closing equations
-        with the tangent.  PD: det(M + I).  NS: the product of mu_i mu_j - 1 over all pairs, the
-        determinant of M's bialternate product less one.
+        LP: the parameter's component of the tangent.  BP: the determinant of the closing equations
+        bordered by the tangent.  PD: det(M + I).  NS: the product of mu_i mu_j - 1 over all pairs,
+        det(M . M - I) with the bialternate product.
         """
         mu = self.cycle.multipliers.tolist()
         pairs = [mu[i] * mu[j] - 1.0 for i in range(len(mu)) for j in range(i)]
         return {
             "LP": float(self.tangent[-1]),
             "BP": self.border,
-            "PD": _product([m + 1.0 for m in mu]),
-            "NS": _product(pairs),
+            "PD": real_product([m + 1.0 for m in mu]),
+            "NS": real_product(pairs),
         }
 
 
-def _product(factors: list[complex]) -> float:
+def real_product(factors: list[complex]) -> float:
+    """Return the real part of the product of complex factors."""
     product = 1.0 + 0.0j
     for factor in factors:
         product *= factor
@@ -112,10 +125,14 @@ def length(weights: np.ndarray, step: np.ndarray) -> float:
 def close(
     section_map: SectionMap, place: np.ndarray, n: int, row: np.ndarray, weights: np.ndarray
 ) -> tuple[Cycle | None, float]:
-    """Return the nT orbit near a place, in the plane through it across `row` (size + 1,).
+    """Return the nT orbit in the plane through `place` normal to `row` (size + 1,).
 
-    Returns None where Newton's method does not converge, and by how much its second step was
-    shorter than the first, 0 where there was no second.
+    Returns
+    -------
+    cycle : Cycle or None
+        None if Newton's method does not converge.
+    contraction : float
+        Ratio of Newton's second to its first step; 0 if there was no second step.
     """
     cycle, _, ratio = corrected(section_map, place, n, row, weights)
     return cycle, ratio
@@ -129,25 +146,35 @@ def corrected(
     weights: np.ndarray,
     equation: Equation | None = None,
 ) -> tuple[Cycle | None, np.ndarray, float]:
-    """Return the nT orbit near a place, in the plane through it across `row`, by Newton's method.
+    """Return the nT orbit in the plane through `place` normal to `row`, by Newton's method.
 
-    Arguments: `equation`, what vanishes there as well, of a curve.
+    Parameters
+    ----------
+    equation : callable, optional
+        The further equation of a curve of special points.
 
-    Returns also the last row or rows, by which the orbit is told from those beside it, and the
-    contraction, as `close`.
+    Returns
+    -------
+    cycle : Cycle or None
+        As from `close`.
+    rows : (m, size + m) ndarray
+        The rows that border the closing equations: the derivatives of `equation`, if there is one,
+        and `row`.
+    contraction : float
+        As from `close`.
     """
     anchor, before, first, ratio = place, math.inf, 0.0, 0.0
-    rows, ends = row[np.newaxis], OF_BRANCH if equation is None else OF_CURVE
-    for iteration in range(ends.most):
+    rows, rules = row[np.newaxis], OF_BRANCH if equation is None else OF_CURVE
+    for iteration in range(rules.most_steps):
         cycle = section_map.at(place, n)
         if cycle is None:
             break
         right = np.append(-cycle.gap, -float((row * (place - anchor)).sum()))
         if equation is not None:
-            told = equation(cycle)
-            if told is None:
+            linearized = equation(cycle)
+            if linearized is None:
                 break
-            value, slope = told
+            value, slope = linearized
             rows, right = np.array([slope, row]), np.insert(right, -1, -value)
         elif cycle.defect <= CLOSED or (
             cycle.defect <= GOOD_ENOUGH and cycle.defect > 0.25 * before
@@ -157,11 +184,11 @@ def corrected(
         if step is None or not np.isfinite(step).all():
             break
         far = length(weights, step)
-        if far <= ends.short:
+        if far <= rules.round_off:
             return cycle, rows, ratio
         if iteration == 0:
             first = far
-        elif iteration == 1 and first > ends.tells:
+        elif iteration == 1 and first > rules.least_first:
             ratio = far / first
         if far > 2.0 * first:
             break
@@ -172,16 +199,16 @@ def corrected(
 def tangent_of(
     cycle: Cycle, rows: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, float] | None:
-    """Return the direction, of length one, at an orbit, turned toward the last of the `rows`.
+    """Return the unit tangent at an orbit, turned toward the last of `rows`, and the determinant.
 
-    And the determinant of the closing equations and the rows.  None where there is no single one.
+    The determinant is that of the closing equations bordered by the rows.  None if it is zero.
     """
     right = np.zeros(len(weights))
     right[-1] = 1.0
-    found, product = bordered(closing(cycle), cycle.slopes, rows, right)
-    if found is None or not np.isfinite(found).all():
+    tangent, determinant = bordered(closing(cycle), cycle.slopes, rows, right)
+    if tangent is None or not np.isfinite(tangent).all():
         return None
-    return found / length(weights, found), product
+    return tangent / length(weights, tangent), determinant
 
 
 def point_of(
@@ -189,17 +216,20 @@ def point_of(
 ) -> Point | None:
     """Return the point of a branch at an orbit, its tangent turned `toward` a direction.
 
-    Arguments: `lengths` (1,) of the parameter's interval.  None where there is no single tangent.
+    `lengths` (1,) is the length of the parameter's interval.  None if the tangent is not unique.
     """
     weights = section_map.weights(cycle, lengths)
-    found = tangent_of(cycle, (weights * weights * toward)[np.newaxis], weights)
-    return found and Point(cycle, found[0], weights, found[1] / length(weights, toward))
+    solution = tangent_of(cycle, (weights * weights * toward)[np.newaxis], weights)
+    if solution is None:
+        return None
+    tangent, determinant = solution
+    return Point(cycle, tangent, weights, determinant / length(weights, toward))
 
 
 def along(section_map: SectionMap, point: Point, step: float) -> tuple[Point | None, float]:
-    """Return the point of the branch a step ahead (behind, where it is negative) of a point.
+    """Return the point of the branch at a signed distance `step` along the tangent of a point.
 
-    Returns also the contraction of Newton's method; None where that does not converge.
+    Returns also the contraction of Newton's method.  The point is None if that does not converge.
     """
     place = point.cycle.place + step * point.tangent
     row = point.weights * point.weights * point.tangent
@@ -218,7 +248,11 @@ def angle_of(a: Point, b: Point) -> float:
 
 @dataclass
 class Stepper:
-    """Steps along one branch in one direction, each as long as contraction and angle allow."""
+    """Steps along one branch in one direction, as long as contraction and angle allow.
+
+    Attributes:
+        taken: length of the last step.
+    """
 
     section_map: SectionMap
     point: Point
@@ -226,27 +260,142 @@ class Stepper:
     longest: float = LONGEST_STEP
 
     def advance(self, most: float = math.inf) -> Point | None:
-        """Return the next point, at most so far away; None where no step, however short, converges.
-
-        `self.taken` is then the step that was taken.
-        """
+        """Return the next point, at most `most` away; None if not even the shortest converges."""
         step = min(self.step, most)
         while True:
-            found, contraction = along(self.section_map, self.point, step)
+            point, contraction = along(self.section_map, self.point, step)
             shortest = step <= 2.0 * LEAST_STEP
-            if found is not None:
+            if point is not None:
                 worst = max(
                     math.sqrt(contraction / CONTRACTION),
-                    angle_of(self.point, found) / ANGLE,
+                    angle_of(self.point, point) / ANGLE,
                 )
                 if worst <= SHARPEST or shortest:
-                    self._accept(found, step, worst)
-                    return found
+                    self.taken, self.point = step, point
+                    self.step = step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3)))
+                    self.step = max(LEAST_STEP, min(self.longest, self.step))
+                    return point
             if shortest:
                 return None
-            step = max(LEAST_STEP, step * (0.5 if found is None else 1.0 / min(worst, 8.0)))
+            step = max(LEAST_STEP, step * (0.5 if point is None else 1.0 / min(worst, 8.0)))
 
-    def _accept(self, found: Point, step: float, worst: float) -> None:
-        self.taken, self.point = step, found
-        self.step = min(self.longest, step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3))))
-        self.step = max(self.step, LEAST_STEP)
+
+# ---- the phase at which rigid impacts are solved ----
+#
+# At a fixed phase, the state jumps when a rigid impact passes that phase, and the section map has
+# no derivative there.  Newton's method therefore solves for a state in the middle of the longest
+# flight, which is chosen anew along the branch before an impact comes near.  Archives hold states
+# at phase zero.
+
+NEAR = 0.25
+"""The flight is chosen anew if an impact is nearer to the phase than this fraction of half the
+longest flight."""
+
+SHARPNESS = 1024
+"""Phases are multiples of 1 / SHARPNESS of a period, so that adding 1 is exact."""
+
+SAME_ORBIT = 1.0e-7
+"""Distance, relative to the orbit, below which two states are the same."""
+
+INVARIANT = "counts", "multipliers", "clearance", "slowest", "volume"
+"""The attributes of a cycle that do not depend on the phase."""
+
+ASIDE = 1.0e-6
+"""Difference step that carries a tangent to another phase."""
+
+
+def better_map(section_map: SectionMap, cycle: Cycle) -> SectionMap | None:
+    """Return the map from the middle of the orbit's longest flight; None to stay at this phase."""
+    if not shoots_from_flights(section_map.scene):
+        return None
+    n = cycle.n
+    start = place_at(section_map, cycle.place, n)
+    rows = None if start is None else section_map.impacts(start, n)
+    if rows is None or not len(rows) or np.isnan(rows[:, 2]).any():
+        return None
+    touch, release = rows[:, 1], rows[:, 2]
+    flights = np.append(touch[1:], touch[0] + n) - release
+    longest = int(flights.argmax())
+    half = 0.5 * flights[longest]
+    apart = (np.concatenate([touch, release]) - section_map.since) % n
+    if min(apart.min(), n - apart.max()) > NEAR * half:
+        return None
+    middle = round((release[longest] + half) * SHARPNESS) / SHARPNESS
+    return section_map.shot(middle % n)
+
+
+def best_map(zero: SectionMap, place: np.ndarray, n: int) -> SectionMap:
+    """Return the best map for the orbit near `place`, a place of the map at phase zero."""
+    cycle = zero.at(place, n)
+    return (None if cycle is None else better_map(zero, cycle)) or zero
+
+
+def place_at(
+    section_map: SectionMap, place: np.ndarray, n: int, since: float = 0.0
+) -> np.ndarray | None:
+    """Return an nT orbit's place at phase `since` [periods] from its place in `section_map`."""
+    time = (since - section_map.since) % n
+    return section_map.later(place, time) if time else place
+
+
+def seen_by(
+    before: SectionMap, after: SectionMap, cycle: Cycle, direction: np.ndarray
+) -> tuple[Cycle, np.ndarray] | None:
+    """Return an orbit and a direction at it, given in map `before`, in the map `after`."""
+    there = place_at(before, cycle.place, cycle.n, after.since)
+    beside = place_at(before, cycle.place + ASIDE * direction, cycle.n, after.since)
+    image = None if there is None else after.at(there, cycle.n)
+    if image is None or there is None or beside is None:
+        return None
+    # round-off at a grazing must not change the impacts of the orbit
+    invariant = {name: getattr(cycle, name) for name in INVARIANT}
+    return replace(image, **invariant), (beside - there) / ASIDE
+
+
+def moved(before: SectionMap, after: SectionMap, point: Point) -> Point | None:
+    """Return a point of a branch, given in map `before`, in the map `after`.
+
+    Where two branches cross, the border is 0 and the tangent is not unique: it is transported.
+    """
+    seen = seen_by(before, after, point.cycle, point.tangent)
+    if seen is None:
+        return None
+    cycle, direction = seen
+    lengths = 1.0 / point.weights[-1:]
+    exact = point_of(after, cycle, direction, lengths) if point.border != 0.0 else None
+    if exact is not None:
+        return exact
+    weights = after.weights(cycle, lengths)
+    return Point(cycle, direction / length(weights, direction), weights, point.border)
+
+
+def cycle_at_zero(zero: SectionMap, cycle: Cycle) -> Cycle | None:
+    """Return an orbit in the map at phase zero; None if it is lost on the way there."""
+    if not cycle.since:
+        return cycle
+    seen = seen_by(zero.shot(cycle.since), zero, cycle, np.zeros(len(cycle.place)))
+    return None if seen is None else seen[0]
+
+
+def point_at_zero(zero: SectionMap, point: Point) -> Point:
+    """Return a point of a branch in the map at phase zero."""
+    if not point.cycle.since:
+        return point
+    at_zero = moved(zero.shot(point.cycle.since), zero, point)
+    if at_zero is None:
+        raise RuntimeError(f"an orbit at {point.value!r} is lost on its way to phase zero")
+    return at_zero
+
+
+def is_symmetric(section_map: SectionMap, cycle: Cycle) -> bool:
+    """Return True if an orbit between two walls is its own mirror image n/2 periods later."""
+    if len(section_map.scene.walls) < 2 or cycle.n % 2 == 0:
+        return False
+    later = section_map.later(cycle.place, 0.5 * cycle.n)
+    if later is None:
+        return False
+    cell = section_map.cells(cycle.values[np.newaxis])[0]
+    mirrored = -cycle.state
+    mirrored[-2] += float(cell.near) - float(cell.far)  # r, or x, between the walls
+    weights = section_map.weights(cycle, np.ones(len(cycle.values)))[: len(mirrored)]
+    return bool((np.abs(later[: len(mirrored)] - mirrored) * weights).max() < SAME_ORBIT)

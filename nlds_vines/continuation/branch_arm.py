@@ -1,4 +1,4 @@
-"""One branch from a point on, in one direction: its points, its special points, why it ends."""
+"""One direction of a branch: its points, its special points, and why it ends."""
 
 from __future__ import annotations
 
@@ -15,25 +15,24 @@ from nlds_vines.continuation.arclength import (
     LEAST_STEP,
     LONGEST_STEP,
     NEARER,
+    SAME_ORBIT,
     Point,
     Stepper,
     along,
-    close,
-    length,
-    point_of,
-)
-from nlds_vines.continuation.section_map import Cycle, SectionMap, shoots_from_flights
-from nlds_vines.continuation.shooting_phase import (
-    SAME_ORBIT,
     better_map,
+    close,
     is_symmetric,
+    length,
     moved,
     place_at,
     point_at_zero,
+    point_of,
 )
+from nlds_vines.continuation.section_map import Cycle, SectionMap, shoots_from_flights
 from nlds_vines.continuation.special_points import (
     Special,
     doubling_near,
+    half_of,
     label_of_cycle,
     limit_of,
     specials_between,
@@ -43,26 +42,27 @@ from nlds_vines.continuation.special_points import (
 from nlds_vines.model.labels import name_of
 
 MOST_POINTS = 3_000
-"""Points of one branch in one direction."""
+"""The most points of one branch in one direction."""
 
-UNSEEN = 1.0e-6
-"""Step below which multipliers that cross the circle together are not looked at more closely."""
+LEAST_SPLIT = 1.0e-6
+"""Steps are not shortened below this to separate multipliers that cross the circle together."""
 
-END_OF_WAY, MOST_KNOTS = 1.0e-11, 7
-"""Error of the orbit that grazes, by polynomials through so many points; where a branch ends."""
+GRAZING_ERROR, MOST_KNOTS = 1.0e-11, 7
+"""Error at which an extrapolated grazing counts as located, and the knots of its polynomial."""
 
 NEAR_GRAZING = 1.0e-4
-"""Distance from a grazing, relative to the orbit and the interval, within which a branch ends there
-where no step leads on; and the largest error of a grazing that is located at all."""
+"""A branch that no step continues ends at a grazing within this weighted distance; also the largest
+error of a grazing that is recorded."""
 
-TURN = 1.0e-8
-"""Distance in the parameter, relative to it or to 1, within which fold and branch point are one."""
+SAME_TURN = 1.0e-8
+"""Relative distance in the parameter below which a fold and a branch point are the same point."""
 
 RECENT = MOST_KNOTS + 1
-"""Points that are looked back at."""
+"""Number of the last points that are kept at the current phase."""
 
-APART = 1.5
-"""Ratio of the speeds, or misses, of two such points, at least: nearer ones tell their errors."""
+KNOT_RATIO = 1.5
+"""Least ratio of the speeds, or clearances, of successive knots: between closer knots, errors of
+the points dominate the extrapolation."""
 
 ENDS = {
     "bound": "the end of the interval",
@@ -75,19 +75,19 @@ ENDS = {
     "unstable": "it was to be followed no further where it is unstable",
     "long": "it has more points than one branch may have",
 }
-"""Why a branch ends, by a word."""
+"""Reasons why a branch ends."""
 
-Known = Callable[[Point], bool]
+OnBranch = Callable[[Point], bool]
+"""Returns True for a point of a branch that has been followed before."""
 
 
 @dataclass
 class Arm:
-    """One direction of a branch: its points, the special points, and why it ends (of `ENDS`).
+    """One direction of a branch: its points, its special points and the reason of its end.
 
-    `best_grazing` is the grazing ahead that is located best so far.
-
-    While it is followed, `begin` is its first point as the map at hand has it, and so are the last
-    RECENT points; those before may be at other phases.
+    `best_grazing` is the most accurate grazing ahead so far.  While the branch is followed, `begin`
+    (its first point) and the last RECENT points are at the phase of the current section map;
+    earlier points may be at other phases.
     """
 
     points: list[Point] = field(default_factory=list)
@@ -110,16 +110,16 @@ class Bounds:
 
     @property
     def lengths(self) -> np.ndarray:
-        """The unit in which the parameter counts (1,)."""
+        """The length of the interval (1,), the unit of the parameter."""
         return np.array([self.high - self.low])
 
     def contains(self, value: float) -> bool:
-        """Tell whether a value lies in it."""
+        """Return True if a value lies in the interval."""
         return self.low <= value <= self.high
 
 
 def at_value(section_map: SectionMap, place: np.ndarray, n: int, value: float) -> Cycle | None:
-    """Return the nT orbit near a place whose parameter has a value; None where there is none."""
+    """Return the nT orbit near a place at a value of the parameter; None if there is none."""
     row = np.zeros(len(place))
     row[-1] = 1.0
     start = place.copy()
@@ -129,17 +129,17 @@ def at_value(section_map: SectionMap, place: np.ndarray, n: int, value: float) -
 
 
 def first_point(section_map: SectionMap, cycle: Cycle, bounds: Bounds, sign: float) -> Point | None:
-    """Return the first point of a branch whose parameter rises (sign 1) or falls (-1) from it on.
+    """Return the first point of a branch along which the parameter rises (sign 1) or falls (-1).
 
-    At a fold, where the parameter does neither, the branch goes along any of its tangents.
+    At a fold, where the parameter is stationary, a component of the state takes its place.
     """
     size = section_map.size
     for i in range(size, -1, -1):  # the parameter first
         toward = np.zeros(size + 1)
         toward[i] = sign
-        found = point_of(section_map, cycle, toward, bounds.lengths)
-        if found is not None:
-            return found
+        point = point_of(section_map, cycle, toward, bounds.lengths)
+        if point is not None:
+            return point
     return None
 
 
@@ -148,34 +148,43 @@ def follow(
     start: Point,
     bounds: Bounds,
     *,
-    known: Known | None = None,
+    followed: OnBranch | None = None,
     first: float = FIRST_STEP,
     longest: float = LONGEST_STEP,
     unstable: int = MOST_POINTS,
 ) -> Arm:
-    """Follow a branch from a point on, along its tangent, until it ends.
+    """Follow a branch from a point along its tangent until it ends.
 
-    Arguments: the `bounds` of the parameter; `known` tells whether a point lies on a branch that is
-    known; the `first` and the `longest` step; `unstable` points that are followed one after another
-    after a stable one.
+    Parameters
+    ----------
+    bounds : Bounds
+        The interval of the parameter.
+    followed : callable, optional
+        Returns True for a point of a branch that has been followed before: the branch ends there.
+    first, longest : float
+        Weighted lengths of the first and of the longest step.
+    unstable : int
+        The most successive unstable points.
     """
     arm, zero, rigid = Arm([start]), section_map, shoots_from_flights(section_map.scene)
     stepper = Stepper(section_map, start, first, longest)
     in_a_row = int(start.cycle.unstable > 0)
     while not arm.end:
         a = stepper.point
-        b = stepper.advance(_way_to_grazing(section_map, arm))
+        b = stepper.advance(_longest_step_to_grazing(section_map, arm))
         if b is None:
             _end_of_lost(arm)
             break
         leaps = rigid and b.cycle.counts != a.cycle.counts
-        if (unexplained(a, b) and stepper.taken > UNSEEN) or (leaps and stepper.taken > LEAST_STEP):
+        if (unexplained(a, b) and stepper.taken > LEAST_SPLIT) or (
+            leaps and stepper.taken > LEAST_STEP
+        ):
             stepper.point, stepper.step = a, max(LEAST_STEP, 0.25 * stepper.taken)
             continue
         if leaps:
             _end_of_lost(arm)
             break
-        _go_on(section_map, arm, b, bounds, known)
+        _append(section_map, arm, b, bounds, followed)
         stepper.point = arm.points[-1]
         in_a_row = in_a_row + 1 if stepper.point.cycle.unstable else 0
         if not arm.end and in_a_row > unstable:
@@ -187,23 +196,23 @@ def follow(
 
 
 def _from_longest_flight(section_map: SectionMap, arm: Arm, stepper: Stepper) -> SectionMap:
-    """Return the map of the next step; where it is another, take the last points over to it."""
+    """Return the map of the next step; if it is another one, transport the last points to it."""
     better = None if arm.end else better_map(section_map, arm.points[-1].cycle)
     if better is None:
         return section_map
     points = [moved(section_map, better, point) for point in (arm.begin, *arm.points[-RECENT:])]
-    found = [point for point in points if point is not None]
-    if len(found) < len(points):
+    transported = [point for point in points if point is not None]
+    if len(transported) < len(points):
         return section_map
-    arm.begin, arm.points[-RECENT:] = found[0], found[1:]
+    arm.begin, arm.points[-RECENT:] = transported[0], transported[1:]
     stepper.section_map, stepper.point = better, arm.points[-1]
     return better
 
 
-def _go_on(
-    section_map: SectionMap, arm: Arm, b: Point, bounds: Bounds, known: Known | None
+def _append(
+    section_map: SectionMap, arm: Arm, b: Point, bounds: Bounds, followed: OnBranch | None
 ) -> None:
-    """Add a point and the special points before it; note whether the branch ends there."""
+    """Append a point and the special points before it; set the reason if the branch ends there."""
     a = arm.points[-1]
     if not bounds.contains(b.value):
         value = bounds.low if b.value < bounds.low else bounds.high
@@ -219,7 +228,7 @@ def _go_on(
         arm.end = "closed"
     elif _passes_shorter(section_map, arm, b):
         arm.end = "shorter"
-    elif known is not None and known(b):
+    elif followed is not None and followed(b):
         arm.end = "known"
     if arm.end == "shorter":
         b = _shorter_orbit(section_map, arm, b)
@@ -235,29 +244,29 @@ def _go_on(
 
 
 def _drop_turn_at_branch_point(arm: Arm) -> None:
-    """Drop a fold that is the branch point beside it.
+    """Drop a fold that coincides with a branch point.
 
     A branch that leaves symmetric orbits turns at its branch point.  If a point of the branch lies
-    there, the fold is found in the one step, and the branch point in the next.
+    there, the fold is located in one step and the branch point in the next.
     """
     last = arm.specials[-2:]
     if {special.kind for special in last} != {"LP", "BP"}:
         return
-    if abs(last[0].value - last[1].value) < TURN * max(1.0, abs(last[0].value)):
+    if abs(last[0].value - last[1].value) < SAME_TURN * max(1.0, abs(last[0].value)):
         arm.specials[-2:] = [special for special in last if special.kind == "BP"]
 
 
 def _between(a: Point, b: Point, value: float) -> np.ndarray:
-    """Return the place between two points, in a straight line, where the parameter has a value."""
+    """Interpolate the place between two points linearly to a value of the parameter."""
     share = (value - a.value) / (b.value - a.value)
     return a.cycle.place + share * (b.cycle.place - a.cycle.place)
 
 
-# ---- why a branch ends ---------------------------------------------------------------------------
+# ---- why a branch ends ----
 
 
 def _is_back(arm: Arm, b: Point) -> bool:
-    """Tell whether a branch has come back to its first orbit, at whatever phase of it."""
+    """Return True if the branch is back at its first orbit, at any phase of it."""
     if len(arm.points) < 4:
         return False
     a, first = arm.points[-1], arm.begin
@@ -265,21 +274,16 @@ def _is_back(arm: Arm, b: Point) -> bool:
     size = first.cycle.state.size
     for point in first.cycle.points:
         place = np.append(point[:size], first.value)
-        way = a.weights * a.weights * a.tangent * (place - a.cycle.place)
-        if 0.0 < float(way.sum()) <= step:
-            aside = place - a.cycle.place - float(way.sum()) * a.tangent
+        ahead = float((a.weights * a.weights * a.tangent * (place - a.cycle.place)).sum())
+        if 0.0 < ahead <= step:
+            aside = place - a.cycle.place - ahead * a.tangent
             if length(a.weights, aside) < 0.1 * step:
                 return True
     return False
 
 
-def half_of(cycle: Cycle) -> np.ndarray:
-    """Return how an orbit of even n differs, at phase zero, from itself half its period later."""
-    return cycle.points[cycle.n // 2 - 1, : cycle.state.size] - cycle.state
-
-
 def _passes_shorter(section_map: SectionMap, arm: Arm, b: Point) -> bool:
-    """Tell whether an orbit of even n becomes one of n / 2 on the way to b."""
+    """Return True if an orbit of even n becomes one of n / 2 between the last point and b."""
     a = arm.points[-1]
     if b.cycle.n % 2 or len(arm.points) < 2:
         return False
@@ -292,9 +296,9 @@ def _passes_shorter(section_map: SectionMap, arm: Arm, b: Point) -> bool:
 def _shorter_orbit(section_map: SectionMap, arm: Arm, b: Point) -> Point:
     """Return, in place of b, the orbit of half the period that doubles there; b if none is located.
 
-    Newton's method has no sharp solution for the whole orbit there, but for the half of it.  That
-    is roughly where what the two halves differ by, with its sign, vanishes: a polynomial through
-    the last points tells.
+    Newton's method has no sharp solution for the orbit of n periods there, but for that of n / 2.
+    Its first guess is where the signed difference of the two halves vanishes, by a polynomial
+    through the last points.
     """
     a, points = arm.points[-1], [*arm.points[-3:], b]
     weights, toward = b.weights[:-1] * b.weights[:-1], half_of(a.cycle)
@@ -302,35 +306,35 @@ def _shorter_orbit(section_map: SectionMap, arm: Arm, b: Point) -> Point:
     if len({f for f, _ in knots}) < len(knots):
         return b
     half, most = b.cycle.n // 2, step_between(a, b)
-    found = doubling_near(section_map, limit_of(knots), half, 1.0 / b.weights[-1:], most)
-    cycle = None if found is None else section_map.at(found.cycle.place, b.cycle.n)
+    doubling = doubling_near(section_map, limit_of(knots), half, 1.0 / b.weights[-1:], most)
+    cycle = None if doubling is None else section_map.at(doubling.cycle.place, b.cycle.n)
     return b if cycle is None else replace(b, cycle=cycle)
 
 
-def _ways(a: Point, b: Point) -> list[float]:
-    """Return how far from b the nearest miss and the softest impact vanish, if they go on so."""
-    step, found = step_between(a, b), []
+def _distances_to_grazing(a: Point, b: Point) -> list[float]:
+    """Extrapolate linearly how far from b the clearance and the softest impact speed vanish."""
+    step, distances = step_between(a, b), []
     for name in ("clearance", "slowest"):
         before, now = getattr(a.cycle, name), getattr(b.cycle, name)
         if math.isfinite(before) and math.isfinite(now) and before > now and step > 0.0:
-            found.append(step * now / (before - now))
-    return found
+            distances.append(step * now / (before - now))
+    return distances
 
 
-def _way_to_grazing(section_map: SectionMap, arm: Arm) -> float:
-    """Return the longest step where rigid bodies may graze: part of the way until they do."""
+def _longest_step_to_grazing(section_map: SectionMap, arm: Arm) -> float:
+    """Return the longest step: if impacts are rigid, a fraction of the distance to a grazing."""
     if not shoots_from_flights(section_map.scene) or len(arm.points) < 2:
         return math.inf
-    ways = _ways(*arm.points[-2:])
-    return max(NEARER * min(ways, default=math.inf), LEAST_STEP * 1.0e-3)
+    distances = _distances_to_grazing(*arm.points[-2:])
+    return max(NEARER * min(distances, default=math.inf), LEAST_STEP * 1.0e-3)
 
 
 def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
-    """End a branch where rigid bodies are about to graze, and note where they do.
+    """End a branch where rigid bodies are about to graze, at the extrapolated grazing orbit.
 
-    A softest impact of speed v, or a nearest miss, is what the last points are smooth functions of;
-    the derivatives of the map are not, they grow as 1 / v.  So the orbit that grazes is what a
-    polynomial in v through these points is at v = 0.
+    The points of the branch are smooth functions of the softest approach speed v, or of the
+    clearance, whereas the derivatives of the map grow as 1 / v.  The grazing orbit is therefore the
+    value at v = 0 of a polynomial in v through the last points.
     """
     if not shoots_from_flights(section_map.scene):
         return
@@ -345,25 +349,25 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
         best = NEAR_GRAZING if arm.best_grazing is None else arm.best_grazing.residual
         if error >= best or far > LONGEST_STEP:
             continue
-        # of an orbit that is its own mirror, impacts at both walls graze
+        # if the orbit is its own mirror image, impacts at both walls graze
         both = is_symmetric(section_map, point.cycle)
-        more = (2 if both else 1) * (-1 if name == "slowest" else 1)
+        change = (2 if both else 1) * (-1 if name == "slowest" else 1)
         there = section_map.at(place, point.cycle.n) or point.cycle
         grazes: dict[str, Any] = {name: 0.0}
         cycle = replace(
             point.cycle, state=place[:-1], values=place[-1:], points=there.points, **grazes
         )
         wall = "both" if both else _wall(section_map)
-        label, beyond = label_of_cycle(cycle), name_of(cycle.n, sum(cycle.counts) + more)
+        label, beyond = label_of_cycle(cycle), name_of(cycle.n, sum(cycle.counts) + change)
         end, index = replace(point, cycle=cycle), len(arm.points) - 1
         arm.best_grazing = Special("GR", end, label, beyond, error, width, wall, index)
-        if error <= END_OF_WAY:
+        if error <= GRAZING_ERROR:
             _end_at(arm, arm.best_grazing)
             return
 
 
 def _end_at(arm: Arm, grazing: Special) -> None:
-    """End a branch at the orbit that grazes; points behind the one that it was located from go."""
+    """End a branch at a grazing orbit; drop points behind the last knot of its extrapolation."""
     arm.points = [*arm.points[: grazing.index + 1], grazing.point]
     arm.specials = [s for s in arm.specials if s.index < grazing.index]
     arm.specials.append(grazing)
@@ -371,10 +375,10 @@ def _end_at(arm: Arm, grazing: Special) -> None:
 
 
 def _end_of_lost(arm: Arm) -> None:
-    """End a branch where no step leads on: at the grazing nearby, if one was located, or lost.
+    """End a branch that no step continues: at the grazing nearby, if there is one, or as lost.
 
-    The speed of the softest impact errs by the root of what a state errs.  So polynomials become
-    worse beyond some point, and the best of them counts.
+    The error of the softest approach speed is the square root of the error of the state.  The
+    polynomials therefore become worse beyond some point, and the best of them counts.
     """
     grazing, last = arm.best_grazing, arm.points[-1]
     arm.end = "lost"
@@ -385,7 +389,7 @@ def _end_of_lost(arm: Arm) -> None:
 
 
 def end_beside(arm: Arm, grazing: Special) -> None:
-    """End a lost branch at a grazing that another branch has located, if it is lost beside it."""
+    """End a lost branch at a grazing that another branch has located, if it is close enough."""
     last, place = arm.points[-1], grazing.point.cycle.place
     if arm.end != "lost" or length(last.weights, place - last.cycle.place) > NEAR_GRAZING:
         return
@@ -397,30 +401,31 @@ def end_beside(arm: Arm, grazing: Special) -> None:
 
 
 def _knots(name: str, points: list[Point]) -> list[tuple[float, np.ndarray]]:
-    """Return the last speeds, or misses, with their places: as they fall, each APART of the next.
+    """Return the knots (speed or clearance, place) of the extrapolation to a grazing.
 
-    Of points that one map has found, with the same impacts; steps may be far shorter than that.
+    Only the last points with equal impacts and phase count, with values that decrease toward the
+    grazing, at least by the factor KNOT_RATIO from knot to knot.
     """
     last, now = points[-1].cycle, 0.0
-    found: list[tuple[float, np.ndarray]] = []
+    knots: list[tuple[float, np.ndarray]] = []
     for cycle in (point.cycle for point in reversed(points)):
         before, now = now, getattr(cycle, name)
         alike = (cycle.since, cycle.counts) == (last.since, last.counts)
-        if not (alike and before < now < math.inf) or len(found) == MOST_KNOTS:
+        if not (alike and before < now < math.inf) or len(knots) == MOST_KNOTS:
             break
-        if not found or now > APART * found[-1][0]:
-            found.append((now, cycle.place))
-    return found[::-1]
+        if not knots or now > KNOT_RATIO * knots[-1][0]:
+            knots.append((now, cycle.place))
+    return knots[::-1]
 
 
 def _wall(section_map: SectionMap) -> str:
-    """Return the wall of a grazing if there is only one that it can be."""
+    """Return the wall of a grazing if the scene has one wall, otherwise ""."""
     walls = section_map.scene.walls
     return walls[0] if len(walls) == 1 else ""
 
 
 def _is_beyond(section_map: SectionMap, point: Point) -> bool:
-    """Tell whether an orbit passes the limit of its scene."""
+    """Return True if an orbit passes the limit of its scene."""
     if section_map.scene.limit is None:
         return False
     n = point.cycle.n
@@ -430,10 +435,10 @@ def _is_beyond(section_map: SectionMap, point: Point) -> bool:
 
 
 def _end_at_limit(section_map: SectionMap, arm: Arm) -> None:
-    """End a branch at the orbit that touches the limit, which is looked for by halving."""
+    """End a branch at the orbit that touches the limit, located by bisection."""
     a, b = arm.points[-2:]
     low, high, at = 0.0, step_between(a, b), b
-    while high - low > END_OF_WAY:
+    while high - low > GRAZING_ERROR:
         middle = 0.5 * (low + high)
         point, _ = along(section_map, a, middle)
         if point is None:

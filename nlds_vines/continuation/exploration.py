@@ -8,7 +8,13 @@ from functools import partial
 
 import numpy as np
 
-from nlds_vines.continuation.arclength import FIRST_STEP, LONGEST_STEP, Point, point_of
+from nlds_vines.continuation.arclength import (
+    FIRST_STEP,
+    LONGEST_STEP,
+    Point,
+    point_at_zero,
+    point_of,
+)
 from nlds_vines.continuation.branch_arm import (
     MOST_POINTS,
     SAME_ORBIT,
@@ -20,9 +26,7 @@ from nlds_vines.continuation.branch_arm import (
     follow,
 )
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
-from nlds_vines.continuation.shooting_phase import point_at_zero
-from nlds_vines.continuation.special_points import Special
-from nlds_vines.continuation.switching import doubled, other_branch
+from nlds_vines.continuation.special_points import Special, doubled, other_branch
 from nlds_vines.continuation.whole_branch import Arrays, Switch, Track, packed, unpacked
 
 EVERY = 16
@@ -130,7 +134,7 @@ class Explorer:
         """Follow one direction from a point on, the first step so long."""
         count = 0
 
-        def known(point: Point) -> bool:
+        def followed(point: Point) -> bool:
             nonlocal count
             self._check()
             count += 1
@@ -140,7 +144,7 @@ class Explorer:
 
         search = self._search
         return follow(
-            self._map, start, self._bounds, known=known, first=first,
+            self._map, start, self._bounds, followed=followed, first=first,
             longest=search.longest, unstable=search.unstable,
         )  # fmt: skip
 

@@ -13,6 +13,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.representation import Outlined, Rows
+from nlds_vines.continuation.arclength import best_map, cycle_at_zero, place_at
 from nlds_vines.continuation.branch_arm import ENDS, at_value
 from nlds_vines.continuation.branch_table import (
     KIND_FLAGS,
@@ -21,13 +22,12 @@ from nlds_vines.continuation.branch_table import (
     Tables,
     datasets_of,
 )
-from nlds_vines.continuation.curve_tracer import ENDS as CURVE_ENDS
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.continuation.section_map import Cycle, SectionMap
-from nlds_vines.continuation.shooting_phase import best_map, cycle_at_zero, place_at
 from nlds_vines.continuation.special_curve_table import curve_datasets
+from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
 from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number

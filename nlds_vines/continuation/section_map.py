@@ -1,8 +1,8 @@
-"""The n-fold section map of a system whose parameters are free: what continuation solves.
+"""The n-fold stroboscopic map of a system with free parameters, and its derivatives.
 
-An nT orbit is a fixed point of it.  `SectionMap.at` returns the map with its derivatives, and
-`bordered` solves the linear systems that Newton's method and tangents need, by arithmetic that is
-the same on every processor.
+An nT orbit is a fixed point of this map.  `SectionMap.at` evaluates the map with its derivatives;
+`bordered` solves the linear systems of Newton's method and of tangents with the same bits on every
+processor.
 """
 
 from __future__ import annotations
@@ -27,46 +27,45 @@ from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 
 NEARBY, TINY = 2.0**-10, 1.0e-9
-"""Step of differences of the formulas for a cell's numbers, relative to a parameter; of one that is
-0, what it is relative to."""
+"""Difference step for the formulas that turn parameters into a cell's numbers, relative to the
+parameter; and the least parameter that it is relative to."""
 
 WEIGHTS = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
-"""Those of the values at 0 to 4 steps in a derivative at 0."""
+"""Weights of the one-sided difference of order four: values at 0 to 4 steps."""
 
 KERNELS = (
     cycles.trace, cycles.measure_cycles, cycles.fill_norms, cycles.solve_bordered,
     part_period.come_on,
 )  # fmt: skip
-"""What is called from Python to follow branches."""
+"""The compiled entries of a continuation."""
 
 BRANCHES = "branches"
-"""The name of these kernels where they are compiled."""
+"""The name of these kernels in messages about compiling."""
 
 
 def shoots_from_flights(scene: Scene) -> bool:
-    """Tell whether bodies are rigid: the map jumps where an impact passes the phase of its states.
-
-    Then states are taken in flight, wherever that is.
-    """
+    """Return True if impacts are rigid: then states are taken in flight (`arclength`)."""
     return bool(scene.walls) and any(law.instant for law in scene.laws)
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Cycle(Outlined):
-    """The image of a state after n periods, and its derivatives; an nT orbit where it closes.
+    """A state, its image after n forcing periods, and derivatives: an nT orbit if the gap is 0.
 
     Attributes:
-        state: (size,) mostly at phase zero, x1, v1, r, s [m, m/s], or x, v.
-        values: (m,) of the free parameters.
-        points: (n, 4) its sections; the last one is the image.
-        counts: (2,) impacts at the near and the far wall.
-        matrix: (size, size) the monodromy matrix; slopes: (m, size) derivatives of the image by
-            the parameters; multipliers: (size,) complex, the largest modulus first.
-        defect: energy norm of what does not close, relative to the orbit's, `span`.
-        clearance: nearest miss [m]; slowest: the softest impact [m/s]; inf where there is none.
-        volume: ln |det M| as the equation of motion has it.
-        since: when it is shot from, in forcing periods after a section at phase zero: where this
-            is not 0, `state` and `points` are at another phase.
+        state: (size,) x1, v1, r, s, or x, v of a system without a damper [m, m/s].
+        values: (m,) free parameters.
+        points: (n, 4) stroboscopic sections, the last one the image of `state`.
+        counts: impacts at the near and the far wall.
+        matrix: (size, size) monodromy matrix M.
+        slopes: (m, size) derivatives of the image with respect to the free parameters.
+        multipliers: (size,) complex eigenvalues of M, the largest modulus first.
+        defect: energy norm of the gap, relative to that of the orbit.
+        span: energy norm of the orbit.
+        clearance: smallest gap of a pass that misses a wall [m]; inf if there is none.
+        slowest: smallest approach speed of an impact [m/s]; inf if there is none.
+        volume: ln |det M| from the divergence of the equation of motion and the impact laws.
+        since: phase of `state` and `points`, in forcing periods after a section at phase zero.
     """
 
     state: np.ndarray
@@ -90,12 +89,12 @@ class Cycle(Outlined):
 
     @property
     def place(self) -> np.ndarray:
-        """State and parameters in one (size + m,)."""
+        """The state followed by the free parameters (size + m,)."""
         return np.concatenate([self.state, self.values])
 
     @property
     def gap(self) -> np.ndarray:
-        """What does not close, image - state (size,)."""
+        """The residual of the orbit, image - state (size,)."""
         return self.points[-1, : self.state.size] - self.state
 
     @property
@@ -110,10 +109,7 @@ class SectionMap:
     def __init__(
         self, system: System, names: tuple[str, ...], settings: Settings | None = None
     ) -> None:
-        """Prepare the map.
-
-        Arguments: the `names` of the free parameters; `settings` of method exact.
-        """
+        """Prepare the map of `system` with the free parameters `names`."""
         self.system, self.names = system.with_axes(names), names
         self.scene = self.system.scene
         self.size = len(self.scene.components)
@@ -121,23 +117,23 @@ class SectionMap:
         self._parts = parts_of("exact", self.scene, settings)
 
     def shot(self, since: float) -> SectionMap:
-        """Return the map of states so many forcing periods after a section at phase zero."""
-        found = copy.copy(self)
-        found.since = since
-        return found
+        """Return the map of states at phase `since` [periods]."""
+        shifted = copy.copy(self)
+        shifted.since = since
+        return shifted
 
     @cached_property
     def _template(self) -> np.ndarray:
-        """The kernels' record (1,) of the system itself."""
+        """The cell record (1,) of the system itself."""
         return np.atleast_1d(self.system.cells())
 
     @cached_property
     def _direct(self) -> tuple[tuple[int, ...], ...] | None:
-        """The numbers of a cell's record that a free parameter is, for each; None where it is more.
+        """For each free parameter, the columns of the cell record that hold its value.
 
-        Records are made by `System.cells`; where a parameter only stands in them, it is put there.
+        None if any parameter enters in another way; then `System.cells` makes every record.
         """
-        found = []
+        columns = []
         for name in self.names:
             value = self.system.parameters.get(name)
             if value is None:
@@ -150,39 +146,39 @@ class SectionMap:
             changed = np.flatnonzero(before != after).tolist()
             if any(after[place] != other or before[place] != value for place in changed):
                 return None
-            found.append(tuple(changed))
-        return tuple(found)
+            columns.append(tuple(changed))
+        return tuple(columns)
 
     def compilation(self, tell: Tell | None) -> AbstractContextManager[None]:
-        """Return a context within which it is told what is compiled."""
+        """Return a context that reports through `tell` which kernels are compiled."""
         needed = Needed(self.scene.key, "exact", ())
         return Compilation(needed, tell, helped=False).followed(dict.fromkeys(KERNELS, BRANCHES))
 
     def cells(self, points: np.ndarray) -> np.recarray:
-        """Return the kernels' records for points (count, m) of the free parameters."""
+        """Return the cell records for values (count, m) of the free parameters."""
         if self._direct is None:
             grid = {name: points[:, i] for i, name in enumerate(self.names)}
             return self.system.cells(grid).view(np.recarray)
-        found = np.repeat(self._template, len(points))
-        numbers = found.view(np.float64).reshape(len(points), found.dtype.itemsize // 8)
-        for i, places in enumerate(self._direct):
-            numbers[:, places] = points[:, i : i + 1]
-        return found.view(np.recarray)
+        cells = np.repeat(self._template, len(points))
+        numbers = cells.view(np.float64).reshape(len(points), cells.dtype.itemsize // 8)
+        for i, columns in enumerate(self._direct):
+            numbers[:, columns] = points[:, i : i + 1]
+        return cells.view(np.recarray)
 
     @cached_property
     def _units(self) -> np.ndarray:
-        """The derivatives (m,) of a cell's numbers by parameters that only stand in it."""
-        found = np.zeros(len(self.names), self._template.dtype)
-        numbers = found.view(np.float64).reshape(len(found), -1)
-        for i, places in enumerate(self._direct or ()):
-            numbers[i, places] = 1.0
-        return found
+        """The derivatives (m,) of a cell record if every parameter only stands in its columns."""
+        derivatives = np.zeros(len(self.names), self._template.dtype)
+        numbers = derivatives.view(np.float64).reshape(len(derivatives), -1)
+        for i, columns in enumerate(self._direct or ()):
+            numbers[i, columns] = 1.0
+        return derivatives
 
     def _changes(self, values: np.ndarray) -> np.recarray:
-        """Return the derivatives (m,) of a cell's numbers by the free parameters, at their values.
+        """Return the derivatives (m,) of a cell record with respect to the free parameters.
 
-        Those of the formulas by which the numbers follow from parameters are differences of order
-        four, on a side where values are allowed.
+        Formulas between parameters and records are differentiated by one-sided differences of
+        order four, on a side where the parameter's values are allowed.
         """
         if self._direct is not None:
             return self._units.view(np.recarray)
@@ -198,14 +194,14 @@ class SectionMap:
         return rows.view(self._template.dtype)[:, 0].view(np.recarray)
 
     def _step(self, name: str, value: float) -> float:
-        """Return the step of differences by a parameter: to the side where values are allowed."""
+        """Return the signed difference step of a parameter, toward allowed values."""
         step = NEARBY * max(abs(value), 1.0e-3 * abs(self.system.parameters.get(name, 1.0)), TINY)
         return step if value + 4.0 * step <= PARAMETERS[name].high else -step
 
     def at(self, place: np.ndarray, n: int) -> Cycle | None:
-        """Return the map of n periods at a place (size + m,); None where no orbit is there.
+        """Return the map of n periods at a place (size + m,).
 
-        None where the state is lost or a parameter has a value that is not allowed.
+        None if the integration fails or a parameter's value is not allowed.
         """
         size, values = self.size, place[self.size :]
         for i, name in enumerate(self.names):
@@ -232,23 +228,24 @@ class SectionMap:
     def weights(self, cycle: Cycle, lengths: np.ndarray) -> np.ndarray:
         """Return the weights (size + m,) that make states and parameters comparable.
 
-        A state counts by the energy norm relative to the orbit's, number by number; a parameter
-        relative to `lengths` (m,).
+        Each component of a state is weighted by the energy norm relative to that of the orbit;
+        each parameter by 1 / `lengths` (m,).
         """
         cell = self.cells(cycle.values[np.newaxis])[0]
-        found = np.empty(self.size + len(lengths))
-        cycles.fill_norms(self._parts, cell, found[: self.size])
-        found[: self.size] /= cycle.span if cycle.span > 0.0 else 1.0
+        weights = np.empty(self.size + len(lengths))
+        of_state = weights[: self.size]
+        cycles.fill_norms(self._parts, cell, of_state)
+        of_state /= cycle.span if cycle.span > 0.0 else 1.0
         if self.size == 4:  # a spring without stiffness has no energy
-            found[2] = max(found[2], found[3] * float(cell.omega))
-        found[: self.size] = np.where(found[: self.size] > 0.0, found[: self.size], 1.0)
-        found[self.size :] = 1.0 / lengths
-        return found
+            of_state[2] = max(of_state[2], of_state[3] * float(cell.omega))
+        of_state[:] = np.where(of_state > 0.0, of_state, 1.0)
+        weights[self.size :] = 1.0 / lengths
+        return weights
 
     def later(self, place: np.ndarray, time: float) -> np.ndarray | None:
-        """Return a place (size + m,) of this map so many forcing periods later; None if it is lost.
+        """Integrate a place over `time` [periods]: the place of `shot(since + time)`.
 
-        So it is a place of `shot(since + time)`.
+        None if the integration fails.
         """
         y, now, end = np.zeros(4), self.since % 1.0, self.since % 1.0 + time
         y[: self.size] = place[: self.size]
@@ -261,22 +258,19 @@ class SectionMap:
         return np.concatenate([y[: self.size], place[self.size :]])
 
     def impacts(self, place: np.ndarray, n: int) -> np.ndarray:
-        """Return the impacts (count, 4) of n periods from a place at phase zero on.
+        """Return the impacts (count, 4) of n periods from a place at phase zero.
 
         Columns: wall (0 near, 1 far), touch and release [periods], approach speed [m/s].
         """
         rows = np.full((1, cycles.MOST_NOTED, 4), np.nan)
         self._measure(place[np.newaxis], np.array([n]), rows)
-        found = rows[0][~np.isnan(rows[0, :, 0])]
+        impacts = rows[0][~np.isnan(rows[0, :, 0])]
         omega = float(self.cells(place[np.newaxis, self.size :])[0].omega)
-        found[:, 1:3] *= omega / (2.0 * np.pi)
-        return found
+        impacts[:, 1:3] *= omega / (2.0 * np.pi)
+        return impacts
 
     def measure(self, places: np.ndarray, periods: np.ndarray) -> Measured:
-        """Return what is measured on orbits from `places` (count, size + m) of so many periods.
-
-        The places are at phase zero.
-        """
+        """Measure the orbits from `places` (count, size + m), at phase zero, over `periods`."""
         return self._measure(places, periods, np.empty((len(places), 0, 4)))
 
     def _measure(self, places: np.ndarray, periods: np.ndarray, touches: np.ndarray) -> Measured:
@@ -300,8 +294,14 @@ class SectionMap:
 
 @dataclass(frozen=True)
 class Measured:
-    """What is measured on orbits (count,): largest E1 and E2 [J], speed of approach [m/s] and
-    contact force [N], and how deep a limit is passed [m]."""
+    """Maxima over each orbit (count,).
+
+    Attributes:
+        E1max, E2max: energies of primary structure and damper [J].
+        fastest: approach speed [m/s].
+        force: contact force [N].
+        beyond: excess over the limit of the scene [m].
+    """
 
     E1max: np.ndarray
     E2max: np.ndarray
@@ -311,7 +311,7 @@ class Measured:
 
 
 def room_for(n: int, size: int, count: int) -> cycles.Traced:
-    """Return room for what is found of an orbit of n periods and `count` parameters."""
+    """Return the buffers for one orbit of n periods and `count` free parameters."""
     return cycles.Traced(
         np.empty((n, 4)), np.zeros(2, np.int64), np.empty((size, size)), np.empty((count, 4)),
         np.empty((size, 2)), np.empty(cycles.NUMBERS_OF_CYCLE),
@@ -320,9 +320,9 @@ def room_for(n: int, size: int, count: int) -> cycles.Traced:
 
 @stoppable
 def compile_for(scene: Scene) -> None:
-    """Have the kernels that follow branches of a scene compiled, unless the cache has them.
+    """Compile the kernels of continuation for a scene, unless the cache has them.
 
-    They are called for cells of zeros, which they refuse at once.
+    They are called with cells of zeros, which they refuse at once.
     """
     parts, size = parts_of("exact", scene), len(scene.components)
     cells = np.zeros(1, cell_type(scene)).view(np.recarray)
@@ -343,19 +343,23 @@ def bordered(
 ) -> tuple[np.ndarray | None, float]:
     """Solve ((matrix, columns), (rows)) x = right.
 
-    Arguments: matrix (n, n), columns (m, n), rows (m, n + m), right (n + m,).
-
-    Returns x (n + m,), None where the system is singular, and its determinant.
+    Parameters: matrix (n, n), columns (m, n), rows (m, n + m), right (n + m,).
+    Returns x (n + m,), or None if the system is singular, and the determinant.
     """
-    found = right[:, np.newaxis].copy()
-    lost = np.empty((len(right), len(right)))
-    product = cycles.solve_bordered(matrix, columns, rows, found, lost)
-    return (found[:, 0] if product != 0.0 else None), product
+    x = right[:, np.newaxis].copy()
+    scratch = np.empty((len(right), len(right)))
+    determinant = cycles.solve_bordered(matrix, columns, rows, x, scratch)
+    return (x[:, 0] if determinant != 0.0 else None), determinant
 
 
 def closing(cycle: Cycle) -> np.ndarray:
     """Return M - I (size, size)."""
-    found = cycle.matrix.copy()
-    for i in range(len(found)):
-        found[i, i] -= 1.0
-    return found
+    return shifted(cycle.matrix, -1.0)
+
+
+def shifted(matrix: np.ndarray, shift: float) -> np.ndarray:
+    """Return matrix + shift I."""
+    result = matrix.copy()
+    for i in range(len(result)):
+        result[i, i] += shift
+    return result

@@ -8,10 +8,9 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.continuation.branch_table import KIND_FLAGS, SI
-from nlds_vines.continuation.curve_tracer import ENDS, Curve, Tracer
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.section_map import SectionMap
-from nlds_vines.continuation.special_curves import trace_curve
+from nlds_vines.continuation.special_curves import ENDS, Curve, Tracer, trace_curve
 from nlds_vines.continuation.special_points import KINDS, Special
 from nlds_vines.continuation.start_orbits import states_of
 from nlds_vines.continuation.whole_branch import Arrays

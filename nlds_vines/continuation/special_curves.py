@@ -1,63 +1,455 @@
-"""Curves of special points in the plane of two parameters: where they start, and both ways.
+"""Curves of special points in the plane of two parameters: defining systems, steps, start points.
 
-Under `restitution` no orbit is smooth across its grazing, but one without the impact is up to it.
-So the orbits whose nearest miss is a small LEVEL are followed.  From each of them, others that miss
-by less, in the plane across the curve, tell by a polynomial in the miss which orbit grazes.
+The unknowns are the state, at phase zero or in a flight between rigid impacts (`arclength`), and
+both parameters; the equations are those of the orbit and one more.  For LP, PD and NS, the defining
+system is minimally augmented: the further equation is g = 0, where g is the last unknown of the
+singular matrix bordered by two vectors.  For GR, it is the gap of one pass, which is continuous
+between a pass that misses and one that touches softly.
+
+Under `restitution` an orbit is smooth only up to its grazing.  There the curve follows orbits whose
+clearance is a small LEVEL, and the grazing orbit is extrapolated from each of them by a polynomial
+in the clearance.
+
+Sources: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, chapters 4 and 5;
+Kuznetsov, Elements of Applied Bifurcation Theory, chapters 9 and 10.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from nlds_vines.continuation.arclength import CLOSED, OF_CURVE, Point, corrected, length
-from nlds_vines.continuation.curve_tracer import Curve, Meeting, Tracer, told_by
-from nlds_vines.continuation.defining_systems import Function
-from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
-from nlds_vines.continuation.shooting_phase import best_map, place_at
-from nlds_vines.continuation.special_points import limit_of
+from nlds_vines.continuation.arclength import (
+    ANGLE,
+    CLOSED,
+    CONTRACTION,
+    OF_CURVE,
+    SHARPEST,
+    Equation,
+    Point,
+    angle_of,
+    best_map,
+    better_map,
+    corrected,
+    length,
+    place_at,
+    real_product,
+    seen_by,
+    tangent_of,
+)
+from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing, shifted
+from nlds_vines.continuation.special_points import (
+    is_torus,
+    limit_of,
+    narrowed_down,
+    null_vector,
+    step_between,
+)
+
+# ---- defining systems ----
+
+CONDITIONS = {
+    "LP": {"R1": "one", "LP-PD": "PD", "CP": "cusp"},
+    "PD": {"R2": "minus one", "LP-PD": "LP"},
+    "NS": {"R1": "0", "R2": "180", "R3": "120", "R4": "90"},
+    "GR": {"GR-LP": "LP", "GR-PD": "PD", "GR-NS": "NS"},
+}
+"""Points of codimension two by the kind of the curve, with the condition that holds there.
+
+R1 to R4: the strong resonances 1:1 to 1:4; CP: cusp; LP-PD: fold-flip; GR-LP, GR-PD, GR-NS: a curve
+of folds, doublings or tori begins or ends on one of grazing."""
+
+COSINES = {"0": 1.0, "180": -1.0, "120": -0.5, "90": 0.0}
+
+Function = Callable[[Cycle], float]
+
+
+def singular_matrix(kind: str, cycle: Cycle) -> np.ndarray:
+    """Return the matrix that is singular at an LP, PD or NS."""
+    if kind == "NS":
+        return bialternate(cycle.matrix)
+    return shifted(cycle.matrix, -1.0 if kind == "LP" else 1.0)
+
+
+def bialternate(matrix: np.ndarray) -> np.ndarray:
+    """Return M . M - I, where . is the bialternate product: its eigenvalues are mu_i mu_j - 1.
+
+    Rows and columns are the pairs i > j; M . M has the minors m_ik m_jl - m_il m_jk.
+    """
+    pairs = [(i, j) for i in range(len(matrix)) for j in range(i)]
+    product = np.empty((len(pairs), len(pairs)))
+    for a, (i, j) in enumerate(pairs):
+        for b, (k, m) in enumerate(pairs):
+            product[a, b] = matrix[i, k] * matrix[j, m] - matrix[i, m] * matrix[j, k]
+    return shifted(product, -1.0)
+
+
+def augmented(kind: str, cycle: Cycle) -> Function:
+    """Return g as a function of orbits near `cycle`, whose null vectors are the border."""
+    matrix = singular_matrix(kind, cycle)
+    right, left = null_vector(matrix), null_vector(matrix.T.copy())
+
+    def function(other: Cycle) -> float:
+        rows = np.append(right, 0.0)[np.newaxis]
+        unit = np.zeros(len(right) + 1)
+        unit[-1] = 1.0
+        solution, _ = bordered(singular_matrix(kind, other), left[np.newaxis], rows, unit)
+        return math.nan if solution is None else float(solution[-1])
+
+    return function
+
+
+def grazing(without: tuple[int, int], wall: int, softness: float) -> Function:
+    """Return the gap of the grazing pass as a function of an orbit: negative if it touches.
+
+    Parameters: the impacts `without` the grazing one; its `wall` (0 near, 1 far); `softness`
+    [s^2/m], the ratio of the depth of the free flight to the squared approach speed.  The function
+    is NaN for orbits with other impacts.
+    """
+    touching = tuple(count + (i == wall) for i, count in enumerate(without))
+
+    def function(cycle: Cycle) -> float:
+        if cycle.counts == without:
+            return cycle.clearance
+        if cycle.counts == touching:
+            return -softness * cycle.slowest * cycle.slowest
+        return math.nan
+
+    return function
+
+
+def other_condition(kind: str, condition: str, cycle: Cycle) -> float:
+    """Return the test function of a condition of `CONDITIONS` on a curve of a kind."""
+    mu = cycle.multipliers.tolist()
+    if condition in COSINES:  # of the pair on the unit circle
+        pairs = [(abs(mu[i] * mu[j] - 1.0), i, j) for i in range(len(mu)) for j in range(i)]
+        _, i, j = min(pairs)
+        return 0.5 * (mu[i] + mu[j]).real - COSINES[condition]
+    if condition in ("one", "minus one"):  # without the multiplier that is critical on the curve
+        target = 1.0 if condition == "one" else -1.0
+        rest = sorted(mu, key=lambda m: abs(m - target))[1:]
+        return real_product([m - target for m in rest])
+    if condition == "NS":
+        return real_product([mu[i] * mu[j] - 1.0 for i in range(len(mu)) for j in range(i)])
+    return real_product([m - (1.0 if condition == "LP" else -1.0) for m in mu])
+
+
+# ---- along a curve ----
+
+FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-3, 1.0e-7, 2.0e-2
+"""Weighted lengths of steps along a curve."""
+
+NEARBY = 1.0e-6
+"""Weighted difference step of the gradient of a test function."""
+
+MOST_POINTS = 400
+"""The most points of a curve in one direction."""
+
+ENDS = {
+    "bound": "the end of an interval",
+    "closed": "a closed curve",
+    "neutral": "beyond a resonance 1:1 or 1:2 there are no tori, but neutral saddles",
+    "lost": "Newton's method does not converge, or another impact grazes",
+    "long": "it has more points than one curve may have",
+}
+"""Reasons why a curve ends."""
+
+
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """A point of codimension two and its name, a key of `CONDITIONS`."""
+
+    name: str
+    point: Point
+
+
+@dataclass
+class Curve:
+    """A curve of special points of one kind."""
+
+    kind: str
+    points: list[Point] = field(default_factory=list)
+    meetings: list[Meeting] = field(default_factory=list)
+    ends: tuple[str, str] = ("", "")
+
+
+def equation_of(section_map: SectionMap, function: Function, weights: np.ndarray) -> Equation:
+    """Return `function` with its gradient by one-sided differences, for Newton's method."""
+
+    def equation(cycle: Cycle) -> tuple[float, np.ndarray] | None:
+        gradient, here = np.empty(len(weights)), function(cycle)
+        for i in range(len(weights)):
+            step = NEARBY / weights[i]
+            for sign in (1.0, -1.0):
+                place = cycle.place
+                place[i] += sign * step
+                other = section_map.at(place, cycle.n)
+                there = math.nan if other is None else function(other)
+                if math.isfinite(there):
+                    break
+            gradient[i] = (there - here) / (sign * step)
+        return (here, gradient) if np.isfinite(gradient).all() else None
+
+    return equation
+
+
+@dataclass
+class Tracer:
+    """Follows a curve of one kind.
+
+    Attributes:
+        section_map: the map at phase zero.
+        low, high: (2,) bounds of both parameters.
+        softness, without, wall: of the grazing impact, as in `grazing`.
+    """
+
+    section_map: SectionMap
+    kind: str
+    low: np.ndarray
+    high: np.ndarray
+    softness: float = 0.0
+    without: tuple[int, int] = (0, 0)
+    wall: int = 0
+
+    def function(self, cycle: Cycle) -> Function:
+        """Return the residual of the further equation, as a function of orbits near `cycle`."""
+        if self.kind == "GR":
+            return grazing(self.without, self.wall, self.softness)
+        return augmented(self.kind, cycle)
+
+    def point(self, cycle: Cycle, toward: np.ndarray) -> Point | None:
+        """Return the point of the curve near an orbit, its tangent turned `toward` a direction."""
+        weights = self.section_map.weights(cycle, self.high - self.low)
+        row = weights * weights * toward
+        cycle_on_curve, rows, _ = self._corrected(cycle, weights, cycle.place, row)
+        if cycle_on_curve is None:
+            return None
+        return self._with_tangent(cycle_on_curve, rows, weights)
+
+    def _corrected(
+        self, cycle: Cycle, weights: np.ndarray, place: np.ndarray, row: np.ndarray
+    ) -> tuple[Cycle | None, np.ndarray, float]:
+        """Return the orbit of the curve in the plane through `place` normal to `row`.
+
+        `cycle` is an orbit nearby, by which the further equation is bordered.
+        """
+        section_map = self.section_map.shot(cycle.since)
+        equation = equation_of(section_map, self.function(cycle), weights)
+        return corrected(section_map, place, cycle.n, row, weights, equation)
+
+    def _with_tangent(self, cycle: Cycle, rows: np.ndarray, weights: np.ndarray) -> Point | None:
+        solution = tangent_of(cycle, rows, weights)
+        return None if solution is None else Point(cycle, solution[0], weights)
+
+    def map_of(self, point: Point) -> SectionMap:
+        """Return the section map at the phase of a point."""
+        return self.section_map.shot(point.cycle.since)
+
+    def at_best(self, point: Point) -> Point:
+        """Return a point at the phase that is best to go on from (`better_map`)."""
+        better = better_map(self.map_of(point), point.cycle)
+        return point if better is None else self.seen_by(better, point) or point
+
+    def seen_by(self, after: SectionMap, point: Point) -> Point | None:
+        """Return a point of the curve in the map `after`; None if its orbit is lost."""
+        if after.since == point.cycle.since:
+            return point
+        seen = seen_by(self.map_of(point), after, point.cycle, point.tangent)
+        if seen is None:
+            return None
+        cycle, direction = seen
+        weights = self.section_map.weights(cycle, self.high - self.low)
+        return Point(cycle, direction / length(weights, direction), weights)
+
+    def along(self, point: Point, step: float) -> tuple[Point | None, float]:
+        """Return the point of the curve a step ahead, and the contraction of Newton's method."""
+        place = point.cycle.place + step * point.tangent
+        row = point.weights * point.weights * point.tangent
+        cycle, rows, ratio = self._corrected(point.cycle, point.weights, place, row)
+        if cycle is None:
+            return None, ratio
+        weights = self.section_map.weights(cycle, self.high - self.low)
+        return self._with_tangent(cycle, rows, weights), ratio
+
+    def follow(self, start: Point) -> tuple[list[Point], list[Meeting], str]:
+        """Follow the curve from a point along its tangent until it ends, for a reason of `ENDS`."""
+        points, meetings, step = [start], list[Meeting](), FIRST_STEP
+        while len(points) < MOST_POINTS:
+            a = points[-1]
+            b, ratio = self.along(a, step)
+            worst = math.inf if b is None else self._worst(a, b, ratio)
+            if b is None or (worst > SHARPEST and step > 2.0 * LEAST_STEP):
+                step *= 0.5
+                if step < LEAST_STEP:
+                    return points, meetings, "lost"
+                continue
+            inside = (self.low <= b.cycle.values) & (b.cycle.values <= self.high)
+            if not inside.all():
+                end = self._on_bound(a, b)
+                if end is not None:
+                    meetings.extend(self.meetings(a, end, step_between(a, end)))
+                    points.append(end)
+                return points, meetings, "bound"
+            meetings.extend(self.meetings(a, b, step))
+            points.append(self.at_best(b))
+            if self.kind == "NS" and not is_torus(b.cycle):
+                return points, meetings, "neutral"
+            if self._is_back(points):
+                return points, meetings, "closed"
+            step = min(LONGEST_STEP, step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3))))
+        return points, meetings, "long"
+
+    def _on_bound(self, a: Point, b: Point) -> Point | None:
+        """Return the point of the curve on the first bound that it crosses between two points.
+
+        Its tangent is the axis of the bounded parameter, so that Newton's method keeps its value.
+        """
+        size, before, after = a.cycle.state.size, a.cycle.values, b.cycle.values
+        bounds = np.where(after > self.high, self.high, self.low)
+        out = np.flatnonzero((after < self.low) | (after > self.high))
+        share, axis = min((float((bounds - before)[i] / (after - before)[i]), int(i)) for i in out)
+        place = a.cycle.place + share * (b.cycle.place - a.cycle.place)
+        place[size + axis] = bounds[axis]
+        row = np.zeros(len(place))
+        row[size + axis] = 1.0
+        cycle, _, _ = self._corrected(a.cycle, a.weights, place, row)
+        return None if cycle is None else Point(cycle, row / a.weights, a.weights)
+
+    def finished(self, point: Point) -> Point | None:
+        """Return a point of the curve at phase zero; None if its orbit is lost on the way there."""
+        return self.seen_by(self.section_map, point)
+
+    def _worst(self, a: Point, b: Point, ratio: float) -> float:
+        """Return the factor by which a step is too long, by contraction and by angle.
+
+        The gradient of a GR's equation has a kink, so its contraction does not count.
+        """
+        bent = 0.0 if self.kind == "GR" else math.sqrt(ratio / CONTRACTION)
+        return max(bent, angle_of(a, b) / ANGLE)
+
+    def meetings(self, a: Point, b: Point, step: float) -> list[Meeting]:
+        """Return the points of codimension two between two points."""
+        meetings = [] if self.kind == "GR" else self._touches(a, b, step)
+        for name, condition in CONDITIONS[self.kind].items():
+            test = self._condition(condition)
+            before, after = test(a), test(b)
+            if not before * after < 0.0:
+                continue
+            place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
+            if place is not None and self._is_true(name, place[1]):
+                meetings.append(Meeting(name, place[1]))
+        return meetings
+
+    def _touches(self, a: Point, b: Point, step: float) -> list[Meeting]:
+        """Return the point between two at which an impact of the orbit grazes, if one does."""
+        counts = a.cycle.counts
+        if b.cycle.counts == counts:
+            return []
+
+        def test(point: Point) -> float:
+            return 1.0 if point.cycle.counts == counts else -1.0
+
+        place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
+        return [] if place is None else [Meeting(f"GR-{self.kind}", place[1])]
+
+    def _condition(self, condition: str) -> Callable[[Point], float]:
+        """Return the test function of a condition, as a function of a point."""
+        if condition == "cusp":
+            return self._bend
+        return lambda point: other_condition(self.kind, condition, point.cycle)
+
+    def _bend(self, point: Point) -> float:
+        """Return the quadratic coefficient of the map along the null vector of a fold."""
+        cycle = point.cycle
+        matrix = singular_matrix("LP", cycle)
+        right, left = null_vector(matrix), null_vector(matrix.T.copy())
+        size, images = len(right), []
+        unit = 1.0e-4 / length(point.weights[:size], right)
+        for sign in (1.0, -1.0):
+            place = cycle.place
+            place[:size] += sign * unit * right
+            other = self.map_of(point).at(place, cycle.n)
+            if other is None:
+                return math.nan
+            images.append(other.points[-1, :size])
+        bend = images[0] + images[1] - 2.0 * cycle.points[-1, :size]
+        sign = 1.0 if float((left * right).sum()) >= 0.0 else -1.0
+        return sign * float((left * bend).sum()) / (unit * unit)
+
+    def _is_true(self, name: str, point: Point) -> bool:
+        """Return False for a GR-NS whose multipliers are all real: a neutral saddle."""
+        if name == "GR-NS":
+            return any(abs(mu.imag) > 1.0e-6 for mu in point.cycle.multipliers.tolist())
+        return True
+
+    def _is_back(self, points: list[Point]) -> bool:
+        """Return True if the curve is back at its first point, at any phase of the orbit."""
+        if len(points) < 5:
+            return False
+        first, a, b = points[0], points[-2], points[-1]
+        before, now = self._place_at(first.cycle.since, a), self._place_at(first.cycle.since, b)
+        if before is None or now is None:
+            return False
+        size = first.cycle.state.size
+        step = length(a.weights, now - before)
+        for point in first.cycle.points:
+            place = np.concatenate([point[:size], first.cycle.values])
+            if length(a.weights, place - now) < 0.6 * step:
+                return True
+        return False
+
+    def _place_at(self, since: float, point: Point) -> np.ndarray | None:
+        """Return the place of a point's orbit at phase `since`; None if the orbit is lost."""
+        return place_at(self.map_of(point), point.cycle.place, point.cycle.n, since)
+
+
+# ---- grazing of rigid bodies ----
 
 BESIDE = 1.0e-7
-"""Distance from a GR, relative to the parameter, of the orbits that calibrate its function."""
+"""Relative distance in the parameter from a GR of the two orbits that calibrate its equation."""
 
 LEVEL, NEARER = 1.0e-3, (0.75, 0.5, 0.25)
-"""Nearest miss of orbits that stand for one that grazes rigid bodies, relative to the orbit; and
-parts of it, of the orbits nearer to that one."""
+"""Clearance, relative to the orbit, of the orbits that are followed in place of those that graze
+rigid bodies; and the fractions of it from which the grazing orbit is extrapolated."""
 
 SMOOTH = 1.0e-3
-"""By how much, relative to the orbit, polynomials of two degrees may differ at the grazing."""
+"""Largest weighted difference of two degrees of extrapolation at the grazing."""
 
 
 @dataclass
 class RigidTracer(Tracer):
-    """Follows a curve of grazing of rigid bodies, from the side without the impact.
+    """Follows a curve of rigid grazing on the side without the impact.
 
     Attributes:
-        level: the nearest miss [m] of the orbits that are followed.
+        level: clearance [m] of the orbits that are followed.
     """
 
     level: float = 0.0
 
     def function(self, cycle: Cycle) -> Function:
-        """Return what vanishes where an orbit misses by the level; NaN with other impacts."""
+        """Return the clearance minus the level; NaN for orbits with other impacts."""
         return self._miss(self.level)
 
     def _miss(self, level: float) -> Function:
         return lambda other: other.clearance - level if other.counts == self.without else math.nan
 
     def finished(self, point: Point) -> Point | None:
-        """Return the orbit that grazes, in the plane across the curve at one that all but does."""
+        """Correct a nearly grazing orbit to the grazing one, in the plane normal to the curve.
+
+        None if that fails.
+        """
         cycle, row = point.cycle, point.weights * point.weights * point.tangent
         here, n, knots = self.map_of(point), point.cycle.n, list[tuple[float, np.ndarray]]()
         for share in (1.0, *NEARER):
             if knots:
-                told = told_by(here, self._miss(share * self.level), point.weights)
-                found, *_ = corrected(here, cycle.place, n, row, point.weights, told)
-                if found is None:
+                equation = equation_of(here, self._miss(share * self.level), point.weights)
+                nearer, *_ = corrected(here, cycle.place, n, row, point.weights, equation)
+                if nearer is None:
                     return None
-                cycle = found
+                cycle = nearer
             place = place_at(here, cycle.place, n)
             if place is None:
                 return None
@@ -69,18 +461,18 @@ class RigidTracer(Tracer):
         return Point(grazes, point.tangent, point.weights)
 
     def meetings(self, a: Point, b: Point, step: float) -> list[Meeting]:
-        """Return nothing: on the other side, other kinds end where an orbit grazes."""
+        """Return nothing: curves of other kinds end on the side with the impact."""
         return []
 
 
-# ---- where a curve starts ------------------------------------------------------------------------
+# ---- the first point of a curve ----
 
 
 def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
-    """Return the tracer of a curve of grazing from the orbits on both sides of a GR.
+    """Return the tracer of a curve of grazing, calibrated by the orbits on both sides of a GR.
 
-    They tell which impacts come and go, and how deep a soft one would go on a free course, against
-    the square of its speed; None where only one side is found.
+    The two orbits determine the grazing impact and its `softness`.  None if one of them does not
+    exist or they differ in more than one impact.
     """
     size = tracer.section_map.size
     sides: list[Cycle] = []
@@ -100,11 +492,11 @@ def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
 
 
 def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | None:
-    """Return the orbit near a place at its own parameters; None where there is none."""
+    """Return the orbit near a place at the parameters of the place; None if there is none."""
     size = section_map.size
     row = np.zeros((2, size + 2))
     row[0, size] = row[1, size + 1] = 1.0
-    for _ in range(OF_CURVE.most):
+    for _ in range(OF_CURVE.most_steps):
         cycle = section_map.at(place, n)
         if cycle is None or cycle.defect < CLOSED:
             return cycle
@@ -117,10 +509,10 @@ def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | No
 
 
 def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> RigidTracer | None:
-    """Return the tracer of a curve of grazing of rigid bodies, and let `place` be beside it.
+    """Return the tracer of a curve of rigid grazing, and move `place` to an orbit beside it.
 
-    Arguments: the `impacts` of the orbit without the one that grazes.  On one side of the parameter
-    that orbit is there; None where it is not found.
+    `impacts` is the count without the grazing impact.  The orbit without it exists on one side of
+    the parameter; None if it is not found on either.
     """
     section_map, size = tracer.section_map, tracer.section_map.size
     unit = max(abs(place[size]), 1.0e-3)
@@ -141,18 +533,18 @@ def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> RigidTrac
 
 
 def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curve | None:
-    """Return the curve through a special point, both ways; None where there is none.
+    """Return the curve through a special point, in both directions; None if it cannot be followed.
 
-    Arguments: its `place` (size + 2,), with both parameters; n; the `impacts` of its orbit, at a
-    grazing those of the orbit without the impact.
+    Parameters: the `place` (size + 2,) of the special point, with both parameters; n; the `impacts`
+    of its orbit, at a grazing without the grazing one.
     """
     if tracer.kind == "GR":
         place = place.copy()
         rigid = any(law.instant for law in tracer.section_map.scene.laws)
-        known = beside(tracer, place, n, impacts) if rigid else calibrated(tracer, place, n)
-        if known is None:
+        of_grazing = beside(tracer, place, n, impacts) if rigid else calibrated(tracer, place, n)
+        if of_grazing is None:
             return None
-        tracer = known
+        tracer = of_grazing
     start = _start(tracer, place, n)
     if start is None:
         return None
@@ -167,7 +559,7 @@ def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curv
 
 
 def _start(tracer: Tracer, place: np.ndarray, n: int) -> Point | None:
-    """Return the first point of a curve, along which one of the parameters rises."""
+    """Return the first point of a curve, with one of the parameters increasing along it."""
     zero, size = tracer.section_map, tracer.section_map.size
     here = best_map(zero, place, n)
     there = place_at(zero, place, n, here.since)

@@ -1,15 +1,17 @@
-"""Special points of a branch: where a test function changes its sign, or an impact appears.
+"""Special points of a branch, and the first point of a branch that leaves one.
 
     LP  fold              PD  period doubling         NS  torus (Neimark and Sacker)
     BP  branch point      GR  grazing: an impact appears or vanishes
     LIM the limit of a scene is touched
 
-Each is bracketed between two points of the branch and narrowed down; every trial is brought onto
-the branch by Newton's method, and its test function computed from its own matrix.
+A special point is bracketed between two points of the branch by the sign of its test function, or
+by the impact count, and the bracket is narrowed.  Newton's method brings every trial point onto the
+branch, and its test function is evaluated from its own monodromy matrix.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,23 +20,23 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from nlds_vines.continuation.arclength import Point, along, close, length, point_of
-from nlds_vines.continuation.section_map import Cycle, SectionMap
+from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing, shifted
 from nlds_vines.model.labels import name_of
 
 KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM")
 
 NARROW = 1.0e-12
-"""Length of the last bracket, relative to the orbit and the interval of the parameter."""
+"""Weighted length of the last bracket."""
 
 ASIDE, ASIDE_ERROR, MOST_ROUNDS = 1.0e-3, 1.0e-12, 8
-"""Distance of the first points between which a branch point is located; its error at which no
-nearer ones are tried; and the most tries."""
+"""Weighted distance of the first points that a branch point is extrapolated from; error at which it
+counts as located; and the most rounds."""
 
 NEAREST = 1.0e-6
-"""Distance within which a doubling is looked for first, relative to the orbit and the interval."""
+"""Weighted distance within which a period doubling is first searched for."""
 
 MOST_TRIALS = 80
-"""Trials for one point; eight or nine are usual, forty where the function jumps."""
+"""Trials for one special point: usually 8 or 9, about 40 where the test function jumps."""
 
 Test = Callable[[Point], float]
 
@@ -58,11 +60,11 @@ class Special:
         kind: of `KINDS`.
         point: of the branch.
         before, after: the labels along the branch.
-        residual: the test function there, over its size at the ends of the first bracket.
+        residual: the test function there, relative to its size at the ends of the first bracket.
         bracket: width of the last bracket, in units of the parameter.
-        wall: of GR, that of the impact which appears or vanishes: "near", "far" or
-            "both"; "" of others, or where it is not known.
-        index: of the point of the branch that comes before it.
+        wall: of a GR, the wall of the impact that appears or vanishes ("near", "far" or "both");
+            "" otherwise, or if it is unknown.
+        index: number of the preceding point of the branch.
     """
 
     kind: str
@@ -81,12 +83,12 @@ class Special:
 
     @property
     def impacts(self) -> int:
-        """The impacts of its orbit, of the two at a grazing the fewer."""
+        """The impacts of its orbit; at a grazing, without the grazing one."""
         return min(int(label.split(",")[1]) for label in (self.before, self.after))
 
 
 def is_torus(cycle: Cycle) -> bool:
-    """Tell whether the pair of multipliers whose product is nearest to one is complex."""
+    """Return True if the pair of multipliers with the product nearest to one is complex."""
     mu = cycle.multipliers.tolist()
     pairs = [(abs(mu[i] * mu[j] - 1.0), i) for i in range(len(mu)) for j in range(i)]
     return mu[min(pairs)[1]].imag != 0.0
@@ -97,20 +99,25 @@ def label_of_cycle(cycle: Cycle) -> str:
     return name_of(cycle.n, sum(cycle.counts))
 
 
+def half_of(cycle: Cycle) -> np.ndarray:
+    """Return the state half of an even n periods later minus the state (size,)."""
+    return cycle.points[cycle.n // 2 - 1, : cycle.state.size] - cycle.state
+
+
 def specials_between(section_map: SectionMap, a: Point, b: Point) -> list[Special]:
     """Return the special points between two neighboring points of a branch, in their order."""
     places: list[tuple[float, Special]] = []
     for kind in _changed(a, b):
-        found = _located(section_map, kind, a, b)
-        if found is not None:
-            places.append(found)
+        special = _located(section_map, kind, a, b)
+        if special is not None:
+            places.append(special)
     places.extend(_grazings(section_map, a, b))
     places.sort(key=lambda entry: entry[0])
     return [special for _, special in places]
 
 
 def _changed(a: Point, b: Point) -> Iterator[str]:
-    """Yield the kinds whose test functions differ in sign; of BP and LP together, BP alone."""
+    """Yield the kinds whose test function changes its sign; of BP and LP together, BP alone."""
     branches = a.tests["BP"] * b.tests["BP"] < 0.0
     for kind in ("LP", "BP", "PD", "NS"):
         if a.tests[kind] * b.tests[kind] < 0.0 and not (kind == "LP" and branches):
@@ -118,7 +125,7 @@ def _changed(a: Point, b: Point) -> Iterator[str]:
 
 
 def unexplained(a: Point, b: Point) -> bool:
-    """Tell whether multipliers have crossed the unit circle unseen, as two do at one time."""
+    """Return True if more multipliers crossed the unit circle than the sign changes account for."""
     crossings = abs(b.cycle.unstable - a.cycle.unstable)
     kinds = set(_changed(a, b))
     explained = 2 * ("NS" in kinds) + len(kinds - {"NS"})
@@ -128,18 +135,18 @@ def unexplained(a: Point, b: Point) -> bool:
 def _located(
     section_map: SectionMap, kind: str, a: Point, b: Point
 ) -> tuple[float, Special] | None:
-    """Return the special point of a kind between two points, and how far from the first it is.
+    """Locate the special point of a kind between two points; return its distance from `a`, too.
 
-    Where no trial comes onto the branch, it is the nearer of the two, its bracket both.
+    If no trial comes onto the branch, it is the nearer of the two points, bracketed by both.
     """
     if kind == "BP":
-        found = _branch_point(section_map, a, b)
+        located = _branch_point(section_map, a, b)
     else:
-        found = _sign_change(section_map, kind, a, (a, b), (0.0, step_between(a, b)))
-    if found is None:
+        located = _sign_change(section_map, kind, a, (a, b), (0.0, step_between(a, b)))
+    if located is None:
         near = min((a, 0.0), (b, step_between(a, b)), key=lambda end: abs(end[0].tests[kind]))
-        found = near[1], near[0], 1.0, abs(b.value - a.value)
-    place, point, residual, bracket = found
+        located = near[1], near[0], 1.0, abs(b.value - a.value)
+    place, point, residual, bracket = located
     if kind == "NS" and not is_torus(point.cycle):
         return None  # a neutral saddle
     if kind == "BP" and not abs(point.cycle.multipliers - 1.0).min() < 0.1:
@@ -153,12 +160,12 @@ def _located(
 def _branch_point(
     section_map: SectionMap, a: Point, b: Point
 ) -> tuple[float, Point, float, float] | None:
-    """Return a branch point between two points of a branch, as `narrowed_down` does.
+    """Locate a branch point between two points; return the same as `narrowed_down`.
 
-    At it, no point of the branch is determined sharply: Newton's matrix is singular.  So it is
-    extrapolated by a polynomial in the test function through points on both sides, to where that
-    vanishes.  Nearer points around the last result are tried until two degrees agree to
-    ASIDE_ERROR; of all tries the best counts.
+    Newton's matrix is singular at a branch point, so that Newton's method finds no sharp solution
+    there.  The point is the value at zero of a polynomial in the test function through points on
+    both sides.  The points move closer until two degrees agree to ASIDE_ERROR; the result with the
+    smallest difference counts.
     """
     signs = [(0.0, a.tests["BP"]), (step_between(a, b), b.tests["BP"])]
     aside, best = ASIDE, None
@@ -188,7 +195,7 @@ def _branch_point(
 
 
 def _bracket(signs: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return the nearest two of (distance, test function) between which the sign changes."""
+    """Return the closest two pairs (distance, test function) of opposite sign."""
     ordered = sorted(signs)
     pairs = [[p, q] for p, q in pairwise(ordered) if p[1] * q[1] < 0.0]
     return min(pairs, key=lambda pair: pair[1][0] - pair[0][0])
@@ -201,10 +208,9 @@ def _sign_change(
     ends: tuple[Point, Point],
     between: tuple[float, float],
 ) -> tuple[float, Point, float, float] | None:
-    """Return where the test function of a kind changes its sign, as `narrowed_down` does.
+    """Locate the sign change of a kind's test function; return the same as `narrowed_down`.
 
-    Arguments: the point that distances along the branch are counted from; two points, and where
-    they are.
+    Distances are measured from `start`; `ends` are two points at the distances `between`.
     """
     size = max(abs(end.tests[kind]) for end in ends)
     return narrowed_down(
@@ -218,10 +224,10 @@ def _sign_change(
 def doubling_near(
     section_map: SectionMap, place: np.ndarray, n: int, lengths: np.ndarray, most: float = NEAREST
 ) -> Point | None:
-    """Return the period doubling of an nT orbit near a place; None where none is located.
+    """Return the period doubling of the nT orbit near `place` (size + 1,); None if there is none.
 
-    Arguments: the `place` (size + 1,) of an orbit nT, roughly; `lengths` (1,) of the parameter's
-    interval; how far from there, at `most`, it may be along the branch.
+    `lengths` (1,) is the length of the parameter's interval; `most`, the largest distance along
+    the branch.
     """
     row = np.zeros(len(place))
     row[-1] = 1.0
@@ -232,29 +238,28 @@ def doubling_near(
         low, high = (along(section_map, start, side * aside)[0] for side in (-1.0, 1.0))
         if low is None or high is None:
             return None
-        found = _sign_change(section_map, "PD", start, (low, high), (-aside, aside))
-        if found is not None:
-            return found[1]
+        doubling = _sign_change(section_map, "PD", start, (low, high), (-aside, aside))
+        if doubling is not None:
+            return doubling[1]
         aside *= 4.0
     return None
 
 
 def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[float, Special]]:
-    """Yield the grazings between two points, each with how far from `a` it is."""
+    """Yield the grazings between two points, each after its distance from `a`."""
     before, start = a, 0.0
     for _ in range(MOST_TRIALS):
         if before.cycle.counts == b.cycle.counts:
             return
-        found = narrowed_down(
+        located = narrowed_down(
             lambda step: along(section_map, a, step)[0],
             (before, b),
             (start, step_between(a, b)),
             _grazing(before, b),
         )
-        if found is None:
+        if located is None:
             return
-        at, point, residual, bracket = found
-        # the first symbol behind it
+        at, point, residual, bracket = located
         beyond, start = _behind(section_map, a, b, at, before.cycle.counts)
         wall = wall_of_change(before.cycle.counts, beyond.cycle.counts)
         labels = label_of_cycle(before.cycle), label_of_cycle(beyond.cycle)
@@ -265,7 +270,7 @@ def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[flo
 def _behind(
     section_map: SectionMap, a: Point, b: Point, start: float, counts: tuple[int, int]
 ) -> tuple[Point, float]:
-    """Return the nearest point found behind a grazing with others than `counts`, and where."""
+    """Return the first point behind a grazing with other impacts than `counts`."""
     ahead, gap = step_between(a, b), 2.0 * NARROW
     while start + gap < ahead:
         point, _ = along(section_map, a, start + gap)
@@ -276,7 +281,7 @@ def _behind(
 
 
 def wall_of_change(before: tuple[int, int], after: tuple[int, int]) -> str:
-    """Return the wall of the impact that differs."""
+    """Return the wall at which two impact counts (near, far) differ."""
     if before[0] != after[0] and before[1] != after[1]:
         return "both"
     return "near" if before[0] != after[0] else "far"
@@ -285,8 +290,9 @@ def wall_of_change(before: tuple[int, int], after: tuple[int, int]) -> str:
 def _grazing(before: Point, b: Point) -> Test:
     """Return the test function of grazing: positive with the impacts of `before`, else negative.
 
-    On one side it is the smallest miss; on the other the depth that the softest impact would have
-    on a free course, but for a factor, the square of its speed.
+    Without the impact it is the clearance; with it, minus the squared approach speed of the softest
+    impact, which is proportional to the depth of the free flight.  Both are scaled to one at the
+    ends of the bracket.
     """
     counts = before.cycle.counts
     gains = sum(b.cycle.counts) >= sum(counts)
@@ -306,7 +312,7 @@ def _grazing(before: Point, b: Point) -> Test:
 
 
 def limit_of(knots: list[tuple[float, np.ndarray]]) -> np.ndarray:
-    """Return the value at 0 of the polynomial through knots (v, values), by Neville's scheme."""
+    """Return the value at 0 of the polynomial through `knots` (v, values), by Neville's scheme."""
     rows = [values for _, values in knots]
     for order in range(1, len(knots)):
         for i in range(len(knots) - order):
@@ -316,7 +322,7 @@ def limit_of(knots: list[tuple[float, np.ndarray]]) -> np.ndarray:
 
 
 def step_between(a: Point, b: Point) -> float:
-    """Return how far b lies from a, along the tangent of a."""
+    """Return the weighted distance from a to b along the tangent of a."""
     weights = a.weights * a.weights
     return float((weights * a.tangent * (b.cycle.place - a.cycle.place)).sum())
 
@@ -327,16 +333,26 @@ def narrowed_down(
     between: tuple[float, float],
     test: Callable[[P], float],
 ) -> tuple[float, P, float, float] | None:
-    """Return where a test function changes its sign between two points of a branch or a curve.
+    """Locate a sign change of `test` between two points of a branch or curve.
 
-    Brackets are narrowed by false position (Illinois), and halved where that is slow.
+    The bracket is narrowed by the Illinois variant of false position, with bisection where that is
+    slow.
 
-    Arguments: `onto` returns the point at a distance along it, None where there is none; `ends`,
-    the two points; `between` which distances they lie; the `test` function.
+    Parameters
+    ----------
+    onto : callable
+        Returns the point at a distance along the branch; None if there is none.
+    ends, between
+        The two points, and their distances.
+    test : callable
+        The test function.
 
-    Returns the distance, the point, the test function there, and the width of the bracket as the
-    parameter has it; None where the function has one sign, or a trial does not come onto the
-    branch.
+    Returns
+    -------
+    distance, point, residual, bracket
+        Where the test function is smallest, its modulus there, and the width of the last bracket
+        in units of the parameter.  None if `test` has one sign at both ends or a trial has no
+        point.
     """
     (a, b), (low, high) = ends, between
     f_low, f_high = test(a), test(b)
@@ -366,3 +382,89 @@ def narrowed_down(
         width = high - low
     point, residual, place = best
     return place, point, abs(residual), abs(values[1] - values[0])
+
+
+# ---- from a special point onto the branch that leaves it ----
+
+FIRST_ASIDE, LEAST_ASIDE = 1.0e-2, 1.0e-6
+"""Largest and smallest weighted distance from the branch at which another one is searched for."""
+
+BENT = 0.1
+"""A branch departs from its tangent by O(s^2) at arclength s, so at a distance `far` beside the
+tangent it is met only at s = O(sqrt(far)).  A point nearer than BENT sqrt(far) therefore lies on
+the other branch, at whatever angle the two cross.  A branch of twice the period leaves along the
+direction itself and is met within far / 2; the opposite direction holds the same orbits one period
+later, so that only one direction is tried."""
+
+
+Aside = tuple[Point, float]
+"""The first point of another branch, and its weighted distance from the special point."""
+
+
+def null_vector(matrix: np.ndarray) -> np.ndarray:
+    """Return the unit null vector (n,) of a nearly singular matrix (n, n).
+
+    The inverse iteration is bordered, so that it never divides by zero.
+    """
+    size = len(matrix)
+    vector, column = np.ones(size), np.ones((1, size))
+    for _ in range(4):
+        right = np.zeros(size + 1)
+        right[-1] = 1.0
+        row = np.append(vector, 0.0)[np.newaxis]
+        solution, _ = bordered(matrix, column, row, right)
+        if solution is None:  # the border lies in the range: take another
+            column = column * np.arange(1.0, size + 1.0)
+            continue
+        vector = solution[:-1] / math.sqrt(float((solution[:-1] * solution[:-1]).sum()))
+    return vector
+
+
+def doubled(section_map: SectionMap, point: Point) -> Aside | None:
+    """Return the first orbit of twice the period beside a period doubling; None if there is none.
+
+    The branch of twice the period leaves along the eigenvector of the multiplier -1.
+    """
+    cycle = point.cycle
+    aside = np.append(null_vector(shifted(cycle.matrix, 1.0)), np.zeros(len(cycle.values)))
+    return _beside(section_map, point, aside, 2 * cycle.n)
+
+
+def other_branch(section_map: SectionMap, point: Point) -> Aside | None:
+    """Return a point of the other branch through a branch point; None if there is none.
+
+    Both tangents are null vectors of (M - I, slopes).  The search direction is the null vector that
+    is normal to the tangent of this branch.
+    """
+    weights = point.weights
+    row = weights * weights * point.tangent
+    size = len(row)
+    matrix = np.empty((size, size))
+    matrix[:-1, :-1], matrix[:-1, -1], matrix[-1] = closing(point.cycle), point.cycle.slopes[0], row
+    aside = null_vector(matrix)
+    return _beside(section_map, point, aside, point.cycle.n)
+
+
+def _beside(section_map: SectionMap, point: Point, aside: np.ndarray, n: int) -> Aside | None:
+    """Search for a point of another branch beside `point`, in the direction `aside`."""
+    weights = point.weights
+    aside = aside / length(weights, aside)
+    far, doubles = FIRST_ASIDE, n > point.cycle.n
+    while far >= LEAST_ASIDE:
+        nearest = 0.5 * far if doubles else BENT * math.sqrt(far)
+        for direction in (aside,) if doubles else (aside, -aside):
+            place = point.cycle.place + far * direction
+            row = weights * weights * direction
+            cycle, _ = close(section_map, place, n, row, weights)
+            if cycle is None or length(weights, cycle.place - place) > nearest:
+                continue
+            other = point_of(section_map, cycle, direction, 1.0 / weights[-1:])
+            if other is not None and not (doubles and _is_shorter(other, far)):
+                return other, far
+        far *= 0.25
+    return None
+
+
+def _is_shorter(point: Point, far: float) -> bool:
+    """Return True if an orbit of even n is an orbit of n / 2, run twice."""
+    return length(point.weights[:-1], half_of(point.cycle)) < 0.1 * far

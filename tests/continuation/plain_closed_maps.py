@@ -16,8 +16,14 @@ from nlds_vines.continuation.arclength import angle_of, close, length, point_of
 from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow, half_of
 from nlds_vines.continuation.exploration import Explorer, Search, Seed, crossings, is_same
 from nlds_vines.continuation.section_map import Cycle
-from nlds_vines.continuation.special_points import limit_of, narrowed_down, wall_of_change
-from nlds_vines.continuation.switching import doubled, null_vector, other_branch
+from nlds_vines.continuation.special_points import (
+    doubled,
+    limit_of,
+    narrowed_down,
+    null_vector,
+    other_branch,
+    wall_of_change,
+)
 from nlds_vines.continuation.whole_branch import Switch, Track, packed, unpacked
 
 MU = 1.0 + sqrt(6.0)
@@ -145,14 +151,14 @@ def test_newton_that_runs_away_finds_nothing():
     nowhere = Map(lambda y, p: y + 1.0 + y * y, lambda y, p: 1.0 + 2.0 * y, lambda y, p: 0.0)
     lost = np.array([0.1, 0.0])
     assert close(nowhere, lost, 1, np.array([0.0, 1.0]), np.ones(2)) == (None, inf)
-    assert len(nowhere.calls) <= arclength.OF_BRANCH.most
+    assert len(nowhere.calls) <= arclength.OF_BRANCH.most_steps
 
 
 def test_steps_that_grow_end_newton_at_once():
     """Steps 0.035, 0.041, 0.032, and then 0.081, for there is no fixed point."""
     flat = Map(lambda y, p: y + 1e-3 + y**2, lambda y, p: 1.0 + 2.0 * y, lambda y, p: 0.0)
     assert close(flat, np.array([0.05, 0.0]), 1, np.array([0.0, 1.0]), np.ones(2))[0] is None
-    assert len(flat.calls) < arclength.OF_BRANCH.most
+    assert len(flat.calls) < arclength.OF_BRANCH.most_steps
 
 
 def test_a_tangent_has_length_one_and_the_direction_that_is_asked_for():

@@ -8,10 +8,15 @@ import numpy as np
 import pytest
 
 from nlds_vines import load_system
-from nlds_vines.continuation.arclength import point_of
+from nlds_vines.continuation.arclength import (
+    better_map,
+    is_symmetric,
+    moved,
+    point_at_zero,
+    point_of,
+)
 from nlds_vines.continuation.branch_arm import Bounds, first_point, follow
 from nlds_vines.continuation.section_map import SectionMap
-from nlds_vines.continuation.shooting_phase import better_map, is_symmetric, moved, point_at_zero
 
 SYSTEM = load_system(
     "ssbl", law="restitution", m1=1.0, k1=1.0, P=1.0, C=1.0, D=1.0, c1=0.04, m2=0.05,

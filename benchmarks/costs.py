@@ -75,7 +75,7 @@ def report(system: System) -> Iterator[str]:
 
 def _rows(system: System) -> Iterator[tuple[str, ...]]:
     """Yield the cells of each part, measured on one thread."""
-    from nlds_vines.runs.threads import use_threads
+    from nlds_vines.runs.executors import use_threads
 
     use_threads(1)
     bare = 0.0

@@ -16,7 +16,7 @@ from contextlib import suppress
 import numpy as np
 from scipy.optimize import minimize
 
-from nlds_vines.runs.threads import use_threads
+from nlds_vines.runs.executors import use_threads
 from nlds_vines.tuning.free_parameter import values_of
 from nlds_vines.tuning.objective import Objective, Trials
 from nlds_vines.tuning.optima import distinct

@@ -14,13 +14,21 @@ from importlib import metadata
 from pathlib import Path
 from typing import Protocol
 
+SCAN, TUNING, CONTINUATION = "scan", "tuning", "continuation"
+RESPONSE_CURVES, RESPONSE_HISTORY, PORTRAIT = (
+    "page of response curves",
+    "response history",
+    "portrait",
+)
+"""The kinds of requests, which an archive names as its `content`."""
+
 
 class Request(Protocol):
     """What an archive records of any request: its kind, its title, its text, its hash."""
 
     @property
     def content(self) -> str:
-        """The kind of what is computed, of `runs.manifest`."""
+        """The kind of what is computed, one of those above."""
 
     @property
     def title(self) -> str:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives import archive, durable
-from nlds_vines.archives.provenance import Value, attributes
+from nlds_vines.archives.provenance import SCAN, Value, attributes
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.attractor_table import AttractorTable, completed
 from nlds_vines.bifurcation.attractors.attractor_assignment import Attracted
@@ -29,13 +29,14 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.runs.folder import RunFolder
-from nlds_vines.runs.manifest import NAME, Manifest, refuse_unless_scan
+from nlds_vines.runs.manifest import NAME, Manifest
 from nlds_vines.runs.partfile import LEARNT, UNSOUND, Part, fetch, path_of, store
 
 
 def scan_of(manifest: Manifest) -> Scan:
     """Return the scan in a manifest; `RequestError` where it holds another kind of request."""
-    refuse_unless_scan(f"{manifest.title!r} under way is", manifest.content)
+    if manifest.content != SCAN:
+        raise RequestError(f"{manifest.title!r} under way is a {manifest.content}, not a scan")
     return load_scan(parse_toml(manifest.toml, NAME))
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise, product
 from math import prod
@@ -19,8 +18,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits.records import noted, touches_noted
-from nlds_vines.runs.shard import Shard
-from nlds_vines.runs.threads import free_disk, free_memory
+from nlds_vines.runs.executors import Shard, free_disk, free_memory
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
@@ -63,16 +61,16 @@ class Block:
         return tuple(slice(first, stop) for first, stop in self.slices)
 
 
-def blocks_of(scan: Scan, shard: Shard | None = None) -> Iterator[Block]:
-    """Yield the blocks of a scan: all of them, or those of one shard.
+def blocks_of(scan: Scan, shard: Shard | None = None) -> list[Block]:
+    """Return the blocks of a scan: all of them, or those of one shard.
 
     Where orbits follow an attractor along the last axis, that axis stays whole.
     """
     rows, along = _block_sides(scan)
     rows_of = [_spans(n, rows) for n in scan.shape[:-1]]
     spans = product(*rows_of, _spans(scan.shape[-1], along))
-    blocks = (Block(index, tuple(slices)) for index, slices in enumerate(spans))
-    return (block for block in blocks if shard is None or shard.has(block.index))
+    blocks = [Block(index, tuple(slices)) for index, slices in enumerate(spans)]
+    return blocks if shard is None else blocks[shard.blocks]
 
 
 def counted(number: int, what: str) -> str:
@@ -82,7 +80,7 @@ def counted(number: int, what: str) -> str:
 
 def share_in_words(scan: Scan, shard: Shard) -> str:
     """Return in one line what a shard has to compute, also where that is nothing."""
-    all_blocks, own = len(list(blocks_of(scan))), len(list(blocks_of(scan, shard)))
+    all_blocks, own = len(blocks_of(scan)), len(blocks_of(scan, shard))
     of_all = f"{own} of {counted(all_blocks, 'block')}"
     if own:
         return f"shard {shard}: {of_all}"

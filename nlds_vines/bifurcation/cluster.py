@@ -116,7 +116,7 @@ def work(
         raise RequestError(f"its worker was asked by another version: {different}")
     with _one_at_a_time:
         began = time.perf_counter()
-        from nlds_vines.runs.threads import use_threads
+        from nlds_vines.runs.executors import use_threads
 
         computer, files = _prepared(folder, scan_hash)
         used = use_threads(threads)

@@ -179,7 +179,7 @@ class Job(jobs.Job):
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
             f"results:  {size(result_bytes(scan))} before compression",
             f"memory:   {size(work_bytes(scan))} of results at a time, "
-            f"{counted(len(list(blocks_of(scan))), 'block')}",
+            f"{counted(len(blocks_of(scan)), 'block')}",
             *share,
         ]
 

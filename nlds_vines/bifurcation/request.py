@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.archives.dataset import Scale, Table
-from nlds_vines.archives.provenance import Value
+from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
 from nlds_vines.bifurcation.datasets import ScanContents
 from nlds_vines.errors import RequestError, string, unknown
@@ -48,7 +48,6 @@ from nlds_vines.orbits.solver_settings import (
 from nlds_vines.orbits.spectral_records import SpectralRecords, checked_signals
 from nlds_vines.orbits.starts import AT_ANY_PHASE, Start, starts_inside
 from nlds_vines.orbits.tapers import TAPERS
-from nlds_vines.runs.manifest import SCAN
 
 MOST_LANES = 10**8
 """The most orbits of one scan: days of work on a large machine."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.provenance import SCAN
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at, shown
-from nlds_vines.runs.manifest import refuse_unless_scan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +41,8 @@ def scan_of(view: ArchiveView) -> Scan:
 
     Raises `RequestError` if it holds no scan, or if its scan means something else by now.
     """
-    refuse_unless_scan(f"{view.path} holds", view.content)
+    if view.content != SCAN:
+        raise RequestError(f"{view.path} holds a {view.content}, not a scan")
     text, digest = view.text("scan"), view.text("scan_hash")
     with at(f"{view.path}: its scan"):
         scan = load_scan(parse_toml(text, "the attribute scan"))

@@ -27,10 +27,9 @@ from nlds_vines.model.labels import CHAOS
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts
+from nlds_vines.runs.executors import Shard, use_threads
 from nlds_vines.runs.journal import resumable, tell_discarded
 from nlds_vines.runs.progress import Progress, Tell
-from nlds_vines.runs.shard import Shard
-from nlds_vines.runs.threads import use_threads
 
 
 @dataclass
@@ -103,7 +102,7 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
         if parts.complete:
             report.note_archive()
             return report
-        blocks = list(blocks_of(scan, how.shard))
+        blocks = blocks_of(scan, how.shard)
         if how.shard is not None and not blocks:
             report.empty = share_in_words(scan, how.shard)
 
@@ -124,7 +123,7 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
 
                     cluster.compute(parts, left, how.scheduler, how.threads, note, stop)
             if how.shard is not None:
-                whole = list(blocks_of(scan))
+                whole = blocks_of(scan)
                 report.missing = len(whole)
                 if parts.is_alone():
                     report.missing -= len(parts.files.there(whole))

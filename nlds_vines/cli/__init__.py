@@ -9,6 +9,7 @@ In reading order:
     paths            checks of the paths that are written
     job              a request, where its results go and how it runs
     command_main     a command from its arguments to its exit status
+    task_registry    the tasks by the kind of their archives
     commands         the names of all commands, and where they are
     markdown_tables  tables of pages and reports
 """

@@ -21,8 +21,8 @@ from nlds_vines.cli.paths import (
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, run_options
+from nlds_vines.cli.task_registry import TASKS
 from nlds_vines.errors import at, shown
-from nlds_vines.runs.task_registry import TASKS
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Job:
         how: how the run goes.
 
     Each task says in words what it would do (`plan`) and what it has found (`lines`, `failure`).
-    What computes, reads and draws its archive stands in `runs.task_registry`.
+    What computes, reads and draws its archive stands in `cli.task_registry`.
     """
 
     request: Any

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import RequestError, shown, whole
-from nlds_vines.runs.shard import Shard
-from nlds_vines.runs.threads import MOST_THREADS, check_environment
+from nlds_vines.runs.executors import MOST_THREADS, Shard, check_environment
 
 _MOST_WORKERS = 1024  # processes of --scheduler local:N, for the same reason
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from nlds_vines.archives.provenance import Value
+from nlds_vines.archives.provenance import CONTINUATION, Value
 from nlds_vines.errors import RequestError, checked_state, number, shown, string
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.labels import PERIODIC, TRANSIENT
@@ -25,7 +25,6 @@ from nlds_vines.model.setting import (
 )
 from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import TOLERANCES, tolerance_setting
-from nlds_vines.runs.manifest import CONTINUATION
 
 POLICIES = ("rest", "random", "label", "orbits")
 """Where branches may begin: the orbit from rest; the orbits of random starts; one of these with a

@@ -12,6 +12,7 @@ import numpy as np
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.dataset import Dataset
+from nlds_vines.archives.provenance import CONTINUATION
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.continuation.arclength import best_map, cycle_at_zero, place_at
 from nlds_vines.continuation.branch_arm import ENDS, at_value
@@ -33,7 +34,6 @@ from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.runs.manifest import CONTINUATION
 
 _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
 _SWITCHES = {code: word for word, code in SWITCH_FLAGS.items()}

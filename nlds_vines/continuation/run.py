@@ -17,11 +17,11 @@ from nlds_vines.continuation.result import map_of
 from nlds_vines.continuation.special_curve_table import curve_datasets, curve_scales, curves_through
 from nlds_vines.continuation.start_orbits import seeds_of
 from nlds_vines.continuation.whole_branch import Arrays
+from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete, tell_discarded
 from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress, Tell
-from nlds_vines.runs.threads import use_threads
 
 
 @dataclass

@@ -12,6 +12,7 @@ import numpy as np
 
 from nlds_vines.archives import archive
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.cell_start import (
     CellStart,
@@ -27,7 +28,6 @@ from nlds_vines.model.quantities import QUANTITIES, drawn_in
 from nlds_vines.model.quantity import TOUCHED
 from nlds_vines.model.system import System
 from nlds_vines.orbits.status_words import NOT_COMPUTED
-from nlds_vines.runs.manifest import SCAN
 
 MOST_SECTION = 2**24
 """The most numbers of sections that are kept (128 MB): of a larger map, fewer periods each."""

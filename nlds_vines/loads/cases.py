@@ -20,9 +20,9 @@ from nlds_vines.orbits import responses
 from nlds_vines.orbits.load_batch import LoadBatch
 from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.status_words import OK
+from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import Stop, stoppable
 from nlds_vines.runs.numbered_parts import Arrays
-from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Tell
 
 PIECE_BYTES = 1 << 26

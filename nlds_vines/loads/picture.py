@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError
 from nlds_vines.loads import scan_picture
 from nlds_vines.loads.fall import Fall
@@ -28,7 +29,6 @@ from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.panels import write_letters
 from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE
-from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 _HEIGHT = {"shares": 4.2 * CM}  # inches
 _USUAL = 6.2 * CM

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nlds_vines.archives.provenance import Value
+from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
 from nlds_vines.errors import RequestError, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.load_quantities import OF_LOADS
@@ -21,7 +21,6 @@ from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settin
 from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import tolerance_setting
 from nlds_vines.orbits.starts import starts_inside
-from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 TOLERANCE = 1e-10
 """Of contacts, by default: finer than that of scans, as the energy balance shows each of them."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.loads.closed_form import closed_form, energy_after_blow
 from nlds_vines.loads.fall import HISTORIES, Fall
@@ -20,7 +21,6 @@ from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.status_words import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 
 @dataclass(frozen=True, repr=False)

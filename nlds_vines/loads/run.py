@@ -17,11 +17,11 @@ from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.orbits.status_words import STATUS_FLAGS
+from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
 from nlds_vines.runs.progress import Progress
-from nlds_vines.runs.threads import use_threads
 
 BLOCK = 256
 """Orbits of a scan that are kept together."""

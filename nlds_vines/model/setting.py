@@ -209,7 +209,7 @@ def entries(owner: Any, table: str) -> dict[str, Any]:
 class Request(Outlined):
     """What a task is to do: a frozen dataclass whose fields say what stands in its file."""
 
-    content: ClassVar[str]  # its kind, of `runs.manifest`
+    content: ClassVar[str]  # its kind, of `archives.provenance`
 
     def document(self) -> dict[str, Any]:
         """Return the file that means exactly this request, complete, as nested tables."""

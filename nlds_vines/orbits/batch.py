@@ -23,8 +23,8 @@ from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE, Settings
+from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import stoppable
-from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Tell
 
 PIECE_PERIODS = 1000

@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import JUDGED
 from nlds_vines.runs import interrupts
+from nlds_vines.runs.executors import free_memory, processors, threads_in_use
 from nlds_vines.runs.progress import Clock, Notice, Tell
-from nlds_vines.runs.threads import free_memory, processors, threads_in_use
 
 SECONDS = {"orbit": 12, "verdict": 12, "branches": 12, "entry": 5}
 """Time [s] that compiling each kernel takes, of an SSul NES; for a message."""

@@ -43,7 +43,7 @@ from nlds_vines.portrait.request import (
     span,
 )
 from nlds_vines.portrait.request_file import Times, load_portrait, portrait_of
-from nlds_vines.runs.threads import check_environment
+from nlds_vines.runs.executors import check_environment
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from nlds_vines.archives.provenance import Value
+from nlds_vines.archives.provenance import PORTRAIT, Value
 from nlds_vines.archives.toml import toml_text
 from nlds_vines.errors import RequestError, checked_words, choice, from_text, shown, string, whole
 from nlds_vines.model.scenes import Scene
@@ -30,7 +30,6 @@ from nlds_vines.orbits.solver_settings import METHODS, chosen_settings, toleranc
 from nlds_vines.orbits.starts import starts_inside
 from nlds_vines.orbits.tapers import TAPERS
 from nlds_vines.plotting.bands import LARGEST
-from nlds_vines.runs.manifest import PORTRAIT
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.cell_orbit import CellOrbit

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.provenance import PORTRAIT
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.drawable import Drawable
@@ -18,7 +19,6 @@ from nlds_vines.portrait.request import CELL, CELL_OF, PortraitRequest
 from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.portrait.view_table import views_in
 from nlds_vines.portrait.window_view import View
-from nlds_vines.runs.manifest import PORTRAIT
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,15 +2,12 @@
 
 In reading order:
 
-    task_registry    the tasks by the kind of their archives
     manifest         which request the parts belong to, and who began it
     partfile         one part file
-    shard            the share of one of several machines
     folder           the folder of a run, and its locks
     numbered_parts   the folder of a run whose parts have numbers
     interrupts       Ctrl-C and SIGTERM, which end a run between two pieces of work
     progress         how much is done, how fast, how long to go
     journal          a run from its folder to its archive
-    threads          threads that the kernels use; processors, free memory and disk
-    pool             lanes handed out to these threads, piece by piece
+    executors        threads that the kernels use, shards; processors, free memory and disk
 """

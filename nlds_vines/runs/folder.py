@@ -22,9 +22,9 @@ from nlds_vines.archives import archive, durable
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.provenance import Request, Value
 from nlds_vines.errors import RequestError
+from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.manifest import NAME, Manifest
 from nlds_vines.runs.partfile import LEARNT, PATTERN, request_of
-from nlds_vines.runs.shard import Shard
 
 
 @dataclass

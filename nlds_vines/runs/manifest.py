@@ -8,21 +8,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from nlds_vines.archives import durable
-from nlds_vines.archives.provenance import Request, now
+from nlds_vines.archives.provenance import SCAN, Request, now
 from nlds_vines.errors import RequestError
 
 NAME = "manifest.json"
 """The manifest's name in the folder of parts."""
-
-SCAN, TUNING, CONTINUATION = "scan", "tuning", "continuation"
-RESPONSE_CURVES, RESPONSE_HISTORY, PORTRAIT = (
-    "page of response curves",
-    "response history",
-    "portrait",
-)
-"""The kinds of requests: a scan, in blocks; the search of a tuning, design by design; a
-continuation, branch by branch; response curves, one by one; a response history, damper by damper;
-a portrait, all at once."""
 
 
 @dataclass(frozen=True)
@@ -76,9 +66,3 @@ class Manifest:
     def write(self, folder: Path) -> None:
         """Put it into a folder (OSError)."""
         durable.write(folder / NAME, json.dumps(asdict(self)).encode())
-
-
-def refuse_unless_scan(words: str, content: str) -> None:
-    """Raise `RequestError`, which begins with `words`, for a content other than a scan."""
-    if content != SCAN:
-        raise RequestError(f"{words} a {content}, not a scan")

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nlds_vines.archives.provenance import Value
+from nlds_vines.archives.provenance import TUNING, Value
 from nlds_vines.errors import RequestError, choice, shown, string
 from nlds_vines.loads.request import (
     HistoryRequest,
@@ -43,7 +43,6 @@ from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
-from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.draws import DRAWS, FRESH_DRAWS, MOST_DRAWS, Uncertain
 from nlds_vines.tuning.free_parameter import Free, tunable
 

@@ -11,11 +11,11 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.provenance import TUNING
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.free_parameter import Free
 from nlds_vines.tuning.objective import OF_DRAWS, impacts_of

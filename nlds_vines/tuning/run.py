@@ -8,10 +8,10 @@ import numpy as np
 
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.model.parameters import CONTACT
+from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete, tell_discarded
 from nlds_vines.runs.progress import Progress
-from nlds_vines.runs.threads import use_threads
 from nlds_vines.tuning import tuning_table
 from nlds_vines.tuning.evaluations import Journal, Log
 from nlds_vines.tuning.free_parameter import units_of, values_of

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.style import GRAY
-from nlds_vines.runs.manifest import RESPONSE_HISTORY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.runs.task_registry import task_of
+from nlds_vines.cli.task_registry import task_of
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves

@@ -13,13 +13,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from nlds_vines.archives.provenance import RESPONSE_HISTORY, SCAN
 from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.task_registry import TASKS, task_of
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.manifest import RESPONSE_HISTORY, SCAN
-from nlds_vines.runs.task_registry import TASKS, task_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

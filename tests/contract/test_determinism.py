@@ -19,8 +19,8 @@ from nlds_vines.bifurcation.run import run
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.status_words import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
+from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.interrupts import Interrupted
-from nlds_vines.runs.shard import Shard
 
 ONE_AXIS = {"omega": {"start": 7.3, "stop": 7.6, "num": 13}}
 TWO_AXES = {"C": {"values": [0.05, 0.06233, 0.07]}, "omega": {"start": 7.3, "stop": 7.6, "num": 5}}

@@ -10,7 +10,7 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.runs.shard import Shard
+from nlds_vines.runs.executors import Shard
 
 USUAL = {
     "threads": None,

@@ -187,13 +187,17 @@ def test_functions_take_few_parameters():
 def test_a_function_with_many_parameters_is_caught(copy):
     with (copy / "kernels" / "scene" / "scene.py").open("a") as file:
         file.write("\n\n\n\ndef wide(a, b, c, d, e, f, g, h, i):\n    return a\n")
-    with (copy / "runs" / "threads.py").open("a") as file:
+    with (copy / "runs" / "interrupts.py").open("a") as file:
         file.write("\n\n\n\ndef broad(a, b, c, d, e, f, g, h, *, i):\n    return a\n")
-    with (copy / "runs" / "pool.py").open("a") as file:
+    with (copy / "runs" / "executors.py").open("a") as file:
         file.write(
             "\n\n\n\nclass A:\n    def method(self, a, b, c, d, e, f, g, h):\n        return a\n"
         )
-    assert too_wide(copy) == ["kernels.scene.scene.wide", "runs.pool.method", "runs.threads.broad"]
+    assert too_wide(copy) == [
+        "kernels.scene.scene.wide",
+        "runs.executors.method",
+        "runs.interrupts.broad",
+    ]
 
 
 def test_no_constant_of_the_kernels_has_the_name_of_another():
@@ -367,7 +371,7 @@ def test_threads_are_our_own():
         assert not any("parallel" in decorator for decorator in decorators(path)), path
         assert "prange(" not in path.read_text(encoding="utf-8"), path
     pools = {name for name, path in MODULES.items() if "in_pieces(" in path.read_text("utf-8")}
-    assert pools == {"runs.pool", "orbits.batch", "loads.cases"}
+    assert pools == {"runs.executors", "orbits.batch", "loads.cases"}
 
 
 def test_no_fast_mathematics():

@@ -80,7 +80,9 @@ def test_what_does_not_fit_is_refused_with_its_size(monkeypatch, tmp_path):
 
 def test_a_limit_on_memory_is_seen(tmp_path):
     program = "import resource as r; r.setrlimit(r.RLIMIT_AS, (5 * 10**9, r.RLIM_INFINITY));"
-    program += "from nlds_vines.runs.threads import free_memory; print(free_memory() <= 5 * 10**9)"
+    program += (
+        "from nlds_vines.runs.executors import free_memory; print(free_memory() <= 5 * 10**9)"
+    )
     assert printed("-c", program) == "True\n"
 
 

@@ -11,8 +11,8 @@ from made_up import make_scan, write
 import nlds_vines as nv
 from nlds_vines.errors import MOST_CHARACTERS
 from nlds_vines.model.system import System
+from nlds_vines.runs.executors import check_environment
 from nlds_vines.runs.manifest import Manifest
-from nlds_vines.runs.threads import check_environment
 from paper.request_file import load_figure
 
 ODD = "a\udcff"  # how Python keeps the bytes a\xff

@@ -20,8 +20,8 @@ from nlds_vines.loads.request_file import load_response_history
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import Stop
-from nlds_vines.runs.threads import use_threads
 from nlds_vines.upkeep.rerun import differing
 
 SHORT = {"duration": 12.0, "quiet": True}

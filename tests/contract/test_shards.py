@@ -22,7 +22,7 @@ from nlds_vines.bifurcation import cluster
 from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.shard import Shard
+from nlds_vines.runs.executors import Shard
 
 SCAN = document(
     {"omega": {"start": 6.0, "stop": 7.6, "num": 400}}, sampling={"transient": 5000, "periods": 24}
@@ -75,10 +75,7 @@ def test_seven_shards_side_by_side_end_in_the_same_bits(folder, whole):
 def test_shards_share_all_blocks_and_none_twice():
     blocks = [Block(i, ((i, i + 1),)) for i in range(23)]
     for count in (1, 2, 7, 23, 40):
-        shares = [
-            [block for block in blocks if Shard(i, count).has(block.index)]
-            for i in range(1, count + 1)
-        ]
+        shares = [blocks[Shard(i, count).blocks] for i in range(1, count + 1)]
         assert sorted((b for share in shares for b in share), key=lambda b: b.index) == blocks
         assert max(map(len, shares)) - min(map(len, shares)) <= 1
 
@@ -98,7 +95,7 @@ def test_the_last_of_several_shards_is_alone(tmp_path):
 
 def begin(path, scan, shard):
     with Parts.open(path, scan, shard=shard) as parts:
-        fill(parts, scan, [block for block in cut(scan) if shard.has(block.index)])
+        fill(parts, scan, cut(scan)[shard.blocks])
 
 
 @pytest.mark.kernels

@@ -12,8 +12,8 @@ import pytest
 
 import nlds_vines
 from nlds_vines.runs import interrupts
+from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import Stopped, stop_on_signals, stoppable
-from nlds_vines.runs.pool import in_pieces
 
 ROOT = Path(nlds_vines.__path__[0]).parent
 

@@ -16,7 +16,7 @@ from nlds_vines.kernels.cells import lanes
 from nlds_vines.kernels.numerics import compiling, elementary
 from nlds_vines.orbits import compilation
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
-from nlds_vines.runs import interrupts, progress, threads
+from nlds_vines.runs import executors, interrupts, progress
 
 USUAL = Needed("ssul", "exact", ("section", "impacts", "energy", "regime"))
 
@@ -263,8 +263,8 @@ def test_a_process_ends_with_whoever_began_it(monkeypatch, tmp_path):
 
 
 def test_threads_are_those_of_the_run():
-    threads.use_threads(1)
+    executors.use_threads(1)
     try:
         assert not compilation.may_help()
     finally:
-        threads.use_threads(None)
+        executors.use_threads(None)

@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.slow_manifold import slow_manifold
-from nlds_vines.runs.manifest import SCAN
 
 IN_TITLE = "dashed: bounds of 1:1 motion in closed form"
 """What the title of such a map says of the lines."""

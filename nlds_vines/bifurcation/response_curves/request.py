@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nlds_vines.archives.provenance import Value
+from nlds_vines.archives.provenance import RESPONSE_CURVES, Value
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, at, checked_words, shown, string
 from nlds_vines.model.catalog import catalog
@@ -33,7 +33,6 @@ from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
 from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.plotting.style import HUES
-from nlds_vines.runs.manifest import RESPONSE_CURVES
 
 COLORS: Mapping[str, str] = HUES
 """Colors by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""

@@ -14,11 +14,11 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.curves_table import ARRAYS, ENDINGS, contents, scales_of
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
 from nlds_vines.runs.progress import Progress
-from nlds_vines.runs.threads import use_threads
 
 
 def run(page: CurvePage, output: Path, how: RunOptions | None = None) -> None:

@@ -3,7 +3,7 @@
 A chain is a single cell, or, where a scan follows an attractor, the cells of an axis in the order
 of the sweep, each starting from the last state of the one before. Nothing is shared between lanes,
 so that results do not depend on how a scan is cut into blocks, nor on how the lanes of a block are
-cut into pieces and which thread takes which (`runs.pool`).
+cut into pieces and which thread takes which (`runs.executors`).
 
 Running and judging are two loops: what a verdict needs does not depend on what else is recorded,
 and is compiled once for all of it.

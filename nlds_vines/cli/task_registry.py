@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from nlds_vines.runs.manifest import (
+from nlds_vines.archives.provenance import (
     CONTINUATION,
     PORTRAIT,
     RESPONSE_CURVES,

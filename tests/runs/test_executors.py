@@ -7,9 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from nlds_vines.runs import pool, threads
-from nlds_vines.runs.pool import in_pieces
-from nlds_vines.runs.threads import most_threads, threads_in_use, use_threads
+from nlds_vines.runs import executors
+from nlds_vines.runs.executors import in_pieces, most_threads, threads_in_use, use_threads
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")
 
@@ -18,7 +17,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:De
 def eight(monkeypatch):
     """Let eight threads be used, however many processors there are."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "8")
-    monkeypatch.setattr(threads, "_used", None)
+    monkeypatch.setattr(executors, "_used", None)
 
 
 @pytest.mark.parametrize("lanes", [0, 1, 2, 7, 100, 1001])
@@ -43,7 +42,7 @@ def test_pieces_become_smaller_and_no_thread_is_left_with_a_long_one():
     in_pieces(lambda begin, end: pieces.append((begin, end - begin)), 1000)
     sizes = [size for _, size in sorted(pieces)]
     assert sizes == sorted(sizes, reverse=True)
-    assert sizes[0] <= 1000 / 8 / pool.SHARE
+    assert sizes[0] <= 1000 / 8 / executors.SHARE
     assert sizes[-1] == 1
 
 

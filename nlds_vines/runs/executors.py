@@ -1,0 +1,207 @@
+"""Threads that run the kernels; the share of a scan that a shard computes; what this machine has.
+
+Compiled kernels release the lock of Python's interpreter, so plain threads run them side by side.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from nlds_vines.errors import RequestError, shown
+from nlds_vines.runs.interrupts import abandoned
+
+MOST_THREADS = 4096
+"""Threads that may be asked for: more than any machine has, so that a typing error is noticed."""
+
+MOST_SHARDS = 10_000
+"""Shards of one scan: more than any cluster has tasks, so that a typing error is noticed."""
+
+SHARE = 4
+"""A piece is at most this part of one thread's share of the lanes that are left."""
+
+_used: int | None = None  # as `use_threads` was asked; None for all
+
+
+def check_environment(environment: Mapping[str, str] = os.environ) -> None:
+    """Raise `RequestError` for variables with which Numba could not even be loaded.
+
+    Numba itself is not loaded: it raises errors of many lines, or passes over what it cannot read.
+    """
+    number = environment.get("NUMBA_NUM_THREADS")
+    if number is not None and not 1 <= _whole(number) <= MOST_THREADS:
+        raise RequestError(
+            f"NUMBA_NUM_THREADS = {shown(number)} in the environment must be a whole number from 1 "
+            f"to {MOST_THREADS}"
+        )
+
+
+def _whole(text: str) -> int:
+    """Return the number in plain digits, 0 for anything else."""
+    return int(text) if re.fullmatch(r"\s*[0-9]{1,9}\s*", text) else 0
+
+
+def use_threads(threads: int | None) -> int:
+    """Let the kernels use `threads` threads, at most one per processor; return how many.
+
+    None takes one per processor.  It holds for this process, whichever thread asks.
+    """
+    global _used
+    most = most_threads()
+    _used = most if threads is None else min(threads, most)
+    return _used
+
+
+def threads_in_use() -> int:
+    """Return how many threads the kernels use: all there are until `use_threads` says otherwise."""
+    return most_threads() if _used is None else _used
+
+
+def most_threads() -> int:
+    """Return how many may be used: NUMBA_NUM_THREADS, or the processors for this process."""
+    check_environment()
+    number = os.environ.get("NUMBA_NUM_THREADS")
+    return processors() if number is None else _whole(number)
+
+
+def in_pieces(
+    work: Callable[[int, int], object], lanes: int, least: int = 1, most: int | None = None
+) -> None:
+    """Call `work(begin, end)` for pieces that make up range(lanes), on the threads in use.
+
+    Lanes take very different times: a thread that has finished its piece takes the next one, and
+    the pieces become smaller towards the end, where no thread may be left with a long one.
+
+    Arguments: `least` lanes are worth a piece of their own; `most` lanes make a piece where a few
+    lanes may take as long as all others.  Results may not depend on the pieces.
+
+    What a piece raises is raised here, when no thread is at work any more; pieces that are not
+    begun by then never are, nor where the work is abandoned (`interrupts.stoppable`).  The calling
+    thread does its part.
+    """
+    threads = min(threads_in_use(), lanes // max(1, least))
+    if threads < 2:
+        work(0, lanes)
+        return
+    lock, errors, is_abandoned, taken = threading.Lock(), list[BaseException](), abandoned(), 0
+
+    def run() -> None:
+        nonlocal taken
+        try:
+            while True:
+                with lock:
+                    left = 0 if errors or is_abandoned() else lanes - taken
+                    begin, size = taken, left // (SHARE * threads)
+                    size = max(least, size if most is None else min(size, most))
+                    end = taken = begin + min(left, size)
+                if begin == end:
+                    return
+                work(begin, end)
+        except BaseException as error:
+            errors.append(error)
+
+    helpers = [threading.Thread(target=run, daemon=True) for _ in range(threads - 1)]
+    for helper in helpers:
+        helper.start()
+    run()
+    for helper in helpers:
+        helper.join()
+    if errors:
+        raise errors[0]
+
+
+# ---- shards --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Shard:
+    """One of `count` equal shares of the blocks of a scan; `index` counts from 1."""
+
+    index: int
+    count: int
+
+    def __str__(self) -> str:
+        """Return it as it is given: `3/7`."""
+        return f"{self.index}/{self.count}"
+
+    @property
+    def blocks(self) -> slice:
+        """Its blocks: every `count`-th, so that each shard has some of those that take long."""
+        return slice(self.index - 1, None, self.count)
+
+    @classmethod
+    def parse(cls, text: str, environment: Mapping[str, str] = os.environ) -> Shard:
+        """Return the share that `3/7` means, or `slurm`: that of this task of a job array.
+
+        Raises `RequestError` for anything else, and for an array with gaps in its numbers.
+        """
+        if text == "slurm":
+            return cls._of_array(environment)
+        if found := re.fullmatch(r"(\d{1,9})/(\d{1,9})", text, re.ASCII):
+            index, count = map(int, found.groups())
+            if 1 <= index <= count <= MOST_SHARDS:
+                return cls(index, count)
+        allowed = f"i/n with i from 1 to n and n up to {MOST_SHARDS}, or slurm"
+        raise RequestError(f"--shard {shown(text)} must be {allowed}")
+
+    @classmethod
+    def _of_array(cls, environment: Mapping[str, str]) -> Shard:
+        """Return the share of the task that SLURM's variables name."""
+        names = [f"SLURM_ARRAY_TASK_{name}" for name in ("ID", "MIN", "MAX", "COUNT")]
+        texts = [environment.get(name, "") for name in names]
+        for name, text in zip(names, texts, strict=True):
+            if not (text.isascii() and text.isdigit()):
+                where = f"{name} = {shown(text)}"
+                raise RequestError(f"--shard slurm: {where} must be a number; is this a job array?")
+        here, low, high, count = map(int, texts)
+        if not (low <= here <= high and high - low + 1 == count <= MOST_SHARDS):
+            raise RequestError(
+                f"--shard slurm: task {here} of {count} from {low} to {high}: the array must be "
+                f"numbered without gaps and have up to {MOST_SHARDS} tasks; else give --shard i/n"
+            )
+        return cls(here - low + 1, count)
+
+
+# ---- what this machine has -----------------------------------------------------------------------
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def free_memory() -> int | None:
+    """Return how many bytes this process may still take; None if unknown."""
+    return min(_limits(), default=None)
+
+
+def free_disk(folder: Path) -> int | None:
+    """Return how many bytes may be written below a folder; None if unknown."""
+    try:
+        return shutil.disk_usage(folder).free
+    except OSError:
+        return None
+
+
+def _limits() -> Iterator[int]:
+    """Yield what limits this process [bytes]: free memory, the control group, `ulimit -v`."""
+    for path, key in (
+        ("/proc/meminfo", "MemAvailable:"),
+        ("/sys/fs/cgroup/memory.max", ""),
+        ("/proc/self/limits", "Max address space"),
+    ):
+        try:
+            lines = Path(path).read_text(encoding="ascii").splitlines()
+        except OSError:
+            continue
+        for line in lines:
+            words = line.removeprefix(key).split()
+            if line.startswith(key) and words and words[0].isdigit():
+                yield int(words[0]) * (1024 if words[1:] == ["kB"] else 1)

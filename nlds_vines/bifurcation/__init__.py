@@ -2,8 +2,8 @@
 
 In reading order:
 
-    request           `Scan`: what to compute, checked
-    request_file      a scan file (TOML) read into a `Scan`
+    request           `Scan`: what to compute, and how a scan file (TOML) is read into one
+    request_file      the same for pages of response curves
     datasets          the datasets of a scan's archive
     attractors/       to which attractor each orbit comes
     attractor_table   these as datasets of the archive, those that the sample has missed, too

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, field
 from functools import cached_property
 from math import prod
@@ -13,13 +14,18 @@ import numpy as np
 from nlds_vines.archives.dataset import Scale, Table
 from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.datasets import ScanContents
-from nlds_vines.errors import RequestError, string, unknown
-from nlds_vines.model.axis import Axis
+from nlds_vines.errors import RequestError, at, string, unknown
+from nlds_vines.model.axis import MOST_VALUES, Axis, announced
+from nlds_vines.model.catalog import as_system, looks_like_path, resource_text
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of
-from nlds_vines.model.ratios import ratios_in, refuse_twice
+from nlds_vines.model.ratios import axes_of_parameters, meant_by, ratios_in, refuse_twice
+from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
+    Form,
+    Merged,
     OneOf,
     Real,
     Request,
@@ -29,24 +35,26 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System
+from nlds_vines.model.words import setting_in_words, symbol_of, system_in_words
 from nlds_vines.orbits.records import (
     ATTRACTOR,
     USUAL,
     WANTS,
     checked_want,
+    possible_want,
     refuse_impossible,
     spectral,
 )
 from nlds_vines.orbits.solver_settings import (
     EFFORTS,
     FINENESS,
-    METHODS,
     Settings,
     chosen_settings,
+    method_setting,
     tolerance_setting,
 )
 from nlds_vines.orbits.spectral_records import SpectralRecords, checked_signals
-from nlds_vines.orbits.starts import AT_ANY_PHASE, Start, starts_inside
+from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 from nlds_vines.orbits.tapers import TAPERS
 
 MOST_LANES = 10**8
@@ -101,7 +109,7 @@ class Scan(Request):
         600, Whole(0), "sampling", "forcing periods that are discarded", "PERIODS"
     )
     periods: int = setting(120, Whole(1), "sampling", "forcing periods that are sampled", "PERIODS")
-    method: str = setting("exact", OneOf(METHODS), "sampling", "`exact` or `rk4`", "METHOD")
+    method: str = method_setting()
     effort: str = setting(
         "standard", OneOf(EFFORTS), "sampling",
         "of a verdict: `quick`, `standard` or `thorough`, see [Labels](labels.md)", "EFFORT",
@@ -316,3 +324,101 @@ class Scan(Request):
         """The attributes of its archive beside the request itself: system, parameters, seed."""
         varied = [axis.name for axis in self.axes]
         return {**self.system.attributes(varied), "seed": self.start.seed}
+
+
+FORM = Form(
+    "scan",
+    (Start, Scan),
+    whole=("vary",),
+    systems=False,
+    sources="a path, a name, a table, a System or a Scan",
+)
+"""The tables and keys of a scan file."""
+
+DEFAULT_FILE = "figure8.toml"
+"""The packaged scan that is computed unless another one is given."""
+
+
+def load_scan(
+    source: str | os.PathLike[str] | Mapping[str, Any] | Scan | System | None = None,
+    changes: Mapping[str, Any] | None = None,
+    changes_from: str = "changes",
+) -> Scan:
+    """Return the scan that a scan file means, validated throughout.
+
+    Arguments:
+        source: path of a TOML file, the document in it as nested tables, a `Scan`, or None for
+            the embedded default (Figure 8); a `System`, or the name of one, for the default of it.
+        changes: a document of the same form that overrides it entry by entry, and `vary` as a
+            whole; `changes_from` names it in the message of an error.
+
+    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    """
+    if isinstance(source, Scan) and not changes:
+        return source
+    where = ""
+    if isinstance(source, System) or (isinstance(source, str) and not looks_like_path(source)):
+        changes = {"system": as_system(source), **(changes or {})}
+        source = None
+    if source is None:
+        source, where = parse_toml(resource_text(DEFAULT_FILE), DEFAULT_FILE), DEFAULT_FILE
+        if (changes or {}).get("system"):
+            del source["set"]  # what the default scan sets is meant for its own system
+    request = FORM.read(source, changes, changes_from, where)
+    system = request.system(varied="vary")
+    start = _start(request)
+    with at(request.place("vary")):
+        shape = announced(request.table("vary"))
+        if len(shape) == 2 and max(shape) <= MOST_VALUES:
+            refuse_too_many(shape, start.orbits)
+    axes = request.axes("vary")
+    want = _want(request, system.scene)
+    with at(request.place("sampling")):
+        sampling = request.values.get("sampling", {})
+        chosen_settings(
+            sampling.get("method", Scan.method), {name: sampling.get(name) for name in FINENESS}
+        )
+    with at(request.place("vary")):
+        changing = meant_by(system.scene, [axis.name for axis in axes])
+        changing += system.following(changing)
+        axes = axes_of_parameters(axes, system.scene, system.parameters, changing)
+    title = request.title("system", "set", "vary")
+    return request.make(
+        Scan,
+        request.place("vary"),
+        title=_made_up_title(request, system, axes) if title is None else title,
+        system=system,
+        axes=axes,
+        want=want,
+        start=start,
+    )
+
+
+def _start(request: Merged) -> Start:
+    """Return where orbits begin; a state alone means the policy of that name."""
+    entries = request.of(Start)
+    with at(request.place("start")):
+        return Start(**({"policy": STATE} if "state" in entries else {}) | entries)
+
+
+def _want(request: Merged, scene: Scene) -> tuple[str, ...]:
+    """Return the records, as asked or by default, without those that the scene cannot give.
+
+    So one scan file serves every system; a request is refused only if no record remains.
+    """
+    want = request.values.get("record", {}).get("want", USUAL)
+    with at(request.place("record")):
+        possible = possible_want(want, scene)
+        if not possible:
+            refuse_impossible(want, scene)
+        return possible
+
+
+def _made_up_title(request: Merged, system: System, axes: tuple[Axis, ...]) -> str:
+    """Return a title made of the system, the parameters that are set, and those that vary."""
+    varied = [axis.name for axis in axes]
+    system = system.with_axes(varied)  # without a force, where the ground's motion varies
+    settings = {name for _, layer in request.layers for name in layer.get("set", {})}
+    names = {*settings, *meant_by(system.scene, settings)} & system.statements.keys()
+    words = [setting_in_words(n, system.statements[n]) for n in sorted(names - {*varied})]
+    return f"{', '.join([system_in_words(system), *words])}: {', '.join(map(symbol_of, varied))}"

@@ -16,8 +16,8 @@ In reading order:
     words            systems and parameters in a few words
     linear_response  the motion without contact, in closed form
     slow_manifold    the 1:1 response of a free mass between two walls, in closed form
-    request_layers   a request read from a file, with changes laid over it
-    setting          a key of a request file, said once, and what follows from it
+    setting          the settings of requests, and documents read and merged
+    request_layers   the same in two layers, for pages of response curves
     load_quantities  every number that is told of a structure under a load
     loads/           forces and accelerations of the ground over time, a file for each family
 """

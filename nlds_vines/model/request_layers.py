@@ -13,7 +13,6 @@ is told in a warning.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -21,7 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from nlds_vines.archives.toml import read_toml, toml_text
+from nlds_vines.archives.toml import read_toml
 from nlds_vines.errors import LeftAside, RequestError, at, shown, string, table
 from nlds_vines.model.catalog import load_system, system_from
 from nlds_vines.model.system import System
@@ -248,15 +247,3 @@ class Layers:
                 with at(layer.where):
                     return string("title", layer.document["title"])
         return None
-
-
-def request_hash(document: Document) -> str:
-    """Return the SHA-256 of what determines the numbers of a request: no titles, no sources."""
-    keys = ("kind", "parameters", "law", "law_2")  # the laws where they are not the paper's
-    counted = {**document, "title": ""}
-    if "system" in document:
-        counted["system"] = {k: v for k, v in document["system"].items() if k in keys}
-    for name in ("systems",) if "systems" in document else ():
-        counted[name] = [{k: v for k, v in one.items() if k in keys} for one in document[name]]
-    text = toml_text(counted)
-    return hashlib.sha256(text.encode()).hexdigest()

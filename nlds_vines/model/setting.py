@@ -1,23 +1,43 @@
-"""A setting: one key of a request file, said once, as a field of the request.
+"""A setting: one key of a request file, described once, as a field of the request.
 
     transient: int = setting(600, Whole(0), "sampling", "periods that are discarded", "PERIODS")
 
-From the fields of a request follow what may stand in its file and how it is checked (`checks`), the
-options that override it (`cli.setting_options`), the file that means exactly this request
-(`Request.entries`), the page of keys and the schema for editors.  A new setting is a new field.
+From the fields of a request follow the keys that its file may have and how they are validated
+(`Form.read`), the options that override them (`cli.setting_options`), the file that means exactly
+this request (`entries`), the page of keys and the schema for editors.  A new setting is a field.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+import hashlib
+import os
+import warnings
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cached_property, partial
-from typing import Any, ClassVar, Protocol
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, TypeVar
 
 from nlds_vines.archives.representation import Outlined
-from nlds_vines.archives.toml import toml_text
-from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
-from nlds_vines.model.request_layers import request_hash
+from nlds_vines.archives.toml import read_toml, toml_text
+from nlds_vines.errors import (
+    LeftAside,
+    RequestError,
+    at,
+    choice,
+    number,
+    shown,
+    string,
+    table,
+    unknown,
+    whole,
+)
+from nlds_vines.model.axis import Axis
+from nlds_vines.model.catalog import load_system, system_from
+from nlds_vines.model.ratios import meant_by
+from nlds_vines.model.system import System, refuse_contradiction
+
+Made = TypeVar("Made")
 
 
 class Check(Protocol):
@@ -123,6 +143,8 @@ class Setting:
         option: its name where it is not that of the key, as `--record`.
         key: where it is not the name of the field.
         usual: the default in words, where the field's own does not say it.
+        replaces: the keys of the table that no longer hold where options override this one, as
+            the steps of a method where another method is chosen.
     """
 
     table: str
@@ -132,6 +154,7 @@ class Setting:
     option: str = ""
     key: str = ""
     usual: str = ""
+    replaces: tuple[str, ...] = ()
     default: Any = None
 
     @property
@@ -223,3 +246,275 @@ class Request(Outlined):
     def hash(self) -> str:
         """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
         return request_hash(self.document())
+
+
+# ---- requests read from documents ----------------------------------------------------------------
+
+Document = Mapping[str, Any]
+"""What a TOML file holds, as nested tables."""
+
+LENT = ("title", "system", "set", "sampling")
+"""What a file lends to a command for which it was not written."""
+
+MARKS = (
+    "vary", "record", "spectrum", "free", "over", "surface", "uncertain", "along", "plane",
+    "portrait", "column", "figure", "panels", "curves", "systems", "load",
+)  # fmt: skip
+"""What only some kinds of request have at the top of their files."""
+
+SHARED = ("start", "search")
+"""Tables that several kinds of request have, each with a meaning of its own."""
+
+SAMPLING = frozenset(
+    ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
+     "period_steps", "samples", "windows", "duration", "settle")
+)  # fmt: skip
+"""All keys of [sampling], of whatever kind of request."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """The tables and keys that the files of one kind of request may have.
+
+    A request is read from one document: a file, or what stands for one, with changes (options of
+    the command line, keywords of a function) merged over it.  The fields of the `owners` validate
+    the merged document, once.  A file for another kind of request lends what all kinds have:
+    title, system, [set] and the keys of [sampling] that this kind has, too.
+
+    Arguments:
+        kind: the word for messages, `scan`.
+        owners: the classes whose settings the file has.
+        names: the tables whose keys are names of parameters, merged entry by entry.
+        whole: those which a table of changes replaces as a whole.
+        lists: the keys of lists.
+        rows: the class of the entries of each array of tables, by its key, `column`.
+        systems: whether a `System`, or the name of one, may stand in place of a file.
+        sources: what may stand in place of a file, in words.
+    """
+
+    kind: str
+    owners: tuple[type, ...]
+    names: tuple[str, ...] = ("set",)
+    whole: tuple[str, ...] = ()
+    lists: tuple[str, ...] = ()
+    rows: Mapping[str, type] = field(default_factory=dict)
+    systems: bool = True
+    sources: str = "a path, a name, a table or a System"
+
+    @cached_property
+    def tables(self) -> dict[str, dict[str, Setting]]:
+        """The settings by table and key; none of a table whose keys are names of parameters."""
+        found: dict[str, dict[str, Setting]] = {name: {} for name in (*self.names, *self.whole)}
+        for owner in self.owners:
+            for said in settings_of(owner).values():
+                found.setdefault(said.table, {})[said.key] = said
+        return found
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """All that may stand at the top of a file."""
+        return ("title", "system", *self.tables, *self.lists, *self.rows)
+
+    def read(
+        self, source: Any, changes: Document | None, changes_from: str, where: str = ""
+    ) -> Merged:
+        """Return the document of a source with changes merged over it, every setting validated.
+
+        Arguments: the `source`, a path, a document, a request, or a system or its name; the
+        `changes`, a document, and `changes_from`, what messages call it; `where`, what they call
+        the source.
+
+        An entry that the changes override takes those with it that its setting `replaces`.
+        """
+        where, below, left = self._opened(source, where)
+        above = {k: v for k, v in (changes or {}).items() if v or not isinstance(v, Mapping)}
+        for place, layer in ((where, below), (changes_from, above)):
+            with at(place):
+                table(f"the {self.kind}", layer, self.keys)
+            for name in self.tables:
+                with at(f"{place}: [{name}]"):
+                    table(name, layer.get(name, {}))
+        merged = {**below, **above}
+        for name in (below.keys() & above.keys() & self.tables.keys()).difference(self.whole):
+            old, new, settings = below[name], above[name], self.tables[name]
+            displaced = {key for one in old if one in settings for key in settings[one].replaces}
+            gone = {
+                other
+                for key in new.keys() & settings.keys()
+                if key in displaced or str(old.get(key, settings[key].default)) != str(new[key])
+                for other in settings[key].replaces
+            }
+            merged[name] = {key: old[key] for key in old if key not in gone} | dict(new)
+        document = Merged(self, ((where, below), (changes_from, above)), merged, left)
+        for name, settings in self.tables.items():
+            for key, value in merged.get(name, {}).items() if settings else ():
+                with at(document.place(name, key)):
+                    if key not in settings:
+                        raise unknown("key", key, settings)
+                    checked = settings[key].check(key, value)
+                    document.values.setdefault(name, {})[key] = checked
+        return document
+
+    def _opened(self, source: Any, where: str) -> tuple[str, Document, list[str] | None]:
+        """Return what messages call a source, its document, and what of a file is for others.
+
+        The latter is None where the source is no file.
+        """
+        if document := getattr(source, "document", None):
+            source = document()
+        if isinstance(source, Mapping):
+            return where or self.kind, source, None
+        if self.systems and isinstance(source, System):
+            return where or self.kind, {"system": source}, None
+        if self.systems and isinstance(source, str) and not source.endswith(".toml"):
+            return where or self.kind, {"system": load_system(source)}, None
+        if isinstance(source, str | os.PathLike):
+            return str(source), *self._for_this(read_toml(Path(source)))
+        raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
+
+    def _for_this(self, document: Document) -> tuple[Document, list[str]]:
+        """Return what of a file is for this kind of request, and the names of what is not."""
+        foreign = [key for key in document if key in (*MARKS, *SHARED) and key not in self.keys]
+        if not foreign:
+            return document, []
+        ours = any(key in MARKS and key in self.keys for key in document)
+        lent = {
+            key: value
+            for key, value in document.items()
+            if key not in foreign and (ours or key in LENT or key not in self.keys)
+        }
+        left = [f"[{key}]" for key in document if key not in lent]
+        sampling, known = document.get("sampling"), self.tables.get("sampling")
+        if known is None:
+            left += ["[sampling]"] if lent.pop("sampling", None) else []
+        elif isinstance(sampling, Mapping):
+            other = [name for name in sampling if name in SAMPLING and name not in known]
+            lent["sampling"] = {k: v for k, v in sampling.items() if k not in other}
+            left += [f"{name} of [sampling]" for name in other]
+        return lent, left
+
+
+@dataclass(frozen=True)
+class Merged:
+    """The merged document of a request, validated.
+
+    Attributes:
+        form: the tables and keys that it may have.
+        layers: the document below and the changes above it, each with what messages call it.
+        document: both merged.
+        left: the tables and keys of a file that are for other kinds of request; None for no file.
+        values: the validated settings, by table and key.
+    """
+
+    form: Form
+    layers: tuple[tuple[str, Document], tuple[str, Document]]
+    document: Document
+    left: Collection[str] | None = None
+    values: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def origin(self, name: str, key: str = "") -> str:
+        """Return what messages call the uppermost layer that has a table, or a key of it."""
+        (where, _), (changes_from, above) = self.layers
+        entry = above.get(name)
+        return changes_from if entry and (not key or key in entry) else where
+
+    def place(self, name: str, key: str = "") -> str:
+        """Return the place of a table in the uppermost layer that has it, or a key of it."""
+        return f"{self.origin(name, key)}: [{name}]"
+
+    def is_changed(self, *names: str) -> bool:
+        """Return True if the changes have something under one of these keys."""
+        return any(self.layers[1][1].get(name) for name in names)
+
+    def table(self, name: str) -> Document:
+        """Return the merged entries of a table by names of parameters, which are not validated."""
+        entries: Document = self.document.get(name, {})
+        return entries
+
+    def of(self, owner: Any) -> dict[str, Any]:
+        """Return the validated settings of a class, by field."""
+        return {
+            name: self.values[said.table][said.key]
+            for name, said in settings_of(owner).items()
+            if said.key in self.values.get(said.table, {})
+        }
+
+    def rows(self, key: str) -> list[Any]:
+        """Return the validated entries of an array of tables."""
+        entries, read = self.document.get(key, []), reader(self.form.rows[key])
+        with at(self.origin(key)):
+            if not isinstance(entries, list | tuple) or (not entries and key in self.document):
+                raise RequestError(f"{key} = {shown(entries)} must be one or more tables [[{key}]]")
+            return [read(f"[[{key}]] {number}", one) for number, one in enumerate(entries, start=1)]
+
+    def axes(self, name: str) -> tuple[Axis, ...]:
+        """Return the axes that a table of parameters means; each value is checked."""
+        axes = []
+        for parameter, entry in self.table(name).items():
+            with at(f"{self.place(name)} {parameter}"):
+                axes.append(Axis.of(parameter, entry))
+        return tuple(axes)
+
+    def system(self, default: str | None = None, varied: str = "") -> System:
+        """Return the system as [set] of the file and of the changes set it, in this order.
+
+        Arguments: the name of the `default`; `varied`, the table of the parameters that vary.
+        What the changes vary, the file need not cease to set; any other parameter that is set and
+        varied is refused.
+        """
+        with at(self.origin("system")):
+            system = system_from(self.document.get("system", default))
+        axes = meant_by(system.scene, self.table(varied) if varied else ())
+        for (place, layer), (_, above) in zip(self.layers, self.layers[1:] * 2, strict=True):
+            settings = dict(layer.get("set", {}))
+            meant = zip([*settings], meant_by(system.scene, settings), strict=True)
+            both = [(name, parameter) for name, parameter in meant if parameter in axes]
+            with at(f"{place}: [set]"):
+                if both and layer is not above and above.get(varied):
+                    settings = {k: v for k, v in settings.items() if k not in dict(both)}
+                elif both:
+                    name, parameter = both[0]
+                    raise RequestError(
+                        f"{name} = {shown(settings[name])}: {parameter} is varied by "
+                        f"{self.place(varied)}: set it or vary it, not both"
+                    )
+                refuse_contradiction([*settings, *axes])
+                system = system.with_(**settings)
+        return system
+
+    def title(self, *outdated_by: str) -> str | None:
+        """Return the title; None if there is none.
+
+        That of a file stays.  Any other is outdated if the changes have one of these keys.
+        """
+        (where, below), (changes_from, above) = self.layers
+        if "title" not in above and (
+            "title" not in below or (self.left is None and self.is_changed(*outdated_by))
+        ):
+            return None
+        with at(changes_from if "title" in above else where):
+            return string("title", self.document["title"])
+
+    def make(self, owner: Callable[..., Made], place: str, **values: Any) -> Made:
+        """Return the request of the validated settings and of `values`.
+
+        A refusal names the `place`; what the file has for other commands is told in a warning.
+        """
+        with at(place):
+            request = owner(**{**self.of(owner), **values})
+        if self.left:
+            told = f"{self.layers[0][0]}: left aside here: {', '.join(self.left)}"
+            warnings.warn(told, LeftAside, stacklevel=3)
+        return request
+
+
+def request_hash(document: Document) -> str:
+    """Return the SHA-256 of what determines the numbers of a request: no titles, no sources."""
+    keys = ("kind", "parameters", "law", "law_2")  # the laws where they are not the paper's
+    counted = {**document, "title": ""}
+    if "system" in document:
+        counted["system"] = {k: v for k, v in document["system"].items() if k in keys}
+    if "systems" in document:
+        systems = document["systems"]
+        counted["systems"] = [{k: v for k, v in one.items() if k in keys} for one in systems]
+    return hashlib.sha256(toml_text(counted).encode()).hexdigest()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nlds_vines.errors import RequestError, number, shown, whole
-from nlds_vines.model.setting import Checked, setting
+from nlds_vines.model.setting import Checked, OneOf, setting
 
 METHODS = ("exact", "rk4")
 """The integrators."""
@@ -109,6 +109,15 @@ def checked_tolerance(tolerance: object) -> float:
     return found
 
 
+_BY_HAND = ("nodes", "contact_steps", "period_steps")
+
+
+def method_setting() -> Any:
+    """Return the setting of a method; another one than that of a file has settings of its own."""
+    words, gone = "`exact` or `rk4`", ("tolerance", *_BY_HAND)
+    return setting(METHODS[0], OneOf(METHODS), "sampling", words, "METHOD", replaces=gone)
+
+
 def tolerance_setting(table: str, default: float | None = None) -> Any:
     """Return the setting of a tolerance in a table of a request file."""
     presets = ", ".join(f"`{name}` ({value:g})" for name, value in TOLERANCES.items())
@@ -116,7 +125,7 @@ def tolerance_setting(table: str, default: float | None = None) -> Any:
     words += "; see [Accuracy](accuracy.md)"
     check = Checked(checked_tolerance)
     usual = "" if default is not None else "`standard`"
-    return setting(default, check, table, words, "RELATIVE", usual=usual)
+    return setting(default, check, table, words, "RELATIVE", usual=usual, replaces=_BY_HAND)
 
 
 def checked_steps(name: str, steps: float) -> float:

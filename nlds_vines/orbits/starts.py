@@ -59,12 +59,14 @@ class Start:
         "rest", OneOf((*POLICIES, STATE)), "start",
         "where the orbits begin: [`rest`, `up`, `down`, `both`, `random`]"
         "(own-damper.md#where-orbits-begin)",
+        replaces=("count", "seed", "state", "phase"),
     )  # fmt: skip
     count: int = setting(1, Whole(1, 10**6), "start", "for `random` only: how many starts")
     seed: int = setting(0, Whole(0, 2**63 - 1), "start", "for `random` only: what draws them")
     state: tuple[float, ...] = setting(
         (), Checked(lambda value: _numbers(value)), "start",
         "where all orbits begin: x1, v1, x2, v2 at t = 0 [m, m/s]; the policy is then `state`",
+        replaces=("policy", "count", "seed"),
     )  # fmt: skip
     phase: float = setting(
         0.0, Checked(lambda value: _phase(value)), "start",

@@ -145,7 +145,7 @@ This page is made by a command, in a clone:
 `python -m benchmarks.contact_laws -o docs/contact-laws.md`.
 
 A law says what a wall does to the damper that meets it.
-[Parameters](parameters.md#contact-laws) lists them with their constants. Choose
+[Parameters](dampers.md#contact-laws) lists them with their constants. Choose
 
 - `hertz` where the bodies are elastic and their materials known: the law of the paper. A damped
   contact has a constant more, `hunt_crossley`.

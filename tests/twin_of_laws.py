@@ -1,6 +1,6 @@
 """A slow and readable twin of every kind under every contact law, to judge the package by.
 
-Written from the equations alone (eq. (5), the laws of `docs/parameters.md`), in original variables,
+Written from the equations alone (eq. (5), the laws of `docs/dampers.md`), in original variables,
 with nothing imported from the package. An orbit is put together of the spans of `twin_spans`.
 """
 

@@ -1,6 +1,6 @@
 """Fills the tables of the reference pages from the program's own: what stands between their marks.
 
-    python docs/site/reference.py            # writes docs/parameters.md, datasets.md, keys.md, ...
+    python docs/site/reference.py            # writes docs/dampers.md, datasets.md, keys.md, ...
     python docs/site/reference.py --check    # says which of them is out of date
 
 A table stands between `<!-- made: NAME -->` and `<!-- end -->`; the text around is written by hand.

@@ -112,7 +112,7 @@ class Scan(Request):
     method: str = method_setting()
     effort: str = setting(
         "standard", OneOf(EFFORTS), "sampling",
-        "of a verdict: `quick`, `standard` or `thorough`, see [Labels](labels.md)", "EFFORT",
+        "of a verdict: `quick`, `standard` or `thorough`, see [Labels](scans.md)", "EFFORT",
     )  # fmt: skip
     tolerance: float | str | None = tolerance_setting("sampling")
     signals: tuple[str, ...] = setting(

@@ -126,7 +126,7 @@ def classify(
         quiet: whether not to say that something is compiled.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
-    docs/labels.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
+    docs/scans.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
     compiled; some 0.05 s for a chaotic one.
     """
     system = as_system(system)

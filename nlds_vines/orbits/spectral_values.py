@@ -19,7 +19,7 @@ LINES_BELOW, BROADBAND_ABOVE = 1e-4, 1e-3
 """Broadband shares of lines alone and of continuous spectra.
 
 Set 6 between 7.363 and 7.425 rad/s, 19 quasiperiodic motions and 13 chaotic ones: see
-`docs/spectra.md`."""
+`docs/portrait.md#spectra-along-a-scan`."""
 
 FEWEST_PERIODS = 120
 """Sampled periods from which on the broadband share separates regimes. With 60, lines are so near

@@ -58,7 +58,7 @@ class Start:
     policy: str = setting(
         "rest", OneOf((*POLICIES, STATE)), "start",
         "where the orbits begin: [`rest`, `up`, `down`, `both`, `random`]"
-        "(own-damper.md#where-orbits-begin)",
+        "(scans.md#where-orbits-begin)",
         replaces=("count", "seed", "state", "phase"),
     )  # fmt: skip
     count: int = setting(1, Whole(1, 10**6), "start", "for `random` only: how many starts")

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nlds_vines.archives.archive import ArchiveView, read
-from nlds_vines.bifurcation.picture.regime_strip import Strip, draw_strip
+from nlds_vines.bifurcation.picture.regime_strip import STRIP, draw_strip
 from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.plane_picture import fill_plane, plane_diagram
 from nlds_vines.continuation.regime_borders import borders_of
@@ -24,11 +24,17 @@ from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable
 from nlds_vines.plotting.chosen_panels import Picture
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
+from nlds_vines.plotting.page import (
+    TWO_COLUMNS,
+    Page,
+    add_legend,
+    finish,
+    new_figure,
+    styled,
+    write_letters,
+)
 from nlds_vines.plotting.palette import colors
-from nlds_vines.plotting.panels import add_panel, write_letters, write_title
 from nlds_vines.plotting.style import (
-    CM,
     DOT,
     GRAY,
     NAVY,
@@ -39,9 +45,6 @@ from nlds_vines.plotting.style import (
 _STABLE: dict[str, Any] = {"color": NAVY, "linewidth": 1.1}
 _UNSTABLE: dict[str, Any] = {"color": "#6b6b6b", "linewidth": 0.6, "dashes": (4, 2)}
 _PANEL = 1.27  # of the height of a panel of other diagrams
-_FOOT, _HEAD, _GAP = 1.15 * CM, 0.75 * CM, 0.46 * CM  # inches; a letter stands in the gap
-_STRIP, _MARGIN = 0.42 * CM, 0.15 * CM  # inches: of a strip of regimes, above its names
-_LEGEND, _LINE = 0.65 * CM, 0.43 * CM  # inches from the upper edge to the legend; a line of it
 _MARK, _DOT = 4.0, 1.7  # points: dots are wider than the lines that lie over them
 _PALE = "#8fd0f4"  # of dots: beneath lines and marks, and seen beside them
 _POINT: dict[str, Any] = {
@@ -109,26 +112,25 @@ def branch_diagram(
     if scan is not None and scan.axes != (name,):
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {name} alone")
     regimes = [] if scan is None or "label" not in scan else _regimes(found, scan)
-    handles = _handles(found, scan is not None, bool(regimes))
-    lines = -(-len(handles) // (page.columns + page.beside))
-    head = _HEAD + _LINE * lines + _room_above(found, regimes, page)
-    panel = _PANEL * page.panel
-    figure = Figure(figsize=(page.width, head + len(shown) * (_GAP + panel) + _FOOT))
+    heights = [STRIP] * bool(regimes) + [_PANEL * page.panel] * len(shown)
+    figure, grid = new_figure(page, heights)
     panels: list[Axes] = []
-    for place, quantity in enumerate(shown):
-        bottom = _FOOT + (len(shown) - 1 - place) * (panel + _GAP)
-        shared = panels[0] if panels else None
-        panels.append(add_panel(figure, (page.left, bottom, page.across, panel), sharex=shared))
+    for quantity in shown:
+        place = grid[len(panels) + bool(regimes)]
+        panels.append(figure.add_subplot(place, sharex=panels[0] if panels else None))
         _fill(panels[-1], found, quantity, scan)
-        panels[-1].tick_params(top=True, labelbottom=place == len(shown) - 1)
+        panels[-1].tick_params(top=True, labelbottom=len(panels) == len(shown))
     panels[-1].set_xlabel(axis_label(name))
     panels[0].set_xlim(found.request.along.low, found.request.along.high)
+    figure.align_ylabels(panels)
     if scan is not None and regimes:
-        _draw_regimes(figure, panels[0], regimes)
+        strip = figure.add_subplot(grid[0], sharex=panels[0])
+        draw_strip(strip, regimes, colors(band.label for band in regimes))
+        panels[0].set_xlim(found.request.along.low, found.request.along.high)
         _mark_borders(panels[-1], found, scan)
-    _add_legend(figure, handles, page)
+    add_legend(panels[-1], _handles(found, scan is not None, bool(regimes)), "below")
     write_letters(panels)
-    write_title(figure, found.request.title, page.left / page.width)
+    finish(figure, grid, found.request.title)
     return figure
 
 
@@ -213,24 +215,6 @@ def _regimes(found: Continued, scan: ArchiveView) -> list[Band]:
     return bands(scan[scan.axes[0]][inside], scan.take("label", start=0)[inside])
 
 
-def _room_above(found: Continued, regimes: Sequence[Band], page: Page) -> float:
-    """Return the inches that the strip of regimes and the names above it take."""
-    if not regimes:
-        return 0.0
-    ends = (found.request.along.low, found.request.along.high)
-    return _STRIP + Strip(regimes, ends, 72 * page.across).room / 72 + _MARGIN
-
-
-def _draw_regimes(figure: Figure, panel: Axes, regimes: list[Band]) -> None:
-    """Draw the strip of a scan's regimes above a panel and its letter."""
-    box, (wide, height) = panel.get_position(), figure.get_size_inches()
-    place = (box.x0 * wide, box.y1 * height + _GAP, box.width * wide, _STRIP)
-    limits = panel.get_xlim()
-    axes = add_panel(figure, place, sharex=panel)
-    draw_strip(axes, regimes, colors(band.label for band in regimes))
-    panel.set_xlim(limits)
-
-
 def _mark_borders(panel: Axes, found: Continued, scan: ArchiveView) -> None:
     """Mark along the foot of a panel what makes the borders of a scan's regimes: a tick for each.
 
@@ -267,17 +251,3 @@ def _handles(found: Continued, over: bool = False, borders: bool = False) -> lis
         tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markersize": 6}
         handles.append(Line2D([], [], label="its regime changes", color=GRAY, **tick))
     return handles
-
-
-def _add_legend(figure: Figure, handles: list[Line2D], page: Page) -> None:
-    """Add the legend below the title."""
-    figure.legend(
-        handles=handles,
-        ncols=page.columns + page.beside,
-        loc="upper left",
-        bbox_to_anchor=(page.left / page.width, 1 - _LEGEND / figure.get_figheight()),
-        columnspacing=1.2,
-        handletextpad=0.4,
-        borderaxespad=0,
-        borderpad=0,
-    )

@@ -26,8 +26,7 @@ from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import typeset
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import write_letters
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled, write_letters
 from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE
 
 _HEIGHT = {"shares": 4.2 * CM}  # inches

@@ -22,8 +22,7 @@ from nlds_vines.model.quantity import ERROR
 from nlds_vines.model.words import system_in_words
 from nlds_vines.plotting.bands import edges, logarithmic
 from nlds_vines.plotting.notation import in_latex, raised, typeset
-from nlds_vines.plotting.page import Page
-from nlds_vines.plotting.panels import write_letters
+from nlds_vines.plotting.page import Page, write_letters
 from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE, SHADES, axis_label
 
 _LINES = ("solid", "dashed", "dashdot", "dotted")

@@ -1,20 +1,52 @@
-"""The width of a picture and its margins, and the settings of matplotlib that it is drawn with."""
+"""The page of a picture: its width, its rows of panels, its title and legends, its settings.
+
+Matplotlib's constrained layout gives labels, letters, names and legends the room that they need.
+Panels have the heights that are asked for, and the page becomes as high as that takes:
+
+    figure, grid = new_figure(page, [2.0, 1.0])  # inches
+    panels = [figure.add_subplot(place) for place in grid]
+    ...
+    finish(figure, grid, "a title")
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+import re
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
+from math import log10
 from pathlib import Path
+from typing import Any, Literal
 
 import matplotlib
+import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.gridspec import GridSpec
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.legend import Legend
+from matplotlib.textpath import TextPath
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.transforms import offset_copy
 
 from nlds_vines.archives.durable import open_regular
 from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.style import CM, LEFT, RIGHT, STYLE, WIDTH
+
+_PAD = 0.1 * CM  # inches around each panel with its labels, and around the page
+_LEFT, _RIGHT = 1.45 * CM, 0.3 * CM  # inches beside panels, before their labels are measured
+_LEGEND_BELOW, _LEGEND_ABOVE, _LEGEND_BESIDE = 29, 4, 6  # points between a panel and its legend
+_HANDLE = 26  # points, width of a legend's mark and of the space around it
+_DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 and 10
+_FEWEST = 3  # numbers along a logarithmic axis
+_CLAUSE = re.compile(r"(?<=[,;:]) ")  # where a title may be broken
 
 _MOST_BYTES = 1 << 20
 """Bytes of a style sheet: matplotlib's longest have some kilobytes."""
@@ -122,6 +154,149 @@ def into(ax: Axes, fill: Callable[[], None]) -> Figure:
     """Draw into given axes by `fill`, and return their figure: where it is in another, that one."""
     with styled():
         fill()
-    figure = ax.get_figure(root=True)
-    assert isinstance(figure, Figure)
+    return figure_of(ax)
+
+
+def figure_of(axes: Axes) -> Figure:
+    """Return the figure that axes are in; if that is in another one, the outer one."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
     return figure
+
+
+def new_figure(page: Page, heights: Sequence[float], columns: int = 1) -> tuple[Figure, GridSpec]:
+    """Return an empty figure and a grid whose rows have these heights [inches]; see `finish`.
+
+    Until then the grid has the heights asked for and about the final width, so that names and
+    ticks can be chosen by the size of their panel.
+    """
+    engine = ConstrainedLayoutEngine(w_pad=_PAD, h_pad=_PAD, wspace=0.0, hspace=0.0)
+    tall = sum(heights) + 2.0
+    figure = Figure(figsize=(page.width, tall), layout=engine)
+    margins: dict[str, float] = {
+        "left": page.left / page.width,
+        "right": 1.0 - page.right / page.width,
+    }
+    margins |= {"bottom": 1.0 / tall, "top": 1.0 - 1.0 / tall, "hspace": 0.0}
+    return figure, figure.add_gridspec(len(heights), columns, height_ratios=heights, **margins)
+
+
+def finish(figure: Figure, grid: GridSpec, title: str, below: str = "") -> None:
+    """Write the title, give all rows of the grid their heights, and fix the layout.
+
+    Arguments: the `title`, plain text (`notation.typeset`), broken after a comma or a colon if it
+    is longer than a line; a line `below` it, with formulas.
+    """
+    parts, width = [typeset(title), *filter(None, [below])], figure.get_figwidth()
+    lines = [line for part in parts for line in lines_of(part, width - _LEFT)]
+    text = figure.suptitle("\n".join(lines), ha="left", fontsize=rcParams["font.size"])
+    engine, ratios = figure.get_layout_engine(), np.asarray(grid.get_height_ratios(), float)
+    assert engine is not None
+    engine.execute(figure)
+    panels = [(axes, spec) for axes in figure.axes if (spec := axes.get_subplotspec())]
+    text.set_x(min(axes.get_position().x0 for axes, _ in panels))
+    tall, (axes, spec) = figure.get_figheight(), panels[0]
+    wanted = ratios[spec.get_topmost_subplotspec().rowspan].sum()
+    missing = 1.0 - axes.get_position().height * tall / wanted
+    figure.set_figheight(tall + missing * ratios.sum())
+    engine.execute(figure)
+    figure.set_layout_engine("none")
+
+
+def lines_of(text: str, width: float) -> list[str]:
+    """Return the lines of a title of at most so many inches, broken after a comma or a colon."""
+    size = FontProperties(size=rcParams["font.size"]).get_size_in_points()
+    first, *others = _CLAUSE.split(text)
+    lines = [first]
+    for clause in others:
+        longer = f"{lines[-1]} {clause}"
+        if text_width(longer, size) <= 72 * width:
+            lines[-1] = longer
+        else:
+            lines.append(clause)
+    return lines
+
+
+def add_legend(
+    axes: Axes,
+    handles: Sequence[Any],
+    side: Literal["right", "below", "above"],
+    offset: float = 0.0,
+    **look: Any,
+) -> Legend:
+    """Add a legend outside axes, in as many columns as fit over or under them.
+
+    Arguments: the `handles`, with labels; the `side`; an `offset` [points] further away; settings
+    of `Axes.legend`.
+    """
+    size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
+    widths = np.array([_HANDLE + text_width(handle.get_label(), size) for handle in handles])
+    room = size_of(axes)[0]
+    columns = 1
+    if side != "right":
+        columns = max(n for n in range(1, len(widths) + 1) if n == 1 or _fits(widths, n, room))
+    x, y, corner, anchor = {
+        "right": (_LEGEND_BESIDE + offset, 0.0, "upper left", (1.0, 1.0)),
+        "below": (0.0, -_LEGEND_BELOW - offset, "upper left", (0.0, 0.0)),
+        "above": (0.0, _LEGEND_ABOVE + offset, "lower left", (0.0, 1.0)),
+    }[side]
+    place = offset_copy(axes.transAxes, figure_of(axes), x, y, units="points")
+    usual: dict[str, Any] = {"borderaxespad": 0.0, "borderpad": 0.0, "columnspacing": 1.4}
+    usual |= {"handlelength": 1.4, "handletextpad": 0.4, "labelspacing": 0.35, "ncols": columns}
+    usual |= {"alignment": "left", "loc": corner, "bbox_to_anchor": anchor}
+    return axes.legend(handles=list(handles), bbox_transform=place, **usual | look)
+
+
+def _fits(widths: np.ndarray, columns: int, room: float) -> bool:
+    """Return whether entries of these widths fit into a room, in so many columns, all in points."""
+    return sum(column.max() for column in np.array_split(widths, columns)) <= room
+
+
+def text_width(text: str, size: float) -> float:
+    """Return the width of a text in points, at a font size in points, without drawing it."""
+    font = FontProperties(family=rcParams["font.family"], size=size)
+    with warnings.catch_warnings():
+        # a title may be in a script that no font here has: it is drawn as boxes
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        return float(TextPath((0, 0), text, prop=font).get_extents().width)
+
+
+def letter(index: int) -> str:
+    """Return the letter of a panel by its place, from 0: (a) ... (z), (aa) ... (zz)."""
+    return f"({chr(ord('a') + index % 26) * (1 + index // 26)})"
+
+
+def write_letters(panels: Sequence[Axes]) -> None:
+    """Write (a), (b) ... above the left corners of panels, where they hide nothing."""
+    if len(panels) < 2:
+        return
+    look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+    for place, axes in enumerate(panels):
+        axes.annotate(letter(place), (0, 1), (0, 2.5), ha="left", va="bottom", **look)
+
+
+def logarithmic_ticks() -> LogLocator:
+    """Return the rule for ticks at 1, 2, 5, 10, 20, ..."""
+    return LogLocator(subs=(1.0, 2.0, 5.0))
+
+
+def write_out_ticks(axis: Axis) -> None:
+    """Mark 1, 2, 5, 10, ... on a logarithmic axis, or decades alone where there is little room.
+
+    Where that would be fewer than three numbers, all digits of a decade are marked.
+    """
+    low, high = axis.get_view_interval()
+    length = size_of(axis.axes)[axis is axis.axes.yaxis]
+    few = length < _DECADE * log10(high / low)
+    rule = LogLocator() if few else logarithmic_ticks()
+    if sum(low <= value <= high for value in rule.tick_values(low, high)) < _FEWEST:
+        rule = LogLocator(subs=tuple(map(float, range(1, 10))))
+    axis.set_major_locator(rule)
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def size_of(axes: Axes) -> tuple[float, float]:
+    """Return width and height of axes in points."""
+    point = 72 / float(axes.figure.dpi)
+    return point * float(axes.bbox.width), point * float(axes.bbox.height)

@@ -14,8 +14,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nlds_vines.plotting.page import TWO_COLUMNS, Page
-from nlds_vines.plotting.panels import add_panel, letter
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, letter
+from nlds_vines.plotting.panels import add_panel
 from nlds_vines.plotting.style import CM
 from nlds_vines.portrait.request import PLANES
 from nlds_vines.portrait.window_view import View

@@ -25,8 +25,8 @@ from nlds_vines.orbits.signals import (
 )
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import typeset
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import size_of, write_title
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, size_of, styled
+from nlds_vines.plotting.panels import write_title
 from nlds_vines.plotting.style import CM, DOT, GREEN, HUES
 from nlds_vines.portrait.page_layout import (
     CROWD,

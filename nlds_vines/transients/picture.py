@@ -12,9 +12,9 @@ from matplotlib.ticker import FuncFormatter, PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.plotting.chosen_panels import Picture
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, size_of, styled, write_letters
 from nlds_vines.plotting.palette import OTHERS, colors, patch_look
-from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_title
+from nlds_vines.plotting.panels import add_panel, write_title
 from nlds_vines.plotting.style import CM, HUES, NAVY, STYLE
 from nlds_vines.transients.ensemble import Ensemble, ensemble_of
 from nlds_vines.transients.survival import DELAY, Decay, Survival

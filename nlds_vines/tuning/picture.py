@@ -20,15 +20,15 @@ from nlds_vines.model.parameters import DESCRIBED, described
 from nlds_vines.plotting.bands import drawable, evenly_spaced, inner_edges
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import latex_symbol, raised
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import (
-    add_color_bar,
-    add_panel,
+from nlds_vines.plotting.page import (
+    TWO_COLUMNS,
+    Page,
     logarithmic_ticks,
     size_of,
+    styled,
     write_out_ticks,
-    write_title,
 )
+from nlds_vines.plotting.panels import add_color_bar, add_panel, write_title
 from nlds_vines.plotting.style import (
     CM,
     NAVY,

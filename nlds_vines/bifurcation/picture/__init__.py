@@ -7,7 +7,6 @@ In reading order:
     attractor_styles  orbits of one attractor look alike, whatever their start
     dot_panel         one quantity over one parameter, or spectra
     regime_strip      the colored strip of regimes above a diagram
-    strip_layout      how many strips, and what their legend says
     diagram           strips and panels over one parameter
     map_panel         the panel of a map: cells filled, hatched, marked; regions named
     regime_map        two varied parameters: regimes, and how many coexist, by color

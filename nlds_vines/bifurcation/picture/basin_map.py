@@ -30,7 +30,7 @@ from nlds_vines.bifurcation.picture.map_panel import (
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.plotting.bands import inner_edges
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled, write_letters
 from nlds_vines.plotting.palette import (
     HATCHED,
     OTHERS,
@@ -41,7 +41,7 @@ from nlds_vines.plotting.palette import (
     mixed,
     patch_look,
 )
-from nlds_vines.plotting.panels import write_letters, write_title
+from nlds_vines.plotting.panels import write_title
 from nlds_vines.plotting.style import CM, axis_label
 
 _SHADES = (("#000000", 0.0), ("#000000", 0.35), ("#ffffff", 0.45), ("#000000", 0.6))

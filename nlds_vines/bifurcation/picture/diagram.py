@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -18,7 +16,7 @@ from nlds_vines.bifurcation.picture.dot_panel import (
     overlay_energy,
 )
 from nlds_vines.bifurcation.picture.ordinates import Quantity, Slice, quantities_in
-from nlds_vines.bifurcation.picture.strip_layout import (
+from nlds_vines.bifurcation.picture.regime_strip import (
     Tier,
     draw_strip_of,
     legend_of_strips,
@@ -29,19 +27,17 @@ from nlds_vines.model.quantities import drawn_in
 from nlds_vines.model.quantity import BELOW, CURVES, TOUCHED
 from nlds_vines.plotting.bands import edges
 from nlds_vines.plotting.chosen_panels import several_panels
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import (
-    add_panel,
-    align_labels,
-    size_of,
+from nlds_vines.plotting.page import (
+    TWO_COLUMNS,
+    Page,
+    add_legend,
+    finish,
+    new_figure,
+    styled,
     write_letters,
-    write_title,
 )
-from nlds_vines.plotting.style import CM, axis_label
+from nlds_vines.plotting.style import axis_label
 
-_FOOT, _HEAD = 1.1 * CM, 0.75 * CM  # heights in inches: of the labels below, of the title
-_LEGEND_ROW, _LEGEND_GAP = 0.42 * CM, 0.12 * CM
-_GAP = 0.46 * CM  # inches between two panels, where a letter stands
 _SMALL = 0.65  # of the height of a panel: one of small multiples
 _ENERGY = "E1max"
 
@@ -65,19 +61,23 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     Raises `RequestError` where nothing is recorded to draw.
     """
     cuts, known = slices_of(view), quantities_in(view)
-    rows = _usual_rows(view, cuts, known) if show is None else rows_of(show, known)
-    tiers = _tiers(cuts, rows, known, page)
+    shown = _usual_rows(view, cuts, known) if show is None else rows_of(show, known)
+    tiers = _tiers(cuts, shown, known, page)
     if not tiers:
         raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
-    handles = [*legend_of_panel(cuts, rows), *legend_of_strips(cuts, page)]
-    figure, axes = _frames(tiers, page, len(handles))
-    panels = _draw_tiers(tiers, axes, cuts[0]) or axes
-    align_labels([panel for panel in panels if panel.get_ylabel() and panel in axes], page.left)
-    if show is None and _ENERGY in known and _has_overlay(cuts, rows, known):
+    figure, grid = new_figure(page, [tier.height for tier in tiers])
+    axes: dict[int, Axes] = {}
+    for place in sorted(range(len(tiers)), key=lambda place: not tiers[place].quantity):
+        axes[place] = figure.add_subplot(grid[place], sharex=next(iter(axes.values()), None))
+    rows = [axes[place] for place in range(len(tiers))]
+    panels = _draw_tiers(tiers, rows, cuts[0]) or rows
+    figure.align_ylabels([panel for panel in panels if panel.get_ylabel() and panel in rows])
+    if show is None and _ENERGY in known and _has_overlay(cuts, shown, known):
         overlay_energy(panels[0], cuts[0], known[_ENERGY])
+    handles = [*legend_of_panel(cuts, shown), *legend_of_strips(cuts, page)]
     if handles:
-        _add_legend(panels[-1], handles, page)
-    write_title(figure, view.text("title"), page.left / page.width)
+        add_legend(rows[-1], handles, "below")
+    finish(figure, grid, view.text("title"))
     return figure
 
 
@@ -145,7 +145,7 @@ def _tiers(
     for cut in cuts:
         own = [name for name in rows if len(cuts) == 1 or not known[name].single]
         if own or cut.labels() is not None:
-            found += strips_of(cut, page)
+            found += strips_of(cut)
         found += [_panel([cut], known, name, small * page.panel) for name in own]
     if len(cuts) > 1:
         numbers = [name for name in rows if known[name].single]
@@ -155,24 +155,7 @@ def _tiers(
 
 def _panel(cuts: Sequence[Slice], known: Mapping[str, Quantity], name: str, height: float) -> Tier:
     draw = partial(fill_panel, cuts=cuts, known=known, name=name)
-    return Tier(_GAP, height, draw, name)
-
-
-def _frames(tiers: Sequence[Tier], page: Page, entries: int) -> tuple[Figure, list[Axes]]:
-    """Return a figure with axes of the tiers, the panels before the strips, all with one abscissa.
-
-    Arguments: the tiers from the top; the page; how many `entries` a legend below them has.
-    """
-    rows = -(-entries // page.columns)
-    foot = _FOOT + (rows * _LEGEND_ROW + _LEGEND_GAP if rows else 0.0)
-    inches = _HEAD + sum(tier.above + tier.height for tier in tiers) + foot
-    figure = Figure(figsize=(page.width, inches))
-    lower = inches - _HEAD - np.cumsum([tier.above + tier.height for tier in tiers])
-    found: dict[int, Axes] = {}
-    for place in sorted(range(len(tiers)), key=lambda place: not tiers[place].quantity):
-        box = (page.left, float(lower[place]), page.across, tiers[place].height)
-        found[place] = add_panel(figure, box, sharex=next(iter(found.values()), None))
-    return figure, [found[place] for place in range(len(tiers))]
+    return Tier(height, draw, name)
 
 
 def _draw_tiers(tiers: Sequence[Tier], found: Sequence[Axes], cut: Slice) -> list[Axes]:
@@ -198,19 +181,3 @@ def _share_scales(tiers: Sequence[Tier], found: Sequence[Axes]) -> None:
         ends = [end for axes in same for end in axes.get_ylim()]
         for axes in same if len(same) > 1 else ():
             axes.set_ylim(min(ends), max(ends))
-
-
-def _add_legend(panel: Axes, handles: Sequence[Any], page: Page) -> None:
-    """Add a legend below the lowest axes, where it hides nothing."""
-    below = 72 * (_FOOT - 0.05 * CM) / size_of(panel)[1]
-    panel.legend(
-        handles=list(handles),
-        loc="upper left",
-        bbox_to_anchor=(0.0, -below),
-        ncols=page.columns,
-        borderaxespad=0,
-        borderpad=0,
-        columnspacing=1.4,
-        handlelength=1.4,
-        handletextpad=0.4,
-    )

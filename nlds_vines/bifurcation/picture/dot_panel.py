@@ -19,8 +19,8 @@ from nlds_vines.model.quantities import QUANTITIES, drawn_in, scale_of
 from nlds_vines.model.quantity import ERROR, TOUCHED
 from nlds_vines.plotting.bands import bands, edges, logarithmic, one_regime
 from nlds_vines.plotting.notation import raised, signal_symbol
+from nlds_vines.plotting.page import size_of
 from nlds_vines.plotting.palette import PASSED, period_and_impacts
-from nlds_vines.plotting.panels import size_of
 from nlds_vines.plotting.style import DOT, GRAY, GREEN, HUES, NAVY, NO_VALUE, ROUND_OFF, SHADES
 
 _WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}

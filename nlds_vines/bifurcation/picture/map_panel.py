@@ -14,9 +14,9 @@ from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.plotting.bands import inner_edges, logarithmic
-from nlds_vines.plotting.page import TWO_COLUMNS, Page
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, size_of, text_width
 from nlds_vines.plotting.palette import is_dark, short
-from nlds_vines.plotting.panels import add_panel, size_of, text_width
+from nlds_vines.plotting.panels import add_panel
 from nlds_vines.plotting.style import CM, axis_label
 
 HEAD, FOOT = 0.95 * CM, 1.25 * CM

@@ -32,9 +32,9 @@ from nlds_vines.model.labels import UNKNOWN, by_frequency, finals, share_of
 from nlds_vines.model.quantities import scale_of
 from nlds_vines.model.quantity import ERROR, PERIOD, SIGNED, WAIT
 from nlds_vines.plotting.notation import literal
-from nlds_vines.plotting.page import TWO_COLUMNS, Page
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, write_out_ticks
 from nlds_vines.plotting.palette import OTHERS, PASSED, RAMP
-from nlds_vines.plotting.panels import add_color_bar, write_out_ticks
+from nlds_vines.plotting.panels import add_color_bar
 from nlds_vines.plotting.style import CM, NO_VALUE, ROUND_OFF, SHADES, axis_label
 
 _TWO_SIDED = "PuOr_r"  # matplotlib's name of shades with a zero in their middle; color-blind-safe

@@ -30,7 +30,7 @@ from nlds_vines.bifurcation.picture.quantity_map import draw_number, draw_shares
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import TRANSIENT, by_frequency, coexisting, final, most_frequent
 from nlds_vines.model.quantity import clause
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled, write_letters
 from nlds_vines.plotting.palette import (
     COUNTS,
     HATCHED,
@@ -45,7 +45,7 @@ from nlds_vines.plotting.palette import (
     patch_look,
     short,
 )
-from nlds_vines.plotting.panels import write_letters, write_title
+from nlds_vines.plotting.panels import write_title
 from nlds_vines.plotting.style import CM, GRAY, NO_VALUE
 
 _GAP = 0.55 * CM  # inches between two maps

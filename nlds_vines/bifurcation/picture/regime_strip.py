@@ -1,18 +1,43 @@
-"""The strip above a diagram that names the regimes along the axis."""
+"""The strips above a diagram that name the regimes along the axis; their legend."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from math import inf
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.transforms import offset_copy
 
-from nlds_vines.plotting.bands import Band, bands, spread
-from nlds_vines.plotting.palette import colors, hatch_of, is_dark, ordered, patch_look, short
-from nlds_vines.plotting.panels import size_of, text_width
+from nlds_vines.bifurcation.observation_time import in_legend
+from nlds_vines.bifurcation.picture.ordinates import Slice
+from nlds_vines.model.labels import CHAOS
+from nlds_vines.plotting.bands import Band, bands, edges, logarithmic, spread
+from nlds_vines.plotting.page import Page, figure_of, size_of, text_width
+from nlds_vines.plotting.palette import (
+    OTHERS,
+    color_of,
+    colors,
+    drawn_as,
+    example_of,
+    hatch_of,
+    in_order,
+    is_dark,
+    ordered,
+    patch_look,
+    short,
+)
+from nlds_vines.plotting.style import CM
+
+MOST_STRIPS = 2
+"""The most starts with a strip of their own; more are stacked in one."""
+
+STRIP, STACK, NO_STRIP = 0.42 * CM, 0.75 * CM, 0.02 * CM
+"""Heights [inches] of a strip, of the stack of several starts, and of axes without a strip."""
 
 _SIZE = 7  # pt, of the names
 _PITCH = 1.25 * _SIZE  # pt from one upright name to the next
@@ -20,7 +45,91 @@ _PADDING = 3  # pt on either side of a name inside its band
 _NARROWEST = 0.5  # pt, least width of a band that is named: a narrower one is invisible
 _LINES = 14  # pt between the strip and the names above it
 _FARTHEST = 45  # pt between a name and the band that it names
-_TALLEST = 96  # pt, of a name above a strip for which room is made
+_HELD_WIDTH = 0.4  # of a strip: the room for the value at which another parameter is held
+_MOST_LEFT_OUT = 11  # entries of a legend for regimes that no strip names
+
+
+@dataclass(frozen=True)
+class Tier:
+    """A row of a diagram: its height in inches, and what draws it.
+
+    `quantity` is what a panel shows, empty for a strip; panels of one quantity share its scale.
+    """
+
+    height: float
+    draw: Callable[[Axes], None]
+    quantity: str = ""
+
+
+def strips_of(cut: Slice) -> list[Tier]:
+    """Return the strips of a slice: of one start, of each of two, or a stack of more.
+
+    Above the first one stands the value at which another parameter is held, if there is one.
+    """
+    if cut.labels() is None:
+        return [Tier(NO_STRIP, partial(draw_strip_of, cut=cut))] if cut.held else []
+    height = STACK if _is_stacked(cut) else STRIP
+    return [Tier(height, partial(draw_strip_of, cut=cut, start=n)) for n in range(_count(cut))]
+
+
+def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
+    """Draw a strip of a slice into axes: of one start, or the stack of many.
+
+    Above the first one stands the value at which another parameter is held.
+    """
+    labels, lift = cut.marked_labels(), 0.0
+    if labels is None:
+        axes.set_axis_off()
+    else:
+        if logarithmic(cut.values):
+            axes.set_xscale("log")
+        if _is_stacked(cut):
+            strip = draw_stack(axes, cut.values, labels)
+        else:
+            found = bands(cut.values, labels[:, start])
+            strip = draw_strip(axes, found, colors(labels.ravel().tolist()))
+            if len(cut.starts) > 1:
+                axes.set_ylabel(cut.starts[start], rotation=0, ha="right", va="center")
+        if any(strip.place(band.low) <= _HELD_WIDTH for band in strip.above):
+            lift = _LINES + max(text_width(short(band.label), _SIZE) for band in strip.above)
+    if cut.held and start == 0:
+        look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+        axes.annotate(cut.held, (0, 1), (0, 3 + lift), ha="left", va="bottom", **look)
+
+
+def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
+    """Return entries of a legend: how long chaos was watched; what no strip names."""
+    found: list[Any] = []
+    shown = [(cut, labels) for cut in cuts if (labels := cut.marked_labels()) is not None]
+    several = len(cuts) == 1 and _is_stacked(cuts[0])  # their dots are in the legend
+    if not several and any(np.any(cut.labels() == CHAOS) for cut, _ in shown):
+        text = in_legend(CHAOS, shown[0][0].view)
+        found.append(Patch(facecolor=OTHERS[CHAOS], label=text))
+    out = []
+    for cut, labels in shown:
+        low, high = edges(cut.values)[[0, -1]]
+        about = (float(low), float(high)), 72 * page.across, logarithmic(cut.values)
+        if _is_stacked(cut):
+            out += Strip(_widest(stacked_bands(cut.values, labels)), *about, False).left_out
+        else:
+            for start in range(_count(cut)):
+                out += Strip(bands(cut.values, labels[:, start]), *about).left_out
+    words = in_order({drawn_as(word) for word in out})
+    for word in words[:_MOST_LEFT_OUT]:
+        label = example_of(word)
+        found.append(Patch(label=short(word), **patch_look(label, color_of(label))))
+    if len(words) > _MOST_LEFT_OUT:
+        found.append(Patch(color="none", label=f"and {len(words) - _MOST_LEFT_OUT} more"))
+    return found
+
+
+def _count(cut: Slice) -> int:
+    """Return how many strips a slice has."""
+    return 1 if _is_stacked(cut) else len(cut.starts)
+
+
+def _is_stacked(cut: Slice) -> bool:
+    return len(cut.starts) > MOST_STRIPS
 
 
 class Strip:
@@ -60,12 +169,6 @@ class Strip:
         return float((at - low) / (high - low))
 
     @property
-    def room(self) -> float:
-        """The height in points that the names above take."""
-        widths = [text_width(short(band.label), _SIZE) for band in self.above]
-        return min(max(widths) + _LINES, _TALLEST) if widths else 0.0
-
-    @property
     def pitch(self) -> float:
         """The distance of names above, as a fraction of the axis."""
         return _PITCH / self._points
@@ -102,10 +205,10 @@ class Strip:
         return self._points * (self.place(band.high) - self.place(band.low))
 
 
-def draw_strip(axes: Axes, found: list[Band], color: Mapping[str, str]) -> None:
-    """Draw bands of regimes as a strip in their colors, and name them (`Strip`).
+def draw_strip(axes: Axes, found: list[Band], color: Mapping[str, str]) -> Strip:
+    """Draw bands of regimes as a strip in their colors, and name them.
 
-    The limits of the axes are those of the strip, or within it.
+    Returns where the names stand.  The limits of the axes are those of the strip, or within it.
     """
     _clear(axes)
     for band in found:
@@ -114,12 +217,14 @@ def draw_strip(axes: Axes, found: list[Band], color: Mapping[str, str]) -> None:
     for band in strip.inside:
         _name_inside(axes, strip, band, color[band.label])
     _name_above(axes, strip)
+    return strip
 
 
-def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> None:
+def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> Strip:
     """Draw the labels (cells, starts) of several starts: each cell a stack of their regimes.
 
-    In each cell the regimes stand in the order of legends, with heights as are their shares.
+    In each cell the regimes stand in the order of legends, their heights in proportion to their
+    shares.  Returns where the names stand.
     """
     _clear(axes)
     found = stacked_bands(values, labels)
@@ -127,12 +232,9 @@ def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> None:
     for place, row in enumerate(found):
         for band in row:
             _fill(axes, band, color[band.label], place / len(found), 1 / len(found))
-    _name_above(axes, _strip_of(axes, _widest(found), inside=False))
-
-
-def stack_room(values: np.ndarray, labels: np.ndarray) -> list[Band]:
-    """Return the bands that `draw_stack` names, for the room above it."""
-    return _widest(stacked_bands(values, labels))
+    strip = _strip_of(axes, _widest(found), inside=False)
+    _name_above(axes, strip)
+    return strip
 
 
 def stacked_bands(values: np.ndarray, labels: np.ndarray) -> list[list[Band]]:
@@ -177,11 +279,11 @@ def _name_inside(axes: Axes, strip: Strip, band: Band, color: str) -> None:
 
 def _name_above(axes: Axes, strip: Strip) -> None:
     """Write names upright above the strip, side by side, each joined to its band by a line."""
-    height = size_of(axes)[1]
+    above = offset_copy(axes.transAxes, figure_of(axes), 0.0, _LINES, units="points")
+    look: dict[str, Any] = {"fontsize": _SIZE, "rotation": 90, "ha": "center", "va": "bottom"}
+    look |= {"xycoords": "axes fraction", "textcoords": above, "annotation_clip": False}
+    arms = "arc,angleA=-90,angleB=90,armA=3,armB=3,rad=0"  # points
+    look["arrowprops"] = {"arrowstyle": "-", "connectionstyle": arms, "shrinkA": 0, "shrinkB": 0}
+    look["arrowprops"] |= {"color": "#555555", "linewidth": 0.4, "relpos": (0.5, 0.0)}
     for band, place in zip(strip.above, strip.places(strip.above), strict=True):
-        center = strip.middle(band)
-        heights = [1.0, *(1.0 + share * _LINES / height for share in (0.2, 0.8, 0.95))]
-        look: dict[str, Any] = {"transform": axes.transAxes, "clip_on": False}
-        axes.plot([center, center, place, place], heights, color="#555555", linewidth=0.4, **look)
-        style: dict[str, Any] = {"fontsize": _SIZE, "rotation": 90, "ha": "center", "va": "bottom"}
-        axes.text(place, 1.0 + _LINES / height, short(band.label), **style, **look)
+        axes.annotate(short(band.label), (strip.middle(band), 1.0), (place, 1.0), **look)

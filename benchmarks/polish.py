@@ -20,8 +20,7 @@ from nlds_vines.runs.executors import use_threads
 from nlds_vines.tuning.free_parameter import values_of
 from nlds_vines.tuning.objective import Objective, Trials
 from nlds_vines.tuning.optima import distinct
-from nlds_vines.tuning.request import Tuning
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.request import Tuning, load_tuning
 from nlds_vines.tuning.run import PROMISING
 from nlds_vines.tuning.searches import polish, search_globally
 

@@ -13,7 +13,7 @@ import numpy as np
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
-from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.portrait.request import load_portrait
 from paper.claims import Data
 from paper.claims.measured import Breadth, Motion, curve_of
 from paper.request import FigureRequest

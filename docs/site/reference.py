@@ -27,8 +27,7 @@ from nlds_vines.bifurcation.response_curves.request_file import CurveEntry, Pane
 from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.parser import Parser
 from nlds_vines.continuation.branch_table import datasets_of as of_branches
-from nlds_vines.continuation.request import Begin, Continuation
-from nlds_vines.continuation.request_file import load_continuation
+from nlds_vines.continuation.request import Begin, Continuation, load_continuation
 from nlds_vines.continuation.special_curve_table import curve_datasets
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.axis import Axis
@@ -44,10 +43,8 @@ from nlds_vines.orbits.records import WANTS, spectral
 from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import STATUS
-from nlds_vines.portrait.request import PortraitRequest
-from nlds_vines.portrait.request_file import ColumnEntry, Times
-from nlds_vines.tuning.request import Search, Surface, Tuning
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.portrait.request import ColumnEntry, PortraitRequest, Times
+from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
 from nlds_vines.tuning.tuning_table import Findings, contents
 
 DOCS = Path(__file__).resolve().parents[1]

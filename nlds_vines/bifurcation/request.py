@@ -365,7 +365,7 @@ def load_scan(
         if (changes or {}).get("system"):
             del source["set"]  # what the default scan sets is meant for its own system
     request = FORM.read(source, changes, changes_from, where)
-    system = request.system(varied="vary")
+    system = request.as_set(request.system(), dict.fromkeys(request.table("vary"), "vary"))
     start = _start(request)
     with at(request.place("vary")):
         shape = announced(request.table("vary"))
@@ -386,10 +386,10 @@ def load_scan(
     return request.make(
         Scan,
         request.place("vary"),
+        **request.of(Scan) | {"want": want},
         title=_made_up_title(request, system, axes) if title is None else title,
         system=system,
         axes=axes,
-        want=want,
         start=start,
     )
 

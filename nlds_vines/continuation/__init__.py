@@ -3,7 +3,6 @@
 In reading order:
 
     request              `Continuation`: what to follow, checked
-    request_file         a continuation file (TOML) read into a `Continuation`
     section_map          the n-fold stroboscopic map with its derivatives; linear systems
     arclength            predictor, Newton corrector, step control; the phase of rigid impacts
     special_points       test functions, their sign changes, branches that leave there

@@ -31,8 +31,13 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.continuation.request import STARTS, Begin, Continuation
-from nlds_vines.continuation.request_file import in_parameters, load_continuation
+from nlds_vines.continuation.request import (
+    STARTS,
+    Begin,
+    Continuation,
+    in_parameters,
+    load_continuation,
+)
 from nlds_vines.errors import RequestError, at, from_text, number, shown
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.parameters import INITIAL
@@ -236,7 +241,8 @@ class Job(jobs.Job):
     def failure(self, found: Continued) -> str:
         """Return how many branches are not complete."""
         incomplete = int(found.tables["status"].sum())
-        return f"{incomplete} branches are not complete: their ends say why" if incomplete else ""
+        words = "1 branch is" if incomplete == 1 else f"{incomplete} branches are"
+        return f"{words} not complete: the ends say why" if incomplete else ""
 
     def plan(self) -> list[str]:
         """Return what a continuation would do, one fact a line."""

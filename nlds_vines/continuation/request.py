@@ -1,19 +1,24 @@
-"""A continuation: which parameter is free, where branches begin, which others are followed.
-
-`load_continuation` reads one from TOML and checks it once; what comes out is sound.
-"""
+"""A continuation: which parameter is free, where branches begin, which others are followed."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+import numpy as np
+
 from nlds_vines.archives.provenance import CONTINUATION, Value
-from nlds_vines.errors import RequestError, checked_state, number, shown, string
+from nlds_vines.errors import RequestError, at, checked_state, number, shown, string, table
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.labels import PERIODIC, TRANSIENT
+from nlds_vines.model.ratios import meant_by, ratios_in
 from nlds_vines.model.setting import (
     Checked,
+    Document,
+    Form,
+    Merged,
     OneOf,
     Real,
     Request,
@@ -24,6 +29,7 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System
+from nlds_vines.model.words import symbol_of, system_in_words
 from nlds_vines.orbits.solver_settings import TOLERANCES, tolerance_setting
 
 POLICIES = ("rest", "random", "label", "orbits")
@@ -60,13 +66,19 @@ class Begin:
         states, values, periods: given orbits.
     """
 
-    policy: str = setting("rest", OneOf(POLICIES), "start", "`rest`, `random`, `label` or `orbits`")
-    label: str = setting("", Text(), "start", "for `label`: the regime to begin with")
+    policy: str = setting(
+        "rest", OneOf(POLICIES), "start", "`rest`, `random`, `label` or `orbits`",
+        replaces=("label", "states", "values", "periods"),
+    )  # fmt: skip
+    label: str = setting(
+        "", Text(), "start", "for `label`: the regime to begin with",
+        replaces=("policy", "states", "values", "periods"),
+    )  # fmt: skip
     count: int = setting(STARTS, Whole(1, 10**6), "start", "random starts", "N", option="--starts")
     seed: int = setting(0, Whole(0, 2**63 - 1), "start", "that random starts are drawn by", "N")
     states: tuple[tuple[float, ...], ...] = setting(
         (), Checked(lambda value: tuple(map(checked_state, _listed("states", value)))), "start",
-        "for `orbits`: a state of each",
+        "for `orbits`: a state of each", replaces=("policy", "label", "values", "periods"),
     )  # fmt: skip
     values: tuple[float, ...] = setting(
         (), Checked(lambda value: tuple(number("value", v) for v in _listed("values", value))),
@@ -212,3 +224,106 @@ class Continuation(Request):
 
 def _table(item: Interval) -> dict[str, dict[str, float]]:
     return {item.name: {"start": item.low, "stop": item.high}}
+
+
+FORM = Form("continuation", (Begin, Continuation), whole=("along", "plane"))
+"""The tables and keys of a continuation file."""
+
+DEFAULT_SYSTEM = "ssul-set6"
+"""The system that is followed unless another one is named."""
+
+DEFAULT_ALONG = {"omega": {"start": 5.0, "stop": 9.0}}
+"""The parameter that is free unless another one is named."""
+
+
+def load_continuation(
+    source: str | os.PathLike[str] | Document | System | Continuation | None = None,
+    changes: Document | None = None,
+    changes_from: str = "changes",
+) -> Continuation:
+    """Return the continuation that a file means, validated throughout.
+
+    Arguments:
+        source: path of a TOML file (its name ends in `.toml`), a name of the catalog, the
+            document as nested tables, a `System`, a `Continuation`, or None for SSul Set 6.
+        changes: a document of the same form that overrides it entry by entry; `changes_from` names
+            it in the message of an error.
+
+    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    """
+    if isinstance(source, Continuation) and not changes:
+        return source
+    request = FORM.read(DEFAULT_SYSTEM if source is None else source, changes, changes_from)
+    system = request.as_set(request.system(DEFAULT_SYSTEM))
+    intervals = _intervals(request, system)
+    along = intervals.get("along") or _interval_of(DEFAULT_ALONG)
+    title = request.title("system", "set", "along", "plane")
+    return request.make(
+        Continuation,
+        request.origin("along"),
+        **request.of(Continuation),
+        title=_made_up_title(system, along) if title is None else title,
+        system=system,
+        along=along,
+        begin=_begin(request),
+        plane=intervals.get("plane"),
+    )
+
+
+def _begin(request: Merged) -> Begin:
+    """Return where branches begin; a label, or orbits, alone mean their policy."""
+    entries = request.of(Begin)
+    policy = "orbits" if entries.get("states") else "label" if entries.get("label") else "rest"
+    with at(request.place("start")):
+        return Begin(**{"policy": policy} | entries)
+
+
+def _intervals(request: Merged, system: System) -> dict[str, Interval]:
+    """Return the intervals of the tables [along] and [plane], if they are given."""
+    free = [name for key in ("along", "plane") for name in request.table(key)]
+    free = meant_by(system.scene, free)
+    free += system.following(free)
+    intervals = {}
+    for key in ("along", "plane"):
+        if entries := request.table(key):
+            with at(request.place(key)):
+                intervals[key] = _interval_of(in_parameters(entries, system, free))
+    return intervals
+
+
+def in_parameters(
+    entries: Document, system: System, free: Collection[str] = ()
+) -> Mapping[str, Any]:
+    """Return a table of an interval along a parameter in place of one along a ratio, as f [Hz].
+
+    Arguments: the `entries` of the table; the `system` that its unit follows from; the names of
+    all that is `free`.
+
+    Raises `RequestError` where the unit follows from what is free, too.
+    """
+    known = ratios_in(system.scene)
+    if len(entries) != 1 or not entries.keys() <= known.keys():
+        return entries
+    ((name, entry),) = entries.items()
+    ratio = known[name]
+    both = next((need for need in ratio.needs if need in free), None)
+    if both is not None:
+        raise RequestError(f"{name} follows from {both}, which is free, too: give {ratio.gives}")
+    ends = {end: number(f"{end} of {name}", value) for end, value in table(name, entry).items()}
+    ratio.what.check(np.array([*ends.values()]))
+    unit = ratio.unit_of(system.parameters)
+    return {ratio.gives: {end: value * unit for end, value in ends.items()}}
+
+
+def _interval_of(entries: Document) -> Interval:
+    if len(entries) != 1:
+        raise RequestError(f"{', '.join(entries)} given; allowed: one parameter")
+    ((name, entry),) = entries.items()
+    found = table(name, entry, ("start", "stop"))
+    if found.keys() != {"start", "stop"}:
+        raise RequestError(f"{name} = {shown(dict(found))} must hold start and stop")
+    return Interval(name, found["start"], found["stop"])
+
+
+def _made_up_title(system: System, along: Interval) -> str:
+    return f"{system_in_words(system)}: branches along {symbol_of(along.name)}"

@@ -24,8 +24,7 @@ from nlds_vines.continuation.branch_table import (
     datasets_of,
 )
 from nlds_vines.continuation.exploration import is_same
-from nlds_vines.continuation.request import Continuation
-from nlds_vines.continuation.request_file import load_continuation
+from nlds_vines.continuation.request import Continuation, load_continuation
 from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.special_curve_table import curve_datasets
 from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS

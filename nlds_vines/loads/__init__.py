@@ -3,7 +3,6 @@
 In reading order:
 
     request       `HistoryRequest`: the dampers, the load, what varies, how long
-    request_file  a request file (TOML), or what stands for one, read into a `HistoryRequest`
     fall          what becomes of one structure: histories, last times, where the energy goes
     cases         its orbits: systems and loads in cells, flown by the kernels, and what they tell
     run           from request to archive: damper by damper, or a scan block by block

@@ -19,8 +19,7 @@ from nlds_vines.cli.paths import request_path
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.errors import at
 from nlds_vines.loads.load_options import add_load_options, load_changes
-from nlds_vines.loads.request import HistoryRequest
-from nlds_vines.loads.request_file import Source, load_response_history
+from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.words import system_in_words
 

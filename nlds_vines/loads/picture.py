@@ -15,8 +15,7 @@ from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError
 from nlds_vines.loads import scan_picture
 from nlds_vines.loads.fall import Fall
-from nlds_vines.loads.request import HistoryRequest, natural_period
-from nlds_vines.loads.request_file import load_response_history
+from nlds_vines.loads.request import HistoryRequest, load_response_history, natural_period
 from nlds_vines.loads.result import LoadScan, ResponseHistories, histories_in, shares_of
 from nlds_vines.model.linear_response import harmonic_energy, response
 from nlds_vines.model.load_quantities import SHARES, WAYS

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+import os
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any, ClassVar
@@ -11,14 +12,26 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
-from nlds_vines.errors import RequestError, from_text, number, shown, string
+from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.catalog import as_system, load_system, system_from
 from nlds_vines.model.load_quantities import OF_LOADS
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settings, entries, setting
+from nlds_vines.model.setting import (
+    Checked,
+    Form,
+    Merged,
+    Real,
+    Request,
+    Whole,
+    check_settings,
+    entries,
+    setting,
+)
 from nlds_vines.model.system import System
+from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.solver_settings import tolerance_setting
 from nlds_vines.orbits.starts import starts_inside
 
@@ -262,3 +275,94 @@ def struck(system: System) -> Struck:
     """Return what of a system a load acts on."""
     p = system.parameters
     return Struck(p[mass_of(system)], system.force, p["omega"])
+
+
+FORM = Form(
+    "response history",
+    (HistoryRequest, Loading),
+    whole=("vary",),
+    lists=("systems",),
+    nested=ALL,
+    sources="a path, a name, a System, a list of these, a table or a HistoryRequest",
+)
+"""The tables and keys of the request file of a response history."""
+
+USUAL = ("none", "tmd", "ssbl", "ssul-set6")
+"""The systems that are compared by default: the structure alone, and the paper's dampers."""
+
+Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | HistoryRequest | None
+"""What may stand for a response history: systems or their names, a file, the document in one."""
+
+
+def load_response_history(
+    source: Source = None,
+    changes: Mapping[str, Any] | None = None,
+    changes_from: str = "changes",
+) -> HistoryRequest:
+    """Return the response history that a source means, validated throughout.
+
+    Arguments:
+        source: path of a TOML file, a system or its name, a list of these, the document in a file
+            as nested tables, a `HistoryRequest`, or None for the paper's dampers.
+        changes: a document of the same form that overrides it entry by entry; `changes_from` names
+            it in the message of an error.
+
+    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    """
+    if isinstance(source, HistoryRequest) and not changes:
+        return source
+    given: Any = USUAL if source is None else source
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        given = {"systems": list(given)}
+    request = FORM.read(given, changes, changes_from)
+    systems, axes = _systems(request), request.axes("vary")
+    with at(request.place("load")):
+        load = Loading(**request.of(Loading))
+    title = request.title("systems", "system", "set", "load", "vary", "start")
+    return request.make(
+        HistoryRequest,
+        request.origin("load"),
+        **request.of(HistoryRequest),
+        title=title or _title(load, systems, axes),
+        systems=systems,
+        load=load,
+        vary=axes,
+    )
+
+
+def _systems(request: Merged) -> tuple[System, ...]:
+    """Return the systems with what is set; a parameter is set for those that have it."""
+    listed = request.document.get("systems")
+    if not listed or (request.is_changed("system") and not request.is_changed("systems")):
+        systems = [request.system()]
+    else:
+        with at(request.origin("systems")):
+            if not isinstance(listed, list | tuple):
+                raise RequestError(f"systems = {shown(listed)} must be a list of systems")
+            systems = [_system(one) for one in listed]
+    for place, layer in request.layers:
+        for name, value in layer.get("set", {}).items():
+            if not any(_takes(system, name) for system in systems):
+                with at(f"{place}: [set]"):
+                    systems[0].with_(**{name: value})  # which says what is allowed
+    varied = dict.fromkeys(request.table("vary"), "vary")
+    return tuple(request.as_set(system, varied, _takes) for system in systems)
+
+
+def _system(source: Any) -> System:
+    if isinstance(source, str) and source.endswith(".toml"):
+        return as_system(source)
+    return load_system(source) if isinstance(source, str) else system_from(source)
+
+
+def _takes(system: System, name: str) -> bool:
+    return has(system, name) or (name in ("law", "law_2") and bool(system.scene.walls))
+
+
+def _title(load: Loading, systems: Sequence[System], axes: Sequence[Axis]) -> str:
+    """Return a title made of the load, the systems and what varies."""
+    acts = "" if load == Loading() else load.words()
+    varies = any(is_of_load(axis.name) for axis in axes)
+    acts = acts[:1].upper() + acts[1:] if acts else "Blows" if varies else "Free decay"
+    over = f", by {' and '.join(axis.name for axis in axes)}" if axes else ""
+    return f"{acts}: {', '.join(map(system_in_words, systems))}{over}"[:MOST_CHARACTERS]

@@ -14,8 +14,7 @@ from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.loads.closed_form import closed_form, energy_after_blow
 from nlds_vines.loads.fall import HISTORIES, Fall
-from nlds_vines.loads.request import HistoryRequest
-from nlds_vines.loads.request_file import load_response_history
+from nlds_vines.loads.request import HistoryRequest, load_response_history
 from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words

@@ -16,6 +16,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, TypeVar
 
 from nlds_vines.archives.representation import Outlined
@@ -288,6 +289,8 @@ class Form:
         whole: those which a table of changes replaces as a whole.
         lists: the keys of lists.
         rows: the class of the entries of each array of tables, by its key, `column`.
+        nested: the names that stand with a dot in a table of parameters, `tone.omega`, or as a
+            table of their own.
         systems: whether a `System`, or the name of one, may stand in place of a file.
         sources: what may stand in place of a file, in words.
     """
@@ -298,6 +301,7 @@ class Form:
     whole: tuple[str, ...] = ()
     lists: tuple[str, ...] = ()
     rows: Mapping[str, type] = field(default_factory=dict)
+    nested: Collection[str] = ()
     systems: bool = True
     sources: str = "a path, a name, a table or a System"
 
@@ -428,7 +432,12 @@ class Merged:
 
     def table(self, name: str) -> Document:
         """Return the merged entries of a table by names of parameters, which are not validated."""
-        entries: Document = self.document.get(name, {})
+        entries: dict[str, Any] = {}
+        for key, entry in self.document.get(name, {}).items():
+            if key in self.form.nested and isinstance(entry, Mapping):
+                entries |= {f"{key}.{inner}": value for inner, value in entry.items()}
+            else:
+                entries[key] = entry
         return entries
 
     def of(self, owner: Any) -> dict[str, Any]:
@@ -455,29 +464,38 @@ class Merged:
                 axes.append(Axis.of(parameter, entry))
         return tuple(axes)
 
-    def system(self, default: str | None = None, varied: str = "") -> System:
-        """Return the system as [set] of the file and of the changes set it, in this order.
-
-        Arguments: the name of the `default`; `varied`, the table of the parameters that vary.
-        What the changes vary, the file need not cease to set; any other parameter that is set and
-        varied is refused.
-        """
+    def system(self, default: str | None = None) -> System:
+        """Return the system that the uppermost layer names, without [set]."""
         with at(self.origin("system")):
-            system = system_from(self.document.get("system", default))
-        axes = meant_by(system.scene, self.table(varied) if varied else ())
-        for (place, layer), (_, above) in zip(self.layers, self.layers[1:] * 2, strict=True):
-            settings = dict(layer.get("set", {}))
-            meant = zip([*settings], meant_by(system.scene, settings), strict=True)
-            both = [(name, parameter) for name, parameter in meant if parameter in axes]
+            return system_from(self.document.get("system", default))
+
+    def as_set(
+        self,
+        system: System,
+        varied: Mapping[str, str] = MappingProxyType({}),
+        takes: Callable[[System, str], bool] = lambda *_: True,
+    ) -> System:
+        """Return a system as [set] of the file and of the changes set it, in this order.
+
+        Arguments: the table that each parameter stands in that is `varied`; whether a system
+        `takes` a setting, which otherwise is for others.
+        A parameter that the changes vary is not set by the file; any other parameter that is both
+        set and varied is refused.
+        """
+        axes = meant_by(system.scene, varied)
+        tables = dict(zip(axes, varied.values(), strict=True))
+        (where, below), (changes_from, above) = self.layers
+        for place, layer in ((where, below), (changes_from, above)):
+            settings = {k: v for k, v in layer.get("set", {}).items() if takes(system, k)}
             with at(f"{place}: [set]"):
-                if both and layer is not above and above.get(varied):
-                    settings = {k: v for k, v in settings.items() if k not in dict(both)}
-                elif both:
-                    name, parameter = both[0]
-                    raise RequestError(
-                        f"{name} = {shown(settings[name])}: {parameter} is varied by "
-                        f"{self.place(varied)}: set it or vary it, not both"
-                    )
+                for name, meant in zip([*settings], meant_by(system.scene, settings), strict=True):
+                    if meant in axes and layer is below and above.get(tables[meant]):
+                        del settings[name]
+                    elif meant in axes:
+                        raise RequestError(
+                            f"{name} = {shown(settings[name])}: {meant} is varied by "
+                            f"{self.place(tables[meant])}; set it or vary it, not both"
+                        )
                 refuse_contradiction([*settings, *axes])
                 system = system.with_(**settings)
         return system
@@ -496,12 +514,12 @@ class Merged:
             return string("title", self.document["title"])
 
     def make(self, owner: Callable[..., Made], place: str, **values: Any) -> Made:
-        """Return the request of the validated settings and of `values`.
+        """Return the request that is made of `values`.
 
         A refusal names the `place`; what the file has for other commands is told in a warning.
         """
         with at(place):
-            request = owner(**{**self.of(owner), **values})
+            request = owner(**values)
         if self.left:
             told = f"{self.layers[0][0]}: left aside here: {', '.join(self.left)}"
             warnings.warn(told, LeftAside, stacklevel=3)

@@ -172,7 +172,9 @@ def starts_inside(
         return []
     most = f"{1e3 * float(depth.max()):.4g} mm deep at most"
     moved = " and put on it" if all(law.instant for law in scene.laws) else ""
-    return [f"{np.count_nonzero(inside)} of {depth.size} starts are inside a wall{moved}, {most}"]
+    count = np.count_nonzero(inside)
+    verb = "is" if count == 1 else "are"
+    return [f"{count} of {depth.size} starts {verb} inside a wall{moved}, {most}"]
 
 
 def start_states(start: Start) -> np.ndarray:

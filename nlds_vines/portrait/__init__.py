@@ -3,7 +3,6 @@
 In reading order:
 
     request         which orbit, which windows of it, which panels
-    request_file    a request file (TOML) read into a request
     window_view     what one window shows, as numbers
     view_table      windows as datasets of the archive
     run             the orbit computed, window by window

@@ -40,9 +40,11 @@ from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.portrait.request import (
     PANELS,
     PortraitRequest,
+    Times,
+    load_portrait,
+    portrait_of,
     span,
 )
-from nlds_vines.portrait.request_file import Times, load_portrait, portrait_of
 from nlds_vines.runs.executors import check_environment
 
 if TYPE_CHECKING:

@@ -3,18 +3,33 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from nlds_vines.archives.provenance import PORTRAIT, Value
 from nlds_vines.archives.toml import toml_text
-from nlds_vines.errors import RequestError, checked_words, choice, from_text, shown, string, whole
+from nlds_vines.errors import (
+    RequestError,
+    at,
+    checked_state,
+    checked_words,
+    choice,
+    from_text,
+    shown,
+    string,
+    whole,
+)
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
+    Form,
+    Merged,
     OneOf,
+    ParameterTable,
     Real,
     Request,
     Text,
@@ -26,7 +41,7 @@ from nlds_vines.model.setting import (
 from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.orbits.signals import checked_signal
-from nlds_vines.orbits.solver_settings import METHODS, chosen_settings, tolerance_setting
+from nlds_vines.orbits.solver_settings import chosen_settings, method_setting, tolerance_setting
 from nlds_vines.orbits.starts import starts_inside
 from nlds_vines.orbits.tapers import TAPERS
 from nlds_vines.plotting.bands import LARGEST
@@ -130,7 +145,7 @@ class PortraitRequest(Request):
     samples: int = setting(
         SAMPLES, Whole(2, 10**6), "sampling", "states in each forcing period", "N"
     )
-    method: str = setting("exact", OneOf(METHODS), "sampling", "`exact` or `rk4`", "METHOD")
+    method: str = method_setting()
     show: int = setting(
         SHOW, Whole(1), "portrait", "forcing periods in a time history, at most", "PERIODS"
     )
@@ -353,3 +368,147 @@ def checked_panels(value: object) -> tuple[str, ...]:
     if isinstance(value, tuple) and not value:
         return ()
     return checked_words("panels", value, PANELS)
+
+
+def _checked_windows(value: object) -> list[Window]:
+    """Return the windows of one run, in the order of time."""
+    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
+        raise RequestError(f"windows = {shown(value)} must be a list of pairs [begin, end]")
+    found = [checked_window("windows", pair) for pair in value]
+    for first, second in pairwise(found):
+        if second.begin < first.end:
+            raise RequestError(
+                f"windows {first.begin}:{first.end} and {second.begin}:{second.end} "
+                "must follow each other in time"
+            )
+    return found
+
+
+@dataclass(frozen=True)
+class Times:
+    """Where orbits of a portrait begin, and which of their periods are looked at."""
+
+    policy: str = setting("rest", OneOf(("rest",)), "start", "`rest`", replaces=("state",))
+    state: tuple[float, ...] | None = setting(
+        None, Checked(checked_state), "start", "x1, v1, x2, v2 at t = 0 [m, m/s]",
+        replaces=("policy",),
+    )  # fmt: skip
+    transient: int = setting(
+        600, Whole(0), "sampling", "forcing periods that are discarded", "PERIODS",
+        replaces=("windows",),
+    )  # fmt: skip
+    periods: int = setting(
+        240, Whole(1), "sampling", "forcing periods that are sampled", "PERIODS",
+        replaces=("windows",),
+    )  # fmt: skip
+    windows: Any = setting(
+        (), Checked(_checked_windows, listed=True), "sampling",
+        "`[[begin, end], ...]`: periods to look at, in place of `transient` and `periods`",
+        "B:E,B:E", replaces=("transient", "periods"),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ColumnEntry:
+    """A column of the page in a file."""
+
+    name: str = setting("", Text(), "[column]", "what stands above it")
+    settings: Mapping[str, Any] | None = setting(
+        None, ParameterTable(), "[column]", "parameters of it", key="set"
+    )
+    window: Window | None = setting(
+        None, Checked(lambda value: checked_window("window", value)), "[column]",
+        "`[begin, end]`: the periods that it shows", usual="those of `[sampling]`",
+    )  # fmt: skip
+    panels: tuple[str, ...] = setting(
+        (), Checked(checked_panels, listed=True), "[column]", "of the page, which it fills",
+        usual="all",
+    )  # fmt: skip
+
+
+FORM = Form("portrait", (Times, PortraitRequest), rows={"column": ColumnEntry})
+"""The tables and keys of the request file of a portrait."""
+
+
+def load_portrait(
+    source: str | os.PathLike[str] | Mapping[str, Any] | System | None = None,
+    changes: Mapping[str, Any] | None = None,
+    changes_from: str = "changes",
+) -> PortraitRequest:
+    """Return the request that a source means, validated throughout.
+
+    Arguments:
+        source: path of a TOML file (.toml), name of a system, the document in a file as nested
+            tables, a `System`, or None for SSul NES Set 6 as it stands in the catalog.
+        changes: a document of the same form that overrides it entry by entry; `changes_from` names
+            it in the message of an error.
+
+    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    """
+    request = FORM.read(SYSTEM if source is None else source, changes, changes_from)
+    times = request.of(Times)
+    for names in (("windows", "transient"), ("windows", "periods"), ("policy", "state")):
+        if {*names} <= times.keys():
+            place = request.place("start" if "state" in names else "sampling")
+            raise RequestError(f"{place}: {names[0]} beside {names[1]}: give one of them")
+    columns = tuple(_columns(request, Times(**times)))
+    title = request.title("system", "set")
+    return request.make(
+        PortraitRequest,
+        request.layers[0][0],
+        **request.of(PortraitRequest),
+        title=_made_up_title(columns) if title is None else title,
+        columns=columns,
+        start=times.get("state"),
+    )
+
+
+def portrait_of(
+    cell: CellOrbit, changes: Mapping[str, Any], changes_from: str = "changes"
+) -> PortraitRequest:
+    """Return the request for the orbit of an archive's cell, by default over the scan's periods.
+
+    Arguments: the `cell`; `changes`, a document as `load_portrait` takes it, without a system, a
+    start and a method, which are the cell's.
+
+    Raises `RequestError` as `load_portrait`.
+    """
+    scan, system = cell.scan, cell.begin.system
+    for key in ("system", "set", "start"):
+        if changes.get(key):
+            raise RequestError(f"{changes_from}: {key} beside an archive, which holds it")
+    for key in ("method", "tolerance"):
+        if key in changes.get("sampling", {}):
+            raise RequestError(f"{changes_from}: {key} beside an archive, which holds it")
+    start = f", start {cell.start}" if scan.starts > 1 else ""
+    regime = f"; in the scan: {cell.label}" if cell.label else ""
+    usual = {"transient": scan.transient, "periods": scan.periods, "method": scan.method}
+    document = {"title": described(system) + start + regime, "system": system, "sampling": usual}
+    return replace(load_portrait(document, changes, changes_from), cell=cell)
+
+
+def _columns(request: Merged, times: Times) -> Iterator[Column]:
+    """Yield the columns: each of [[column]], in each of the windows or in its own.
+
+    Windows and panels of the changes replace those of a column.
+    """
+    system = request.system()
+    (where, below), (changes_from, above) = request.layers
+    default = [Window(times.transient, times.transient + times.periods)]
+    windows = [*times.windows] or default
+    is_asked = not {"windows", "transient", "periods"}.isdisjoint(above.get("sampling", {}))
+    for entry in request.rows("column") or [ColumnEntry()]:
+        with at(where):
+            one = system.with_(**{**below.get("set", {}), **(entry.settings or {})})
+        with at(f"{changes_from}: [set]"):
+            one = one.with_(**above.get("set", {}))
+        panels = () if "panels" in above.get("portrait", {}) else entry.panels
+        for window in windows if is_asked or entry.window is None else [entry.window]:
+            yield Column(one, window, entry.name, panels)
+
+
+def _made_up_title(columns: Sequence[Column]) -> str:
+    """Return a title made of the system, or of its name alone where the columns differ."""
+    system = columns[0].system
+    same = all(column.system == system for column in columns)
+    return described(system) if same else system_in_words(system)

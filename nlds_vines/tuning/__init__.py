@@ -5,7 +5,6 @@ In reading order:
     free_parameter  a parameter that is free, its bounds and scale
     draws           what is uncertain, and the draws of it
     request         `Tuning`: what to search, checked
-    request_file    a tuning file (TOML) read into a `Tuning`
     objective       designs through the kernels: the number to be minimized
     searches        differential evolution, CMA-ES, Nelder-Mead
     evaluations     every evaluation of a design, kept on the disk

@@ -36,8 +36,7 @@ from nlds_vines.errors import RequestError, from_text
 from nlds_vines.loads.load_options import add_load_options, load_changes
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
-from nlds_vines.tuning.request import Search, Surface, Tuning
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
 from nlds_vines.tuning.searches import check_installed
 
 if TYPE_CHECKING:

@@ -1,10 +1,8 @@
-"""A tuning: which parameters of a damper are free, what is to be small, and how to search.
-
-`load_tuning` reads one from TOML and checks it once; what comes out is sound.
-"""
+"""A tuning: which parameters of a damper are free, the objective, and how to search."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, replace
 from itertools import product
@@ -15,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.archives.provenance import TUNING, Value
-from nlds_vines.errors import RequestError, choice, shown, string
+from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice, shown, string
 from nlds_vines.loads.request import (
     HistoryRequest,
     is_of_load,
@@ -23,13 +21,18 @@ from nlds_vines.loads.request import (
     objectives_of_loads,
     refuse_without_effect,
 )
-from nlds_vines.model.axis import Axis
+from nlds_vines.model.axis import Axis, announced
 from nlds_vines.model.load_quantities import BY_NAME as NUMBERS
+from nlds_vines.model.loads.loading import ALL, Loading
+from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME as QUANTITIES
-from nlds_vines.model.ratios import refuse_twice
+from nlds_vines.model.ratios import axes_of_parameters, meant_by, refuse_twice
+from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Check,
     Checked,
+    Form,
+    Merged,
     OneOf,
     Real,
     Request,
@@ -38,13 +41,15 @@ from nlds_vines.model.setting import (
     check_settings,
     entries,
     setting,
+    settings_of,
 )
 from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.model.system import System
+from nlds_vines.model.words import range_in_words, setting_in_words, symbol_of
 from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.tuning.draws import DRAWS, FRESH_DRAWS, MOST_DRAWS, Uncertain
-from nlds_vines.tuning.free_parameter import Free, tunable
+from nlds_vines.tuning.free_parameter import Free, tunable, usual
 
 SAMPLED, SAMPLED_FREE = 60, 2
 """Forcing periods sampled by default: with walls, where motions of many periods are common; without
@@ -324,6 +329,13 @@ class Tuning(Request):
                 known = (*self.system.parameters, *self.system.ratios)
                 choice("uncertain parameter", one.name, known)
         uncertain = [one.name for one in self.uncertain if not self._of_load(one.name)]
+        free = dict(zip(meant_by(self.system.scene, self.names), self.names, strict=True))
+        for name, meant in zip(uncertain, meant_by(self.system.scene, uncertain), strict=True):
+            if free.get(meant, name) != name:
+                raise RequestError(
+                    f"{name} is uncertain and {free[meant]} free: both say something of {meant}; "
+                    f"give one of the two in both tables"
+                )
         names = [*uncertain, *self.names, *self.system.fixed_ratios, *over]
         refuse_twice(self.system.scene, names)
 
@@ -431,3 +443,135 @@ class Tuning(Request):
         if self.surface is not None:
             found["surface"] = entries(self.surface, "surface")
         return found
+
+
+FORM = Form(
+    "tuning",
+    (Tuning, Search, Surface, HistoryRequest, Loading),
+    names=("set", "free", "over", "uncertain"),
+    nested=ALL,
+)
+"""The tables and keys of a tuning file."""
+
+DEFAULT_SYSTEM = "ssul-set6"
+"""The system whose structure, force and contact are taken unless another one is named."""
+
+
+def load_tuning(
+    source: str | os.PathLike[str] | Mapping[str, Any] | System | Tuning | None = None,
+    changes: Mapping[str, Any] | None = None,
+    changes_from: str = "changes",
+) -> Tuning:
+    """Return the tuning that a tuning file means, validated throughout.
+
+    Arguments:
+        source: path of a TOML file (its name ends in `.toml`), a name of the catalog, the
+            document as nested tables, a `System`, a `Tuning`, or None for SSul.
+        changes: a document of the same form that overrides it entry by entry; what it sets is no
+            longer free.  `changes_from` names it in the message of an error.
+
+    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    """
+    if isinstance(source, Tuning) and not changes:
+        return source
+    request = FORM.read(DEFAULT_SYSTEM if source is None else source, changes, changes_from)
+    system = request.system(DEFAULT_SYSTEM)
+    entries = _free(request, system.scene)
+    varied = dict.fromkeys(entries, "free") | dict.fromkeys(request.table("over"), "over")
+    system = request.as_set(system, varied)
+    with at(request.place("free")):
+        for name in entries:
+            choice("free parameter", name, tunable(system.scene))
+        free = tuple(Free.of(n, entries[n]) for n in tunable(system.scene) if n in entries)
+    with at(request.place("uncertain")):
+        uncertain = tuple(Uncertain.of(*item) for item in request.table("uncertain").items())
+    history, steady = _history(request, system)
+    over = _over(
+        request, system, history, [*(one.name for one in free), *(one.name for one in uncertain)]
+    )
+    default = {} if history is None else {"objective": UNDER_LOAD}
+    with at(request.place("surface")):
+        surface = {"parameters": None, **request.of(Surface)}
+        grid = Surface(**surface) if request.table("surface") else None
+    title = request.title("system", "set", "free", "over", "load", "start")
+    return request.make(
+        Tuning,
+        request.origin("over"),
+        **steady,
+        title=_made_up_title(system, free, over, history) if title is None else title,
+        system=system,
+        free=free,
+        over=over,
+        history=history,
+        uncertain=uncertain,
+        surface=grid,
+        search=Search(**default | request.of(Search)),
+    )
+
+
+def _free(request: Merged, scene: Scene) -> dict[str, Any]:
+    """Return the entries of [free], by default the usual parameters that the file does not set.
+
+    A parameter that the changes set or vary, or free by another name, is no longer free.
+    """
+    (_, below), (_, above) = request.layers
+    names = set(meant_by(scene, below.get("set", {})))
+    entries = below.get("free", {name: {} for name in usual(scene) if name not in names})
+    free = above.get("free", {})
+    stated = {*meant_by(scene, [*above.get("set", {}), *above.get("over", {})])}
+    stated |= {*meant_by(scene, free)} - {*free}
+    return {k: v for k, v in entries.items() if stated.isdisjoint(meant_by(scene, [k]))} | free
+
+
+def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, dict[str, Any]]:
+    """Return the response history by which designs are judged, and the settings without one.
+
+    If there is a load or a start, there is a history.  A file may have [sampling] for both.
+    """
+    loaded = bool(request.table("load") or request.table("start"))
+    owner: type = HistoryRequest if loaded else Tuning
+    known = [said.key for said in settings_of(owner, "sampling").values()]
+    for name in request.layers[1][1].get("sampling", {}):
+        if name not in known:
+            why = "under a load" if loaded else "without [load] or [start]"
+            with at(request.place("sampling")):
+                raise RequestError(f"{name} is not used {why}; allowed: {', '.join(known)}")
+    if not loaded:
+        periods = SAMPLED if system.scene.walls else SAMPLED_FREE
+        return None, {"periods": periods} | request.of(Tuning)
+    with at(request.place("load" if request.table("load") else "start")):
+        load = Loading(**request.of(Loading))
+        return HistoryRequest("under a load", (system,), load, **request.of(HistoryRequest)), {}
+
+
+def _over(
+    request: Merged, system: System, history: HistoryRequest | None, changing: list[str]
+) -> tuple[Axis, ...]:
+    """Return the axes of [over]; the parameters `changing` beside them are free or uncertain."""
+    scene = system.scene
+    with at(request.place("over")):
+        cases = prod(announced(request.table("over")))
+        if cases > MOST_LANES:
+            raise RequestError(f"every design has {cases} cases; allowed: up to {MOST_LANES}")
+    axes = request.axes("over")
+    with at(request.place("over")):
+        refuse_twice(scene, [axis.name for axis in axes])
+        of_load = tuple(axis for axis in axes if history is not None and is_of_load(axis.name))
+        others = tuple(axis for axis in axes if axis not in of_load)
+        names = meant_by(scene, [*changing, *(axis.name for axis in others)])
+        names += system.following(names)
+        return (*axes_of_parameters(others, scene, system.parameters, names), *of_load)
+
+
+def _made_up_title(
+    system: System, free: tuple[Free, ...], over: tuple[Axis, ...], history: HistoryRequest | None
+) -> str:
+    """Return a title made of the scene, the free parameters and what they are tuned for."""
+    names = ", ".join(symbol_of(item.name) for item in free)
+    ranges = [range_in_words(axis.name, axis.values) for axis in over if axis.name in DESCRIBED]
+    if history is not None:
+        ranges.insert(0, history.load.words() or "a free decay")
+    elif not {"omega", "omega_ratio"} & {axis.name for axis in over}:
+        ranges.insert(0, setting_in_words("omega", system.parameters["omega"]))
+    what = system.scene.meaning.split(":")[0]
+    return f"{what[:1].upper()}{what[1:]}: {names} tuned for {', '.join(ranges)}"[:MOST_CHARACTERS]

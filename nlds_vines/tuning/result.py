@@ -20,8 +20,7 @@ from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.free_parameter import Free
 from nlds_vines.tuning.objective import OF_DRAWS, impacts_of
 from nlds_vines.tuning.optima import is_band, over_finer_bands
-from nlds_vines.tuning.request import Tuning
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.request import Tuning, load_tuning
 
 _ON_BOUND = 1e-6  # of the range: so near to a bound a search is at it
 _AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported

@@ -42,7 +42,7 @@ def draw_branches(figure: Figure, view: ArchiveView, path: str | os.PathLike[str
     """
     from nlds_vines.continuation.result import continued
     from nlds_vines.loads.picture import SWEEP_ENERGY
-    from nlds_vines.loads.request_file import load_response_history
+    from nlds_vines.loads.request import load_response_history
 
     request, found = view.request(RESPONSE_HISTORY, load_response_history), continued(path)
     panels = [axes for axes in figure.axes if axes.get_label() == SWEEP_ENERGY]

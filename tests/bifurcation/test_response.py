@@ -14,7 +14,7 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import arrays_of, objectives_of, quantities_of
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.tuning.command import tune
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.request import load_tuning
 from scans import computed, scan_of
 
 OMEGAS = [6.0, 6.28]

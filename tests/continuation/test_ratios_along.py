@@ -6,7 +6,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.continuation.command import _request_of
-from nlds_vines.continuation.request_file import load_continuation
+from nlds_vines.continuation.request import load_continuation
 
 SIX = nv.load_system("ssul-set6").parameters
 OMEGA0 = sqrt(SIX["k1"] / SIX["m1"])

@@ -14,15 +14,12 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.errors import RequestError
-from nlds_vines.loads.request import HistoryRequest
-from nlds_vines.loads.request_file import load_response_history
+from nlds_vines.loads.request import HistoryRequest, load_response_history
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.setting import Checked, OneOf, Real, Text, Truth, Whole, settings_of
 from nlds_vines.orbits.starts import Start
-from nlds_vines.portrait.request import PortraitRequest
-from nlds_vines.portrait.request_file import Times
-from nlds_vines.tuning.request import Search, Surface, Tuning
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.portrait.request import PortraitRequest, Times
+from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
 
 NAN = float("nan")
 
@@ -45,7 +42,8 @@ class Task(NamedTuple):
 
     @property
     def form_module(self):
-        return import_module(f"nlds_vines.{self.module}.request_file")
+        name = "request_file" if self.module == CURVES else "request"
+        return import_module(f"nlds_vines.{self.module}.{name}")
 
 
 SET6 = {"system": "ssul-set6"}

@@ -8,7 +8,7 @@ import pytest
 PROGRAM = """
 import sys
 from nlds_vines.__main__ import main
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.request import load_tuning
 if sys.argv[1:]:
     sys.exit(main(sys.argv[1:]))
 usual, other = load_tuning("tmd"), load_tuning({"system": "tmd", "search": {"patience": 7}})

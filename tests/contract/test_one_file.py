@@ -9,18 +9,18 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.errors import LeftAside
-from nlds_vines.model.request_layers import LENT, MARKS, SAMPLING, SHARED
+from nlds_vines.model.setting import LENT, MARKS, SAMPLING, SHARED
 
 SCANS = Path(__file__).parents[2] / "scans"
 FORMS = {
-    wing: import_module(f"nlds_vines.{wing}.request_file").FORM
+    wing: import_module(f"nlds_vines.{wing}").FORM
     for wing in (
-        "bifurcation",
-        "bifurcation.response_curves",
-        "tuning",
-        "continuation",
-        "portrait",
-        "loads",
+        "bifurcation.request",
+        "bifurcation.response_curves.request_file",
+        "tuning.request",
+        "continuation.request",
+        "portrait.request",
+        "loads.request",
     )
 }
 SCAN = """
@@ -57,7 +57,7 @@ def test_a_file_with_vary_lends_its_system_and_its_title(command, scan, ask):
 
 def test_and_its_sampling(scan):
     with pytest.warns(LeftAside, match="nodes of"):
-        portrait = import_module("nlds_vines.portrait.request_file").load_portrait(scan)
+        portrait = import_module("nlds_vines.portrait.request").load_portrait(scan)
     assert portrait.columns[0].window == (333, 410)
     assert portrait.columns[0].system.parameters["P"] == 850
     with pytest.warns(LeftAside):
@@ -83,7 +83,7 @@ def test_tables_of_its_own_are_taken(scan):
     lines = [line for line in SCAN.splitlines() if not line.startswith("start")]
     Path(scan).write_text("\n".join([*lines, 'portrait = { panels = ["energy"] }']))
     with pytest.warns(LeftAside, match="vary"):
-        found = import_module("nlds_vines.portrait.request_file").load_portrait(scan)
+        found = import_module("nlds_vines.portrait.request").load_portrait(scan)
     assert found.panels == ("energy",)
 
 

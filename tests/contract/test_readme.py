@@ -386,8 +386,8 @@ def key_rows():
 FORMS = {
     module.FORM.kind: module.FORM
     for module in (
-        import_module(f"nlds_vines.{path.parent.name}.request_file")
-        for path in sorted((ROOT / "nlds_vines").glob("*/request_file.py"))
+        import_module(f"nlds_vines.{path.parent.name}.request")
+        for path in sorted((ROOT / "nlds_vines").glob("*/request.py"))
     )
     if hasattr(module, "FORM")
 }

@@ -11,8 +11,8 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.solver_settings import TOLERANCES, Settings
-from nlds_vines.portrait.request_file import load_portrait
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.portrait.request import load_portrait
+from nlds_vines.tuning.request import load_tuning
 from nlds_vines.upkeep.rerun import differing
 
 SMALL = {

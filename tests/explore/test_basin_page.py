@@ -6,7 +6,7 @@ from browsers import acted, browser_or_skip, place_of, rectangle_computed, watch
 from benchmarks.explore import Served, drawn
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.explore.map_data import stored
-from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.portrait.request import load_portrait
 
 pytestmark = pytest.mark.kernels
 

@@ -16,7 +16,7 @@ from nlds_vines.explore.histories import LONG, MOST_POINTS, SHOW
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.map_computation import FEWEST, MOST_ORBITS, Job, finer
 from nlds_vines.explore.page_document import sliders_of
-from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.portrait.request import load_portrait
 
 SAMPLING = Sampling(60, 30, effort="quick")
 

@@ -16,7 +16,7 @@ from nlds_vines.explore.map_data import stored  # noqa: E402
 from nlds_vines.explore.session import Session  # noqa: E402
 from nlds_vines.explore.shared_map import COMPILING, LOADING, READY, Opened  # noqa: E402
 from nlds_vines.orbits.simulation import IntegrationError  # noqa: E402
-from nlds_vines.portrait.request_file import load_portrait  # noqa: E402
+from nlds_vines.portrait.request import load_portrait  # noqa: E402
 
 
 class Page:

@@ -11,7 +11,7 @@ from nlds_vines.bifurcation.response_curves.command import page_from
 from nlds_vines.bifurcation.response_curves.picture import draw_page
 from nlds_vines.bifurcation.response_curves.result import CurveValues
 from nlds_vines.errors import RequestError
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.request import load_tuning
 
 
 def with_clearance(gap, **changes):

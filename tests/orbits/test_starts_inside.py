@@ -10,7 +10,7 @@ from nlds_vines.orbits.starts import given_states, starts_inside
 PLANE = ["bifurcation", "--set", "omega=7.7", "--vary", "v2_0=-1:1:3", "--record", "attractor"]
 PRELOADED = ["--system", "ssul-set6", "--set", "C=-0.01"]
 TUNING = ["tuning", "--system", "ssul-set6", "--free", "k2=100:900", "--impulse", "10"]
-ONE = "ssul-set6: 1 of 1 starts are inside a wall, 10 mm deep at most"
+ONE = "ssul-set6: 1 of 1 starts is inside a wall, 10 mm deep at most"
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ ONE = "ssul-set6: 1 of 1 starts are inside a wall, 10 mm deep at most"
         ),
         (
             [*TUNING, "--start", "0,0,0.05,0"],
-            "ssul-set6: 1 of 1 starts are inside a wall, 50 mm deep at most",
+            "ssul-set6: 1 of 1 starts is inside a wall, 50 mm deep at most",
         ),
         (["response-curves", *PRELOADED, "--vary", "omega=6:7:3"], "Set 6: 3 of 3 starts are"),
     ],

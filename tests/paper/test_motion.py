@@ -6,7 +6,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.orbits.simulation import IntegrationError
-from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.portrait.request import load_portrait
 from nlds_vines.portrait.run import views_of
 from paper import motion
 from paper.claims import Missing

@@ -17,8 +17,14 @@ from nlds_vines.orbits import simulation
 from nlds_vines.portrait.command import main
 from nlds_vines.portrait.page_layout import Place, fit_forces, make_page, rows_of, write_letters
 from nlds_vines.portrait.picture import portrait as draw
-from nlds_vines.portrait.request import PANELS, USUAL, Column, PortraitRequest, Window
-from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.portrait.request import (
+    PANELS,
+    USUAL,
+    Column,
+    PortraitRequest,
+    Window,
+    load_portrait,
+)
 from nlds_vines.portrait.run import views_of
 from nlds_vines.portrait.spectrum_panel import DEPTH
 

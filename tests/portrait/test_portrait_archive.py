@@ -13,7 +13,7 @@ from matplotlib.image import imread
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.portrait.request import load_portrait
 from nlds_vines.portrait.result import Portrait, portrait_in
 from nlds_vines.portrait.run import run, views_of
 

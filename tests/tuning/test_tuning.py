@@ -16,8 +16,7 @@ from nlds_vines.tuning.evaluations import Journal
 from nlds_vines.tuning.free_parameter import BOUNDS, Free, units_of, values_of
 from nlds_vines.tuning.objective import Objective, Trials, worst
 from nlds_vines.tuning.optima import distinct, perturbations, perturbed
-from nlds_vines.tuning.request import STARTS, Search
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.request import STARTS, Search, load_tuning
 from nlds_vines.tuning.result import Optimum, Tuned
 from nlds_vines.tuning.searches import latin_hypercube, polish, search_globally
 
@@ -84,7 +83,7 @@ def test_the_canonical_file_means_the_same():
         ("ssul-set6", {"free": {"k2": bounds(-5.0, 5.0)}}, "k2 = -5.0 is not allowed"),
         ("ssul-set6", {"free": {"k2": {"max": 5.0}}}, "unknown key 'max'"),
         ("ssul-set6", {"free": {"K": {}, "E2": {}}}, "K beside E2"),
-        ("ssul-set6", {"free": {"k2": {}}, "set": {"k2": 1.0}}, "one of them only"),
+        ("ssul-set6", {"free": {"k2": {}}, "set": {"k2": 1.0}}, "k2 is varied by changes: [free]"),
         ("ssul-set6", {"over": {"k4": {"values": [1.0]}}}, "unknown parameter 'k4'"),
         ("ssul-set6", {"over": {"P": {"values": [-1.0]}}}, "P = -1.0 is not allowed"),
         ("ssul-set6", {"over": {"P": {"start": 1.0}}}, "start, stop and num"),

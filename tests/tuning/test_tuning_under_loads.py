@@ -10,7 +10,7 @@ from scipy.stats import qmc, truncnorm
 import nlds_vines as nv
 from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import LeftAside, RequestError
-from nlds_vines.loads.request_file import load_response_history
+from nlds_vines.loads.request import load_response_history
 from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.status_words import OK, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
@@ -19,7 +19,7 @@ from nlds_vines.tuning.command import main
 from nlds_vines.tuning.draws import CUT, DRAWS, Uncertain, places_of
 from nlds_vines.tuning.objective import Objective, Trials, over_draws, worst
 from nlds_vines.tuning.optima import perturbations, perturbed
-from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.request import load_tuning
 
 FILE = """
 title = "Struck"

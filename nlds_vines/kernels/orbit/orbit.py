@@ -55,7 +55,7 @@ from ..watch.observe import (
     note_touch,
 )
 from ..watch.response import bare_tally, note_sums
-from .repetition import periods_to_run, reference_for, renew, repeat
+from .repetition import periods_to_run, reference_for, renew, repeat, sum_up_period
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
@@ -137,16 +137,16 @@ def fly_on(flight, watch, begun, stop, y):
 
 
 @jit
-def after_contact(ps, damper, impacts, event, felt, time, y):
+def after_contact(ps, damper, impacts, event, felt, began, time, y):
     """Note a contact, and, at its release, that it has ended in the state y = (x1, v1, r, s).
 
-    felt: its depth [m] and its greatest force [N].
+    felt: its depth [m] and its greatest force [N]; began, time: as of `note_release`.
     """
     if impacts is not None:
         note_depth(impacts, felt[0])
         note_force(impacts, felt[1])
         if event == RELEASED:
-            note_release(ps, damper, impacts, time, y[0], y[1], y[2], y[3])
+            note_release(ps, damper, impacts, began, time, y)
 
 
 @jit
@@ -239,7 +239,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     arc = bare_arc(prepared.arc)
     room = reference_for(tangent, buffers, prepared.grid.begun, arc)
     reference = bare_if_any(room)
-    renew(reference, impacts, k, 0, (x1, v1, r, s, q, float(mode)))
+    renew(reference, tally, impacts, k, 0, (x1, v1, r, s, q, float(mode)))
     p, last = 0, span.periods
     while p < last:
         j, x, touches = 0, 0.0, 0
@@ -274,11 +274,10 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     # Note the touch.
                     q = depth_of_touch(near, far, mode, q)
                     mode, touches = event, touches + 1
-                    time = began + (j + x) * grid.h
                     if by_period is not None:
                         by_period[p, mode - TOUCH_NEAR] += 1
                     if buffers.impacts is not None:
-                        touch = mode - TOUCH_NEAR, time, (j + x) / grid.n
+                        touch = mode - TOUCH_NEAR, began, (j + x) * grid.h, (j + x) / grid.n
                         note_touch(ps, damper, impacts, touch, (x1, v1, r, s))
                     keep_slowest(slowest, s)
                     if touches > MOST_TOUCHES:
@@ -292,7 +291,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 )
                 x1, v1, r, s = now
                 place = j + x + took / grid.h
-                after_contact(ps, damper, rows, event, felt, began + place * grid.h, now)
+                after_contact(ps, damper, rows, event, felt, began, place * grid.h, now)
                 if not bounded(x1, v1, r, s):
                     return DIVERGED
                 if event == EXHAUSTED:
@@ -315,8 +314,9 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
             return DIVERGED
         p += 1
         y = x1, v1, r, s, q, float(mode)
+        sum_up_period(reference, tally)
         last = periods_to_run(reference, arc, watch, impacts, k, p, last, y)
-    repeat(room, buffers, impacts, span, last)
+    repeat(room, buffers, grid, tally, impacts, span, last)
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
     for i in range(STATE_SIZE - STATE_AHEAD):
         state[STATE_AHEAD + i] = k[contact_series.AHEAD + i]

@@ -40,8 +40,10 @@ class Touches(NamedTuple):
 #   1 TOUCH    time [s]                             5 IMPACT_DEPTH    greatest depth [m]
 #   2 RELEASE  time [s], NaN while it lasts         6 GAIN1    gain of E1 until release [J]
 #   3 SPEED    of approach [m/s]                    7 GAIN2    gain of E2 until release [J]
+#   8 TOUCH_IN_PERIOD, 9 RELEASE_IN_PERIOD    the two times since their period began [s]
 WALL, TOUCH, RELEASE, SPEED, IMPACT_FORCE, IMPACT_DEPTH, GAIN1, GAIN2 = range(8)
-IMPACT_COLUMNS = 8
+TOUCH_IN_PERIOD, RELEASE_IN_PERIOD = 8, 9
+IMPACT_COLUMNS = 10
 
 # Places of the limit log:
 #   0 LIMIT            of r [m]                       3 EXCESS  greatest r beyond the limit [m]
@@ -90,8 +92,8 @@ def note_energy(ps, damper, energy, x1, v1, r, s):
 def note_touch(ps, damper, impacts, touch, y):
     """Note what is wanted of a touch: that alone, or the beginning of the row of an impact.
 
-    touch: (wall, time, phase in turns); y: (x1, v1, r, s). The release stays NaN until
-    `note_release`.
+    touch: (wall, when its period began [s], time since then [s], phase in turns); y: (x1, v1, r,
+    s). The release stays NaN until `note_release`.
     """
     i = impacts.filled[0]
     impacts.filled[0] = i + 1
@@ -100,10 +102,11 @@ def note_touch(ps, damper, impacts, touch, y):
     data = impacts.data
     if is_a(impacts, Touches):
         i *= TOUCH_COLUMNS
-        data[i + AT_WALL], data[i + AT_PHASE], data[i + AT_SPEED] = touch[0], touch[2], abs(y[3])
+        data[i + AT_WALL], data[i + AT_PHASE], data[i + AT_SPEED] = touch[0], touch[3], abs(y[3])
     else:
         i *= IMPACT_COLUMNS
-        data[i + WALL], data[i + TOUCH], data[i + RELEASE] = touch[0], touch[1], np.nan
+        data[i + WALL], data[i + TOUCH], data[i + RELEASE] = touch[0], touch[1] + touch[2], np.nan
+        data[i + TOUCH_IN_PERIOD], data[i + RELEASE_IN_PERIOD] = touch[2], np.nan
         data[i + SPEED], data[i + IMPACT_FORCE], data[i + IMPACT_DEPTH] = abs(y[3]), 0.0, 0.0
         e1, e2 = energies(ps, damper, y[0], y[1], y[2], y[3])
         data[i + GAIN1], data[i + GAIN2] = -e1, -e2
@@ -131,13 +134,16 @@ def note_force(impacts, force):
 
 
 @jit
-def note_release(ps, damper, impacts, time, x1, v1, r, s):
-    """Complete the row of the impact under way."""
+def note_release(ps, damper, impacts, began, time, y):
+    """Complete the row of the impact under way.
+
+    began: when the period began [s]; time: since then [s]; y: (x1, v1, r, s).
+    """
     i = impacts.filled[0] - 1
     if 0 <= i < impacts.room:
         i *= IMPACT_COLUMNS
-        impacts.data[i + RELEASE] = time
-        e1, e2 = energies(ps, damper, x1, v1, r, s)
+        impacts.data[i + RELEASE], impacts.data[i + RELEASE_IN_PERIOD] = began + time, time
+        e1, e2 = energies(ps, damper, y[0], y[1], y[2], y[3])
         impacts.data[i + GAIN1] += e1
         impacts.data[i + GAIN2] += e2
 

@@ -438,7 +438,7 @@ def test_the_contents_lead_to_every_page():
     for page in (*DOCS.glob("*.md"), *DOCS.glob("*.ipynb")):
         assert page.stem == "index" or re.search(rf"^{page.stem}$", text, re.MULTILINE), page.name
     links = re.findall(r"\]\(docs/([^)#]+)", README.read_text(encoding="utf-8"))
-    assert {"index.md", "tutorial.md", "trust.md"} <= set(links)
+    assert {"index.md", "tutorial.md", "how-it-works.md"} <= set(links)
 
 
 def test_the_readme_measures_what_the_page_measures():

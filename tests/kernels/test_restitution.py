@@ -219,7 +219,7 @@ def test_without_damping_and_force_elastic_impacts_keep_energy():
 @pytest.mark.kernels
 @pytest.mark.parametrize(("k", "omega", "periods"), [(1.0, 1.0, 20_000), (100.0, 1.0, 2_000)])
 def test_a_flight_between_elastic_impacts_drifts_by_1e_14_of_its_energy_a_radian(k, omega, periods):
-    """As docs/trust.md promises."""
+    """As docs/how-it-works.md states."""
     numbers = {"m": 1.0, "k": k, "c": 0.0, "C": 0.5, "P": 0.0, "omega": omega, "e": 1.0}
     orbit = simulate(
         System("oscillator", numbers, law="restitution"), periods, start=(-0.7, 0.4), record=BOTH

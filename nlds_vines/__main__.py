@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from nlds_vines.cli.command_main import DONE, WRONG_REQUEST, complain, ended, say
 from nlds_vines.cli.commands import COMMANDS, UPKEEP, USUAL
+from nlds_vines.cli.terminal import DONE, WRONG_REQUEST, complain, ended, say
 from nlds_vines.errors import unknown
 
 

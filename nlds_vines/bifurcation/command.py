@@ -9,9 +9,9 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from nlds_vines.bifurcation.blocks import (
     blocks_of,
@@ -23,23 +23,11 @@ from nlds_vines.bifurcation.blocks import (
 )
 from nlds_vines.bifurcation.picture.choices import check_show, is_map
 from nlds_vines.bifurcation.picture.ordinates import quantities
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
-from nlds_vines.cli import job as jobs
-from nlds_vines.cli.command_main import Command
-from nlds_vines.cli.option_values import (
-    add_system_options,
-    system_changes,
-    varied,
-)
-from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import (
-    optional_path,
-    request_path,
-)
-from nlds_vines.cli.run_options import RunOptions, add_run_options
-from nlds_vines.cli.setting_options import add_settings, changed
+from nlds_vines.cli import command as commands
+from nlds_vines.cli.options import SET, SYSTEM, VARY, Option, numbers
+from nlds_vines.cli.run_options import add_run_options
 from nlds_vines.errors import RequestError, from_text
 from nlds_vines.model.system import System
 from nlds_vines.model.words import parameters_in_words
@@ -50,7 +38,6 @@ from nlds_vines.runs.progress import size
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.run import Report
 
-_DEFAULT = "figure8.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines bifurcation
@@ -105,20 +92,18 @@ def scan(
         document["record"] = {"want": list(document["record"])}
     if isinstance(document.get("start"), str):
         document["start"] = {"policy": document["start"]}
-    job = Job(
-        request=load_scan(source, document, "scan"),
-        source=request_path(source),
-        archive=ScanArchive.for_result(to, "scan", resume, overwrite),
-        plot=None,
-        how=RunOptions(threads, resume, overwrite, None, scheduler, quiet),
-    )
-    job.run()
-    return ScanArchive.of(job.archive)
+    how = {"threads": threads, "resume": resume, "overwrite": overwrite, "quiet": quiet}
+    archive = ScanArchive.for_result(to, "scan", resume, overwrite)
+    Job.compute(load_scan(source, document, "scan"), source, archive, scheduler=scheduler, **how)
+    return ScanArchive.of(archive)
 
 
 @dataclass(frozen=True)
-class Job(jobs.Job):
+class Job(commands.Job):
     """A scan and where it goes; `show`, what the picture shows, None for what is usual."""
+
+    default: ClassVar[str] = "figure8.h5"
+    is_named_after_source: ClassVar[bool] = True
 
     request: Scan
     show: str | None = None
@@ -133,6 +118,14 @@ class Job(jobs.Job):
             known = quantities(datasets.values(), self.request.system.scene.components, signals)
             values = [axis.values for axis in self.request.axes]
             check_show(self.show, values, self.request.starts, known, "label" in datasets)
+
+    @classmethod
+    def asked(cls, request: Scan, options: argparse.Namespace) -> Job:
+        """Return the job that options ask for; the default scan has a picture."""
+        job: Job = super().asked(request, options)
+        if options.source or job.plot or job.how.shard or not _can_be_drawn(request):
+            return job
+        return replace(job, plot=job.archive.with_suffix(".png"))
 
     def check_picture(self) -> None:
         """Raise `RequestError` where there will be nothing to draw."""
@@ -218,91 +211,49 @@ class Job(jobs.Job):
         return found.why_failed()
 
 
-def _job(options: argparse.Namespace) -> Job:
-    """Return the job that the command line means."""
-    options.source = optional_path(options.source)
-    scan = load_scan(options.source, _changes(options), "command line")
-    files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
-    if options.source is None and options.shard is None and _can_be_drawn(scan):
-        figure = files["archive"].parent / f"{files['archive'].stem}.png"
-        files["plot"] = files["plot"] or figure  # the embedded default is one
-    return Job(scan, **files, show=options.show)
-
-
 def _can_be_drawn(scan: Scan) -> bool:
-    """Tell whether there will be something to draw: a map has no room for sections."""
+    """Return True if there will be something to draw: a map has no room for sections."""
     return not is_map([axis.values for axis in scan.axes]) or scan.want != ("section",)
 
 
-def _add_scan_options(parser: Parser) -> None:
-    """Declare the options on a command's parser."""
-    group = parser.add_argument_group("options that override the scan file")
-    add_system_options(group)
-    group.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=START:STOP:NUM",
-        help="once or twice, x2_0 too; NUM:log for equal ratios",
-    )
-    group.add_argument(
-        "--start",
-        metavar="POLICY",
-        help="rest, up, down, both, random:N or x1,v1,x2,v2; @PHASE after it",
-    )
-    add_settings(group, Scan)
-
-
-def _changes(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what the options change in a scan file, as a document of the same form.
-
-    Raises `RequestError` for an option that cannot be read as its form demands.
-    """
-    found: dict[str, Any] = {
-        **system_changes(options),
-        "vary": varied(options.vary),
-        **changed(options, Scan),
-    }
-    if options.start is not None:
-        found["start"] = _start(options.start)
-    return {key: value for key, value in found.items() if value}
-
-
-def _start(text: str) -> dict[str, Any]:
-    """Return the `[start]` table that rest, up, down, random:N or a state means.
-
-    After an @ stands the phase of the force there.
-    """
+def start_of(text: str) -> dict[str, Any]:
+    """Return the document of rest, up, down, random:N or a state, perhaps with a phase after @."""
     text, at, phase = text.partition("@")
-    if at:
-        if not text:
-            raise RequestError(f"--start @{phase}: a state or rest stands before the @")
-        return {**_start(text), "phase": from_text(float, f"--start {text}@{phase}", phase)}
-    if "," in text:
-        state = [from_text(float, f"--start {text}", word) for word in text.split(",")]
-        return {"policy": STATE, "state": state}
+    if at and not text:
+        raise RequestError(f"--start @{phase}: a state or rest stands before the @")
     policy, _, count = text.partition(":")
-    if policy != "random":
-        return {"policy": text}
-    return {"policy": policy, "count": from_text(int, "N of --start random:N", count)}
+    if "," in text:
+        start: dict[str, Any] = {"policy": STATE, "state": numbers(f"--start {text}", text)}
+    elif policy == "random":
+        start = {"policy": policy, "count": from_text(int, "N of --start random:N", count)}
+    else:
+        start = {"policy": text}
+    if at:
+        start["phase"] = from_text(float, f"--start {text}@{phase}", phase)
+    return {"start": start}
 
 
-def _declare(parser: Parser) -> None:
-    jobs.add_files(parser, "SCAN.toml", "by default Figure 8", "SCAN.h5")
-    parser.add_argument(
-        "--show",
-        metavar="WHAT",
-        help="on a map: regimes, coexisting, shares, share:LABEL or a number; else x2,E1max",
-    )
-    _add_scan_options(parser)
-    add_run_options(parser)
-
-
-COMMAND = Command(
-    name="bifurcation",
+COMMAND = commands.of_task(
+    "bifurcation",
+    load_scan,
+    Job,
+    ("SCAN.toml", "by default Figure 8"),
+    (
+        Option("--show", "WHAT", "regimes, coexisting, shares, share:LABEL, numbers as x2,E1max"),
+        SYSTEM,
+        SET,
+        VARY,
+        Option(
+            "--start",
+            "POLICY",
+            "rest, up, down, both, random:N, x1,v1,x2,v2; @PHASE after it",
+            start_of,
+        ),
+    ),
+    (Scan,),
+    add_run=add_run_options,
     description="Scan one parameter or two: an archive (HDF5) and a picture.",
     examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=lambda options: _job(options).carry_out("bifurcation", options.dry_run),
+    common="--output --plot --system --set --vary --start --record --resume",
 )
 main = COMMAND.main

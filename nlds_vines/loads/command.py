@@ -6,28 +6,24 @@ In Python: `nlds_vines.response_history(system, impulse=1000.0)`.
 
 from __future__ import annotations
 
-import argparse
 import os
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.cli import job as jobs
-from nlds_vines.cli.command_main import Command
-from nlds_vines.cli.option_values import settings_of, varied
-from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import request_path
-from nlds_vines.cli.run_options import RunOptions, add_local_options
+from nlds_vines.cli import command as commands
+from nlds_vines.cli.options import SET, VARY, Option
+from nlds_vines.cli.run_options import add_local_options
 from nlds_vines.errors import at
-from nlds_vines.loads.load_options import add_load_options, load_changes
+from nlds_vines.loads.load_options import LOAD
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.catalog import load_system
+from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.words import system_in_words
 
 if TYPE_CHECKING:
     from nlds_vines.loads.result import LoadScan, ResponseHistories
 
 _NAME = "response-history"
-_DEFAULT = "response-history.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines response-history --impulse 1000 --duration 20 --plot history.png
@@ -81,17 +77,18 @@ def response_history(
     for key, entries in given.items():
         asked = {name: value for name, value in entries.items() if value is not None}
         above |= {key: {**above.get(key, {}), **asked}} if asked else {}
-    how = RunOptions(None, resume, overwrite, quiet=quiet)
-    archive = ArchivePath.for_result(to, _NAME, resume, overwrite)
     request = load_response_history(source, above, _NAME)
-    found: ResponseHistories | LoadScan = Job(
-        request, request_path(source), archive, None, how
-    ).run()
-    return found
+    result: ResponseHistories | LoadScan = Job.compute(
+        request, source, to, resume=resume, overwrite=overwrite, quiet=quiet
+    )
+    return result
 
 
-class Job(jobs.Job):
+class Job(commands.Job):
     """A response history and where it goes."""
+
+    default: ClassVar[str] = f"{_NAME}.h5"
+    is_named_after_source: ClassVar[bool] = True
 
     request: HistoryRequest
 
@@ -119,46 +116,35 @@ class Job(jobs.Job):
         ]
 
 
-def _job(options: argparse.Namespace) -> Job:
-    """Return the job that the command line means."""
-    above = load_changes(options)
-    if vary := varied(options.vary):
-        above["vary"] = vary
-    if settings := settings_of(options):
-        above["set"] = settings
-    if options.systems:
-        with at("--system"):
-            above["systems"] = [load_system(name) for name in options.systems]
-    files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
-    return Job(load_response_history(options.source, above, "command line"), **files)
+def _systems(names: list[str]) -> dict[str, Any]:
+    with at("--system"):
+        return {"systems": [load_system(name) for name in names]}
 
 
-def _declare(parser: Parser) -> None:
-    text = "a request file, or a damper [the paper's structure alone and with its dampers]"
-    jobs.add_files(parser, "HISTORY.toml", text, _DEFAULT)
-    group = parser.add_argument_group("options that override the request file")
-    group.add_argument(
-        "--system", action="append", default=[], metavar="NAME", dest="systems",
-        help="a damper: of the catalog, or a TOML file; once for each",
-    )  # fmt: skip
-    group.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE",
-        help="of all that have it, SI units",
-    )  # fmt: skip
-    group.add_argument(
-        "--vary", action="append", default=[], metavar="NAME=START:STOP:NUM",
-        help="a scan over a parameter or a number of the load (impulse, scale, KIND.KEY); twice: a "
-        "map; `:log` for equal ratios",
-    )  # fmt: skip
-    add_load_options(group)
-    add_local_options(parser, threads=False)
-
-
-COMMAND = Command(
-    name=_NAME,
+COMMAND = commands.of_task(
+    _NAME,
+    load_response_history,
+    Job,
+    (
+        "HISTORY.toml",
+        "a request file, or a damper [the paper's structure alone and with its dampers]",
+    ),
+    (
+        Option(
+            "--system",
+            "NAME",
+            "a damper: of the catalog, or a TOML file; once for each",
+            _systems,
+            repeated=True,
+        ),
+        SET,
+        VARY,
+        LOAD,
+    ),
+    (Loading, HistoryRequest),
+    add_run=partial(add_local_options, threads=False),
     description="Loads in time: how a structure's energy falls with each damper, where it goes.",
     examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=lambda options: _job(options).carry_out(_NAME, options.dry_run),
+    common="--output --plot --system --set --vary --load --impulse --duration",
 )
 main = COMMAND.main

@@ -1,35 +1,23 @@
-"""Options of the command line that mean a load: --impulse, --load and their like."""
+"""The option of the command line that means a load, of response histories and of tunings."""
 
 from __future__ import annotations
 
-import argparse
 import os
-from collections.abc import Collection
+from collections.abc import Sequence
 from typing import Any
 
-from nlds_vines.cli.option_values import assignments
-from nlds_vines.cli.setting_options import add_settings, changed
+from nlds_vines.cli.options import Option, assignments
 from nlds_vines.errors import from_text, unknown
-from nlds_vines.loads.request import HistoryRequest
-from nlds_vines.model.loads.loading import ALL, Loading
+from nlds_vines.model.loads.loading import ALL
 
 
-def add_load_options(group: argparse._ArgumentGroup, but: Collection[str] = ()) -> None:
-    """Declare them, `but` those of keys for which the command has options of its own."""
-    group.add_argument(
-        "--load", action="append", default=[], metavar="LOAD",
-        help="a record (CSV, HDF5), or KIND:KEY=VALUE,...; once for each of a sum",
-    )  # fmt: skip
-    add_settings(group, Loading, HistoryRequest, but=but)
-
-
-def load_changes(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what they change in a request file, as a document of the same form."""
-    above: dict[str, Any] = changed(options, HistoryRequest, Loading)
-    for text in options.load:
+def _loads(texts: Sequence[str]) -> dict[str, Any]:
+    """Return the document of loads, each KIND:KEY=VALUE,... or the path of a record."""
+    load: dict[str, list[Any]] = {}
+    for text in texts:
         kind, entry = _load(text)
-        above.setdefault("load", {}).setdefault(kind, []).append(entry)
-    return above
+        load.setdefault(kind, []).append(entry)
+    return {"load": load}
 
 
 def _load(text: str) -> tuple[str, dict[str, Any]]:
@@ -52,3 +40,12 @@ def _number_in(what: str, text: str) -> int | float | str:
     if text.isascii() and text.isdigit():
         return from_text(int, what, text)
     return text if text[:1].isalpha() else from_text(float, what, text)
+
+
+LOAD = Option(
+    "--load",
+    "LOAD",
+    "a record (CSV, HDF5), or KIND:KEY=VALUE,...; once for each of a sum",
+    _loads,
+    repeated=True,
+)

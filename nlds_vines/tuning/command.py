@@ -6,34 +6,20 @@ In Python: `nlds_vines.tune(system)`.
 
 from __future__ import annotations
 
-import argparse
 import os
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.cli import job as jobs
-from nlds_vines.cli.command_main import Command
-from nlds_vines.cli.option_values import (
-    add_system_options,
-    assignments,
-    interval,
-    spaced,
-    system_changes,
-)
-from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import (
-    optional_path,
-    request_path,
-)
-from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, from_text
-from nlds_vines.loads.load_options import add_load_options, load_changes
+from nlds_vines.cli import command as commands
+from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers, spaced
+from nlds_vines.errors import from_text
+from nlds_vines.loads.load_options import LOAD
+from nlds_vines.loads.request import HistoryRequest
+from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
@@ -43,7 +29,6 @@ if TYPE_CHECKING:
     from nlds_vines.tuning.result import Tuned
 
 _NAME = "tuning"
-_DEFAULT = "tuning.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines tuning
@@ -93,24 +78,27 @@ def tune(
     """
     if isinstance(tables.get("load"), str | os.PathLike):
         tables["load"] = {"record": os.fspath(tables["load"])}
-    job = Job(
-        request=_drawable(load_tuning(source, tables, "tune"), plot),
-        source=request_path(source),
-        archive=ArchivePath.for_result(to, _NAME, resume, overwrite),
-        plot=optional_path(plot),
-        how=RunOptions(threads, resume, overwrite, quiet=quiet),
-    )
-    return job.run()
+    result: Tuned = Job.compute(
+        load_tuning(source, tables, "tune"), source, to, plot,
+        threads=threads, resume=resume, overwrite=overwrite, quiet=quiet,
+    )  # fmt: skip
+    return result
 
 
-class Job(jobs.Job):
+class Job(commands.Job):
     """A tuning and where it goes."""
+
+    default: ClassVar[str] = f"{_NAME}.h5"
 
     request: Tuning
 
     def __post_init__(self) -> None:
-        """Check everything."""
+        """Check everything; a picture needs a surface, by default of the first two parameters."""
         check_installed(self.request.search.method)
+        names = [item.name for item in self.request.free if not item.inert]
+        if self.plot is not None and self.request.surface is None and len(names) > 1:
+            surface = Surface((names[0], names[1]))
+            object.__setattr__(self, "request", replace(self.request, surface=surface))
         super().__post_init__()
 
     def check_picture(self) -> None:
@@ -170,107 +158,57 @@ class Job(jobs.Job):
         ]
 
 
-def _job(options: argparse.Namespace) -> Job:
-    """Return the job that the command line means."""
-    tuning = load_tuning(options.source, _changes(options), "command line")
-    return Job(_drawable(tuning, options.plot), **jobs.files_of(options, _DEFAULT))
+def _spread(option: str, text: str) -> dict[str, Any]:
+    """Return the entry of [uncertain] that SPREAD or SPREAD:LAW means."""
+    size, _, law = text.partition(":")
+    entry: dict[str, Any] = {
+        "spread": size if size.endswith("%") else from_text(float, option, size)
+    }
+    return entry | ({"law": law} if law else {})
 
 
-def _drawable(tuning: Tuning, plot: object) -> Tuning:
-    """Return the tuning with a surface if there is to be a picture: of the first two parameters.
-
-    A tuning of a single parameter needs none: its designs are drawn along that.
-    """
-    names = [item.name for item in tuning.free if not item.inert]
-    if plot is None or tuning.surface is not None or len(names) == 1:
-        return tuning
-    return load_tuning(tuning, {"surface": {"parameters": names[:2]}})
+def _free(texts: list[str]) -> dict[str, Any]:
+    """Return the document of NAME or NAME=LOW:HIGH, once or several times."""
+    bounds = named("--free", "NAME or NAME=LOW:HIGH", "", "free", _bounds)
+    assert bounds.read is not None
+    return dict(bounds.read([text if "=" in text else f"{text}=:" for text in texts]))
 
 
-def _add_tuning_options(parser: Parser) -> None:
-    """Declare the options on a command's parser."""
-    group = parser.add_argument_group("what to tune")
-    add_system_options(group, settings="SI units; what is set is not tuned")
-    _repeated(group, "--free", "NAME[=LOW:HIGH]", "tune this too, or within other bounds")
-    group.add_argument("--band", metavar="LOW:HIGH:NUM", help="the peak over these omega [rad/s]")
-    _repeated(group, "--over", "NAME=A,B,...", "the worst over these values; several combine")
-    _repeated(
-        group, "--uncertain", "NAME=SPREAD[:LAW]",
+def _bounds(option: str, text: str) -> dict[str, float]:
+    return {} if text == ":" else ends(option, text, "low", "high")
+
+
+def _band(text: str) -> dict[str, Any]:
+    return {"over": {"omega": spaced("--band", text, "LOW:HIGH:NUM")}}
+
+
+OPTIONS = (
+    SYSTEM,
+    SET,
+    Option("--free", "NAME[=LOW:HIGH]", "tune this too, or within other bounds", _free, True),
+    Option("--band", "LOW:HIGH:NUM", "the peak over these omega [rad/s]", _band),
+    named(
+        "--over", "NAME=A,B,...", "the worst over these values; several combine", "over",
+        lambda option, text: {"values": numbers(option, text)},
+    ),
+    named(
+        "--uncertain", "NAME=SPREAD[:LAW]",
         "known to so much, as k1=5%%; `normal`, the spread its standard deviation, or `uniform`, "
-        "half its width; several combine",
-    )  # fmt: skip
-    add_settings(group, Tuning)
-    add_load_options(parser.add_argument_group("what acts, and how long"), but=("tolerance",))
-    add_settings(parser.add_argument_group("how to search"), Search)
-    add_settings(parser.add_argument_group("the objective over two free parameters"), Surface)
+        "half its width; several combine", "uncertain", _spread,
+    ),
+    LOAD,
+)  # fmt: skip
 
 
-def _changes(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what the options change in a tuning file, as a document of the same form.
-
-    Raises `RequestError` for an option that cannot be read as its form demands.
-    """
-    found: dict[str, Any] = {
-        **system_changes(options),
-        "free": _free(options.free),
-        "over": _over(options.over, options.band),
-        "uncertain": _uncertain(options.uncertain),
-        **changed(options, Tuning, Search, Surface),
-    }
-    for key, entries in load_changes(options).items():
-        found[key] = {**found.get(key, {}), **entries}
-    return {key: value for key, value in found.items() if value}
-
-
-def _repeated(group: Any, option: str, form: str, text: str) -> None:
-    group.add_argument(option, action="append", default=[], metavar=form, help=text)
-
-
-def _free(texts: Sequence[str]) -> dict[str, dict[str, float]]:
-    """Return the entries of `[free]` in a list of NAME or NAME=LOW:HIGH."""
-    complete = [text if "=" in text else f"{text}=:" for text in texts]
-    pairs = assignments("--free", complete, "NAME or NAME=LOW:HIGH")
-    return {
-        name: {} if text == ":" else interval(f"--free {name}", text)
-        for name, text in pairs.items()
-    }
-
-
-def _uncertain(texts: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Return the entries of `[uncertain]` in a list of NAME=SPREAD or NAME=SPREAD:LAW."""
-    found = {}
-    for name, text in assignments("--uncertain", texts, "NAME=SPREAD[:LAW]").items():
-        spread, _, law = text.partition(":")
-        number = partial(from_text, float, f"--uncertain {name}")
-        size = spread if spread.endswith("%") else number(spread)
-        found[name] = {"spread": size, **({"law": law} if law else {})}
-    return found
-
-
-def _over(texts: Sequence[str], band: str | None) -> dict[str, dict[str, Any]]:
-    """Return the entries of `[over]` in a list of NAME=A,B,... and a band LOW:HIGH:NUM of omega."""
-    found: dict[str, dict[str, Any]] = {
-        name: {"values": [from_text(float, f"--over {name}", item) for item in text.split(",")]}
-        for name, text in assignments("--over", texts, "NAME=A,B,...").items()
-    }
-    if band is None:
-        return found
-    if "omega" in found:
-        raise RequestError("--band and --over omega exclude each other: give one of them")
-    return found | {"omega": spaced("--band", band, "LOW:HIGH:NUM")}
-
-
-def _declare(parser: Parser) -> None:
-    jobs.add_files(parser, "TUNING.toml", "by default SSul", _DEFAULT)
-    _add_tuning_options(parser)
-    add_local_options(parser)
-
-
-COMMAND = Command(
-    name=_NAME,
+COMMAND = commands.of_task(
+    _NAME,
+    load_tuning,
+    Job,
+    ("TUNING.toml", "by default SSul"),
+    OPTIONS,
+    (Tuning, Loading, HistoryRequest, Search, Surface),
     description="Tune all parameters of a damper at once for the least E1max, or --objective.",
     examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=lambda options: _job(options).carry_out(_NAME, options.dry_run),
+    common="--output --plot --system --set --free --band --objective --seed",
 )
 main = COMMAND.main

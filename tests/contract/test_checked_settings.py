@@ -247,7 +247,7 @@ def texts(said):
 @every_task
 def test_an_option_is_refused_in_its_own_words(kind, here, answer, refusal):
     command, *usual = TASKS[kind].command.split()
-    told = answer(command, "--help")
+    told = answer(command, "--help-all" if "--help-all" in answer(command, "--help") else "--help")
     for said in TASKS[kind].settings:
         for text, words in texts(said) if said.has_option and said.flag in told else ():
             err = refusal(command, *usual, f"{said.flag}={text}")

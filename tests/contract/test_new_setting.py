@@ -31,7 +31,9 @@ def test_files_and_hashes_know_it(changed):
 
 
 def test_it_has_an_option_with_help_and_refusal(changed):
-    assert "generations without gain that end a search [20]" in changed("tuning", "--help").stdout
+    assert (
+        "generations without gain that end a search [20]" in changed("tuning", "--help-all").stdout
+    )
     done = changed("tuning", "--patience", "0")
     assert done.returncode == 2
     assert done.stderr == (

@@ -182,7 +182,7 @@ def test_commands_take_numbers_and_presets(command, here, answer, ask):
     for text in ("1e-6", "draft"):
         ask(command, *DRY[command], "--tolerance", text, "--dry-run")
     assert "draft (1e-06), standard (1e-09), fine (1e-12)" in " ".join(
-        answer(command, "--help").split()
+        answer(command, "--help-all").split()
     )
 
 

@@ -1,0 +1,291 @@
+"""A command from its arguments to its exit status, and what all tasks have in common.
+
+A task is a request, its `run`, a picture and examples; `of_task` makes its command, and a `Job`
+runs a request from the command line and from Python.
+"""
+
+from __future__ import annotations
+
+import argparse
+import atexit
+import gc
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, ClassVar
+
+from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.cli.options import Option, Parser, add_settings, value_of
+from nlds_vines.cli.paths import (
+    check_output,
+    check_plot,
+    optional_path,
+    refuse_begun,
+    refuse_existing,
+    refuse_replacing,
+    request_path,
+)
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.task_registry import TASKS
+from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, ended, program, say
+from nlds_vines.errors import LeftAside, RequestError, at, shown
+from nlds_vines.model.setting import settings_of
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command of the console script.
+
+    Arguments:
+        name: as it is called, `nlds-vines NAME`; or a program of its own, `python -m NAME`.
+        description: one sentence for the top of its help.
+        examples: the end of its help: examples that work, and the exit statuses.
+        declare: declares its options on a parser.
+        carry_out: does what the options ask for and returns the exit status; `options.argv` is
+            the list of the arguments as they were given.
+        common: the options that --help lists, with blanks between them; by default all.
+    """
+
+    name: str
+    description: str
+    examples: str
+    declare: Callable[[Parser], None]
+    carry_out: Callable[[argparse.Namespace], int]
+    common: str = ""
+
+    def main(self, argv: Sequence[str] | None = None) -> int:
+        """Run the command with the arguments `argv`, None for the process's own.
+
+        Returns the exit status.  A wrong request becomes one line on standard error and status 2,
+        and so does what the operating system refuses (a full disk, a file that vanished).  A run
+        that was interrupted says how to go on; its status is 130 after Ctrl-C, 143 after SIGTERM.
+
+        Performance: the process, when it ends, is not searched for garbage, which takes a second
+        where it has compiled.
+        """
+        atexit.unregister(gc.freeze)  # once, however many commands a process runs
+        atexit.register(gc.freeze)
+        arguments = list(sys.argv[1:] if argv is None else argv)
+
+        def work() -> int:
+            about, end = self.description, self.examples
+            parser = Parser(
+                self.common.split(), prog=program(self.name), description=about, epilog=end
+            )
+            self.declare(parser)
+            options = parser.parse_args(arguments)
+            options.argv = arguments
+            with _told_aside(self.name, getattr(options, "quiet", False)):
+                return self.carry_out(options)
+
+        return ended(self.name, work)
+
+
+@contextmanager
+def _told_aside(name: str, quiet: bool) -> Iterator[None]:
+    """Say in a line what a request file has for other commands than `name`, unless it is quiet."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore" if quiet else "always", LeftAside)
+        others = warnings.showwarning
+
+        def show(message: Any, category: Any, *where: Any, **more: Any) -> None:
+            if issubclass(category, LeftAside):
+                complain(name, str(message))
+            else:
+                others(message, category, *where, **more)
+
+        warnings.showwarning = show
+        yield
+
+
+# ---- tasks ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Job:
+    """A request and its files; checked when made, before anything heavy is loaded.
+
+    Arguments:
+        request: what to compute; source: the file that it was read from, which is not to be
+            replaced.
+        archive, plot: the files to write; None for no picture.
+        how: how the run goes.
+
+    A subclass says in words what its task would do (`plan`) and what has failed (`failure`); its
+    further fields are options of the command.  `TASKS` has what computes, reads and draws.
+    """
+
+    default: ClassVar[str] = ""
+    """The name of the archive, if none is given."""
+
+    is_named_after_source: ClassVar[bool] = False
+    """Whether the archive has the name of the request file instead, if there is one."""
+
+    request: Any
+    source: Path | None
+    archive: Path
+    plot: Path | None = None
+    how: RunOptions = field(default_factory=RunOptions)
+
+    def __post_init__(self) -> None:
+        """Raise `RequestError` for files that cannot be written, and what cannot be drawn."""
+        check_output(self.archive, self.source, self.plot, *self.others())
+        if self.plot is not None:
+            check_plot(self.plot)
+            with at(f"--plot {shown(str(self.plot))}"):
+                self.check_picture()
+
+    @classmethod
+    def asked(cls, request: Any, options: argparse.Namespace) -> Any:
+        """Return the job that options ask for."""
+        after = cls.is_named_after_source and options.source is not None
+        named = f"{Path(options.source).stem}.h5" if after else cls.default
+        files: dict[str, Any] = {
+            "source": request_path(options.source),
+            "archive": Path(options.output or named),
+            "plot": optional_path(options.plot),
+            "how": run_options(options),
+        }
+        others = {f.name for f in fields(cls)} & vars(options).keys() - files.keys()
+        return cls(request, **files, **{name: getattr(options, name) for name in others})
+
+    @classmethod
+    def compute(cls, request: Any, source: Any, to: Any, plot: Any = None, **how: Any) -> Any:
+        """Compute a request for a function of Python, and return the results."""
+        run = RunOptions(**how)
+        name = Path(cls.default).stem
+        archive = ArchivePath.for_result(to, name, run.resume, run.overwrite)
+        return cls(request, request_path(source), archive, optional_path(plot), run).run()
+
+    def others(self) -> Sequence[Path | None]:
+        """Return further files of the job, which it reads."""
+        return ()
+
+    def check_picture(self) -> None:
+        """Raise `RequestError` where the picture cannot be drawn."""
+
+    def refuse(self, dry_run: bool = False) -> None:
+        """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
+        refuse_existing(self.archive, self.how)
+        refuse_replacing("picture", self.plot, self.how, self.request.hash)
+        if dry_run:
+            refuse_begun(self.archive, self.request, self.how)
+
+    def run(self) -> Any:
+        """Compute, draw, and return the results.
+
+        Raises `RequestError` for an archive that exists, without --resume and --overwrite.
+        """
+        self.refuse()
+        found = self.found()
+        if self.plot is not None:
+            self.draw(self.plot, found)
+        return found
+
+    def found(self) -> Any:
+        """Compute the archive, and return what it holds."""
+        task = TASKS[self.request.content]
+        task.part("run").run(self.request, self.archive, self.how)
+        return task.read(self.archive)
+
+    def draw(self, plot: Path, found: Any) -> None:
+        """Draw the picture of what was found."""
+        TASKS[self.request.content].picture.save(self.archive, plot)
+
+    def plan(self) -> list[str]:
+        """Return what would be done, one fact a line."""
+        raise NotImplementedError
+
+    def lines(self, found: Any) -> list[str]:
+        """Return what was found, one thing a line."""
+        return list(found.lines())
+
+    def inside(self) -> list[str]:
+        """Return a line on starts inside a wall, if there are any."""
+        return []
+
+    def paths(self) -> list[str]:
+        """Return where the results are, one line each."""
+        return [str(path) for path in (self.archive, self.plot) if path is not None]
+
+    def failure(self, found: Any) -> str:
+        """Return in words what of the results has failed; empty for nothing."""
+        return ""
+
+    def carry_out(self, name: str, dry_run: bool) -> int:
+        """Run for the command `name`, or only say what that would do; return the exit status."""
+        if dry_run:
+            self.refuse(dry_run=True)
+            say(*self.plan(), *self.inside())
+            return DONE
+        found = self.run()
+        if not self.how.quiet:
+            say(*self.lines(found), *self.inside(), *self.paths())
+        failure = self.failure(found)
+        if failure:
+            complain(name, failure)
+        return LANES_FAILED if failure else DONE
+
+
+def of_task(
+    name: str,
+    load: Callable[..., Any],
+    job: type[Job],
+    source: tuple[str, str],
+    options: Sequence[Option],
+    owners: Sequence[Any],
+    **about: Any,
+) -> Command:
+    """Return the command of a task.
+
+    Arguments: its `name`; `load`, which returns the request of a source and of changes; the `job`;
+    the form of the `source` and what it is, in words; its `options` for tables and for the job; the
+    `owners` of the settings that have options; `about` the command, as `Command` takes it, and
+    `add_run`, which declares the options of a run.
+    """
+    add_run = about.pop("add_run", add_local_options)
+
+    def declare(parser: Parser) -> None:
+        form, words = source
+        parser.add_argument("source", nargs="?", metavar=form, help=words)
+        parser.add_argument("-o", "--output", metavar="FILE.h5", help=f"archive [{job.default}]")
+        parser.add_argument("--plot", metavar="FILE", help="picture: .png, .pdf or .svg")
+        group = parser.add_argument_group("options that override the request file")
+        for option in options:
+            option.add(group)
+        add_settings(group, *owners)
+        add_run(parser)
+
+    def carry_out(chosen: argparse.Namespace) -> int:
+        request = load(chosen.source, changes(chosen, options, owners), "command line")
+        return int(job.asked(request, chosen).carry_out(name, chosen.dry_run))
+
+    return Command(name, declare=declare, carry_out=carry_out, **about)
+
+
+def changes(
+    chosen: argparse.Namespace, options: Sequence[Option], owners: Sequence[Any]
+) -> dict[str, dict[str, Any]]:
+    """Return the document of what options change in a request file.
+
+    Raises `RequestError`, which names the option, for a text that cannot be read.
+    """
+    document: dict[str, Any] = {}
+    for option in options:
+        text = getattr(chosen, option.name)
+        for key, entries in option.read(text).items() if option.read and text else ():
+            if key in document and isinstance(entries, dict):
+                for name in document[key].keys() & entries.keys():
+                    words = f"{option.flag} and the option before it that gives {name}"
+                    raise RequestError(f"{words} exclude each other: give one of them")
+                entries = {**document[key], **entries}
+            document[key] = entries
+    for owner in owners:
+        for said in settings_of(owner).values():
+            text = getattr(chosen, f"{said.table}.{said.key}", None)
+            if text is not None:
+                document.setdefault(said.table, {})[said.key] = value_of(said, text)
+    return document

@@ -1,0 +1,283 @@
+"""The options of commands: the parser, options for tables of parameters, and how texts are read.
+
+Every function that reads a text raises `RequestError` for one of another form; the message names
+the option, the text and the form.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from types import MappingProxyType
+from typing import Any, NoReturn
+
+from nlds_vines.errors import Number, RequestError, at, from_text, refuse_bytes, shown, unknown
+from nlds_vines.model.catalog import load_system
+from nlds_vines.model.setting import Checked, Document, Real, Setting, Truth, Whole, settings_of
+from nlds_vines.model.system import System
+
+Group = argparse._ArgumentGroup
+
+_NO_VALUE = re.compile(r"(-[a-z]=?|--[a-z-]+=)--")
+"""An option with `--` for its value, of which argparse makes an empty list."""
+
+_LINK = re.compile(r"\[([^]]*)\]\([^)]*\)|`")
+"""A link in Markdown, of which its words are kept, and the marks of code."""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that raises `RequestError` where others print their usage and exit.
+
+    `common`: the options that --help lists; --help-all lists all. Empty: both are one.
+    """
+
+    def __init__(
+        self, common: Collection[str] = (), add_help: bool = True, **settings: Any
+    ) -> None:
+        """Take argparse's own settings; options are not abbreviated, the text keeps its lines."""
+        form = argparse.RawDescriptionHelpFormatter
+        super().__init__(allow_abbrev=False, formatter_class=form, add_help=False, **settings)
+        self.common = {"--help", "--help-all", *common} if common else set()
+        if add_help:
+            self.add_argument("-h", "--help", action=_Help, nargs=0, help="show this help and exit")
+        if add_help and common:
+            self.add_argument("--help-all", action="help", help="show all options and exit")
+        for kind in (int, float):  # what Python reads as a number is more than what users write
+            self.register("type", kind, partial(_number, kind))
+        # a value such as -0.03,0.1 or -1:1:9 is no option; argparse by itself knows -0.03 alone
+        self._negative_number_matcher = re.compile(r"-\.?[0-9]")
+
+    def error(self, message: str) -> NoReturn:
+        """Raise `RequestError` with the message."""
+        raise RequestError(message)
+
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Return the options; an unknown one is named together with the nearest that exists.
+
+        Every argument may end in an archive, so none may hold what no archive can.
+        """
+        for text in args or ():
+            refuse_bytes("the argument", text)
+            if option := _NO_VALUE.fullmatch(text):
+                name = option[1].rstrip("=")
+                raise RequestError(f"argument {name}: expected one argument, not '--'")
+        options, rest = self.parse_known_args(args, namespace)
+        if rest and rest[0].startswith("-"):
+            name = rest[0].partition("=")[0]
+            known = [name for name in self._option_string_actions if name.startswith("--")]
+            raise unknown("option", name, known)
+        if rest:
+            raise RequestError(f"one argument too many: {shown(rest[0])}")
+        return options
+
+
+def _number(kind: type[Number], text: str) -> Number:
+    """Return the number that an argument means; argparse names the option in front of an error."""
+    try:
+        return from_text(kind, "", text)
+    except RequestError as error:
+        raise argparse.ArgumentTypeError(str(error).removeprefix(" = ")) from None
+
+
+class _Help(argparse.Action):
+    """Prints the help without the options that are rarely needed."""
+
+    def __call__(self, parser: Any, *_: Any, **__: Any) -> None:
+        for action in parser._actions if parser.common else ():
+            if action.option_strings and parser.common.isdisjoint(action.option_strings):
+                action.help = argparse.SUPPRESS
+        parser.print_help()
+        parser.exit()
+
+
+# ---- options from settings -----------------------------------------------------------------------
+
+
+def add_settings(
+    group: Parser | Group,
+    *owners: Any,
+    but: Collection[str] = (),
+    usual: Mapping[str, Any] = MappingProxyType({}),
+) -> None:
+    """Declare the options of requests and of their tables, in the order of the fields.
+
+    Arguments: `but`, the keys for which the command has no option, or another one; `usual`, the
+    defaults of the command by key, if it has others.
+    """
+    flags: set[str] = set()  # a table may be that of several owners
+    for owner in owners:
+        for said in settings_of(owner).values():
+            if said.has_option and said.key not in but and said.flag not in flags:
+                flags.add(said.flag)
+                default = f" [{words}]" if (words := _default(said, usual)) else ""
+                text = _LINK.sub(lambda link: link[1] or "", said.words + default)
+                form = (
+                    {"action": "store_true", "default": None}
+                    if isinstance(said.check, Truth)
+                    else {"metavar": said.form}
+                )
+                dest, text = f"{said.table}.{said.key}", text.replace("%", "%%")
+                group.add_argument(said.flag, dest=dest, help=text, **form)
+
+
+def _default(said: Setting, usual: Mapping[str, Any]) -> str:
+    return replace(said, default=usual.get(said.key, said.default)).default_in_words
+
+
+def value_of(said: Setting, text: Any) -> Any:
+    """Return the value in a request file that the text of a setting's option means."""
+    if isinstance(said.check, Checked) and not said.check.listed:
+        return number_or_word(said.flag, text)
+    if isinstance(said.check, Checked):
+        return comma_separated(text)
+    kinds: dict[type, Any] = {Whole: int, Real: float}
+    kind = kinds.get(type(said.check))
+    return from_text(kind, said.flag, text) if kind else text
+
+
+# ---- options for tables of parameters ------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option for a table of a request file whose keys are names, or for a whole key of it.
+
+    Arguments:
+        flag, form, words: as --help lists it.
+        read: returns the document of a request file that its text means, of all its texts if it
+            may be `repeated`.  None: the option is for the job, which has a field of its name.
+    """
+
+    flag: str
+    form: str
+    words: str
+    read: Callable[[Any], Document] | None = None
+    repeated: bool = False
+
+    @property
+    def name(self) -> str:
+        """Its name among the parsed options."""
+        return self.flag.strip("-").replace("-", "_")
+
+    def add(self, group: Parser | Group) -> None:
+        """Declare it."""
+        form: dict[str, Any] = {"metavar": self.form} if self.form else {"action": "store_true"}
+        if self.repeated:
+            form |= {"action": "append", "default": []}
+        group.add_argument(self.flag, dest=self.name, help=self.words, **form)
+
+
+def named(
+    flag: str,
+    form: str,
+    words: str,
+    key: str,
+    read: Callable[[str, str], Any],
+    repeated: bool = True,
+) -> Option:
+    """Return an option NAME=VALUE for entries by name of the table `key`.
+
+    Arguments: `read` returns the entry that a text means; it is also given the option and its name,
+    for messages.
+    """
+
+    def document(texts: Any) -> Document:
+        pairs = assignments(flag, texts if repeated else [texts], form)
+        return {key: {name: read(f"{flag} {name}", text) for name, text in pairs.items()}}
+
+    return Option(flag, form, words, document, repeated)
+
+
+def _parameter(option: str, text: str) -> float | str:
+    return text if option.split()[1] in ("law", "law_2") else from_text(float, option, text)
+
+
+def _system(text: str) -> Document:
+    with at("--system"):
+        return {"system": load_system(text)}
+
+
+SYSTEM = Option("--system", "NAME", "of the catalog, or a TOML file", _system)
+SET = named("--set", "NAME=VALUE", "a parameter, in SI units", "set", _parameter)
+
+
+def spaced(option: str, text: str, form: str = "START:STOP:NUM") -> dict[str, Any]:
+    """Return the table `start, stop, num` of an axis that START:STOP:NUM means, perhaps `:log`."""
+    scale = {"scale": "log"} if text.endswith(":log") else {}
+    first, last, count = between_colons(option, text.removesuffix(":log"), form)
+    start, stop = from_text(float, option, first), from_text(float, option, last)
+    return {"start": start, "stop": stop, "num": from_text(int, option, count), **scale}
+
+
+VARY = named("--vary", "NAME=START:STOP:NUM", "an axis; NUM:log: equal ratios", "vary", spaced)
+
+
+# ---- texts ---------------------------------------------------------------------------------------
+
+
+def assignments(option: str, texts: Sequence[str], form: str) -> dict[str, str]:
+    """Return the values by name of an option that is given as NAME=VALUE, once or several times.
+
+    Arguments: `form` is the form of the whole text, for the message of an error.  A name that is
+    given twice is an error, too.
+    """
+    values: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (name and equals and value):
+            raise RequestError(f"{option} {shown(text)} must be {form}")
+        if name in values:
+            raise RequestError(f"{option} {name} is given twice: {values[name]} and {value}")
+        values[name] = value
+    return values
+
+
+def numbers_by_name(option: str, text: str | None) -> dict[str, float]:
+    """Return the numbers by name that a text NAME=VALUE,NAME=VALUE means; none for None."""
+    pairs = assignments(option, comma_separated(text or ""), "NAME=VALUE,NAME=VALUE")
+    return {name: from_text(float, f"{option} {name}", value) for name, value in pairs.items()}
+
+
+def comma_separated(text: str) -> list[str]:
+    """Return the words between the commas of a text, without empty ones."""
+    return [word for word in map(str.strip, text.split(",")) if word]
+
+
+def numbers(option: str, text: str) -> list[float]:
+    """Return the numbers between the commas of a text."""
+    return [from_text(float, option, word) for word in text.split(",")]
+
+
+def number_or_word(option: str, text: str) -> float | str:
+    """Return the number that the text of an option means; any other text as it is."""
+    return text if text[:1].isalpha() else from_text(float, option, text)
+
+
+def between_colons(option: str, text: str, form: str) -> list[str]:
+    """Return the texts between the colons of `text`, which must be as many as in `form`."""
+    pieces = text.split(":")
+    if len(pieces) != form.count(":") + 1:
+        raise RequestError(f"{option} = {shown(text)} must be {form}")
+    return pieces
+
+
+def ends(option: str, text: str, *names: str) -> dict[str, float]:
+    """Return the two numbers of a text A:B, by their `names`."""
+    texts = between_colons(option, text, ":".join(names).upper())
+    return {name: from_text(float, option, end) for name, end in zip(names, texts, strict=True)}
+
+
+def chosen_system(options: argparse.Namespace, default: str) -> System:
+    """Return the system that --system names, or the `default`, with the parameters of --set."""
+    with at("--system"):
+        system = load_system(options.system or default)
+    with at("--set"):
+        return system.with_(**settings_in(options))
+
+
+def settings_in(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the parameters that --set gives, by name [SI units], and the laws of contacts."""
+    return dict(SET.read(options.set)["set"]) if SET.read else {}

@@ -1,0 +1,111 @@
+"""What a command prints, how its errors become one line each, and its exit status."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+
+from nlds_vines.errors import RequestError, printable
+from nlds_vines.runs.interrupts import (
+    INTERRUPTED,
+    TERMINATED,
+    Interrupted,
+    Terminated,
+    terminated_like_interrupted,
+)
+
+DONE, LANES_FAILED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 2
+"""Exit statuses, beside those of `interrupts`."""
+
+
+def ended(name: str, work: Callable[[], int]) -> int:
+    """Return the exit status of some work of the command `name`; an error is told in one line.
+
+    Output that was not written, as to a full disk, is an error like any other.
+    """
+    _open_streams()
+    try:
+        try:
+            with terminated_like_interrupted():
+                status = work()
+        except SystemExit as stop:  # argparse after --help
+            status = int(stop.code or DONE)
+        sys.stdout.flush()
+        return status
+    except RequestError as error:
+        complain(name, f"error: {error}")
+        return WRONG_REQUEST
+    except OSError as error:
+        _drop_output()
+        complain(name, f"error: {_in_words(error)}")
+        return WRONG_REQUEST
+    except MemoryError as error:
+        reason = f": {error}" if str(error) else ""
+        complain(name, f"error: the memory does not suffice{reason}")
+        return WRONG_REQUEST
+    except ImportError as error:
+        if "failed to map segment" not in str(error):
+            raise
+        complain(name, "error: the memory does not suffice to load the libraries")
+        return WRONG_REQUEST
+    except Interrupted as stop:
+        complain(name, str(stop))
+        return stop.status
+    except KeyboardInterrupt as stop:
+        complain(name, ": ".join(["interrupted", *map(str, stop.args)]))
+        return TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
+
+
+def _open_streams() -> None:
+    """Open what was closed of input, output and errors (`>&-`), to nowhere.
+
+    An archive would otherwise get the number of one of them, and what is meant for a terminal
+    would be written into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:  # the lowest number that is free is this one
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+    for number, name in ((1, "stdout"), (2, "stderr")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, "w", encoding="utf-8", closefd=False))
+
+
+def _drop_output() -> None:
+    """Drop output that cannot be written: Python would try, and complain, again at its end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _in_words(error: OSError) -> str:
+    """Return the operating system's message, with the name of the file in front if it has one."""
+    reason = error.strerror or str(error) or type(error).__name__
+    return f"{error.filename}: {reason}" if error.filename is not None else reason
+
+
+def say(*lines: object) -> None:
+    """Print lines at once, each as one whatever is in it: titles and names come from files.
+
+    What the terminal's encoding lacks is escaped, too: nothing fails at its last step.
+    """
+    for line in lines:
+        text, encoding = printable(str(line)), sys.stdout.encoding or "utf-8"
+        print(text.encode(encoding, "backslashreplace").decode(encoding))
+    sys.stdout.flush()
+
+
+def complain(name: str, message: str) -> None:
+    """Print a message of the command `name` to standard error, as one line whatever is in it."""
+    with suppress(OSError):  # there is no one who could be told
+        text = printable(" ".join(message.split()))
+        print(f"{program(name)}: {text}", file=sys.stderr, flush=True)
+
+
+def program(name: str) -> str:
+    """Return how a command is called."""
+    return name if name.startswith("python ") else f"nlds-vines {name}".strip()

@@ -11,14 +11,12 @@ from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import REGIMES
-from nlds_vines.bifurcation.picture.map_panel import FOOT, HEAD, map_panel
-from nlds_vines.bifurcation.picture.regime_map import regime_map
+from nlds_vines.bifurcation.picture.regime_map import fill_map, name_regimes
 from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.result import Continued, SpecialCurve
 from nlds_vines.errors import RequestError
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import grow, write_title
-from nlds_vines.plotting.style import CM, axis_label
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, add_legend, finish, new_figure, styled
+from nlds_vines.plotting.style import axis_label
 
 _DASHES = {1: (), 2: (4, 1.5), 4: (4, 1.5, 1, 1.5), 8: (1, 1.5)}
 """The dashes of a curve by n of nT; of any other n, those of 8."""
@@ -27,7 +25,6 @@ _HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
 """What keeps a curve legible over a map."""
 
 _SIZE, _MARK = 7, 4.0  # points
-_LEGEND, _LINE = 0.65 * CM, 0.45 * CM  # inches from the upper edge to the legend; a line of it
 
 
 @styled()
@@ -46,21 +43,23 @@ def plane_diagram(
     names = (found.request.along.name, found.request.plane.name)
     if scan is not None and set(scan.axes) != set(names):
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {names[0]}, {names[1]}")
+    figure, grid = new_figure(page, [page.map_height])
+    axes = figure.add_subplot(grid[0])
     if scan is None:
-        figure, axes = _empty(found, page)
         across = 0
+        _label(axes, found)
     else:
-        figure = regime_map(scan, REGIMES, page)
-        axes, across = figure.axes[0], names.index(scan.axes[0])
-        for text in list(figure.texts):
-            text.remove()
+        across = names.index(scan.axes[0])
+        fill_map(axes, scan, REGIMES, page)
     limits = axes.get_xlim(), axes.get_ylim()
     for curve in found.curves:
         _draw(axes, curve, across)
     axes.set_xlim(limits[0])
     axes.set_ylim(limits[1])
-    _add_legend(figure, found, page)
-    write_title(figure, found.request.title, page.left / page.width)
+    add_legend(axes, _handles(found), "above", handlelength=2.2)
+    finish(figure, grid, found.request.title)
+    if scan is not None:
+        name_regimes(axes, scan)
     return figure
 
 
@@ -70,14 +69,6 @@ def fill_plane(axes: Axes, found: Continued) -> None:
     for curve in found.curves:
         _draw(axes, curve, 0)
     axes.legend(handles=_handles(found))
-
-
-def _empty(found: Continued, page: Page) -> tuple[Figure, Axes]:
-    """Return a figure with empty axes over both intervals."""
-    figure = Figure(figsize=(page.width, HEAD + page.map_height + FOOT))
-    axes = map_panel(figure, FOOT, page)
-    _label(axes, found)
-    return figure, axes
 
 
 def _label(axes: Axes, found: Continued) -> None:
@@ -121,12 +112,3 @@ def _handles(found: Continued) -> list[Line2D]:
         period = "T" if n == 1 else f"{n}T"
         handles.append(Line2D([], [], label=f"{kind} of {period} ({WORDS[kind]})", **look))
     return handles
-
-
-def _add_legend(figure: Figure, found: Continued, page: Page) -> None:
-    """Name the kinds and periods of the curves below the title, where room is made for them."""
-    handles, columns = _handles(found), page.columns - 1
-    grow(figure, _LINE * -(-len(handles) // columns))
-    corner = page.left / page.width, 1.0 - _LEGEND / figure.get_figheight()
-    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": corner}
-    figure.legend(handles=handles, ncols=columns, columnspacing=1.2, borderaxespad=0.0, **place)

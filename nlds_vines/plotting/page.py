@@ -4,7 +4,7 @@ Matplotlib's constrained layout gives labels, letters, names and legends the roo
 Panels have the heights that are asked for, and the page becomes as high as that takes:
 
     figure, grid = new_figure(page, [2.0, 1.0])  # inches
-    panels = [figure.add_subplot(place) for place in grid]
+    panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
     ...
     finish(figure, grid, "a title")
 """
@@ -244,6 +244,8 @@ def add_legend(
     usual: dict[str, Any] = {"borderaxespad": 0.0, "borderpad": 0.0, "columnspacing": 1.4}
     usual |= {"handlelength": 1.4, "handletextpad": 0.4, "labelspacing": 0.35, "ncols": columns}
     usual |= {"alignment": "left", "loc": corner, "bbox_to_anchor": anchor}
+    if (other := axes.get_legend()) is not None:
+        axes.add_artist(other).set_clip_on(False)  # clipped artists have no room in a layout
     return axes.legend(handles=list(handles), bbox_transform=place, **usual | look)
 
 

@@ -8,10 +8,7 @@ In reading order:
     dot_panel         one quantity over one parameter, or spectra
     regime_strip      the colored strip of regimes above a diagram
     diagram           strips and panels over one parameter
-    map_panel         the panel of a map: cells filled, hatched, marked; regions named
     regime_map        two varied parameters: regimes, and how many coexist, by color
-    quantity_map      two varied parameters: a recorded number, or a share of starts, by shade
-    manifold_bounds   the frequencies of 1:1 motion in closed form, over a map
     basin_map         basins of attraction, and their shares along a parameter
     drawing           what draws the archive of a scan: diagrams, maps, basins
 """

@@ -18,19 +18,16 @@ from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.datasets import begins_at_sections
-from nlds_vines.bifurcation.picture.map_panel import (
-    FOOT,
-    HEAD,
+from nlds_vines.bifurcation.picture.regime_map import (
     add_map_legend,
     fill_cells,
     label_axes,
-    map_panel,
     name_regions,
 )
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.plotting.bands import inner_edges
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled, write_letters
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, finish, new_figure, styled, write_letters
 from nlds_vines.plotting.palette import (
     HATCHED,
     OTHERS,
@@ -41,15 +38,12 @@ from nlds_vines.plotting.palette import (
     mixed,
     patch_look,
 )
-from nlds_vines.plotting.panels import write_title
-from nlds_vines.plotting.style import CM, axis_label
+from nlds_vines.plotting.style import axis_label
 
 _SHADES = (("#000000", 0.0), ("#000000", 0.35), ("#ffffff", 0.45), ("#000000", 0.6))
 """What is mixed into the color of a regime, by how much: of its first attractor, the second ..."""
 
 _NOT_KNOWN = "not known"
-_BETWEEN = 1.6 * CM  # inches between the map and the shares below it, with the label of the map
-_LINES = 1.6 * CM  # inches for a legend below a map on a page of one column
 
 
 class _Look(NamedTuple):
@@ -89,23 +83,19 @@ def basin_picture(
         raise RequestError(f"{view.path}: show = 'basins': {why}")
     varied = [name for name in view.axes if name not in INITIAL]
     map_, shares = len(view.axes) == 2, len(varied) == 1
-    below = 0.0 if page.beside else _LINES
-    foot = FOOT + below
-    height = HEAD + foot + page.map_height * (map_ + shares) + _BETWEEN * (map_ and shares)
-    figure = Figure(figsize=(page.width, height))
-    panels = []
+    figure, grid = new_figure(page, [page.map_height] * (map_ + shares))
+    panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
     if map_:
-        panels.append(map_panel(figure, height - HEAD - page.map_height, page))
         fill_basins(panels[0], view, page, legend=not shares)
     if shares:
-        panels.append(map_panel(figure, foot, page))
         handles = fill_shares(panels[-1], view)
-        add_map_legend(panels[0], handles, "attractor", page)
+        add_map_legend(panels[0 if page.beside else -1], handles, "attractor", page)
     if len(panels) > 1 and view.axes[0] == varied[0]:
         panels[1].set_xlim(panels[0].get_xlim())
-    if len(panels) > 1:
-        write_letters(panels)
-    write_title(figure, view.text("title"), page.left / page.width)
+    write_letters(panels)
+    finish(figure, grid, view.text("title"))
+    if map_:
+        name_basins(panels[0], view)
     return figure
 
 
@@ -119,6 +109,7 @@ def fill(
         raise RequestError(f"{view.path}: show = 'basins': {why}")
     if len(view.axes) == 2:
         fill_basins(axes, view, page)
+        name_basins(axes, view)
     else:
         add_map_legend(axes, fill_shares(axes, view), "attractor", page)
 
@@ -141,14 +132,23 @@ def fill_basins(
     norm = BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
     fill_cells(axes, view, classes, cmap=ListedColormap(shades), norm=norm)
     label_axes(axes, view)
-    names = np.array([looks[key].name for key in present], object)[classes]
-    known = {looks[key].name: looks[key].color for key in present if key[0] >= 0}
-    name_regions(axes, view, names, known)
     handles: list[Any] = [*_patches([looks[key] for key in present])]
     if begins_at_sections(view) and not [name for name in view.axes if name not in INITIAL]:
         handles += _mark_points(axes, view, looks)
     if legend:
         add_map_legend(axes, handles, "attractor", page)
+
+
+def name_basins(axes: Axes, view: ArchiveView) -> None:
+    """Write the names of attractors into a map whose size is final."""
+    looks = _looks(view)
+    labels, numbers = _labels_of_cells(view), view["attractor"][..., 0]
+    cells = np.empty(numbers.shape, object)
+    for place, k in np.ndenumerate(numbers):
+        cells[place] = looks[int(k), str(labels[place])]
+    names = np.vectorize(lambda look: look.name, otypes=[object])(cells)
+    known = {look.name: look.color for look in {*cells.flat} if look.name != _NOT_KNOWN}
+    name_regions(axes, view, names, known)
 
 
 def fill_shares(axes: Axes, view: ArchiveView) -> list[Patch]:

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import PercentFormatter
 
 from nlds_vines.bifurcation.picture.attractor_styles import Look, looks_of
 from nlds_vines.bifurcation.picture.ordinates import Quantity, Slice
@@ -27,6 +28,9 @@ _WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
 
 PASSES = "passes the limit"
 """What a legend says of hatched cells and crossed marks."""
+
+REDUCTION = "reduction"
+"""The share of the energy E1max that a damper takes away: axes count it in percent."""
 
 _SECTION_DOTS, _NUMBER_DOTS = (0.75, 1.5), (1.3, 2.0)  # points, of many columns and of few
 _EXPONENT_DOT, _LEGEND_DOT = 1.4, 3.0  # points
@@ -56,6 +60,8 @@ def fill_panel(
     if len(cuts) == 1:
         _hatch_violated(panel, cuts[0])
     panel.set_ylabel(quantity.label)
+    if name == REDUCTION:
+        panel.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     if quantity.units == "rad" and quantity.dataset in drawn_in(TOUCHED):
         panel.set_ylim(0.0, 2.0 * np.pi)
     if logarithmic(cuts[0].values):

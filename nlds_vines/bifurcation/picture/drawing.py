@@ -10,11 +10,15 @@ from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture import basin_map
-from nlds_vines.bifurcation.picture.choices import BASINS, check_show, is_map, usual_show
+from nlds_vines.bifurcation.picture.choices import BASINS, REGIMES, check_show, is_map, usual_show
 from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
-from nlds_vines.bifurcation.picture.manifold_bounds import draw_manifold
 from nlds_vines.bifurcation.picture.ordinates import quantities_in
-from nlds_vines.bifurcation.picture.regime_map import fill_map, regime_map
+from nlds_vines.bifurcation.picture.regime_map import (
+    draw_manifold,
+    fill_map,
+    name_regimes,
+    regime_map,
+)
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.chosen_panels import Drawing
@@ -84,6 +88,8 @@ class ScanPicture(Drawing):
     def _fill(self, axes: Axes, view: ArchiveView, show: str, page: Page) -> None:
         """Draw one map into axes, and over it the bounds of 1:1 motion if asked for."""
         fill_map(axes, view, show, page)
+        if show == REGIMES:
+            name_regimes(axes, view)
         if self.manifold:
             draw_manifold([axes], view)
 

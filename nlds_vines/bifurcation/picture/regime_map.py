@@ -1,57 +1,99 @@
-"""Maps of two parameters: a color for each regime, or other code, and how many coexist."""
+"""Maps of two parameters: regimes, how many coexist, shares of starts, codes, recorded numbers."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
+import matplotlib
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection, QuadMesh
+from matplotlib.colors import (
+    BoundaryNorm,
+    Colormap,
+    LinearSegmentedColormap,
+    ListedColormap,
+    LogNorm,
+    Normalize,
+)
 from matplotlib.figure import Figure
+from matplotlib.gridspec import GridSpec
 from matplotlib.patches import Patch
+from matplotlib.patheffects import Normal, Stroke
+from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.observation_time import in_legend
-from nlds_vines.bifurcation.picture.choices import COEXISTING, REGIMES, SHARE, SHARES
-from nlds_vines.bifurcation.picture.dot_panel import PASSES
-from nlds_vines.bifurcation.picture.manifold_bounds import IN_TITLE, draw_manifold
-from nlds_vines.bifurcation.picture.map_panel import (
-    FOOT,
-    HEAD,
-    add_map_legend,
-    fill_classes,
-    hatch_cells,
-    label_axes,
-    map_panel,
-    name_regions,
-    single_map,
+from nlds_vines.bifurcation.picture.choices import (
+    COEXISTING,
+    LOG,
+    REGIMES,
+    SHARE,
+    SHARES,
+    way_and_number,
 )
-from nlds_vines.bifurcation.picture.ordinates import violated_in
-from nlds_vines.bifurcation.picture.quantity_map import draw_number, draw_shares, fill_number
+from nlds_vines.bifurcation.picture.dot_panel import PASSES, REDUCTION
+from nlds_vines.bifurcation.picture.ordinates import quantities_in, violated_in
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.model.labels import TRANSIENT, by_frequency, coexisting, final, most_frequent
-from nlds_vines.model.quantity import clause
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled, write_letters
+from nlds_vines.model.labels import (
+    TRANSIENT,
+    UNKNOWN,
+    by_frequency,
+    coexisting,
+    final,
+    finals,
+    most_frequent,
+    share_of,
+)
+from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.quantities import scale_of
+from nlds_vines.model.quantity import ERROR, PERIOD, SIGNED, WAIT, clause
+from nlds_vines.model.slow_manifold import slow_manifold
+from nlds_vines.plotting.bands import inner_edges, logarithmic
+from nlds_vines.plotting.notation import literal
+from nlds_vines.plotting.page import (
+    TWO_COLUMNS,
+    Page,
+    add_legend,
+    finish,
+    new_figure,
+    size_of,
+    styled,
+    text_width,
+    write_letters,
+    write_out_ticks,
+)
 from nlds_vines.plotting.palette import (
     COUNTS,
     HATCHED,
     OTHERS,
     PASSED,
+    RAMP,
     THROUGH_CHAOS,
     color_of,
     drawn_as,
     example_of,
     hatch_of,
     in_order,
+    is_dark,
     patch_look,
     short,
 )
-from nlds_vines.plotting.panels import write_title
-from nlds_vines.plotting.style import CM, GRAY, NO_VALUE
+from nlds_vines.plotting.style import CM, GRAY, NO_VALUE, ROUND_OFF, SHADES, axis_label
 
-_GAP = 0.55 * CM  # inches between two maps
+BAR: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
+"""The place and the shape of a color bar beside a map."""
+
 _LINE = 0.42 * CM  # inches, height of a name in a legend
 _MOST_BELOW = 12  # names in a legend below a map
 _CHAOTIC = "reached through chaos"
+_FRAME: dict[str, Any] = {"edgecolor": GRAY, "linewidth": 0.4}  # of patches that are nearly white
+_PASSED = PASSED, "#8b0000"  # hatch and color of cells in which the limit is passed
 
 
 @styled()
@@ -71,173 +113,230 @@ def regime_map(
 
     With `manifold` the bounds of 1:1 motion in closed form are drawn over it.
     """
-    if show == SHARES or show.startswith(SHARE):
-        figure = draw_shares(view, show, page)
-    elif show == REGIMES and view["start"].size > 1:
-        figure = _draw_both(view, page)
-    elif show in (REGIMES, COEXISTING) or _is_code(view, show):
-        figure, axes = single_map(view, page, 0.0 if page.beside else _below(page))
-        fill_map(axes, view, show, page)
-    else:
-        figure = draw_number(view, show, page)
     starts = view["start"].size
+    if show == SHARES or show.startswith(SHARE):
+        figure, grid, panels = _draw_shares(view, show, page)
+    else:
+        shown = [REGIMES, COEXISTING] if show == REGIMES and starts > 1 else [show]
+        figure, grid = new_figure(page, [page.map_height] * len(shown))
+        panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
+        for axes, what in zip(panels, shown, strict=True):
+            fill_map(axes, view, what, page)
+        write_letters(panels)
     title = view.text("title") + (f"; {starts} starts" if starts > 1 else "")
     if manifold:
-        draw_manifold(
-            [axes for axes in figure.axes if _limits(axes) == _limits(figure.axes[0])], view
-        )
+        draw_manifold(panels, view)
         title += f"; {IN_TITLE}"
-    write_title(figure, title, page.left / page.width)
+    finish(figure, grid, title)
+    if show == REGIMES:
+        name_regimes(panels[0], view)
     return figure
 
 
 def fill_map(axes: Axes, view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> None:
-    """Draw one map into axes, with its legend: regimes, how many coexist, or a number."""
+    """Draw one map into axes, with its legend or bar; see `name_regimes`."""
+    label_axes(axes, view)
     if show == COEXISTING:
-        _draw_counts(axes, view, view["label"], page)
+        _draw_counts(axes, view, page)
     elif show == REGIMES:
-        several = view["start"].size > 1
-        labels = most_frequent(view["label"]) if several else view["label"][..., 0]
-        _draw_regimes(axes, view, labels, "most frequent regime" if several else "regime", page)
+        _draw_regimes(axes, view, page)
     elif show == SHARES or show.startswith(SHARE):
         raise RequestError(f"show = {show!r} cannot be drawn into given axes: leave them out")
-    elif _is_code(view, show):
-        fill_codes(axes, view, show, page)
+    elif show in view and view.is_flag(show):
+        _draw_codes(axes, view, show, page)
     else:
-        mesh, label, extend = fill_number(axes, view, show)
-        axes.figure.colorbar(mesh, ax=axes, label=label, extend=extend)
-    label_axes(axes, view)
+        _draw_number(axes, view, show)
 
 
-def _limits(axes: Axes) -> tuple[Any, Any]:
-    """Return the limits of both axes, which bars of colors do not share with maps."""
-    return axes.get_xlim(), axes.get_ylim()
+# ---- cells ---------------------------------------------------------------------------------------
 
 
-def _is_code(view: ArchiveView, show: str) -> bool:
-    """Tell whether what is shown is a dataset of codes."""
-    return show in view and view.is_flag(show)
+def label_axes(axes: Axes, view: ArchiveView) -> None:
+    """Write what the axes of a map are, and give them the scales of their values."""
+    axes.set_xlabel(axis_label(view.axes[0]))
+    axes.set_ylabel(axis_label(view.axes[1]))
 
 
-def _below(page: Page) -> float:
-    """Return the height in inches of a legend below a map."""
-    rows = 2 + _MOST_BELOW // (page.columns + 1)
-    return rows * _LINE
+def fill_cells(axes: Axes, view: ArchiveView, values: np.ndarray, **style: Any) -> QuadMesh:
+    """Draw `values` (first parameter, second parameter) without smoothing, and return the mesh.
+
+    The cells end where the values end.  Values at equal ratios stand on a logarithmic axis.
+    """
+    across, up = (inner_edges(view[name]) for name in view.axes)
+    mesh = axes.pcolormesh(across, up, values.T, shading="flat", rasterized=True, **style)
+    for name, set_scale in zip(view.axes, (axes.set_xscale, axes.set_yscale), strict=True):
+        if logarithmic(view[name]):
+            set_scale("log")
+    axes.set_xlim(across[0], across[-1])
+    axes.set_ylim(up[0], up[-1])
+    return mesh
 
 
-def _draw_both(view: ArchiveView, page: Page) -> Figure:
-    """Return a figure with the most frequent regimes above how many coexist."""
-    below = 0.0 if page.beside else _below(page)
-    foot = 0.0 if page.beside else 3 * _LINE
-    between = below + FOOT if below else _GAP
-    figure = Figure(figsize=(page.width, HEAD + 2 * page.map_height + between + FOOT + foot))
-    upper = map_panel(figure, FOOT + foot + page.map_height + between, page)
-    lower = map_panel(figure, FOOT + foot, page)
-    lower.sharex(upper)
-    fill_map(upper, view, REGIMES, page)
-    fill_map(lower, view, COEXISTING, page)
-    if page.beside:
-        upper.tick_params(labelbottom=False)
-        upper.set_xlabel("")
-    write_letters((upper, lower))
-    return figure
-
-
-def _draw_regimes(
-    axes: Axes, view: ArchiveView, labels: np.ndarray, title: str, page: Page
+def fill_classes(
+    axes: Axes, view: ArchiveView, names: np.ndarray, words: Sequence[object], shades: Sequence[str]
 ) -> None:
+    """Fill every cell with the shade of its class, one of `words`."""
+    number = {word: i for i, word in enumerate(words)}
+    classes = np.vectorize(number.__getitem__, otypes=[np.int64])(names)
+    norm = BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words))
+    fill_cells(axes, view, classes, cmap=ListedColormap(list(shades)), norm=norm)
+
+
+def hatch_cells(
+    axes: Axes, view: ArchiveView, where: np.ndarray, look: tuple[str, str], text: str
+) -> Patch:
+    """Hatch the cells in which `where`, of the shape of the cells, is true.
+
+    Arguments: `look`, the hatch and its color.  Returns such a patch for the legend, named `text`.
+    """
+    x, y = (inner_edges(view[name]) for name in view.axes)
+    boxes = [
+        [(x[a], y[row]), (x[b], y[row]), (x[b], y[row + 1]), (x[a], y[row + 1])]
+        for row, a, b in _runs(where)
+    ]
+    style: dict[str, Any] = {"facecolor": "none", "edgecolor": look[1], "linewidth": 0}
+    axes.add_collection(PolyCollection(boxes, hatch=look[0], **style), autolim=False)
+    return Patch(hatch=look[0], label=text, **style)
+
+
+def _runs(where: np.ndarray) -> Iterator[tuple[int, int, int]]:
+    """Yield row, first column and the column after the last of each run of true cells."""
+    for row in range(where.shape[1]):
+        steps = np.diff(np.concatenate([[False], where[:, row], [False]]).astype(np.int8))
+        for first, stop in zip(np.flatnonzero(steps > 0), np.flatnonzero(steps < 0), strict=True):
+            yield row, int(first), int(stop)
+
+
+def hatch_passed(axes: Axes, view: ArchiveView) -> list[Patch]:
+    """Hatch the cells in which the limit is passed; return the entries of the legend."""
+    passed = np.asarray(violated_in(view).any(axis=-1))
+    return [hatch_cells(axes, view, passed, _PASSED, PASSES)] if passed.any() else []
+
+
+def add_map_legend(
+    axes: Axes, handles: Sequence[Any], title: str, page: Page = TWO_COLUMNS
+) -> None:
+    """Add a legend to the right of a map, or on a page of one column below it."""
+    look: dict[str, Any] = {"handlelength": 1.2, "columnspacing": 1.0}
+    if page.beside:
+        add_legend(axes, handles, "right", title=title, **look)
+    else:
+        add_legend(axes, handles, "below", title=title.replace("\n", " "), **look)
+
+
+_SIZE = 7  # pt, of the name of a region
+_PADDING = 4  # pt between a name and the border of its region
+_LONGEST = 14  # characters of a name that is written inside
+
+
+def name_regions(
+    axes: Axes, view: ArchiveView, names: np.ndarray, shades: Mapping[str, str]
+) -> None:
+    """Write each name once into the largest circle of cells of that name, if it fits there.
+
+    Arguments: the axes of the map; its archive; the `names` (first parameter, second parameter) of
+    its cells; the colors of those that are to be written, by name.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    wide, tall = size_of(axes)
+    sides = wide / names.shape[0], tall / names.shape[1]
+    for word, color in shades.items():
+        text = short(word)
+        if len(text) > _LONGEST:
+            continue
+        inside = np.pad(names == word, 1)
+        depth = distance_transform_edt(inside, sampling=sides)[1:-1, 1:-1]
+        place = np.unravel_index(np.argmax(depth), depth.shape)
+        half = text_width(text, _SIZE) / 2 + _PADDING
+        x, y = (view[name][index] for name, index in zip(view.axes, place, strict=True))
+        left = axes.transAxes.inverted().transform(axes.transData.transform((x, y)))[0] * wide
+        # depths reach to the centers of other cells, and the first and last cells end at theirs
+        if half > min(depth[place] - max(sides) / 2, left, wide - left):
+            continue
+        ink = "white" if is_dark(color) else "black"
+        axes.text(x, y, text, color=ink, fontsize=_SIZE, ha="center", va="center")
+
+
+# ---- regimes and codes ---------------------------------------------------------------------------
+
+
+def _regimes_of(view: ArchiveView) -> np.ndarray:
+    """Return the names of the regimes (axes) of the cells, of several starts the most frequent."""
+    labels = view["label"]
+    labels = most_frequent(labels) if labels.shape[-1] > 1 else labels[..., 0]
+    return np.vectorize(drawn_as, otypes=[object])(labels)
+
+
+def name_regimes(axes: Axes, view: ArchiveView) -> None:
+    """Write the names of regimes into a map whose size is final, where no hatch is in the way."""
+    names = _regimes_of(view)
+    free = np.where(violated_in(view).any(axis=-1), "", names)
+    words = [word for word in in_order(set(names.ravel().tolist())) if not hatch_of(word)]
+    name_regions(axes, view, free, {word: color_of(example_of(word)) for word in words})
+
+
+def _draw_regimes(axes: Axes, view: ArchiveView, page: Page) -> None:
     """Fill every cell with the color of its regime; the legend names the most frequent ones.
 
-    Large regions have their names inside.  Hatched are regimes that were reached through chaos, and
-    what is not known.
+    Hatched are regimes that were reached through chaos, and what is not known.
     """
-    names = np.vectorize(drawn_as, otypes=[object])(labels)
+    names = _regimes_of(view)
     words = [word for word, _ in by_frequency(names)]
-    shades = {word: color_of(example_of(word)) for word in words}
-    fill_classes(axes, view, names, words, [shades[word] for word in words])
-    marks = _hatch(axes, view, names)
-    ends = list(dict.fromkeys(final(word) for word in words))
-    room = _MOST_BELOW - len(marks)
-    if page.beside:
-        height = axes.bbox.height / axes.figure.dpi
-        room = int(height / _LINE) - 1 - 2 * len(marks)  # names that fit
-    named = in_order(ends if len(ends) <= room else ends[: room - 1])
-    handles = [_patch(word, view) for word in named]
-    if len(ends) > len(named):
-        handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
-    add_map_legend(axes, [*handles, *marks], title, page)
-    free = np.where(violated_in(view).any(axis=-1), "", names)  # where no hatch is in the way
-    name_regions(axes, view, free, {word: shades[word] for word in words if not hatch_of(word)})
-
-
-def _patch(word: str, view: ArchiveView) -> Patch:
-    """Return the entry of a legend of a regime."""
-    look = patch_look(example_of(word), color_of(example_of(word)))
-    return Patch(label=in_legend(short(word), view), **look)
-
-
-def _hatch(axes: Axes, view: ArchiveView, names: np.ndarray) -> list[Any]:
-    """Hatch cells by their labels, and where the limit is passed; return entries of the legend."""
-    found = []
-    unknown = names == HATCHED
-    if unknown.any():
+    fill_classes(axes, view, names, words, [color_of(example_of(word)) for word in words])
+    marks: list[Patch] = []
+    if (unknown := names == HATCHED).any():
         hatch_cells(axes, view, unknown, (hatch_of(HATCHED), GRAY), "")
     late = np.vectorize(lambda name: name.startswith(TRANSIENT), otypes=[bool])(names)
     if late.any():
-        found.append(hatch_cells(axes, view, late, (THROUGH_CHAOS, "black"), _CHAOTIC))
-    passed = np.asarray(violated_in(view).any(axis=-1))
-    if passed.any():
-        found.append(_hatch_passed(axes, view, passed))
-    return found
+        marks.append(hatch_cells(axes, view, late, (THROUGH_CHAOS, "black"), _CHAOTIC))
+    marks += hatch_passed(axes, view)
+    ends = list(dict.fromkeys(final(word) for word in words))
+    room = _MOST_BELOW - len(marks)
+    if page.beside:
+        room = int(size_of(axes)[1] / 72 / _LINE) - 1 - 2 * len(marks)  # names that fit
+    named = in_order(ends if len(ends) <= room else ends[: room - 1])
+    handles = []
+    for word in named:
+        look = patch_look(example_of(word), color_of(example_of(word)))
+        handles.append(Patch(label=in_legend(short(word), view), **look))
+    if len(ends) > len(named):
+        handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
+    title = "most frequent regime" if view["start"].size > 1 else "regime"
+    add_map_legend(axes, [*handles, *marks], title, page)
 
 
-def _hatch_passed(axes: Axes, view: ArchiveView, passed: np.ndarray) -> Patch:
-    """Hatch the cells in which the limit is passed; return the entry of the legend."""
-    return hatch_cells(axes, view, passed, (PASSED, "#8b0000"), PASSES)
-
-
-def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) -> None:
-    """Fill every cell with the color of how many of the found regimes coexist there."""
-    most = len(COUNTS)
+def _draw_counts(axes: Axes, view: ArchiveView, page: Page) -> None:
+    """Fill every cell with the color of how many of the regimes coexist there."""
+    labels, most = view["label"], len(COUNTS)
     counts = np.minimum(coexisting(labels), most)
     words = sorted(set(counts.ravel().tolist()))
     shades = {0: OTHERS[HATCHED], **dict(enumerate(COUNTS, start=1))}
     fill_classes(axes, view, counts, words, [shades[word] for word in words])
     names = {0: "none known", most: f"{most} or more"}
-    frame: dict[str, Any] = {"edgecolor": GRAY, "linewidth": 0.4}  # the first is nearly white
-    handles = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **frame) for n in words]
-    passed = np.asarray(violated_in(view).any(axis=-1))
-    if passed.any():
-        handles.append(_hatch_passed(axes, view, passed))
+    handles = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **_FRAME) for n in words]
+    handles += hatch_passed(axes, view)
     add_map_legend(axes, handles, f"regimes found\nby {labels.shape[-1]} starts", page)
 
 
-# ---- codes ---------------------------------------------------------------------------------------
-
-
-def fill_codes(axes: Axes, view: ArchiveView, name: str, page: Page) -> None:
+def _draw_codes(axes: Axes, view: ArchiveView, name: str, page: Page) -> None:
     """Fill every cell with the color of its code, of several starts the highest; with a legend.
 
-    Colors go from pale to dark in the order of the codes, and begin anew where they are many.
+    Colors go from pale to dark in the order of the codes, and begin anew if they are many.
     """
     codes, words = view[name].max(axis=-1), view.flags(name)
-    found = sorted(set(codes.ravel().tolist()))
+    present = sorted(set(codes.ravel().tolist()))
     shades = {code: COUNTS[i % len(COUNTS)] for i, code in enumerate(sorted(words))}
-    looks = {code: shades.get(code, NO_VALUE) for code in found}
-    fill_classes(axes, view, codes, found, list(looks.values()))
-    frame: dict[str, Any] = {"edgecolor": GRAY, "linewidth": 0.4}  # the first is nearly white
+    looks = {code: shades.get(code, NO_VALUE) for code in present}
+    fill_classes(axes, view, codes, present, list(looks.values()))
+    flags = {code: words.get(code, "none").partition(".")[0] for code in looks}
     handles = [
-        Patch(facecolor=color, label=_in_words(words.get(code, "none")), **frame)
-        for code, color in looks.items()
+        Patch(facecolor=looks[n], label=flag.replace("_to_", ":").replace("_", " "), **_FRAME)
+        for n, flag in flags.items()
     ]
-    title = clause(view.long_name(name))
+    title = _broken(clause(view.long_name(name)))
     several = f"\nhighest of {view['start'].size} starts" if view["start"].size > 1 else ""
-    add_map_legend(axes, handles, _broken(title) + several, page)
-
-
-def _in_words(flag: str) -> str:
-    """Return a flag as a legend has it: `sustained 1:1` of `sustained_1_to_1`."""
-    return flag.partition(".")[0].replace("_to_", ":").replace("_", " ")
+    add_map_legend(axes, handles, title + several, page)
 
 
 def _broken(text: str) -> str:
@@ -246,3 +345,240 @@ def _broken(text: str) -> str:
     ends = np.cumsum([len(word) + 1 for word in words])
     half = int(np.argmin(np.abs(ends - ends[-1] / 2))) + 1
     return "\n".join(filter(None, (" ".join(words[:half]), " ".join(words[half:]))))
+
+
+# ---- numbers -------------------------------------------------------------------------------------
+
+
+_TWO_SIDED = "PuOr_r"  # matplotlib's name of shades with a zero in their middle; color-blind-safe
+_EXTREME = 0.5  # per cent of the cells at either end that do not stretch a two-sided scale
+_NARROWEST = 1e-12  # least reach of a two-sided scale to either side
+_UNEVEN = 3.0  # how much farther one side of it may reach than the other: colors have equal steps
+_LIGHTER = 0.36  # of the shades above zero: their end is lighter than that below, in gray as well
+_DEEPEST = 1e-4  # of the largest number: smaller ones have the darkest shade by logarithm
+_WIDE = 8.0  # ratio of the largest to a small value from which shades are logarithmic by themselves
+_SETTLED_LATE = 10.0  # forcing periods, least upper end of the scale of settling times
+_NONE = "none found"
+
+
+def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
+    """Fill cells by a recorded number: of several starts the largest, gray where there is none.
+
+    Arguments: axes; the archive; what to `show`, a number that may follow one of `choices.WAYS`.
+    A number of both signs has two-sided shades around zero.  On a map of settling times, cells in
+    which a start did not settle are black.  Hatched are cells in which the limit is passed.
+    """
+    way, name = way_and_number(show)
+    quantity = quantities_in(view)[name]
+    values = quantity.of(view)[..., 0]
+    values = np.where(np.isfinite(values), values, -np.inf).max(axis=-1)
+    unsettled = np.zeros(values.shape, dtype=bool)
+    if scale_of(name) == WAIT:
+        unsettled |= (view[name] < 0).any(axis=-1)
+    shown = np.ma.masked_where(unsettled | ~np.isfinite(values), values)
+    shades, norm = _scale(quantity.dataset, shown, way)
+    mesh = fill_cells(axes, view, shown, cmap=shades.with_extremes(bad=NO_VALUE), norm=norm)
+    marks: list[Any] = []
+    if unsettled.any():
+        covered = np.ma.masked_where(~unsettled, np.ones(values.shape))
+        fill_cells(axes, view, covered, cmap=ListedColormap([OTHERS["chaos"]]))
+        words = "not settled, or no orbit to settle on"
+        marks.append(Patch(facecolor=OTHERS["chaos"], label=words))
+    if np.any(~np.isfinite(values) & ~unsettled):
+        marks.append(Patch(facecolor=NO_VALUE, label=_NONE))
+    marks += hatch_passed(axes, view)
+    if marks:
+        add_legend(axes, marks, "above", handlelength=1.2)
+    several = f", largest of {view['start'].size} starts" if view["start"].size > 1 else ""
+    percent = PercentFormatter(1.0, decimals=0) if name == REDUCTION else None
+    look = {**BAR, "label": quantity.label + several, "extend": _extend(shown, norm)}
+    bar = axes.figure.colorbar(mesh, ax=axes, format=percent, **look)
+    if scale_of(name) == PERIOD:
+        bar.ax.set_yticks(
+            range(1, len(RAMP) + 1), [*map(str, range(1, len(RAMP))), f"{len(RAMP)} or more"]
+        )
+        bar.ax.tick_params(which="both", length=0)
+    elif isinstance(mesh.norm, LogNorm):
+        write_out_ticks(bar.ax.yaxis)
+    else:
+        bar.ax.yaxis.set_minor_formatter(NullFormatter())
+    low, high = mesh.get_clim()
+    if low is not None and high is not None and low < 0.0 < high:
+        bar.ax.axhline(0.0, color="black", linewidth=0.8)
+
+
+def _scale(name: str, shown: np.ma.MaskedArray, way: str) -> tuple[Colormap, Normalize]:
+    """Return how values become shades: settling and errors by logarithm, signed ones around 0.
+
+    Others become shades by logarithm where they span decades; `way`, one of `WAYS`, decides.
+    """
+    values, plain, scale = shown.compressed(), matplotlib.colormaps[SHADES], scale_of(name)
+    if scale == PERIOD:
+        return ListedColormap(list(RAMP)), BoundaryNorm(
+            np.arange(len(RAMP) + 1) + 0.5, len(RAMP), extend="neither", clip=True
+        )
+    if scale == ERROR:
+        low = max(values[values > 0].min(initial=np.inf), ROUND_OFF)
+        high = values.max(initial=0.0)
+        low, high = (low, high) if low < high else (ROUND_OFF, 1.0)
+        return plain, LogNorm(low, high, clip=True)
+    if scale == WAIT:
+        return plain, LogNorm(1, max(_SETTLED_LATE, values.max(initial=0.0)), clip=True)
+    low, high = values.min(initial=0.0), values.max(initial=0.0)
+    least = values.min(initial=np.inf)
+    small = max(least, high * _DEEPEST) if least > 0.0 else 0.0
+    if way == LOG and not 0.0 < small < high:
+        raise RequestError(f"show = '{LOG}{name}': it takes numbers above 0 that differ")
+    signed = scale == SIGNED or low < 0.0 < high
+    if way == LOG or (not way and not signed and 0.0 < small * _WIDE < high):
+        return plain, LogNorm(small, high)
+    if values.size and signed:
+        return _around_zero(np.maximum(values, -1.0) if name == REDUCTION else values)
+    return plain, Normalize()
+
+
+def _extend(shown: np.ma.MaskedArray, norm: Normalize) -> str:
+    """Return at which ends of a scale there are values beyond it, as color bars call them."""
+    if norm.vmin is None or norm.vmax is None or norm.clip or not shown.count():
+        return "neither"
+    beyond = bool(shown.min() < norm.vmin), bool(shown.max() > norm.vmax)
+    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get(beyond, "neither")
+
+
+def _around_zero(values: np.ndarray) -> tuple[Colormap, Normalize]:
+    """Return two-sided shades whose middle is zero; of one sign alone, that half of them.
+
+    A step of the number is the same step of color on either side.  What lies beyond either end of
+    the scale has the color of that end.
+    """
+    two_sided = matplotlib.colormaps[_TWO_SIDED]
+    low, high = np.percentile(values, [_EXTREME, 100 - _EXTREME])
+    if low < 0.0 < high:
+        reach = max(min(max(-low, high), _UNEVEN * min(-low, high)), _NARROWEST)
+        ends = max(low, -reach), min(high, reach)
+        part = np.linspace(*ends, 256) / reach
+        places = 0.5 + np.where(part < 0.0, 0.5, _LIGHTER) * part
+        return LinearSegmentedColormap.from_list("signed", two_sided(places)), Normalize(*ends)
+    shades = np.linspace(0.5, 1.0, 256) if high > 0.0 else np.linspace(0.0, 0.5, 256)
+    half = LinearSegmentedColormap.from_list("half", two_sided(shades))
+    return half, Normalize(min(low, 0.0), max(high, 0.0) or _NARROWEST)
+
+
+# ---- shares --------------------------------------------------------------------------------------
+
+
+_MOST, _COLUMNS = 6, 2  # small maps of one picture, and of one row
+_SMALL = 5.2 * CM  # inches, height of one of them
+
+
+def _draw_shares(view: ArchiveView, show: str, page: Page) -> tuple[Figure, GridSpec, list[Axes]]:
+    """Return maps of the share of the starts that ended in a regime: figure, grid and panels.
+
+    Arguments: `show` is `share:LABEL` for one map, `shares` for those of the most frequent known
+    regimes, side by side; the `page`.
+
+    Raises `RequestError` if no start ended in a known regime.
+    """
+    labels = view["label"]
+    text = f"share of {labels.shape[-1]} starts"
+    if show.startswith(SHARE):
+        wanted = [show.removeprefix(SHARE)]
+        text += f" in {literal(wanted[0])}"
+    else:
+        ends = [label for label, _ in by_frequency(finals(labels)) if label not in UNKNOWN]
+        wanted = ends[:_MOST]
+    if not wanted:
+        raise RequestError(f"{view.path}: no start ended in a known regime, so there is no share")
+    columns = 1 if len(wanted) == 1 or not page.beside else _COLUMNS
+    height = _SMALL if len(wanted) > 1 else page.map_height
+    figure, grid = new_figure(page, [height] * -(-len(wanted) // columns), columns)
+    panels: list[Axes] = []
+    for place, name in enumerate(wanted):
+        first = panels[0] if panels else None
+        axes = figure.add_subplot(grid[divmod(place, columns)], sharex=first, sharey=first)
+        shares = share_of(labels, name)
+        mesh = fill_cells(axes, view, shares, cmap=SHADES, norm=Normalize(0, 1))
+        label_axes(axes, view)
+        if len(wanted) > 1:
+            axes.set_title(name, fontsize=rcParams["font.size"], pad=3)
+        panels.append(axes)
+        axes.label_outer()
+    # the lowest panel of each column, which is in the row above if the last row is not full
+    for axes in panels[-columns:]:
+        axes.set_xlabel(axis_label(view.axes[0]))
+        axes.tick_params(labelbottom=True)
+    percent = PercentFormatter(1.0, decimals=0)
+    bar = {**BAR, "aspect": BAR["aspect"] * grid.nrows}
+    figure.colorbar(mesh, ax=panels, label=text, format=percent, **bar)
+    return figure, grid, panels
+
+
+# ---- the 1:1 response in closed form -------------------------------------------------------------
+
+
+IN_TITLE = "dashed: bounds of 1:1 motion in closed form"
+"""What the title of a map says of the lines that `draw_manifold` draws."""
+
+_HALVED = 14  # times, the step between two values, to find where the response ends
+_MOST_VALUES = 120  # values of the other parameter at which the bounds are computed
+
+
+def draw_manifold(panels: list[Axes], view: ArchiveView) -> None:
+    """Draw the least and the largest frequency of the 1:1 response into the panels of a map.
+
+    Raises `RequestError` for a map without omega, and for a system that has no closed form.
+    """
+    values, low, high = manifold_bounds(view)
+    upwards = view.axes[0] == "omega"
+    look: dict[str, Any] = {"color": "white", "linewidth": 0.9, "linestyle": (0, (5, 2))}
+    look |= {"path_effects": [Stroke(linewidth=1.9, foreground="black"), Normal()]}
+    for axes in panels:
+        for bound in (low, high):
+            across, up = (bound, values) if upwards else (values, bound)
+            axes.plot(across, up, scalex=False, scaley=False, **look)
+
+
+def manifold_bounds(view: ArchiveView) -> np.ndarray:
+    """Return values of a map's other parameter and the two bounds of omega [rad/s] there, (3, n).
+
+    NaN where there is no 1:1 response.  Raises `RequestError` as `draw_manifold`.
+    """
+    if "omega" not in view.axes or not all(name in PARAMETERS for name in view.axes):
+        over = " and ".join(view.axes)
+        raise RequestError(f"manifold: for maps of omega and another parameter; this is of {over}")
+    (other,) = (name for name in view.axes if name != "omega")
+    values = view[other]
+    if values.size > _MOST_VALUES:
+        values = np.interp(np.linspace(0, 1, _MOST_VALUES), np.linspace(0, 1, values.size), values)
+    system = view.request(SCAN, load_scan).system
+
+    def bounds(value: float) -> tuple[float, float]:
+        outline, _ = slow_manifold(system.with_(**{other: float(value)})).response().outline
+        found = outline[np.isfinite(outline)]
+        return (found.min(), found.max()) if found.size else (np.nan, np.nan)
+
+    found = [(value, *bounds(value)) for value in values]
+    ends = [_end(bounds, one, next_) for one, next_ in pairwise(found) if _differ(one, next_)]
+    return np.array(sorted([*found, *ends])).T
+
+
+_Bounds = tuple[float, float, float]
+"""A value of the other parameter, and the bounds of omega there; NaN for none."""
+
+
+def _differ(one: _Bounds, other: _Bounds) -> bool:
+    """Tell whether there is a response at one of two values alone."""
+    return np.isnan(one[1]) != np.isnan(other[1])
+
+
+def _end(bounds: Callable[[float], tuple[float, float]], one: _Bounds, other: _Bounds) -> _Bounds:
+    """Return where, between two values, the response ends: the last place at which there is one."""
+    inside, outside = (other, one[0]) if np.isnan(one[1]) else (one, other[0])
+    for _ in range(_HALVED):
+        middle = 0.5 * (inside[0] + outside)
+        found = (middle, *bounds(middle))
+        if np.isnan(found[1]):
+            outside = middle
+        else:
+            inside = found
+    return inside

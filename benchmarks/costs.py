@@ -143,7 +143,7 @@ def _settled(system: System) -> list[float] | None:
 
 def _varying(system: System, settled: list[float] | None) -> Callable[[int], object]:
     """Return a function that follows an orbit with four variations, as a verdict does."""
-    from nlds_vines.kernels.cells import course
+    from nlds_vines.kernels.cells import verdict as course
     from nlds_vines.kernels.orbit import variations
     from nlds_vines.orbits.kernel_inputs import flow_on
 

@@ -13,16 +13,15 @@ import numpy as np
 
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.events.contact import Steps, contact
-from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.bounds import rate_of
+from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
-from nlds_vines.kernels.scene.arguments import CellBuffers, Side, Span, Watch
 from nlds_vines.kernels.scene.codes import OK, RELEASED
-from nlds_vines.kernels.scene.contact_series import SCRATCH as STEP_SCRATCH
-from nlds_vines.kernels.scene.scene import damper_in, structure_of
+from nlds_vines.kernels.scene.law import SCRATCH as STEP_SCRATCH
+from nlds_vines.kernels.scene.scene import CellBuffers, Side, Span, Watch, damper_in, structure_of
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES

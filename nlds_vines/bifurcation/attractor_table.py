@@ -20,7 +20,7 @@ from nlds_vines.bifurcation.attractors.attractor_assignment import systems_of
 from nlds_vines.bifurcation.attractors.attractor_numbering import NOT_PERIODIC, Learnt
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.datasets import state_scales
-from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.model.labels import PERIODIC, finals
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.evidence import multipliers_of, points_of

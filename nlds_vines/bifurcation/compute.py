@@ -10,7 +10,7 @@ import numpy as np
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.attractors.attractor_assignment import Attracted
 from nlds_vines.bifurcation.cell_start import STEP, own_states
-from nlds_vines.kernels.scene.arguments import Span
+from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits import modulation, responses

@@ -15,7 +15,8 @@ from functools import cached_property
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined
-from nlds_vines.kernels.cells import cycles, part_period
+from nlds_vines.kernels.cells import cells as part_period
+from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene

@@ -34,17 +34,17 @@ Letters:
     c, d                  cos and sin of the forcing's phase
     j, x                  number of a cell (or fixed step) in the period, place in it from 0 to 1
     w                     the table of a grid (`flight`) or of an arc (`impact`)
-    k                     scratch rows of a contact (`contact_series`); elsewhere a power or a count
+    k                     scratch rows of a contact (`scene.law`); elsewhere a power or a count
     h                     length of a cell or a step [s]; of a step in a contact, in theta
     theta                 fictitious time of a contact, dt = q dtheta (`taylor`)
     phi, u, S, b          phase, shape, speed and amplitude of a short impact (`impact`)
     kappa                 K / mu of a wall, mu the reduced mass
     bend, jerk            bounds of a second and of a third derivative by the place in a cell
     tangent               (16,) four variations (x1, v1, r, s), one after the other
-    side, flight, watch   a wall with its bodies, a flight's parts, what notes (`arguments`)
+    side, flight, watch   a wall with its bodies, a flight's parts, what notes (`scene`)
     n                     cells or steps of a period; nodes of an arc; periods of an nT orbit
     y, z                  states (x1, v1, r, s) before and after a cell or a step
 
-What travels together is one tuple (`arguments`). It costs nothing, if its arrays are bare rows
+What travels together is one tuple (`scene`). It costs nothing, if its arrays are bare rows
 (`fours`), and `deciding` knows of each of its fields whether it is None.
 """

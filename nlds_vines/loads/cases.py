@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels.cells import load_numbers as of_orbit
-from nlds_vines.kernels.cells.load_lanes import Told
+from nlds_vines.kernels.cells.load_numbers import Told
 from nlds_vines.loads.request import HistoryRequest, has, is_of_load
 from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.loads.loading import Cells, Loading, Struck

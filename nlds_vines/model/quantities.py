@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import (
     AT_PHASE,
     AT_SPEED,

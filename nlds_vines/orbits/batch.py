@@ -14,8 +14,8 @@ import numpy as np
 
 from nlds_vines.kernels.cells import lanes
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
-from nlds_vines.kernels.scene.arguments import Finished, LaneBuffers, Parts, Span
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS, TOUCH_COLUMNS
+from nlds_vines.kernels.scene.scene import Finished, LaneBuffers, Parts, Span
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import evidence, responses

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels.numerics.matrices import LOG, fill_multipliers
-from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.labels import flags_of, labels_of
 from nlds_vines.model.quantities import held_in

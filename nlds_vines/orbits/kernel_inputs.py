@@ -10,13 +10,11 @@ import numpy as np
 
 from nlds_vines.kernels import laws
 from nlds_vines.kernels.cells.cells import prepared_cell
-from nlds_vines.kernels.impact.hertz_arc import make_arc
-from nlds_vines.kernels.motion.bounds import cells_of
-from nlds_vines.kernels.motion.flight import PERIOD, grid_of
+from nlds_vines.kernels.impact.arc import make_arc
+from nlds_vines.kernels.motion.flight import PERIOD, cells_of, grid_of
 from nlds_vines.kernels.numerics.deciding import says
 from nlds_vines.kernels.orbit.variations import Flow, flow_of
-from nlds_vines.kernels.scene.arguments import Parts
-from nlds_vines.kernels.scene.scene import Ground, damper_of, structure_under
+from nlds_vines.kernels.scene.scene import Ground, Parts, damper_of, structure_under
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import Settings

@@ -6,11 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nlds_vines.kernels.cells.load_lanes import Loads, Told, fill_rates, fly_lanes
-from nlds_vines.kernels.cells.load_numbers import ORBIT_NUMBERS, Asked
+from nlds_vines.kernels.cells.load_numbers import (
+    ORBIT_NUMBERS,
+    Asked,
+    Loads,
+    Told,
+    fill_rates,
+    fly_lanes,
+)
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
-from nlds_vines.kernels.motion.bounds import REACH
-from nlds_vines.kernels.motion.flight import ORDER
+from nlds_vines.kernels.motion.flight import ORDER, REACH
 from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.model.scenes import Scene
@@ -80,7 +85,7 @@ class LoadBatch:
             asked: what is asked of each orbit beside its response.
             histories: whether the states and the energies at all edges are told, too.
 
-        Returns numbers, response, largest energies and status lane by lane (`load_lanes.Told`).
+        Returns numbers, response, largest energies and status lane by lane (`load_numbers.Told`).
         """
         lanes, walls = len(cells), bool(self._scene.walls)
         edges = max((len(load.edges) for load in loads), default=0) if histories else 0

@@ -11,11 +11,10 @@ import numpy as np
 
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, TOLD, Load, fly_under, rate_under
-from nlds_vines.kernels.motion.bounds import REACH
-from nlds_vines.kernels.motion.flight import ORDER
+from nlds_vines.kernels.motion.flight import ORDER, REACH
 from nlds_vines.kernels.motion.load_cells import sums_of
-from nlds_vines.kernels.scene.arguments import CellBuffers
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
+from nlds_vines.kernels.scene.scene import CellBuffers
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses

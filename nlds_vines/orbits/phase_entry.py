@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.kernels.cells import part_period
+from nlds_vines.kernels.cells import cells as part_period
 from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK, TOO_STIFF
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.batch import on_threads, records_of

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.kernels.scene.arguments import LaneBuffers, Span
 from nlds_vines.kernels.scene.codes import OK, TOO_STIFF
+from nlds_vines.kernels.scene.scene import LaneBuffers, Span
 from nlds_vines.orbits.batch import run
 from nlds_vines.orbits.kernel_inputs import parts_of
 from scans import computed, scan_of

@@ -14,7 +14,7 @@ from nlds_vines.bifurcation.attractors.attractor_matching import (
     known_of,
 )
 from nlds_vines.bifurcation.attractors.attractor_numbering import Learnt
-from nlds_vines.kernels.cells import basins
+from nlds_vines.kernels.cells import cycles as basins
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted

@@ -17,8 +17,8 @@ from nlds_vines.kernels.cells import cells
 from nlds_vines.kernels.events import exact
 from nlds_vines.kernels.numerics.linking import all_called
 from nlds_vines.kernels.orbit import orbit
-from nlds_vines.kernels.scene.arguments import CellBuffers, Span
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
+from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of

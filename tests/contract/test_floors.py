@@ -273,11 +273,7 @@ COMPILING = {
 CHOOSING = {"kernels.scene.by_law"}
 """Modules on which of several kernels is called: plain Python that the compiler asks."""
 
-PREPARED = {
-    "kernels.impact.hertz_arc",
-    "kernels.impact.impact_series",
-    "kernels.numerics.quadrature",
-}
+PREPARED = {"kernels.impact.arc"}
 """Modules whose constants kernels are given: computed once in a process, by plain Python."""
 
 
@@ -345,10 +341,7 @@ def test_pictures_reach_no_kernel():
     judged = ("bifurcation.picture.", "bifurcation.response_curves.picture", "tuning.picture")
     names = [name for name in files if name.startswith(judged)]
     assert len(names) > 10
-    plain = {
-        "kernels.scene.codes",
-        "kernels.scene.evidence_rows",
-    }  # numbers alone: they import nothing
+    plain = {"kernels.scene.codes"}  # numbers alone: it imports nothing
     assert not any(reaches(name, files) for name in plain)
     for name in names:
         found = {one for one in reaches(name, files) if one.startswith("kernels.")}

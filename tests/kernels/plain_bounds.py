@@ -12,23 +12,25 @@ from support import kernel_cell
 
 from nlds_vines.kernels.events.exact import may_hold_a_miss, proves_no_touch, touch_in
 from nlds_vines.kernels.laws.hertz import HertzWall
-from nlds_vines.kernels.motion.bounds import Bounds, bounds_of, cells_of, rate_of
 from nlds_vines.kernels.motion.flight import (
     COEF,
     OF_E2,
     ORDER,
     TAYLOR,
     TERMS,
+    Bounds,
     Grid,
+    bounds_of,
+    cells_of,
     expand,
     grid_of,
+    rate_of,
 )
 from nlds_vines.kernels.scene import codes
-from nlds_vines.kernels.scene.arguments import Parts
-from nlds_vines.kernels.scene.scene import allowed, damper_in, scale_of, structure_of
+from nlds_vines.kernels.scene.scene import Parts, allowed, damper_in, scale_of, structure_of
 from nlds_vines.kernels.watch import touch as walks
 from nlds_vines.kernels.watch.observe import energies
-from nlds_vines.kernels.watch.peaks import damper_bound
+from nlds_vines.kernels.watch.response import damper_bound
 from nlds_vines.kernels.watch.touch import LOST, NOWHERE, tightened
 
 PLACES = np.linspace(0.0, 1.0, 201)

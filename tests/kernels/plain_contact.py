@@ -7,10 +7,10 @@ from support import NOTHING, Approach, contact_parts, references, side_of
 from nlds_vines.kernels.events import contact as stepping
 from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.motion import taylor
-from nlds_vines.kernels.scene import contact_series as series
-from nlds_vines.kernels.scene.arguments import Step
+from nlds_vines.kernels.scene import law as series
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.scene.drive import after, drive_now
+from nlds_vines.kernels.scene.scene import Step
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 
 SET6 = references()["ssul-set6"].numbers

@@ -7,10 +7,9 @@ from support import system_of
 
 from nlds_vines.kernels.events.exact import may_hold_a_miss, note_misses, touch_in
 from nlds_vines.kernels.laws.hertz import HertzWall
-from nlds_vines.kernels.motion.bounds import Bounds
-from nlds_vines.kernels.motion.flight import COEF, TAYLOR, Grid
+from nlds_vines.kernels.motion.flight import COEF, TAYLOR, Bounds, Grid
 from nlds_vines.kernels.scene.codes import SECTION, TOUCH_FAR, TOUCH_NEAR
-from nlds_vines.kernels.watch.peaks import proves_no_root
+from nlds_vines.kernels.watch.response import proves_no_root
 from nlds_vines.kernels.watch.touch import (
     CLEAR,
     CROSSED,

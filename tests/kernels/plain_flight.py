@@ -9,11 +9,17 @@ from support import NOTHING, kernel_cell
 
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.bounds import bend_of, bounds_of, rate_of
-from nlds_vines.kernels.motion.flight import at, cell_polynomial, grid_of, phase_at
-from nlds_vines.kernels.scene.arguments import Flight
+from nlds_vines.kernels.motion.flight import (
+    at,
+    bend_of,
+    bounds_of,
+    cell_polynomial,
+    grid_of,
+    phase_at,
+    rate_of,
+)
 from nlds_vines.kernels.scene.codes import SECTION, TOUCH_NEAR
-from nlds_vines.kernels.scene.scene import accelerations, damper_in, scale_of, structure_of
+from nlds_vines.kernels.scene.scene import Flight, accelerations, damper_in, scale_of, structure_of
 
 USUAL = {"m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 669.0, "c2": 50.8}
 FORCED = {**USUAL, "P": 800.0, "omega": 6.28}

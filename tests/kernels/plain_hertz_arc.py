@@ -4,9 +4,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from nlds_vines.kernels.impact import arc_table, impact
-from nlds_vines.kernels.impact import hertz_arc as arc
-from nlds_vines.kernels.numerics.quadrature import (
+from nlds_vines.kernels.impact import arc, impact
+from nlds_vines.kernels.impact import arc as arc_table
+from nlds_vines.kernels.impact.arc import (
     gauss_points,
     gauss_weights,
     integration_matrix,
@@ -102,7 +102,7 @@ def test_the_arc_to_round_off():
 
 def rows_of(n, part=arc_table.WHOLE):
     """Return a reader of the rows of an arc of n nodes, and what the nodes miss."""
-    nodes = arc_table.nodes_of(arc.make_arc(nodes=n), 0, part)
+    nodes = impact.nodes_of(arc.make_arc(nodes=n), 0, part)
     assert nodes.n == n <= nodes.m == -(-n // 4) * 4 < n + 4
     after = nodes.at + (arc_table.MATRIX + n) * nodes.m
     wide = nodes.w[nodes.at : after].reshape(-1, nodes.m)
@@ -158,7 +158,7 @@ def test_every_choice_of_a_tolerance_is_the_arc_of_so_many_nodes(tolerance):
         row = arc_table.LEVELS + arc_table.LEVEL * level
         assert tuple(made.table[[row + arc_table.ERROR, row + arc_table.HALF_ERROR]]) == errors
         for part in (arc_table.WHOLE, arc_table.HALF):
-            nodes = arc_table.nodes_of(made, level, part)
+            nodes = impact.nodes_of(made, level, part)
             assert nodes.n == n
             long = (arc_table.MATRIX + n) * nodes.m + 3 * arc_table.MISSED
             rows, missed = rows_of(n, part)

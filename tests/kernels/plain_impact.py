@@ -5,12 +5,18 @@ import pytest
 from scipy.integrate import solve_ivp
 from support import Approach, contact_parts, references, side_of
 
-from nlds_vines.kernels.impact import arc_table, impact
-from nlds_vines.kernels.impact.approach import approach_of
-from nlds_vines.kernels.impact.arc_table import level_for, nodes_of
-from nlds_vines.kernels.impact.hertz_arc import CHOICES, choices_for, make_arc
-from nlds_vines.kernels.impact.impact import first_guess, settle, short_impact
-from nlds_vines.kernels.motion.bounds import rate_of
+from nlds_vines.kernels.impact import arc as arc_table
+from nlds_vines.kernels.impact import impact
+from nlds_vines.kernels.impact.arc import CHOICES, choices_for, make_arc
+from nlds_vines.kernels.impact.impact import (
+    approach_of,
+    first_guess,
+    level_for,
+    nodes_of,
+    settle,
+    short_impact,
+)
+from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.scene.scene import accelerations
 
 SET6 = references()["ssul-set6"].numbers

@@ -11,11 +11,10 @@ import pytest
 from support import NOTHING, contact_parts, side_of
 
 from nlds_vines.kernels.events.contact import Steps, contact
-from nlds_vines.kernels.impact.approach import approach_of
-from nlds_vines.kernels.impact.hertz_arc import make_arc
-from nlds_vines.kernels.impact.impact import short_impact
-from nlds_vines.kernels.impact.impact_response import motion_of_touch, tally_nodes
-from nlds_vines.kernels.motion.bounds import rate_of
+from nlds_vines.kernels.impact.arc import make_arc
+from nlds_vines.kernels.impact.impact import approach_of, short_impact
+from nlds_vines.kernels.impact.inside import motion_of_touch, tally_nodes
+from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.motion.response_sums import BEGIN, CV, CX, MOST, SIZE, SUMS, Tally
 from nlds_vines.kernels.scene.codes import RELEASED
 from nlds_vines.kernels.scene.drive import Moment, later

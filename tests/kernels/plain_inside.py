@@ -8,7 +8,7 @@ from support import NOTHING, contact_parts, references, side_of
 
 from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact import inside
-from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.motion.response_sums import BEGIN, MOST, SIZE, SUMS, Tally
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED

@@ -6,18 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nlds_vines.kernels.cells.load_edges import ends_of_cell, lasts_until, touch_by
-from nlds_vines.kernels.cells.load_numbers import rms_of_x1
-from nlds_vines.kernels.cells.load_orbit import Load
-from nlds_vines.kernels.cells.load_times import (
+from nlds_vines.kernels.cells.load_numbers import (
     NO_PLACE,
     excess_in_cell,
     last_place_above,
     may_exceed,
     motion_in,
     place_of_most,
+    rms_of_x1,
 )
-from nlds_vines.kernels.motion.bounds import REACH
+from nlds_vines.kernels.cells.load_orbit import Load, ends_of_cell, lasts_until, touch_by
+from nlds_vines.kernels.motion.flight import REACH
 from nlds_vines.kernels.motion.load_cells import LOAD_ROW, sums_of
 from nlds_vines.kernels.scene.scene import Structure
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts

@@ -14,11 +14,11 @@ from test_impact_variations import APPROACH, Impact
 
 from nlds_vines import load_system, simulate
 from nlds_vines.kernels.impact import impact, inside
-from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.scene.codes import RELEASED
 from nlds_vines.kernels.scene.scene import with_load
-from nlds_vines.kernels.watch.limit import may_pass
 from nlds_vines.kernels.watch.observe import LIMIT, energies
+from nlds_vines.kernels.watch.touch import may_pass
 
 SET6 = references()["ssul-set6"].numbers
 LOADS = (30.0, -30.0)  # [m/s^2]; the contact's own acceleration is some 3000

@@ -14,12 +14,10 @@ from nlds_vines.kernels.cells.cells import multiple_of, run_cell
 from nlds_vines.kernels.events import contact
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.bounds import cells_of
-from nlds_vines.kernels.motion.flight import grid_of
+from nlds_vines.kernels.motion.flight import cells_of, grid_of
 from nlds_vines.kernels.numerics import matrices
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, keep_slowest, set_mode
-from nlds_vines.kernels.scene.arguments import CellBuffers, Flight, Span
 from nlds_vines.kernels.scene.codes import (
     BAD_PARAMETERS,
     DIVERGED,
@@ -29,7 +27,7 @@ from nlds_vines.kernels.scene.codes import (
     TOUCH_FAR,
     TOUCH_NEAR,
 )
-from nlds_vines.kernels.scene.scene import damper_in, structure_of
+from nlds_vines.kernels.scene.scene import CellBuffers, Flight, Span, damper_in, structure_of
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of

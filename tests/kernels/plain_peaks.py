@@ -12,21 +12,21 @@ from support import NOTHING, kernel_cell
 
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.bounds import bounds_of, cells_of
 from nlds_vines.kernels.motion.flight import (
     OF_E2,
     ORDER,
     TERMS,
     at,
+    bounds_of,
     cell_polynomial,
+    cells_of,
     expand,
     grid_of,
 )
-from nlds_vines.kernels.scene.arguments import Flight
 from nlds_vines.kernels.scene.codes import SECTION
-from nlds_vines.kernels.scene.scene import damper_in, scale_of, structure_of
+from nlds_vines.kernels.scene.scene import Flight, damper_in, scale_of, structure_of
 from nlds_vines.kernels.watch.observe import energies, note_energy, powers_at
-from nlds_vines.kernels.watch.peaks import (
+from nlds_vines.kernels.watch.response import (
     damper_bound,
     factor_at,
     factor_polynomial,

@@ -10,8 +10,7 @@ from numpy.polynomial import Polynomial
 
 from nlds_vines.kernels.motion.flight import COEF, TAYLOR
 from nlds_vines.kernels.watch import observe
-from nlds_vines.kernels.watch.limit import note_limit
-from nlds_vines.kernels.watch.touch import NOWHERE, first_touch, nearest_miss
+from nlds_vines.kernels.watch.touch import NOWHERE, first_touch, nearest_miss, note_limit
 
 LEVEL = 0.06
 

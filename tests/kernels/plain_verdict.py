@@ -11,15 +11,19 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.kernels.cells.course import follow_growth
-from nlds_vines.kernels.cells.settling import attracted
-from nlds_vines.kernels.cells.verdict import note_exponents
+from nlds_vines.kernels.cells.verdict import attracted, follow_growth, note_exponents
 from nlds_vines.kernels.numerics.matrices import eigenvalues, is_saddle
 from nlds_vines.kernels.orbit.recurrence import impacts_of
-from nlds_vines.kernels.orbit.shooting import is_minimal, polish, span_of
-from nlds_vines.kernels.orbit.variations import new_state, no_section, place_state, set_identity
-from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.kernels.scene.evidence_rows import EXPONENTS, INTERVAL, LENGTH_OF_ROW, LYAPUNOV
+from nlds_vines.kernels.orbit.variations import (
+    is_minimal,
+    new_state,
+    no_section,
+    place_state,
+    polish,
+    set_identity,
+    span_of,
+)
+from nlds_vines.kernels.scene.codes import EXPONENTS, INTERVAL, LENGTH_OF_ROW, LYAPUNOV, OK
 from nlds_vines.model.linear_response import steady_state
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on

@@ -12,18 +12,13 @@ import numpy as np
 import pytest
 from support import NOTHING, contact_parts, fitted_order, references, side_of
 
-from nlds_vines.kernels.events.contact import (
-    Steps,
-    contact,
-    external_acceleration,
-)
-from nlds_vines.kernels.events.contact_step import to_end
+from nlds_vines.kernels.events.contact import Steps, contact, external_acceleration, to_end
 from nlds_vines.kernels.laws.hertz import FREE_THETA, LASTING
-from nlds_vines.kernels.motion.bounds import rate_of
+from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.motion.taylor import defect_of, expand_contact
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
-from nlds_vines.kernels.scene.contact_series import NEW, OLD
 from nlds_vines.kernels.scene.drive import after, drive_now
+from nlds_vines.kernels.scene.law import NEW, OLD
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.orbits.solver_settings import Settings
 

@@ -12,13 +12,14 @@ from support import BOTH, NOTHING, contact_parts, kernel_cell, side_of, system_o
 from twin import follow, model_of
 
 from nlds_vines.kernels.cells.cells import run_cell
-from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.motion.taylor import advance, expand_contact, piece_of
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
-from nlds_vines.kernels.scene.arguments import CellBuffers, Parts, Span, Step
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.kernels.scene.contact_series import NEW, OLD
-from nlds_vines.kernels.watch import limit, observe
+from nlds_vines.kernels.scene.law import NEW, OLD
+from nlds_vines.kernels.scene.scene import CellBuffers, Parts, Span, Step
+from nlds_vines.kernels.watch import observe
+from nlds_vines.kernels.watch import touch as limit
 from nlds_vines.kernels.watch.response import watch_piece
 from nlds_vines.model.catalog import catalog
 from nlds_vines.orbits.kernel_inputs import WALLS

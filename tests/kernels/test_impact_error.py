@@ -11,10 +11,9 @@ import pytest
 from support import contact_parts, side_of
 from twin import HIGH, PI, REAL, Lanes, Model
 
-from nlds_vines.kernels.impact import arc_table
-from nlds_vines.kernels.impact.approach import approach_of
-from nlds_vines.kernels.impact.hertz_arc import CHOICES, make_arc
-from nlds_vines.kernels.impact.impact import short_impact
+from nlds_vines.kernels.impact import arc as arc_table
+from nlds_vines.kernels.impact.arc import CHOICES, make_arc
+from nlds_vines.kernels.impact.impact import approach_of, short_impact
 
 pytestmark = pytest.mark.kernels
 

@@ -10,11 +10,10 @@ import pytest
 from support import NOTHING, REPO, Approach, contact_parts, references, side_of
 
 from nlds_vines.kernels.events.contact import Steps, contact
-from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
-from nlds_vines.kernels.impact.impact_variations import vary
-from nlds_vines.kernels.impact.inside import Ahead, vary_inside
-from nlds_vines.kernels.motion.bounds import rate_of
+from nlds_vines.kernels.impact.inside import Ahead, vary, vary_inside
+from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.orbits.solver_settings import Settings
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.kernels.watch.peaks import proves_no_root
+from nlds_vines.kernels.watch.response import proves_no_root
 
 
 @pytest.mark.kernels

@@ -18,7 +18,8 @@ from support import BOTH
 
 from nlds_vines import RequestError, classify, load_system, simulate
 from nlds_vines.kernels.numerics.matrices import eigenvalues
-from nlds_vines.kernels.orbit import shooting, variations
+from nlds_vines.kernels.orbit import variations
+from nlds_vines.kernels.orbit import variations as shooting
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on

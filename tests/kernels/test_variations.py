@@ -12,10 +12,11 @@ from support import linear_flow, references, system_of
 from nlds_vines.bifurcation.block_files import Block
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels.cells import course
+from nlds_vines.kernels.cells import verdict as course
+from nlds_vines.kernels.cells.verdict import mean_and_width
 from nlds_vines.kernels.numerics.matrices import eigenvalues, solve, spectral_radius
-from nlds_vines.kernels.orbit import shooting, variations
-from nlds_vines.kernels.orbit.growth import mean_and_width
+from nlds_vines.kernels.orbit import variations
+from nlds_vines.kernels.orbit import variations as shooting
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.labels import FLAGS

@@ -10,7 +10,7 @@ from plain_growth import logistic, noise, torus
 from nlds_vines import RequestError, classify, load_system
 from nlds_vines.kernels.cells import verdict
 from nlds_vines.kernels.scene import codes
-from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.model.labels import FLAGS, label_of
 from nlds_vines.orbits.solver_settings import EFFORTS
 

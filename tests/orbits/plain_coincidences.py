@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from nlds_vines import load_system
+from nlds_vines.kernels.cells.load_numbers import last_above
 from nlds_vines.kernels.cells.load_orbit import buffers_for, fly_under
-from nlds_vines.kernels.cells.load_times import last_above
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.watch.observe import RELEASE, TOUCH

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import DIVERGED, OK
 from nlds_vines.model.labels import FLAGS, flags_of, label_of, labels_of
 from nlds_vines.model.system import CELL

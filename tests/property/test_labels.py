@@ -18,9 +18,9 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
-from nlds_vines.kernels.scene import evidence_rows as ev
-from nlds_vines.kernels.scene.arguments import CellBuffers, Span
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.model.labels import final
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits import batch

@@ -15,10 +15,8 @@ from twin import follow, follow_all, model_of
 
 from nlds_vines.kernels.events.exact import SECTION, fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.bounds import cells_of
-from nlds_vines.kernels.motion.flight import grid_of
-from nlds_vines.kernels.scene.arguments import Flight
-from nlds_vines.kernels.scene.scene import damper_in, structure_of
+from nlds_vines.kernels.motion.flight import cells_of, grid_of
+from nlds_vines.kernels.scene.scene import Flight, damper_in, structure_of
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System

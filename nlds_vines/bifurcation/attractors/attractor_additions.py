@@ -30,7 +30,7 @@ from nlds_vines.bifurcation.attractors.attractor_numbering import (
     numbered,
     seeds_of,
 )
-from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import OK
 
 

@@ -12,7 +12,7 @@ from nlds_vines.bifurcation.attractors.attractor_additions import Additions, Lef
 from nlds_vines.bifurcation.attractors.attractor_matching import SAME, follow, is_periodic
 from nlds_vines.bifurcation.attractors.attractor_numbering import Judge, Learnt, learn
 from nlds_vines.bifurcation.cell_start import begun
-from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.orbits.batch import Wanted
 from nlds_vines.orbits.starts import Start, random_states, start_states

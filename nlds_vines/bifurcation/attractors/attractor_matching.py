@@ -12,11 +12,11 @@ from itertools import chain
 
 import numpy as np
 
-from nlds_vines.kernels.cells import basins
-from nlds_vines.kernels.cells.basins import Known
-from nlds_vines.kernels.scene import evidence_rows as ev
-from nlds_vines.kernels.scene.arguments import Parts
+from nlds_vines.kernels.cells import cycles as basins
+from nlds_vines.kernels.cells.cycles import Known
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import PERIODIC, TRANSIENT_CHAOS
+from nlds_vines.kernels.scene.scene import Parts
 from nlds_vines.orbits.batch import on_threads, records_of
 
 DIRECTIONS = 48

@@ -21,10 +21,10 @@ from nlds_vines.bifurcation.attractors.attractor_matching import (
     is_periodic,
     known_of,
 )
-from nlds_vines.kernels.cells.basins import Known
-from nlds_vines.kernels.scene import evidence_rows as ev
-from nlds_vines.kernels.scene.arguments import Parts
+from nlds_vines.kernels.cells.cycles import Known
+from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.kernels.scene.scene import Parts
 from nlds_vines.model.labels import finals, name_of
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.batch import Kernels, Wanted

@@ -17,9 +17,8 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..orbit.orbit import STATE_SIZE
 from ..orbit.recurrence import TOLERANCE, impacts_of, period_of
-from ..scene.arguments import CellBuffers
 from ..scene.codes import OK
-from ..scene.scene import Ground
+from ..scene.scene import CellBuffers, Ground
 from ..watch.observe import Touches
 from .cells import judge_cell, run_cell
 
@@ -160,7 +159,7 @@ def judge_lanes(begin, end, parts, cells, finished, stages, evidence, status):
 
     Cells (chains, links) are counted along the links. parts: `Parts`; finished: `Finished`; stages:
     further periods that a verdict may take, stage by stage. Fills `evidence` (chains, links,
-    `evidence_rows.COLUMNS`); a lane that fails in a further stage gets another status.
+    `codes.COLUMNS`); a lane that fails in a further stage gets another status.
     """
     links = cells.shape[1]
     for lane in range(begin, end):

@@ -9,12 +9,346 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from ..motion.flight import DRIVE, ORDER
+from ..motion.load_cells import LOAD_ROW, OF_CELL, fill_drive_from, sums_of
 from ..numerics.compiling import jit
+from ..numerics.roots import ROOT_STEPS, highest, narrowed, secant
+from ..orbit.orbit import STATE_SIZE
 from ..scene.codes import OK
-from ..scene.scene import damper_of
-from .load_edges import energy_stored, walls_of
-from .load_orbit import ALIKE, structure_moved
-from .load_times import last_above, time_of_largest
+from ..scene.drive import Moment
+from ..scene.scene import CellBuffers, accelerations, damper_of, joined, unloaded
+from .load_orbit import (
+    ALIKE,
+    Load,
+    buffers_for,
+    ends_of_cell,
+    energy_of,
+    energy_stored,
+    fly_under,
+    impacts_for,
+    lasts_until,
+    on_wall,
+    rate_under,
+    state_at,
+    structure_energy,
+    structure_moved,
+    touch_by,
+    touch_within,
+    walls_of,
+)
+
+# --------------------------------------------------------------------------------------------------
+# When E1 under a load last exceeds a level, and when it is largest: places between the edges.
+#
+# The numbers do not depend on where the edges are. From the energies and their rates at its two
+# ends E1 over a cell is bounded by a cubic (`roots`); where it may exceed the level, it is looked
+# at by the motion's own polynomial, at so many places as PARTS tells. Where a contact meets the
+# cell, it is flown once more, in parts, unless all energy there is less.
+
+
+PARTS = 64  # of a cell that is looked at, each time that it is looked at more closely
+LOOKS = 3  # how often that is, where there is a contact
+MOST_LOOKS = 7  # the same at a touch, where E1 may jump: 64^-7 of a cell is round-off
+MOST_AGAIN = 1  # impacts of such a cell that are noted: nobody asks for them
+HERE = 1.0e-12  # of a cell: places as near to each other are one
+NO_PLACE = -1.0  # the place where E1 exceeds no level
+NEARLY = 1.0 - 1e-12  # of the largest E1, for round-off
+
+
+# ---- a cell by its polynomial --------------------------------------------------------------------
+
+
+@jit
+def fill_motion(ps, damper, state, rows, row, h, motion):
+    """Fill (LOAD_ROW, 2) Taylor coefficients of x1 and v1 over a cell without a contact.
+
+    state: (x1, v1, r, s) at its beginning; row: the place of its load in `rows`; h: its length [s].
+    """
+    x1, v1, r, s = state
+    motion[0, 0], motion[0, 1] = x1, v1
+    dv, ds = accelerations(ps, damper, x1, v1, r, s, rows[row], 0.0)
+    for k in range(1, LOAD_ROW):
+        g = h / k
+        x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
+        motion[k, 0], motion[k, 1] = x1, v1
+        if k < ORDER:
+            dv, ds = accelerations(unloaded(ps), damper, x1, v1, r, s, rows[row + k], 0.0)
+
+
+@jit
+def motion_in(ps, damper, load, section, i):
+    """Return `fill_motion` of cell i."""
+    motion, h = np.empty((LOAD_ROW, 2)), load.edges[i + 1] - load.edges[i]
+    state = state_at(ps, damper, section, i, 0.0)
+    fill_motion(ps, damper, state, load.rows, LOAD_ROW * i, h, motion)
+    return motion
+
+
+@jit
+def excess_in_cell(ps, motion, level, x):
+    """Return by how much E1 exceeds a level [J] at a place; without a level its rate by x."""
+    x1, v1 = motion[ORDER, 0], motion[ORDER, 1]
+    dx, dv = 0.0, 0.0
+    for k in range(ORDER - 1, -1, -1):
+        dx, dv = dx * x + x1, dv * x + v1
+        x1, v1 = x1 * x + motion[k, 0], v1 * x + motion[k, 1]
+    if level is None:
+        return ps.m1 * v1 * dv + ps.k1 * x1 * dx
+    return energy_of(ps, x1, v1) - level
+
+
+@jit
+def root_in_cell(ps, motion, level, low, high):
+    """Return where `excess_in_cell` changes its sign between two places."""
+    f0, f1 = excess_in_cell(ps, motion, level, low), excess_in_cell(ps, motion, level, high)
+    x = low
+    for _ in range(ROOT_STEPS):
+        before, x = x, secant(low, high, f0, f1)
+        f = excess_in_cell(ps, motion, level, x)
+        if f == 0.0 or x == before:
+            break
+        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
+    return x
+
+
+@jit
+def last_place_above(ps, motion, level):
+    """Return the last place of a cell at which E1 is above a level, or NO_PLACE."""
+    i = PARTS
+    while i >= 0 and not excess_in_cell(ps, motion, level, i / PARTS) > 0.0:
+        i -= 1
+    if i < 0:
+        return NO_PLACE
+    if i == PARTS:
+        return 1.0
+    return root_in_cell(ps, motion, level, i / PARTS, (i + 1) / PARTS)
+
+
+@jit
+def place_of_most(ps, motion):
+    """Return the place of a cell at which E1 is largest."""
+    best, most = 0, -math.inf
+    for i in range(PARTS + 1):
+        e1 = excess_in_cell(ps, motion, 0.0, i / PARTS)
+        if e1 > most:
+            best, most = i, e1
+    low, high = max(best - 1, 0) / PARTS, min(best + 1, PARTS) / PARTS
+    rising = excess_in_cell(ps, motion, None, low) > 0.0
+    if rising and excess_in_cell(ps, motion, None, high) < 0.0:
+        return root_in_cell(ps, motion, None, low, high)
+    return best / PARTS
+
+
+# ---- a cell in parts -----------------------------------------------------------------------------
+
+
+@jit
+def parts_of_cell(load, row, begin, h, table):
+    """Return a load of PARTS cells that make up a part of a cell.
+
+    begin: where it begins, as (place in the cell, length of the cell [s]); h: its length [s]. The
+    edges count from 0. table: scratch (DRIVE + LOAD_ROW,).
+    """
+    place, length = begin
+    part = h / PARTS
+    edges, rows = np.empty(PARTS + 1), np.empty(LOAD_ROW * PARTS)
+    edges[0] = 0.0
+    for i in range(PARTS):
+        at = Moment(load.rows, row, ORDER, place + i * part / length, length, 1.0)
+        fill_drive_from(table, at, part)
+        edges[i + 1] = (i + 1) * part
+        for k in range(LOAD_ROW):
+            rows[LOAD_ROW * i + k] = table[DRIVE + k]
+    return Load(edges, rows, np.zeros(PARTS + 1), sums_of(rows), load.shaken)
+
+
+@jit
+def flown_in_parts(parts, cell, load, i, within, start, buffers):
+    """Fly a part of cell i again; return the status and the states at the ends of its own parts.
+
+    within: (place, length in cells) of the part; start: the state (x1, v1, r, s) there.
+    """
+    length = load.edges[i + 1] - load.edges[i]
+    table, state = np.zeros(DRIVE + LOAD_ROW), np.zeros(STATE_SIZE)
+    finer = parts_of_cell(load, LOAD_ROW * i, (within[0], length), within[1] * length, table)
+    for j in range(4):
+        state[j] = start[j]
+    again = buffers_for(buffers.impacts, buffers.violation, len(finer.edges), MOST_AGAIN)
+    return fly_under(parts, cell, finer, state, again), again.section
+
+
+@jit
+def last_edge_above(ps, section, level):
+    """Return the last edge at which E1 is above a level, -1 where there is none."""
+    i = len(section) - 1
+    while i >= 0 and not structure_energy(ps, section, i) > level:
+        i -= 1
+    return i
+
+
+@jit
+def largest_edge(ps, section):
+    """Return the first edge at which E1 is largest."""
+    best = 0
+    for i in range(1, len(section)):
+        if structure_energy(ps, section, i) > structure_energy(ps, section, best):
+            best = i
+    return best
+
+
+@jit
+def touch_in_part(load, i, begin, width, buffers):
+    """Return the time [s] of the last touch in a part of cell i, NaN where there is none."""
+    first, h = load.edges[i], load.edges[i + 1] - load.edges[i]
+    return touch_within(buffers.impacts, first + h * begin, first + h * (begin + width))
+
+
+@jit
+def time_at(load, i, place, buffers):
+    """Return the time [s] at a place of cell i: that of a touch where it is there."""
+    time = touch_in_part(load, i, place - HERE, 2.0 * HERE, buffers)
+    if math.isnan(time):
+        time = load.edges[i] + (load.edges[i + 1] - load.edges[i]) * place
+    return time
+
+
+@jit
+def last_in_contact(parts, cell, load, i, level, buffers):
+    """Return the last place of cell i, which a contact meets, where E1 is above a level; a status.
+
+    It is flown again, in parts; then the last part above, in parts again, LOOKS times in all, or
+    MOST_LOOKS where a touch lies in that part.
+    """
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
+    section, edge, begin, width = buffers.section, i, 0.0, 1.0
+    for look in range(MOST_LOOKS):
+        if look >= LOOKS and math.isnan(touch_in_part(load, i, begin, width, buffers)):
+            break
+        start = state_at(ps, joined(damper), section, edge, 0.0)
+        status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
+        if status != OK:
+            return NO_PLACE, status
+        edge = last_edge_above(ps, section, level)
+        if edge < 0:
+            return NO_PLACE, OK
+        if edge == PARTS:
+            return begin + width, OK
+        width /= PARTS
+        begin += edge * width
+    over = structure_energy(ps, section, edge) - level
+    under = level - structure_energy(ps, section, edge + 1)
+    return begin + width * (over / (over + under)), OK
+
+
+# ---- times ---------------------------------------------------------------------------------------
+
+
+@jit
+def may_exceed(level, h, ends, touched, begun):
+    """Tell whether E1 may exceed a level within a cell of h [s], or at its ends (`ends_of_cell`).
+
+    touched: whether a contact meets it, which has `begun` before, with an energy that is unknown.
+    """
+    begin, end, whole, bend = ends
+    if touched:
+        return begun or whole > level
+    return highest(begin[0], end[0], h * begin[2], h * end[2], bend) > level
+
+
+@jit
+def last_above(parts, cell, load, level, buffers, last):
+    """Return (time [s], cell, status) where E1 last exceeds a level; NaN: it does at the end.
+
+    The first edge where it does so before a jump there alone. last: the cell where it last exceeds
+    a lower level, or the last one.
+    """
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
+    section, edges, impacts = buffers.section, load.edges, buffers.impacts
+    near, far = walls_of(parts, cell, damper)
+    j = -1
+    if not structure_energy(ps, section, len(edges) - 1) <= level:
+        return math.nan, last, OK
+    for i in range(last, -1, -1):
+        h, ends = edges[i + 1] - edges[i], ends_of_cell(ps, joined(damper), load, section, i)
+        j = touch_by(impacts, j, edges[i + 1])
+        begun = on_wall(near, far, joined(damper), section, i)
+        touched = begun or lasts_until(impacts, j, edges[i])
+        if may_exceed(level, h, ends, touched, begun):
+            if touched:
+                place, status = last_in_contact(parts, cell, load, i, level, buffers)
+            else:
+                motion, status = motion_in(ps, joined(damper), load, section, i), OK
+                place = last_place_above(ps, motion, level)
+            if status != OK or place != NO_PLACE:
+                return time_at(load, i, place, buffers), i, status
+    return edges[0] if level > 0.0 else math.nan, 0, OK
+
+
+@jit
+def most_in_parts(parts, cell, load, i, buffers):
+    """Return (place, E1 [J], status) of the end of a part of cell i at which E1 is largest.
+
+    A contact meets it, so it is flown again, each time the two parts beside that end, as often as
+    in `last_in_contact`.
+    """
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
+    section, edge, begin, width = buffers.section, i, 0.0, 1.0
+    place, e1 = 0.0, 0.0
+    for look in range(MOST_LOOKS):
+        if look >= LOOKS and math.isnan(touch_in_part(load, i, begin, width, buffers)):
+            break
+        start = state_at(ps, joined(damper), section, edge, 0.0)
+        status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
+        if status != OK:
+            return place, e1, status
+        best = largest_edge(ps, section)
+        place, e1 = begin + width * (best / PARTS), structure_energy(ps, section, best)
+        edge = max(best - 1, 0)
+        begin += width * (edge / PARTS)
+        width *= (min(best + 1, PARTS) - edge) / PARTS
+    return place, e1, OK
+
+
+@jit
+def time_of_largest(parts, cell, load, buffers):
+    """Return the time [s] at which E1 is largest, and a status.
+
+    buffers.peak: with the largest, which may be that before a jump at the first edge.
+    """
+    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
+    section, edges, impacts = buffers.section, load.edges, buffers.impacts
+    near, far = walls_of(parts, cell, damper)
+    x1, v1, _, _ = state_at(ps, joined(damper), section, 0, load.jumps[0])
+    most = max(energy_of(ps, x1, v1), structure_energy(ps, section, 0))
+    time, level, j = edges[0], NEARLY * buffers.peak[0], -1
+    for i in range(len(edges) - 1):
+        if most >= level:
+            break
+        h, ends = edges[i + 1] - edges[i], ends_of_cell(ps, joined(damper), load, section, i)
+        begun = on_wall(near, far, joined(damper), section, i)
+        j = touch_by(impacts, j, edges[i + 1])
+        touched = begun or lasts_until(impacts, j, edges[i])
+        if may_exceed(level, h, ends, touched, begun):
+            if touched:
+                place, e1, status = most_in_parts(parts, cell, load, i, buffers)
+                if status != OK:
+                    return time, status
+            else:
+                motion = motion_in(ps, joined(damper), load, section, i)
+                place = place_of_most(ps, motion)
+                e1 = excess_in_cell(ps, motion, 0.0, place)
+            if e1 > most:
+                time, most = time_at(load, i, place, buffers), e1
+        after = structure_energy(ps, section, i + 1)
+        if after > most:
+            time, most = edges[i + 1], after
+    return time, OK
+
+
+# ---- the numbers of an orbit ---------------------------------------------------------------------
+
 
 # Places of the numbers of an orbit:
 #   LAST_TIMES 3 last times [s] at which E1 exceeds shares of its largest; NaN: at the end, it does
@@ -92,3 +426,126 @@ def fill_numbers(parts, cell, load, asked, buffers, numbers):
         numbers[IMPACTS] = buffers.impacts.filled[0]
     numbers[RMS] = rms_of_x1(edges, buffers.sums, asked.settle)
     return OK
+
+
+# ---- The loop over orbits under loads, each with its numbers: of maps of loads -------------------
+#
+# Nothing is shared between lanes but the loads, which no lane changes: what a lane tells does not
+# depend on how a scan is cut into blocks and pieces.
+
+
+SPARE_ROOM = 64  # for impacts, and one more for each cell; an orbit with more is followed again
+
+
+class Loads(NamedTuple):
+    """The loads of many lanes: what several have in common stands once."""
+
+    edges: Any  # of all loads, one behind the other
+    rows: Any  # of all, with a row for each edge, the last of each load without a meaning
+    sums: Any  # of the rows, `load_cells.sums_of`
+    jumps: Any  # of all lanes, one behind the other
+    first: Any  # (lanes,) place of a lane's first edge in `edges`
+    after: Any  # (lanes,) that behind its last one
+    blow: Any  # (lanes,) place of its first jump in `jumps`
+    shaken: Any  # as of `Load`
+
+
+class Told(NamedTuple):
+    """What lanes tell."""
+
+    numbers: Any  # (lanes, `load_numbers.ORBIT_NUMBERS`)
+    response: Any  # (lanes, `codes.RESPONSE_COLUMNS`)
+    peak: Any  # (lanes, 2) largest E1 and E2 [J]
+    violation: Any  # (lanes, 3), None in a scene without a limit to keep
+    impacts: Any  # `Impacts` of which no number matters, None in a scene without walls
+    states: Any  # (lanes or 0, edges, 4) at the edges, in the user's coordinates
+    sums: Any  # (lanes or 0, edges, `load_orbit.EDGE_SUMS`)
+    status: Any  # (lanes,)
+
+
+@jit
+def load_of(loads, lane):
+    """Return the `Load` of a lane."""
+    first, after, blow = loads.first[lane], loads.after[lane], loads.blow[lane]
+    return Load(
+        loads.edges[first:after],
+        loads.rows[LOAD_ROW * first : LOAD_ROW * (after - 1)],
+        loads.jumps[blow : blow + (after - first)],
+        loads.sums[OF_CELL * first : OF_CELL * (after - 1)],
+        loads.shaken,
+    )
+
+
+@jit
+def flown(parts, cell, load, start, buffers):
+    """Follow an orbit from a start (x1, v1, r, s); return its status and its buffers.
+
+    Where impacts are more than there is room for, it is followed again.
+    """
+    state = np.zeros(STATE_SIZE)
+    while True:
+        state[:] = 0.0
+        for i in range(4):
+            state[i] = start[i]
+        status = fly_under(parts, cell, load, state, buffers)
+        many = overflow_of(buffers.impacts)
+        if status != OK or many == 0:
+            return status, buffers
+        buffers = with_room(buffers, many)
+
+
+@jit
+def overflow_of(impacts):
+    """Return how many impacts there are where they are more than there is room for, otherwise 0."""
+    if impacts is None:
+        return 0
+    return impacts.filled[0] if impacts.filled[0] > len(impacts.data) else 0
+
+
+@jit
+def with_room(buffers, room):
+    """Return fresh buffers with room for so many impacts."""
+    return CellBuffers(
+        None, buffers.section, None, impacts_for(buffers.impacts, room), None, np.zeros(2), None,
+        buffers.violation, buffers.response, None, buffers.sums, None,
+    )  # fmt: skip
+
+
+@jit
+def copy(row, into):
+    """Copy a row of numbers."""
+    for i in range(len(row)):
+        into[i] = row[i]
+
+
+@jit(entry=True)
+def fill_rates(parts, cells, rates):
+    """Fill in bounds (lanes,) [1/s] on the rates of the linear motion of cells."""
+    for lane in range(len(cells)):
+        rates[lane] = rate_under(parts, cells[lane])
+
+
+@jit(entry=True)
+def fly_lanes(begin, end, parts, cells, loads, starts, asked, told):
+    """Follow lanes `begin` to `end` - 1 of `cells` (lanes,) from starts (lanes, 4), (x1, v1, r, s).
+
+    parts: `Parts`; loads: `Loads`; asked: `load_numbers.Asked`; told: `Told`. A lane that fails
+    has another status, and its numbers have no meaning.
+    """
+    for lane in range(begin, end):
+        cell, load = cells[lane], load_of(loads, lane)
+        own = buffers_for(
+            told.impacts, told.violation, len(load.edges), SPARE_ROOM + len(load.edges)
+        )
+        status, own = flown(parts, cell, load, starts[lane], own)
+        if status == OK:
+            status = fill_numbers(parts, cell, load, asked, own, told.numbers[lane])
+        told.status[lane] = status
+        copy(own.response, told.response[lane])
+        copy(own.peak, told.peak[lane])
+        if told.violation is not None:
+            copy(own.violation, told.violation[lane])
+        if status == OK and lane < len(told.states):
+            for i in range(len(load.edges)):
+                copy(own.section[i], told.states[lane, i])
+                copy(own.sums[i], told.sums[lane, i])

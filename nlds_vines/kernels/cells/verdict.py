@@ -14,17 +14,503 @@ more effort can only find more.
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
 from ..numerics.compiling import jit
-from ..numerics.elementary import log
-from ..orbit.growth import digits_of, weighted_mean
-from ..orbit.variations import new_state, no_section, place_state, set_identity, shrunk_in_contacts
-from ..scene import evidence_rows as ev
-from ..scene.codes import CHAOTIC, OK, QUASIPERIODIC, UNDETERMINED
-from .course import Course, course_with_room, follow_course, follow_growth, longer
-from .period_search import FEW_TRIED, FOUND, MANY_TRIED, NOTHING, SUM_TRIED, find_period
-from .settling import MARGIN, growth_of, note_chaotic_transient
+from ..numerics.elementary import exp, log, log10
+from ..numerics.matrices import eigenvalues, is_saddle, spectral_radius
+from ..orbit.recurrence import TOLERANCE, repeats
+from ..orbit.variations import (
+    TOGETHER,
+    advance_flow,
+    distance,
+    is_minimal,
+    lost_of,
+    matrix_of,
+    new_state,
+    no_section,
+    orthonormalize,
+    place_state,
+    polish,
+    run_on,
+    set_identity,
+    shrunk_in_contacts,
+    span_of,
+)
+from ..scene import codes as ev
+from ..scene.codes import CHAOTIC, OK, PERIODIC, QUASIPERIODIC, TRANSIENT_CHAOS, UNDETERMINED
+from ..scene.scene import scale_of
+
+# ---- Growth rates with their uncertainty, and how fast time averages converge --------------------
+#
+# The numbers here are sequences; where they come from does not matter. An orbit hands in logarithms
+# of growth per period, a map those per iteration.
+
+
+BATCHES = 16  # pieces whose means are compared: long ones that hardly depend on each other
+QUANTILE = 2.947  # of Student's t for 15 degrees of freedom: 99 % of all cases are within
+UNFIT = 0.05  # share of a sequence at its beginning that is left out: the variations align there
+
+
+@jit
+def mean_and_width(logs):
+    """Return the mean of a sequence and half the width of its 99 % interval, by batch means.
+
+    Consecutive values of an orbit depend on each other; the means of BATCHES long pieces hardly
+    do. (inf where there are too few values; 0 where the mean is -inf, as one value is.)
+    """
+    first = int(UNFIT * len(logs))
+    each = (len(logs) - first) // BATCHES
+    if each < 2:
+        return np.nan, np.inf
+    first = len(logs) - each * BATCHES
+    means = np.empty(BATCHES)
+    for b in range(BATCHES):
+        total = 0.0
+        for i in range(first + b * each, first + (b + 1) * each):
+            total += logs[i]
+        means[b] = total / each
+    mean = spread = 0.0
+    for b in range(BATCHES):
+        mean += means[b]
+    mean /= BATCHES
+    if mean == -np.inf:
+        return mean, 0.0
+    for b in range(BATCHES):
+        spread += (means[b] - mean) * (means[b] - mean)
+    return mean, QUANTILE * math.sqrt(spread / (BATCHES - 1) / BATCHES)
+
+
+@jit
+def weighted_mean(values, first, last):
+    """Return the mean of values[first:last] with the smooth weight exp(-1 / (u (1 - u))).
+
+    For a quasi-periodic sequence it converges faster than any power of its length, for a chaotic
+    one like the square root (Das, Saiki, Sander, Yorke: Nonlinearity 30 (2017) 4111).
+    """
+    total = weights = 0.0
+    for i in range(first, last):
+        u = (i - first + 1.0) / (last - first + 1.0)
+        w = exp(-1.0 / (u * (1.0 - u)))
+        total += w * values[i]
+        weights += w
+    return total / weights
+
+
+@jit
+def digits_of(values):
+    """Return to how many digits the weighted means of the two halves of a sequence agree.
+
+    In units of its range; 15 where nothing varies.
+    """
+    n = len(values)
+    if n < 4:
+        return 0.0
+    low = high = values[0]
+    for i in range(1, n):
+        low, high = min(low, values[i]), max(high, values[i])
+    extent = high - low
+    if not extent > 0.0:
+        return 15.0
+    off = weighted_mean(values, 0, n // 2) - weighted_mean(values, n // 2, n)
+    return min(15.0, -log10(max(abs(off) / extent, 1.0e-15)))
+
+
+# --------------------------------------------------------------------------------------------------
+# The course of an orbit under judgement: its sections as far as they are kept, and more of them.
+#
+# However an orbit is followed, with its variations or without, it is the same to the last bit as
+# if it had been run in one go: the variations go along and change nothing. So no verdict depends on
+# where the periods of a request end and those of the verdict begin.
+
+
+MOST_SHRUNK = 6.0  # logarithm of what a volume may shrink by before variations are projected
+SEVERAL = 8  # times that variations are projected in a batch, at least
+
+
+class Course(NamedTuple):
+    """The sections of an orbit; section m is the state at the time m T, section 0 the start."""
+
+    record: np.ndarray  # (rows, components) in the user's coordinates; row 0 is section first + 1
+    length: int  # rows that are filled
+    first: int  # periods before those of the record, whose sections are not kept
+    origin: np.ndarray  # (SIZE,) section 0
+
+
+@jit
+def last_of(course):
+    """Return the number of the last section."""
+    return course.first + course.length
+
+
+@jit
+def oldest_of(course):
+    """Return the number of the oldest section that is kept."""
+    if course.first == 0:
+        return 0
+    return course.first + 1
+
+
+@jit
+def section_at(space, course, m, y):
+    """Let y (4,) be section m, which is kept."""
+    y[:] = 0.0
+    if m == 0:
+        for i in range(4):
+            y[i] = course.origin[i]
+        return
+    record, row = course.record, m - course.first - 1
+    y[0], y[1] = record[row, 0], record[row, 1]
+    if space.size == 4:
+        y[2], y[3] = y[0] - record[row, 2] + space.rest, y[1] - record[row, 3]
+
+
+@jit
+def course_with_room(course, more):
+    """Return the course with room for `more` sections."""
+    record = np.empty((course.length + more, course.record.shape[1]))
+    for p in range(course.length):
+        for c in range(record.shape[1]):
+            record[p, c] = course.record[p, c]
+    return Course(record, course.length, course.first, course.origin)
+
+
+@jit
+def longer(course, more):
+    """Return the course with `more` of its rows filled."""
+    return Course(course.record, course.length + more, course.first, course.origin)
+
+
+@jit
+def follow_course(flow, course, more, state):
+    """Follow an orbit for `more` periods; fill the next rows of its record; return a status."""
+    rows = course.record[course.length : course.length + more]
+    return run_on(flow, rows, more, state)
+
+
+@jit
+def periods_together(flow, periods):
+    """Return after how many of so many periods variations are made orthonormal again.
+
+    In between they turn towards the fastest; no volume may shrink by more than exp(-MOST_SHRUNK).
+    And the batches whose means tell the uncertainty of a growth are to be long against it.
+    """
+    shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
+    most = min(MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER), periods / (BATCHES * SEVERAL))
+    return max(1, int(most))
+
+
+@jit
+def follow_growth(flow, rows, state, tangent, logs, growth):
+    """Follow an orbit and its variations for len(logs) periods; return a status.
+
+    rows take its sections, as far as there is room. logs take the logarithm by which the first
+    variation grows in a period (the mean of a few), growth (4,) that of all.
+    """
+    flow.clearance[0] = 0.0  # no near miss is looked for
+    together = periods_together(flow, len(logs))
+    for p in range(0, len(logs), together):
+        before, n = growth[0], min(together, len(logs) - p)
+        status = advance_flow(flow, rows[p : p + n], n, tangent, state)
+        if status != OK:
+            return status
+        orthonormalize(
+            tangent, flow.space.size, growth, lost_of(flow.prepared.near, flow.prepared.far)
+        )
+        lost = growth[0] == -np.inf  # no variation is left: a damper that sticks forgets all
+        logs[p : p + n] = -np.inf if lost else (growth[0] - before) / n
+    return OK
+
+
+# ---- When an orbit settled on the periodic orbit that it ends in, and what it was before ---------
+#
+# An orbit has settled from the first section on from which every return, n periods later, is as the
+# monodromy matrix predicts. Only the sections whose number is a multiple of n are asked, so that
+# the answer does not depend on how long the orbit was watched. What is not kept of its course is
+# run again from its beginning.
+
+
+MARGIN = 1.0e-6  # distance of the largest multiplier's modulus from one: its error may be as large,
+#                  and so may that of a mean growth per period, however little the growth varies
+PREDICTION_ERROR = 0.25  # error of a predicted return, as a share of the deviation: it is linear
+# deviation, relative to the orbit, beyond which nothing is predicted; at rest it is one
+UNPREDICTED = 2.0
+CONVINCING = 1000  # periods for which returns are as predicted only near a stable orbit
+TINY = 1.0e-7  # deviation, relative to the orbit, in which rounding and method errors show
+BLUR = 2.0e-15  # round-off of an r computed from a section's x1 - x2, relative to the rest offset
+LONG_TRANSIENT = 50  # periods before settling; a shorter time is too short for an exponent
+LONGEST_LOOK = 2400  # periods of a transient whose exponent is measured: the first ones
+
+
+@jit
+def image_of(space, tangent, x, y):
+    """Return M (x - y), M the matrix of the variations."""
+    image = np.zeros(4)
+    for c in range(space.size):
+        for i in range(space.size):
+            image[i] += tangent[4 * c + i] * (x[c] - y[c])
+    return image
+
+
+@jit
+def resolvable(space, span):
+    """Return the least deviation, a `norm`, that shows on a section of an orbit of size `span`.
+
+    Sections hold positions: of a motion that is tiny beside the damper's rest offset they keep few
+    digits.
+    """
+    ps, damper = space.ps, space.damper
+    return TINY * span + scale_of(ps, damper, 0.0, 0.0, BLUR * space.rest, 0.0)
+
+
+@jit
+def returns_as_predicted(space, tangent, y, now, then, span):
+    """Tell whether the state `now` returns to `then` after the orbit's n periods as predicted.
+
+    True where the deviation from the orbit's point y is mapped by its monodromy matrix, or is too
+    small to tell.
+    """
+    far, tiny = distance(space, now, y), resolvable(space, span)
+    if far <= tiny and distance(space, then, y) <= tiny:
+        return True
+    image = image_of(space, tangent, now, y)
+    for i in range(4):
+        image[i] += y[i]
+    return far <= UNPREDICTED * span and distance(space, image, then) <= PREDICTION_ERROR * far
+
+
+@jit
+def attracted(flow, tangent, y, x, n, span):
+    """Tell whether the state x is drawn to the stable orbit through y.
+
+    Each return must be as predicted, until the deviation is too small to tell, or for so long that
+    no chance explains it: one flight without impact always obeys the law of an impact-free orbit.
+    """
+    state, now = new_state(), x.copy()
+    place_state(flow, x, state)
+    for _ in range(0, CONVINCING, n):
+        if run_on(flow, no_section(flow.space), n, state) != OK:
+            return False
+        if not returns_as_predicted(flow.space, tangent, y, now, state, span):
+            return False
+        for i in range(4):
+            now[i] = state[i]
+        if distance(flow.space, now, y) <= resolvable(flow.space, span):
+            return True
+    return True
+
+
+@jit
+def settled_before(flow, course, tangent, y, n, span, m):
+    """Return the section from which on returns are as predicted, all those from section m on being.
+
+    The orbit is run again from its beginning, n periods at a time.
+    """
+    state, now, settled = new_state(), np.zeros(4), 0
+    place_state(flow, course.origin, state)
+    for p in range(n, m + 1, n):
+        for i in range(4):
+            now[i] = state[i]
+        if run_on(flow, no_section(flow.space), n, state) != OK:
+            return m
+        if not returns_as_predicted(flow.space, tangent, y, now, state, span):
+            settled = p
+    return settled
+
+
+@jit
+def settling_period(flow, course, tangent, y, n, span):
+    """Return the number of the first section from which on all returns are as predicted.
+
+    tangent, y: matrix and point of the periodic orbit, of n periods, at the sections that are
+    multiples of n; span: its size. The last section where not even the last return is.
+    """
+    now, then = np.zeros(4), np.zeros(4)
+    m = last_of(course) // n * n
+    section_at(flow.space, course, m, then)
+    while m - n >= oldest_of(course):
+        section_at(flow.space, course, m - n, now)
+        if not returns_as_predicted(flow.space, tangent, y, now, then, span):
+            return m
+        for i in range(4):
+            then[i] = now[i]
+        m -= n
+    if course.first == 0:
+        return 0
+    return settled_before(flow, course, tangent, y, n, span, m)
+
+
+@jit
+def growth_of(logs):
+    """Return `mean_and_width` of the growth per period, the width no less than MARGIN."""
+    mean, width = mean_and_width(logs)
+    return mean, max(width, MARGIN)
+
+
+@jit
+def note_chaotic_transient(flow, course, evidence, period):
+    """Note whether the orbit was chaotic for long before it settled on a periodic orbit."""
+    periods = int(evidence[ev.SETTLING])
+    if flow.prepared.scratch is None or periods < LONG_TRANSIENT:
+        return
+    state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)
+    place_state(flow, course.origin, state)
+    set_identity(tangent)
+    logs = np.zeros(min(periods, LONGEST_LOOK))
+    if follow_growth(flow, no_section(flow.space), state, tangent, logs, growth) != OK:
+        return
+    mean, width = growth_of(logs)
+    evidence[ev.PASSING], evidence[ev.PASSING_WIDTH] = mean / period, width / period
+    if mean - width > 0.0:
+        evidence[ev.KIND] = TRANSIENT_CHAOS
+
+
+# ---- The search for the stable periodic orbit that an orbit ends in ------------------------------
+#
+# Sections that repeat propose a period, and so do near returns; Newton's method and the monodromy
+# matrix decide. A return after n periods is near if it is nearer than every one before: the points
+# of an orbit of n periods lie farther apart. On a torus such returns are rare, the denominators of
+# the continued fraction of its rotation number.
+
+
+MOST_PERIODS = 1024  # periods n that are looked for
+FEWEST_REPEATED = 16  # sections that must have repeated: fewer may do so by chance
+SLOW_RETURN = 4.0  # times by which near returns on the way to a periodic orbit shrink, at most
+# periods that are tried, and their sum, where little speaks for an orbit
+FEW_TRIED, SUM_TRIED = 4, 96
+MANY_TRIED = 32  # periods that are tried where much does
+
+# What a search found
+NOTHING, NEIGHBOR, FOUND = 0, 1, 2
+
+
+@jit
+def recent_period(record, length):
+    """Return the least n of which the last 2n sections, or more, repeat, or 0."""
+    for n in range(1, min(MOST_PERIODS, length // 3) + 1):
+        if repeats(record, length, n, max(2 * n, FEWEST_REPEATED), TOLERANCE):
+            return n
+    return 0
+
+
+@jit
+def near_returns(space, course, chaotic):
+    """Return by n the energy norm [J^0.5] of section m, the last, less section m - n, if near.
+
+    inf for n = 0, and where a return of fewer periods is as near. n ends at MOST_PERIODS, or where
+    section m - 2n is not kept. In chaos many returns are near by chance: there, m - n must lie as
+    far or farther from m - 2n, but at most SLOW_RETURN times, a guess of how fast an orbit settles.
+    """
+    m = last_of(course)
+    last, other, earlier, nearest_yet = np.zeros(4), np.zeros(4), np.zeros(4), math.inf
+    section_at(space, course, m, last)
+    found = np.full(min(MOST_PERIODS, (m - oldest_of(course)) // 2) + 1, math.inf)
+    for n in range(1, len(found)):
+        section_at(space, course, m - n, other)
+        far = distance(space, last, other)
+        if not far < nearest_yet:
+            continue
+        nearest_yet = far
+        section_at(space, course, m - 2 * n, earlier)
+        if not chaotic or far <= distance(space, other, earlier) <= SLOW_RETURN * far:
+            found[n] = far
+    return found
+
+
+@jit
+def best_of(returns):
+    """Return the n of the near return of least distance times n, its cost; 0 if there is none."""
+    best = 0
+    for n in range(1, len(returns)):
+        if returns[n] < math.inf and (best == 0 or n * returns[n] < best * returns[best]):
+            best = n
+    return best
+
+
+@jit
+def spacing(space, course, n):
+    """Return how far the last section lies from the nearest of the n - 1 before it."""
+    m = last_of(course)
+    last, other, nearest_yet = np.zeros(4), np.zeros(4), math.inf
+    section_at(space, course, m, last)
+    for p in range(m - n + 1, m):
+        section_at(space, course, p, other)
+        nearest_yet = min(nearest_yet, distance(space, last, other))
+    return nearest_yet
+
+
+@jit
+def try_period(flow, course, n, apart, evidence):
+    """Try to find a stable orbit of minimal period n that the orbit is drawn to.
+
+    FOUND fills the evidence. NEIGHBOR means an orbit of period n beside the sections that draws
+    it not, or that is a saddle: such a one lies beside each stable orbit on a closed curve. The
+    steps of Newton's method are at most `apart`, the distance to the nearest of the sections before
+    that are fewer periods away.
+    """
+    x = np.zeros(4)
+    section_at(flow.space, course, last_of(course) // n * n, x)
+    y = x.copy()
+    points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
+    residual, clearance, slowest = polish(flow, y, points, counts, tangent, apart)
+    if not residual < np.inf or not is_minimal(flow.space, y, points):
+        return NOTHING
+    span = span_of(flow.space, points)
+    multipliers = eigenvalues(matrix_of(tangent, flow.space.size))
+    radius = spectral_radius(multipliers)
+    stable = radius < 1.0 - MARGIN
+    if not stable or not attracted(flow, tangent, y, x, n, span):
+        beside = distance(flow.space, x, y) <= apart
+        return NEIGHBOR if beside and (stable or is_saddle(multipliers)) else NOTHING
+    evidence[ev.KIND], evidence[ev.CYCLE_PERIOD] = PERIODIC, n
+    evidence[ev.NEAR_IMPACTS], evidence[ev.FAR_IMPACTS] = counts[0], counts[1]
+    evidence[ev.RESIDUAL], evidence[ev.RADIUS] = residual, radius
+    evidence[ev.CLEARANCE], evidence[ev.SLOWEST] = clearance, slowest
+    evidence[ev.SETTLING] = settling_period(flow, course, tangent, y, n, span)
+    for i in range(16):
+        evidence[ev.MONODROMY + i] = tangent[i]
+    for i in range(4):
+        evidence[ev.POINT + i] = y[i]
+    return FOUND
+
+
+@jit
+def find_period(flow, course, most, periods, chaotic, evidence):
+    """Try the period of a recurrence, then those of near returns, the best first.
+
+    At most `most` of these, of so many `periods` in all. Returns FOUND or NOTHING; NEIGHBOR where
+    the sections repeat, an orbit lies beside them, or not all near returns were tried.
+    """
+    n = recent_period(course.record, course.length)
+    known, tried, spent = n > 0, 0, 0
+    result = NEIGHBOR if known else NOTHING
+    returns = np.empty(0)
+    while True:
+        if not known:
+            if tried == 0:  # most orbits are known by then
+                returns = near_returns(flow.space, course, chaotic)
+                returns[n] = math.inf
+            n = best_of(returns)
+            if n == 0:
+                return result
+            tried, spent = tried + 1, spent + n
+            if tried > most or spent > periods:
+                return NEIGHBOR
+        apart = math.inf if known else spacing(flow.space, course, n)
+        known = False
+        found = try_period(flow, course, n, apart, evidence)
+        if found == FOUND:
+            return FOUND
+        result = max(result, found)
+        if n < len(returns):
+            returns[n] = math.inf
+
+
+# ---- the verdict ---------------------------------------------------------------------------------
+
 
 SMOOTH_DIGITS = 7.0  # digits to which averages agree only on a torus
 STEADY = 0.01  # largest relative change of a mean square where the size of the motion is steady
@@ -140,7 +626,7 @@ def forgets(size, trace, evidence, period, time):
 
 @jit
 def judge(flow, ends, record, first, stages, evidence):
-    """Say what an orbit is; see `evidence_rows` for the columns of `evidence` (COLUMNS,).
+    """Say what an orbit is; see `codes` for the columns of `evidence` (COLUMNS,).
 
     ends: the states (2, SIZE) at its beginning and end; record (periods, components): its section
     after the `first` periods, to the end; stages: further periods allowed, stage by stage. Returns

@@ -2,10 +2,8 @@
 
 In reading order:
 
-    exact             a flight to the next touch or section: exact cells, certified touches
-    fixed_step        a flight by fixed Runge-Kutta steps (method rk4)
-    contact           a contact from touch to release, stepped, as the time loop asks for it
-    contact_step      where a step of it ends, and what is found within
-    contact_variations  what becomes of variations along it
-    sides             the two walls of a scene, of which one is touched
+    exact        a flight to the next touch or section: exact cells, certified touches
+    fixed_step   a flight by fixed Runge-Kutta steps (method rk4)
+    contact      a contact from touch to release, stepped, with its variations
+    sides        the two walls of a scene, of which one is touched
 """

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from ..motion.bounds import bounds_of
-from ..motion.flight import at, bare_grid
+from ..motion.flight import at, bare_grid, bounds_of
 from ..motion.load_cells import (
     Loaded,
     drive_then,
@@ -17,15 +16,14 @@ from ..numerics.deciding import is_a
 from ..scene.codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from ..scene.drive import drive_now
 from ..scene.scene import scale_of
-from ..watch.limit import note_limit
 from ..watch.observe import LIMIT
-from ..watch.peaks import may_set_a_record, note_peaks, record_breakers, work_at
-from ..watch.response import tally_piece
+from ..watch.response import may_set_a_record, note_peaks, record_breakers, tally_piece, work_at
 from ..watch.touch import (
     CLEAR,
     LOST,
     NOWHERE,
     nearest_miss,
+    note_limit,
     outlook,
     tightened,
     touch_of,

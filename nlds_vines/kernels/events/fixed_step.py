@@ -13,8 +13,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.bounds import rate_of
-from ..motion.flight import CELLS, COEF, PERIOD, Begun, expand, fill_drive, length_of_cell, turned
+from ..motion.flight import (
+    CELLS,
+    COEF,
+    PERIOD,
+    Begun,
+    expand,
+    fill_drive,
+    length_of_cell,
+    rate_of,
+    turned,
+)
 from ..numerics.compiling import jit
 from ..numerics.elementary import cos_sin_of_turn
 from ..numerics.roots import guarded, narrowed, secant

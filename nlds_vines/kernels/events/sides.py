@@ -21,7 +21,7 @@ from ..scene.codes import (
 )
 from ..scene.law import depth_of, force_at
 from ..scene.scene import Ground
-from ..watch.limit import begin_contact
+from ..watch.touch import begin_contact
 from .contact import follow
 
 

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 from ..events.contact import as_seen, contact, mirrored_back, stepped
 from ..impact.impact import LASTING, short_impact
-from ..impact.impact_variations import vary
 from ..impact.inside import (
     Ahead,
     keep_ahead,
@@ -21,28 +20,19 @@ from ..impact.inside import (
     state_at_section,
     tally_inside,
     variations_finely,
+    vary,
     vary_inside,
 )
 from ..motion.driven import Driven
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import exp, fifth_root, hypotenuse, log
-from ..scene.arguments import Watch
 from ..scene.codes import RELEASED, STOPPED
-from ..scene.contact_series import (
-    AHEAD,
-    AT_Q,
-    COLUMNS,
-    DEPTH,
-    ELASTIC,
-    SERIES,
-    WEIGHT,
-    product,
-    square,
-)
 from ..scene.drive import later
-from ..watch.limit import may_pass
+from ..scene.law import AHEAD, AT_Q, COLUMNS, DEPTH, ELASTIC, SERIES, WEIGHT, product, square
+from ..scene.scene import Watch
 from ..watch.observe import note_energy
+from ..watch.touch import may_pass
 
 SHORT_IMPACTS = True
 FREE_THETA = (

@@ -20,6 +20,8 @@ import numpy as np
 
 from ..motion.driven import (
     GAP,
+    Linear,
+    carry,
     columns_of,
     constants_of,
     put_columns,
@@ -27,20 +29,25 @@ from ..motion.driven import (
     seen_from_wall,
     wall_at,
 )
-from ..motion.driven_flight import Linear, carry
 from ..motion.flight import COEF, FACTOR, ORDER, TERMS, Grid, at, bare_grid
 from ..motion.response_sums import LOSS, OF_FORCE, S2, place_of_largest
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.fours import bare
-from ..scene import contact_series
+from ..scene import law as contact_series
 from ..scene.codes import CLEARED, RELEASED, RETURNED
 from ..scene.scene import Damper, Ground, Structure, mirrored_load
 from ..watch.observe import note_depth, note_force
-from ..watch.peaks import factor_at, root
-from ..watch.response import raise_within, watch_piece
+from ..watch.response import (
+    factor_at,
+    first_rise,
+    local_grid,
+    raise_within,
+    root,
+    walk,
+    watch_piece,
+)
 from ..watch.touch import AT_R
-from ..watch.walk import first_rise, local_grid, walk
 
 MOST_CELLS_PRESSED = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
 

@@ -14,7 +14,7 @@ from ..motion.driven import Driven
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import exp, log, power
-from ..scene.contact_series import (
+from ..scene.law import (
     AT_S,
     COLUMNS,
     DEPTH,
@@ -24,11 +24,12 @@ from ..scene.contact_series import (
     POWERS_OF_Q,
     SERIES,
     STEEP,
+    fill_power,
     logarithm_term,
     power_term,
     product,
+    scales_of,
 )
-from ..scene.law import fill_power, scales_of
 
 MOST_ROOT = 6  # p of z = q^p: the larger, the more steps there are near the touch
 SMOOTH = 10.0  # p (n + 1) where p n is no integer: the smaller, the shorter the first steps

@@ -29,21 +29,23 @@ from ..motion.driven import (
     SLOWER,
     STIFFNESS,
     Driven,
+    Linear,
     carried,
+    carry,
     columns_of,
     constants_of,
     put_columns,
     rows_of,
     seen_from_wall,
+    under_once,
 )
-from ..motion.driven_flight import Linear, carry, under_once
 from ..motion.flight import COEF, ORDER, Grid, bare_grid
 from ..motion.load_cells import force_term
 from ..motion.response_sums import IMPULSE, LOSS, raise_to
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import log
-from ..scene import contact_series
+from ..scene import law as contact_series
 from ..scene.codes import RELEASED
 from ..scene.drive import apart, drive_now, falling, mirrored, most_push
 from ..scene.scene import (
@@ -54,9 +56,8 @@ from ..scene.scene import (
     with_shaking,
     without_shaking,
 )
-from ..watch.response import watch_piece
+from ..watch.response import first_rise, local_grid, walk, watch_piece
 from ..watch.touch import AT_R
-from ..watch.walk import first_rise, local_grid, walk
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
 STEADY_PRESSING = (
@@ -351,7 +352,7 @@ def note_piece(stuck, side, watch, grid, phase, begin, end):
 
 @jit
 def terms_on(linear, by, constant, state, drive, variation):
-    """Return `driven_flight.terms_on` of a damper that stays: one mass with the structure."""
+    """Return `driven.terms_on` of a damper that stays: one mass with the structure."""
     ps, damper, sign = linear.ps, linear.damper, linear.sign
     x1, v1, _, _ = state
     a, b, _, _ = variation

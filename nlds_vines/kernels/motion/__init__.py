@@ -2,12 +2,9 @@
 
 In reading order:
 
-    bounds          how fast the linear motion may change
-    flight          the exact flight: a period in cells, each a matrix and a Taylor polynomial
+    flight          bounds of the motion; the exact flight: cells, each a matrix and a polynomial
     load_cells      flight under a load: any force that is a polynomial over each cell
-    driven          variations that parameters drive
-    driven_flight   the same along a flight
+    driven          variations that parameters drive, at walls and along flights
     response_sums   what a response is summed up from
-    runge_kutta     a step of a contact by rk4
-    taylor          a step of a contact, made smooth at touch and release, as Taylor polynomials
+    taylor          a step of a contact, smooth at touch and release; the same by Runge and Kutta
 """

@@ -8,7 +8,7 @@ becomes
     ds/dtheta  = q (external - kappa q^3) dv1/dtheta = q (...)       dt/dtheta = q
 
 a polynomial in all its unknowns, so that coefficients of their Taylor polynomials follow one from
-the other by products of series alone (`contact_series`). Other laws: `law`. The release is a root
+the other by products of series alone (`law`). Other laws: `law`. The release is a root
 of the polynomial of q.
 
 A step's polynomial is judged by the equation itself: what is missing to it where the step ends,
@@ -25,8 +25,8 @@ from ..numerics.deciding import is_a
 from ..numerics.elementary import exp, log, whole_power
 from ..numerics.fours import four, four_at, four_of, number_of, put_four
 from ..numerics.roots import guarded
-from ..scene.arguments import Step, StepPiece
-from ..scene.contact_series import (
+from ..scene.drive import after, begin_series, drive_now, drive_term
+from ..scene.law import (
     AT_Q,
     AT_S,
     AT_V,
@@ -58,25 +58,65 @@ from ..scene.contact_series import (
     VOLUME,
     WEIGHT,
     WIDTH,
-    fill_lengths,
-    product,
-    unit_near,
-)
-from ..scene.drive import begin_series, drive_term
-from ..scene.law import (
     contact_terms,
     damped_term,
     depth_of,
     drag_term,
+    fill_lengths,
     force_of,
+    product,
     rate_of_q,
     steep_term,
+    unit_near,
     weight_of,
 )
-from ..scene.scene import accelerations, unloaded
+from ..scene.scene import Step, StepPiece, accelerations, unloaded
 from .driven import Driven, drive_terms
 from .flight import COEF
-from .runge_kutta import runge_kutta
+
+# --------------------------------------------------------------------------------------------------
+# A step of a contact by the classical Runge-Kutta method: of rk4, in the variables of `taylor`.
+#
+# In theta the equations are smooth from touch to release, so that the method keeps its order four
+# there. It knows no series: what is asked within a step is another step, as long as that.
+
+
+@jit
+def rates_at(side, phase, y):
+    """Return the derivatives of y = (q, s, x1, v1, tau) by theta; phase: the instant at tau = 0."""
+    wall, (q, s, x1, v1, tau) = side.wall, y
+    z, weight = depth_of(wall, q), weight_of(wall, q)
+    drive, force = drive_now(after(side.ps, phase, tau)), force_of(wall, q, z, s)
+    dv, ds = accelerations(side.ps, side.damper, x1, v1, wall.gap + z, s, drive, force)
+    return rate_of_q(wall, s), weight * ds, weight * v1, weight * dv, weight
+
+
+@jit
+def moved_by(y, h, rates):
+    """Return y + h rates."""
+    return (
+        y[0] + h * rates[0], y[1] + h * rates[1], y[2] + h * rates[2], y[3] + h * rates[3],
+        y[4] + h * rates[4],
+    )  # fmt: skip
+
+
+@jit
+def runge_kutta(side, step):
+    """Write row NEW where a `Step` from row Y ends."""
+    k, h, phase = side.k, step.h, step.phase
+    y = k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3], 0.0
+    a = rates_at(side, phase, y)
+    b = rates_at(side, phase, moved_by(y, 0.5 * h, a))
+    c = rates_at(side, phase, moved_by(y, 0.5 * h, b))
+    d = rates_at(side, phase, moved_by(y, h, c))
+    for i in range(5):
+        k[NEW + i] = y[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i])
+    if step.landing:
+        k[NEW] = 0.0
+
+
+# ---- Taylor polynomials --------------------------------------------------------------------------
+
 
 MOST_NEWTON = 80  # of the search for a release: it needs some five
 NEAREST = 2.0e-16  # error of its place

@@ -11,5 +11,4 @@ In reading order:
     tones         sums of many tones as polynomials over cells of time
     roots         the root finder; what two ends of a piece prove of the motion between
     matrices      linear systems, determinants and eigenvalues of small matrices
-    quadrature    Gauss-Legendre points, and integrals of values there
 """

@@ -5,7 +5,5 @@ In reading order:
     orbit        the time loop: flights, contacts, sections
     repetition   periods that repeat to the bit are copied
     recurrence   period and impacts of an orbit from its section
-    growth       growth rates with their uncertainty; convergence of averages
-    variations   the map from section to section with its derivative
-    shooting     periodic orbits by Newton's method
+    variations   the map from section to section with its derivative; periodic orbits
 """

@@ -16,15 +16,13 @@ from ..events.sides import (
     leaves,
     structure_at,
 )
-from ..impact.arc_table import Arc
-from ..motion.driven_flight import Linear, carry
+from ..impact.arc import Arc
+from ..motion.driven import Linear, carry
 from ..motion.flight import bare_grid, coarse_map, step
 from ..motion.load_cells import Loaded, began_at, end_of_cells, instant_in
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..numerics.fours import bare
-from ..scene import contact_series
-from ..scene.arguments import Flight, Side, Watch
 from ..scene.by_law import by_wall
 from ..scene.codes import (
     ASTRAY,
@@ -42,8 +40,8 @@ from ..scene.codes import (
     TOUCH_FAR,
     TOUCH_NEAR,
 )
-from ..scene.law import into, pushes, rests
-from ..scene.scene import Ground, joined
+from ..scene.law import AHEAD, into, pushes, rests
+from ..scene.scene import Flight, Ground, Side, Watch, joined
 from ..watch.observe import (
     ORIGIN,
     Impacts,
@@ -235,7 +233,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     watch = Watch(limit_log, energy, clearance, rows, tangent, tally)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(STATE_SIZE - STATE_AHEAD):
-        k[contact_series.AHEAD + i] = state[STATE_AHEAD + i]
+        k[AHEAD + i] = state[STATE_AHEAD + i]
     arc = bare_arc(prepared.arc)
     room = reference_for(tangent, buffers, prepared.grid.begun, arc)
     reference = bare_if_any(room)
@@ -319,7 +317,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     repeat(room, buffers, grid, tally, impacts, span, last)
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
     for i in range(STATE_SIZE - STATE_AHEAD):
-        state[STATE_AHEAD + i] = k[contact_series.AHEAD + i]
+        state[STATE_AHEAD + i] = k[AHEAD + i]
     return OK
 
 

@@ -26,14 +26,14 @@ import math
 
 import numpy as np
 
-from ..impact.arc_table import INSIDE
+from ..impact.arc import INSIDE
 from ..impact.inside import EACH, KEPT
 from ..motion.load_cells import Loaded, began_at
 from ..motion.response_sums import BEGIN, MOST, SUMS
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..scene.codes import TOUCH_COLUMNS
-from ..scene.contact_series import AHEAD
+from ..scene.law import AHEAD
 from ..watch.observe import (
     IMPACT_COLUMNS,
     RELEASE,

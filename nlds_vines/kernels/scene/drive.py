@@ -13,7 +13,7 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import TURN, cos_sin_of_turn
 from ..numerics.fours import four, four_at, put_four
-from .contact_series import COLUMNS, COSINE, HIGHEST, LOADED, SERIES, SINE, TAU, UNIT
+from .law import COLUMNS, COSINE, HIGHEST, LOADED, SERIES, SINE, TAU, UNIT
 from .scene import greatest_push
 
 SMALL = 0.1  # angle up to which `cos_sin` is good to round-off
@@ -124,7 +124,7 @@ def after(ps, phase, time):
 
 @jit
 def begin_series(phase, k):
-    """Begin the series of the force in theta (`contact_series`), from an instant on."""
+    """Begin the series of the force in theta (`law`), from an instant on."""
     if is_a(phase, Moment):
         begin_powers(phase, k)
     else:

@@ -3,9 +3,6 @@
 In reading order:
 
     observe    what is noted along an orbit: impacts, energies, sections, a limit
-    touch      the first touch in a cell, certified; near misses
-    limit      a limit of the spring's shortening
-    peaks      the largest energies in a piece of motion
-    response   the response over the sampled periods: largest values, rms, powers
-    walk       a motion on a wall that is linear, to what ends it
+    touch      the first touch in a cell, certified; near misses; a limit of the spring's shortening
+    response   largest energies and the response of a piece of motion; motions on a linear wall
 """

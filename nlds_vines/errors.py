@@ -12,6 +12,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any, TypeVar
 
 Number = TypeVar("Number", int, float)
@@ -227,3 +228,13 @@ def table(what: str, value: object, keys: Iterable[str] | None = None) -> Mappin
         if allowed is not None and key not in allowed:
             raise unknown("key", key, allowed)
     return value
+
+
+def library(name: str) -> Any:
+    """Return a library that is not always installed; `RequestError` if it is not."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise RequestError(
+            f"{name} is not installed: pip install 'nlds-vines[xarray]' brings xarray and pandas"
+        ) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from nlds_vines.archives.durable import write_text
+from nlds_vines.archives.files import write_text
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.report.branch_lines import Table
 from nlds_vines.explore.report.report_page import report_page

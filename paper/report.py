@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from nlds_vines.archives.durable import write_text
+from nlds_vines.archives.files import write_text
 from nlds_vines.archives.provenance import version
 from nlds_vines.cli.markdown_tables import table
 from nlds_vines.model.catalog import catalog

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from nlds_vines.archives.toml import read_toml
+from nlds_vines.archives.files import read_toml
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.errors import at, string

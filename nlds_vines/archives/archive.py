@@ -1,37 +1,53 @@
 """The HDF5 archive: written once and whole, read by name.
 
-The only module that imports h5py.  The layout is that of netCDF-4: every dimension of every dataset
-has its scale attached, so that `xarray.open_dataset(FILE, engine="h5netcdf")` opens it.
+The only module that imports h5py, and that when it is used: no `--help` waits for it.
 
-Every dataset has HDF5's Fletcher-32 checksum, so reading a damaged one raises an error that names
-it.  Strings have a fixed length, as the checksum does not cover strings of variable length.
+The layout is that of netCDF-4: every dimension of every dataset has its scale attached, so that
+`xarray.open_dataset(FILE, engine="h5netcdf")` opens it.  Every dataset has HDF5's Fletcher-32
+checksum; strings have a fixed length, as the checksum does not cover strings of variable length.
+HDF5's metadata carry checksums of their own.  So damage is an error where it is read.
 """
 
 from __future__ import annotations
 
+import csv
+import io
+import math
 import os
+import shutil
+import tempfile
+import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import h5py
 import numpy as np
 
-from nlds_vines.archives import durable
-from nlds_vines.archives.dataset import Dataset, Scale, Table, chunk_shape
+from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.archives.files import open_regular, parse_toml, write_text
 from nlds_vines.archives.provenance import SCHEMA, Value
-from nlds_vines.archives.view import DAMAGE, ArchiveView, first_line
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError, at, library, shown, unknown
+from nlds_vines.errors import whole as whole_number
+
+if TYPE_CHECKING:
+    import h5py
 
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
 """The name of a dataset, a rectangle of its cells, and the values there."""
 
-_HDF5 = {"hdf5_version": h5py.version.hdf5_version}
+Read = TypeVar("Read")
+
+_DAMAGE = (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError)
+"""The errors that h5py raises for damaged files."""
+
+_CHUNK_BYTES = 1 << 18  # small enough to read a few cells, large enough to compress and to seek
 _OVERHEAD = 1 << 19  # bytes for headers, attributes and what HDF5 leaves unused
-# pieces need not end where chunks do: half-written chunks are kept in this cache (64 MiB, and a
-# prime number of slots, as HDF5 advises)
-_CACHE = {"rdcc_nbytes": 1 << 26, "rdcc_nslots": 10007}
+_COMPONENT = "component"  # the dimension whose values, x1, v1, x2, v2, become columns of a table
+
+
+# ---- writing -------------------------------------------------------------------------------------
 
 
 def write(
@@ -47,40 +63,97 @@ def write(
         path: the file; an existing one is replaced.
         table: the datasets.
         scales: the scales of all dimensions of the datasets.
-        pieces: the results, in any order; cells without a piece keep their fill value.
+        pieces: the results, in any order; cells without a piece have their fill value.
         attributes: returns the attributes of the file; called after the last piece was taken.
 
-    Holds one piece of numbers in memory at a time, and all strings: their length is that of the
+    One piece of numbers is in memory at a time, and all strings: their length is that of the
     longest.  Raises OSError or (from HDF5) RuntimeError if the file cannot be written.
     """
-    durable.reserve(path, table.most_bytes + _OVERHEAD)
-    # v110 checksums the metadata too, and is read by every netCDF-4 library of this decade
-    with h5py.File(path, "w", libver=("v110", "v110"), **_CACHE) as file:
-        _create_scales(file, table, scales)
+    import h5py
+
+    with path.open("wb") as trial:  # HDF5 may crash if the disk fills while it writes
+        if hasattr(os, "posix_fallocate"):  # not on every system
+            os.posix_fallocate(trial.fileno(), 0, table.most_bytes + _OVERHEAD)
+    used = {dim for entry in table.datasets.values() for dim in entry.dims}
+    # v110 checksums the metadata; pieces need not end where chunks do, so that half-written chunks
+    # wait in a cache of 64 MiB with a prime number of slots
+    how = {"libver": ("v110", "v110"), "rdcc_nbytes": 1 << 26, "rdcc_nslots": 10007}
+    with h5py.File(path, "w", **how) as file:
+        for name, values, units, long_name in scales:
+            if name in used:
+                values = values.astype(object) if values.dtype.kind == "U" else values
+                kind = "str" if values.dtype == object else str(values.dtype)
+                entry = Dataset(name, (), kind, units, long_name, "" if kind == "str" else 0)
+                _create(file, entry, values.shape, _strings(values))[...] = values
+                file[name].make_scale(name)
         texts = {}
         for entry in table.datasets.values():
-            shape = table.shape(entry.name)
             if entry.dtype == "str":
-                texts[entry.name] = np.full(shape, "", dtype=object)
+                texts[entry.name] = np.full(table.shape(entry.name), "", dtype=object)
             else:
-                _create(file, entry, shape, np.dtype(entry.dtype), entry.fill)
+                _create(file, entry, table.shape(entry.name), np.dtype(entry.dtype))
         for name, where, values in pieces:
-            if name in texts:
-                texts[name][where] = values
-            else:
-                file[name][where] = values
+            (texts if name in texts else file)[name][where] = values
         for name, words in texts.items():
-            _create(file, table.datasets[name], words.shape, _dtype_of(words))[...] = words
-        file.attrs.update({**_HDF5, **attributes()})
+            _create(file, table.datasets[name], words.shape, _strings(words))[...] = words
+        file.attrs.update(hdf5_version=h5py.version.hdf5_version, **attributes())
     with path.open("rb") as written:
         os.fsync(written.fileno())
 
 
 def whole(contents: Iterable[tuple[Dataset, np.ndarray]]) -> Iterator[Piece]:
-    """Yield each dataset, given as a whole array of any numeric type, as one piece."""
+    """Yield each dataset, an array of any numeric type, as one piece."""
     for entry, values in contents:
         stored = values if entry.dtype == "str" else values.astype(entry.dtype)
         yield entry.name, (slice(None),) * values.ndim, stored
+
+
+def _create(
+    file: h5py.File, entry: Dataset, shape: tuple[int, ...], dtype: np.dtype
+) -> h5py.Dataset:
+    """Create a dataset in chunks, each with its checksum, and attach its scales."""
+    options: dict[str, Any] = {"chunks": chunk_shape(shape, dtype.itemsize), "fletcher32": True}
+    if entry.dtype == "str" or not {"forcing_period", "impact"}.isdisjoint(entry.dims):
+        # settled orbits repeat themselves: a third of the bytes, for a hundredth of the run time
+        options |= {"shuffle": True, "compression": "gzip", "compression_opts": 1}
+    if entry.dtype != "str":
+        options["fillvalue"] = entry.fill
+    dataset = file.create_dataset(entry.name, shape, dtype, track_times=False, **options)
+    dataset.attrs.update(units=entry.units, long_name=entry.long_name)
+    if entry.dtype == "str":
+        dataset.attrs["_Encoding"] = "utf-8"  # as netCDF has it; xarray decodes by it
+    if entry.flags is not None:
+        dataset.attrs["flag_values"] = np.array([*entry.flags.values()], entry.dtype)
+        dataset.attrs["flag_meanings"] = " ".join(entry.flags)
+    for axis, dim in zip(dataset.dims, entry.dims):  # noqa: B905 - of a scale there is none
+        axis.attach_scale(file[dim])
+    return dataset
+
+
+def _strings(values: np.ndarray) -> np.dtype:
+    """Return the type as which values are stored: of strings UTF-8 as long as the longest."""
+    import h5py
+
+    if values.dtype != object:
+        return values.dtype
+    return h5py.string_dtype("utf-8", max([1, *(len(text.encode()) for text in {*values.flat})]))
+
+
+def chunk_shape(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
+    """Return the shape of the chunks of an array whose values take `itemsize` bytes.
+
+    The longer of the first two sides is halved until a chunk takes at most 256 KiB, then the other
+    sides.  So the samples of one orbit stay together as long as possible, and the layout does not
+    depend on how the scan was cut into blocks.
+    """
+    chunk = list(shape)
+    while math.prod(chunk) * itemsize > _CHUNK_BYTES:
+        side = max(range(len(chunk)), key=lambda i: (i < 2 and chunk[i] > 1, chunk[i]))
+        chunk[side] = -(-chunk[side] // 2)
+    return tuple(chunk)
+
+
+# ---- reading -------------------------------------------------------------------------------------
 
 
 def read(path: str | os.PathLike[str]) -> ArchiveView:
@@ -89,40 +162,359 @@ def read(path: str | os.PathLike[str]) -> ArchiveView:
     Raises `RequestError` if the file does not exist, is not an archive of this program, or has a
     format that this version does not know.
     """
-    path = _as_path(path)
-    return ArchiveView(path, _opened(path))
-
-
-def _as_path(path: object) -> Path:
-    """Return the path of an archive; `RequestError` for anything that is none."""
-    if isinstance(path, Path):
-        return path
-    if isinstance(path, str | os.PathLike):
-        return Path(path)
-    raise RequestError(f"archive = {shown(path)} must be the path of a file")
-
-
-def _opened(path: Path) -> h5py.File:
-    """Open an archive with h5py; `RequestError` if it is none."""
+    if not isinstance(path, str | os.PathLike):
+        raise RequestError(f"archive = {shown(path)} must be the path of a file")
+    path = ArchivePath.of(path)
     try:
-        durable.open_regular(path).close()
-    except FileNotFoundError as error:
-        raise RequestError(f"{path}: there is no such file") from error
+        open_regular(path).close()  # HDF5 would wait for a pipe
+    except FileNotFoundError:
+        raise RequestError(f"{path}: there is no such file") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise RequestError(f"{path} cannot be opened: {reason}") from error
+    import h5py
+
     try:
         file = h5py.File(path, "r")
-    except (OSError, ValueError) as error:
+        return ArchiveView(path, file)
+    except RequestError:
+        file.close()
+        raise
+    except _DAMAGE as error:
         text = "it is no HDF5 file, damaged, or not readable"
         raise RequestError(f"{path} cannot be opened: {text}") from error
-    schema = _schema(file)
-    if schema is not None and schema <= SCHEMA:
-        return file
-    file.close()
-    if schema is None:
-        raise RequestError(f"{path} is not an archive of nlds_vines")
-    raise RequestError(f"{path} has schema {schema}: this version reads up to {SCHEMA}")
+
+
+class ArchiveView:
+    """An open archive; its datasets are read from the disk when they are asked for.
+
+    `view["section"]` is the whole array, `view.take("section", start=0, component=2)` a part of
+    it.  Reading a damaged dataset raises `RequestError` with its name.  It is closed at the end of
+    a `with` block, by `close`, or when nothing refers to it any more.
+
+    Attributes:
+        path: the path of the file.
+        names: the names of the recorded datasets, without the scales of their dimensions.
+    """
+
+    def __init__(self, path: ArchivePath, file: h5py.File) -> None:
+        """Raise `RequestError` unless `file` is an archive of this program and this format."""
+        self.path, self._file = path, file
+        schema = file.attrs.get("schema")
+        if schema is None or "scan_hash" not in file.attrs or "status" not in file:
+            raise RequestError(f"{path} is not an archive of nlds_vines")
+        if schema != SCHEMA:
+            raise RequestError(f"{path} has schema {schema}: this version reads {SCHEMA}")
+        self.names = tuple(name for name in file if not file[name].is_scale)
+        self._entries: dict[str, Dataset] = {}
+
+    def __enter__(self) -> ArchiveView:
+        """Return the archive, which the block's end closes."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; what was read stays."""
+        self._file.close()
+
+    def __repr__(self) -> str:
+        """Return the file, its title, its dimensions and its datasets."""
+        if not self._file:
+            return f"ArchiveView: {self.path}, closed"
+        dims = dict.fromkeys(dim for name in self.names for dim in self.dims(name))
+        head = f"ArchiveView: {self.path}: {self.text('title')}"
+        rows = f"  dimensions: {', '.join(dims)}\n  datasets: {', '.join(self.names)}"
+        return f"{head}\n{rows}"
+
+    def __contains__(self, name: object) -> bool:
+        """Return True if a dataset or a scale of this name is in the archive."""
+        return isinstance(name, str) and name in self._file
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a whole dataset or scale; strings as an array of `str` objects."""
+        return self.take(name)
+
+    def take(self, name: str, **index: int | slice) -> np.ndarray:
+        """Return a part of a dataset: at the `index` of some dimensions, all of the others.
+
+        Raises `RequestError` for a dataset or a dimension that there is not, and an index out of
+        range.
+        """
+        entry, shape = self.describe(name), self.shape(name)
+        for dim, i in index.items():
+            if dim not in entry.dims:
+                raise unknown(f"dimension of {name}:", dim, entry.dims)
+            if not isinstance(i, slice):
+                length = shape[entry.dims.index(dim)]
+                index[dim] = whole_number(f"{dim} of {name}", i, -length, length - 1)
+        where = tuple(index.get(dim, slice(None)) for dim in entry.dims)
+        with self._damage(f"dataset {name}"):
+            dataset = self._file[name]
+            return dataset.asstr()[where] if entry.dtype == "str" else dataset[where]
+
+    @cached_property
+    def attrs(self) -> dict[str, Any]:
+        """The attributes of the file: title, history, request, parameters, versions ..."""
+        with self._damage("an attribute"):
+            return {name: _plain(value) for name, value in self._file.attrs.items()}
+
+    @contextmanager
+    def _damage(self, place: str) -> Iterator[None]:
+        """Turn h5py's error for a damaged file into a `RequestError` that names the place."""
+        try:
+            yield
+        except _DAMAGE as error:
+            reason = _first_line(error)
+            raise RequestError(f"{self.path}: {place} is damaged: {reason}") from error
+
+    def text(self, name: str) -> str:
+        """Return an attribute of the file that is a text: `title`, `scan`, `scan_hash`."""
+        return str(self.attrs[name])
+
+    @property
+    def content(self) -> str:
+        """The kind of request whose results it holds: `scan`, `tuning`, `portrait`."""
+        return str(self.attrs.get("content", "scan"))
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The names of the varied parameters, in the order of the dimensions."""
+        return self.dims("status")[:-1]
+
+    def request(self, content: str, load: Callable[[dict[str, Any]], Read]) -> Read:
+        """Return the request whose results it holds, which `load` makes of the file in it.
+
+        Raises `RequestError` for a content other than this one.
+        """
+        if self.content != content:
+            raise RequestError(f"{self.path} holds a {self.content}, not a {content}")
+        with at(f"{self.path}: its request"):
+            return load(parse_toml(self.text("scan"), "the attribute scan"))
+
+    def describe(self, name: str) -> Dataset:
+        """Return what a dataset or scale is: its dimensions, type, unit, meaning, fill value."""
+        if name not in self:
+            raise unknown(f"dataset of {self.path}:", name, self.names)
+        if name not in self._entries:
+            with self._damage(f"dataset {name}"):
+                self._entries[name] = _described(name, self._file[name])
+        return self._entries[name]
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Return the lengths of a dataset's dimensions."""
+        return tuple(self._file[self.describe(name).name].shape)
+
+    def dims(self, name: str) -> tuple[str, ...]:
+        """Return the names of a dataset's dimensions."""
+        return self.describe(name).dims
+
+    def units(self, name: str) -> str:
+        """Return the units of a dataset or scale."""
+        return self.describe(name).units
+
+    def long_name(self, name: str) -> str:
+        """Return the meaning of a dataset or scale, in words."""
+        return self.describe(name).long_name
+
+    def flags(self, name: str) -> dict[int, str]:
+        """Return the words of an enumeration by their codes; empty for any other dataset."""
+        return {code: word for word, code in (self.describe(name).flags or {}).items()}
+
+    def to_xarray(self) -> Any:
+        """Return all of it as an `xarray.Dataset`, in memory; needs the extra `xarray`."""
+        with library("xarray").open_dataset(
+            self.path, engine="h5netcdf", decode_times=False
+        ) as dataset:
+            return dataset.load()
+
+    def to_dataframe(self, *names: str) -> Any:
+        """Return datasets as a `pandas.DataFrame`: one row for each orbit, its place in front.
+
+        Arguments: `names` of datasets; none for all that have one value for each orbit.  Those of
+        an enumeration come as words; `section` as x1, v1, x2, v2, a row for each period.  The units
+        of the columns are in `attrs`.
+        """
+        frame = library("pandas").DataFrame(self._columns(names))
+        units = {name: self.units(name) for name in frame.columns if name in self}
+        frame.attrs = {"title": self.text("title"), "units": units}
+        return frame
+
+    def to_csv(self, path: str | os.PathLike[str], *names: str, overwrite: bool = False) -> None:
+        """Write datasets as comma-separated values, in the rows and columns of `to_dataframe`.
+
+        Numbers have all their digits.  Raises `RequestError` for a file that exists, unless
+        `overwrite`, and always for an archive.
+        """
+        if os.path.lexists(path) and not overwrite:
+            raise RequestError(f"{path} exists: overwrite=True replaces it, another name keeps it")
+        columns, text = self._columns(names), io.StringIO(newline="")
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+        write_text(Path(path), text.getvalue())
+
+    def _columns(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """Return the columns of a table by name: first the dimensions, then the datasets."""
+        dims = self.dims("status")
+        names = names or tuple(name for name in self.names if self.dims(name) == dims)
+        longest = max((self.dims(name) for name in names), key=len)
+        rows = tuple(dim for dim in longest if dim != _COMPONENT)
+        grid = np.meshgrid(*(self[dim] for dim in rows), indexing="ij")
+        columns = {dim: values.ravel() for dim, values in zip(rows, grid, strict=True)}
+        for name in names:
+            dims, values, words = self.dims(name), self[name], self.flags(name)
+            if not {*dims} <= {*rows, _COMPONENT}:
+                raise RequestError(
+                    f"{name} has the dimensions {', '.join(dims)}: it cannot stand in a table over "
+                    f"{', '.join(rows)}; take it alone"
+                )
+            if words:
+                short = {code: word.partition(".")[0] for code, word in words.items()}
+                values = np.vectorize(short.get, otypes=[object])(values)
+            parts = {name: values}
+            if _COMPONENT in dims:
+                last, prefix = np.moveaxis(values, dims.index(_COMPONENT), -1), f"{name}_"
+                parts = {
+                    f"{prefix * (name != 'section')}{part}": last[..., i]
+                    for i, part in enumerate(self[_COMPONENT])
+                }
+            wide = tuple(slice(None) if dim in dims else np.newaxis for dim in rows)
+            for column, part in parts.items():
+                columns[column] = np.broadcast_to(part[wide], grid[0].shape).ravel()
+        return columns
+
+
+def _described(name: str, dataset: h5py.Dataset) -> Dataset:
+    """Return the description of a dataset or scale of an archive."""
+    is_text, attrs, flags = dataset.dtype.kind in "OS", dataset.attrs, None
+    if "flag_values" in attrs:
+        words = attrs["flag_meanings"].split(" ")
+        flags = dict(zip(words, attrs["flag_values"].tolist(), strict=True))
+    return Dataset(
+        name,
+        (name,) if dataset.is_scale else tuple(dim[0].name[1:] for dim in dataset.dims),
+        "str" if is_text else str(dataset.dtype),
+        str(attrs["units"]),
+        str(attrs["long_name"]),
+        "" if is_text else dataset.fillvalue.item(),
+        flags,
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Return an attribute as a Python number or string."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _first_line(error: Exception) -> str:
+    """Return the first line of an error's message, or the error's name if it has none."""
+    return (str(error).splitlines() or [type(error).__name__])[0]
+
+
+# ---- paths of archives ---------------------------------------------------------------------------
+
+
+class _Folder:
+    """A folder that is removed with the last reference to this object."""
+
+    def __init__(self) -> None:
+        self.path = Path(tempfile.mkdtemp(prefix="nlds_vines-"))
+        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+
+
+class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Path alone is abstract
+    """The path of an archive; wherever a path may stand, it may stand.
+
+    An archive that nobody gave a name lies in a folder of its own, which is removed with the last
+    path that refers to it; pickled, it takes its content along.
+    """
+
+    _folder: _Folder | None = None
+
+    @classmethod
+    def of(cls, path: str | os.PathLike[str]) -> ArchivePath:
+        """Return a path as that of an archive."""
+        result = cls(path)
+        result._folder = getattr(path, "_folder", None)
+        return result
+
+    @classmethod
+    def for_result(
+        cls, to: str | os.PathLike[str] | None, stem: str, *options: bool
+    ) -> ArchivePath:
+        """Return the path of a result: the user's file `to`, or a temporary one if it is None.
+
+        Arguments: the file; `stem`, the name of a temporary one; `options` that need a file, as
+        resume and overwrite: `RequestError` for such an option without one.
+        """
+        if to is not None and not isinstance(to, str | os.PathLike):
+            raise RequestError(f"to = {shown(to)} must be the path of an archive (.h5)")
+        if to is not None:
+            return cls.of(to)
+        if any(options):
+            raise RequestError("resume and overwrite belong to an archive: name it by to=")
+        folder = _Folder()
+        result = cls(folder.path / f"{stem}.h5")
+        result._folder = folder
+        return result
+
+    @property
+    def named(self) -> ArchivePath | None:
+        """The path itself; None for an archive without a name."""
+        return self if self._folder is None else None
+
+    def read(self) -> ArchiveView:
+        """Open it, as `nlds_vines.read` does."""
+        return read(self)
+
+    def to_xarray(self) -> Any:
+        """Return all that it holds as an `xarray.Dataset` in memory, with units and words."""
+        with self.read() as view:
+            return view.to_xarray()
+
+    def to_dataframe(self, *names: str) -> Any:
+        """Return datasets, by default those of one value a row, as a `pandas.DataFrame`."""
+        with self.read() as view:
+            return view.to_dataframe(*names)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the path; of an archive without a name, its content."""
+        if self._folder is None:
+            return type(self), (str(self),)
+        return _unpickled, (type(self), self.stem, self.read_bytes())
+
+
+def _unpickled(kind: type[ArchivePath], stem: str, content: bytes) -> ArchivePath:
+    result = kind.for_result(None, stem)
+    result.write_bytes(content)
+    return result
+
+
+class Archived:
+    """A result of which an archive holds everything: its `path`, None if it has none."""
+
+    path: ArchivePath | None
+
+    @property
+    def archive(self) -> ArchivePath:
+        """Its archive; `RequestError` for a result that was made without one."""
+        if self.path is None:
+            raise RequestError(f"this {type(self).__name__} has no archive: it was made of arrays")
+        return self.path
+
+    def to_xarray(self) -> Any:
+        """Return all that the archive holds as an `xarray.Dataset` in memory."""
+        return self.archive.to_xarray()
+
+    def to_dataframe(self, *names: str) -> Any:
+        """Return datasets, by default those of one value a row, as a `pandas.DataFrame`."""
+        return self.archive.to_dataframe(*names)
+
+
+# ---- any other HDF5 file -------------------------------------------------------------------------
 
 
 def columns(path: Path) -> list[tuple[str, str]]:
@@ -132,12 +524,9 @@ def columns(path: Path) -> list[tuple[str, str]]:
     """
     with _any_hdf5(path) as file:
         entries = ((name, file.get(name)) for name in file)  # None: a link to nowhere
-        flat = [(name, e) for name, e in entries if isinstance(e, h5py.Dataset) and e.ndim == 1]
-        return [
-            (name, _words(entry.attrs.get("units", "")))
-            for name, entry in flat
-            if entry.dtype.kind in "iuf"
-        ]
+        flat = [(name, e) for name, e in entries if getattr(e, "ndim", None) == 1]
+        units = [(name, e.attrs.get("units", "")) for name, e in flat if e.dtype.kind in "iuf"]
+        return [(n, u.decode() if isinstance(u, bytes) else str(u)) for n, u in units]
 
 
 def column(path: Path, name: str, most: int) -> np.ndarray:
@@ -156,82 +545,11 @@ def column(path: Path, name: str, most: int) -> np.ndarray:
 @contextmanager
 def _any_hdf5(path: Path) -> Iterator[h5py.File]:
     """Open any HDF5 file; raise `RequestError`, one line, if it cannot be read in the block."""
+    import h5py
+
     try:
-        durable.open_regular(path).close()
+        open_regular(path).close()
         with h5py.File(path, "r") as file:
             yield file
-    except DAMAGE as error:
-        raise RequestError(f"{path}: cannot be read as HDF5: {first_line(error)}") from None
-
-
-def _words(value: object) -> str:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-
-
-def _schema(file: h5py.File) -> int | None:
-    """Return the number of the archive's format; None if the file is no archive."""
-    try:
-        known = "scan_hash" in file.attrs and "status" in set(file)  # which follows no link
-        return int(file.attrs["schema"]) if known else None
-    except (*DAMAGE, ArithmeticError):
-        return None
-
-
-def _create_scales(file: h5py.File, table: Table, scales: Iterable[Scale]) -> None:
-    """Write the scales of those dimensions that the datasets of a table have."""
-    present = {dim for dataset in table.datasets.values() for dim in dataset.dims}
-    for name, values, units, long_name in scales:
-        if name in present:
-            values = values.astype(object) if values.dtype.kind == "U" else values
-            scale = _dataset(file, name, values.shape, _dtype_of(values))
-            scale[...] = values
-            scale.attrs.update(units=units, long_name=long_name)
-            scale.make_scale(name)
-
-
-def _create(
-    file: h5py.File, entry: Dataset, shape: tuple[int, ...], dtype: np.dtype, fill: Any = None
-) -> h5py.Dataset:
-    """Create the dataset of an entry, and attach its scales."""
-    compress = entry.dtype == "str" or not {"forcing_period", "impact"}.isdisjoint(entry.dims)
-    dataset = _dataset(file, entry.name, shape, dtype, fill, compress)
-    dataset.attrs.update(_attributes(entry))
-    for axis, dim in zip(dataset.dims, entry.dims, strict=True):
-        axis.attach_scale(file[dim])
-    return dataset
-
-
-def _dataset(
-    file: h5py.File,
-    name: str,
-    shape: tuple[int, ...],
-    dtype: np.dtype,
-    fill: Any = None,
-    compress: bool = False,
-) -> h5py.Dataset:
-    """Create an empty dataset of chunks, each with its checksum."""
-    options: dict[str, Any] = {"dtype": dtype, "fillvalue": fill, "track_times": False}
-    options |= {"chunks": chunk_shape(shape, dtype.itemsize), "fletcher32": True}
-    if compress:
-        # settled orbits repeat themselves: a third of the bytes, for a hundredth of the run time
-        options |= {"shuffle": True, "compression": "gzip", "compression_opts": 1}
-    dataset = file.create_dataset(name, shape, **options)
-    if h5py.check_string_dtype(dtype) is not None:
-        dataset.attrs["_Encoding"] = "utf-8"  # as netCDF has it; xarray decodes by it
-    return dataset
-
-
-def _attributes(entry: Dataset) -> dict[str, Any]:
-    """Return the attributes of a dataset: unit, meaning, the words of an enumeration."""
-    attributes: dict[str, Any] = {"units": entry.units, "long_name": entry.long_name}
-    if entry.flags is not None:
-        attributes["flag_values"] = np.array(entry.flag_values, dtype=entry.dtype)
-        attributes["flag_meanings"] = entry.flag_meanings
-    return attributes
-
-
-def _dtype_of(values: np.ndarray) -> np.dtype:
-    """Return the type as which values are stored: of strings UTF-8 as long as the longest."""
-    if values.dtype.kind != "O":
-        return values.dtype
-    return h5py.string_dtype("utf-8", max([1, *(len(text.encode()) for text in {*values.flat})]))
+    except _DAMAGE as error:
+        raise RequestError(f"{path}: cannot be read as HDF5: {_first_line(error)}") from None

@@ -1,9 +1,9 @@
-"""The description of an archive: datasets with unit and meaning, dimensions; chunks."""
+"""The description of an archive: datasets with unit and meaning, and their dimensions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import prod
 from typing import NamedTuple
@@ -66,16 +66,6 @@ class Dataset:
         """The dimensions after `start`: those of a single orbit."""
         return self.dims[self.dims.index("start") + 1 :]
 
-    @property
-    def flag_values(self) -> tuple[int, ...] | None:
-        """The codes of an enumeration in the order of `flag_meanings`; None for anything else."""
-        return None if self.flags is None else tuple(self.flags.values())
-
-    @property
-    def flag_meanings(self) -> str | None:
-        """The words of an enumeration, separated by blanks as in CF; None for anything else."""
-        return None if self.flags is None else " ".join(self.flags)
-
 
 class Scale(NamedTuple):
     """A dimension: its name, its values (n,), numbers or strings, their unit and meaning."""
@@ -122,31 +112,3 @@ class Table:
     def most_bytes(self) -> int:
         """The size of the archive without compression [bytes], its dimensions included."""
         return self.bytes() + TEXT_BYTES * sum(self.length.values())
-
-
-# ---- on the disk ---------------------------------------------------------------------------------
-
-
-_CHUNK_BYTES = 1 << 18  # small enough to read a few cells, large enough to compress and to seek
-_SLAB_VALUES = 1 << 22  # values read at a time where a dataset may be larger than the memory
-
-
-def chunk_shape(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
-    """Return the shape of the chunks of an array whose values take `itemsize` bytes.
-
-    The longer of the first two sides is halved until a chunk takes at most 256 KiB, then the other
-    sides.  So the samples of one orbit stay together as long as possible, and the layout does not
-    depend on how the scan was cut into blocks.
-    """
-    chunk = list(shape)
-    while math.prod(chunk) * itemsize > _CHUNK_BYTES:
-        side = max(range(len(chunk)), key=lambda i: (i < 2 and chunk[i] > 1, chunk[i]))
-        chunk[side] = -(-chunk[side] // 2)
-    return tuple(chunk)
-
-
-def slabs(shape: tuple[int, ...]) -> Iterator[slice]:
-    """Yield slices along the first dimension of an array, each of which fits into the memory."""
-    step = max(1, _SLAB_VALUES // max(1, math.prod(shape[1:])))
-    for first in range(0, shape[0], step):
-        yield slice(first, min(first + step, shape[0]))

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives import archive, durable
+from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value, attributes
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.attractor_table import AttractorTable, completed
 from nlds_vines.bifurcation.attractors.attractor_assignment import Attracted
 from nlds_vines.bifurcation.attractors.attractor_numbering import Learnt

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives.archive import read
-from nlds_vines.archives.view import ArchiveView
+from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.bifurcation.cell_start import Place, own_state, swept_before, system_at
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import scan_of

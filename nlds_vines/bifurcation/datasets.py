@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.archives.toml import parse_toml
-from nlds_vines.archives.view import ArchiveView
+from nlds_vines.archives.files import parse_toml
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.parameters import PHASE, described

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath
+from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at, shown
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nlds_vines.archives.view import ArchiveView
+    from nlds_vines.archives.archive import ArchiveView
 
 
 class ScanArchive(ArchivePath):

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar
 
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.cli.options import Option, Parser, add_settings, value_of
 from nlds_vines.cli.paths import (
     check_output,

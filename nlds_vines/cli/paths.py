@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nlds_vines.archives.durable import open_regular, protection
+from nlds_vines.archives.files import open_regular, protection
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError, refuse_bytes, shown
 

@@ -17,7 +17,7 @@ from nlds_vines.archives.provenance import (
 )
 
 if TYPE_CHECKING:
-    from nlds_vines.archives.view import ArchiveView
+    from nlds_vines.archives.archive import ArchiveView
 
 
 class Task(NamedTuple):

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.option_values import (

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.archives.view import ArchiveView
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.cli.markdown_tables import table
 from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.exploration import is_same

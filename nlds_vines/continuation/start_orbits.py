@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nlds_vines.archives.view import ArchiveView
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.continuation.exploration import Seed
 from nlds_vines.continuation.request import Continuation, Orbit
 from nlds_vines.errors import RequestError
@@ -156,7 +156,7 @@ def _of_runs(labels: np.ndarray) -> Iterator[int]:
 
 def system_in(path: Path, text: str) -> System:
     """Return the system of a scan's document."""
-    from nlds_vines.archives.toml import parse_toml
+    from nlds_vines.archives.files import parse_toml
     from nlds_vines.bifurcation.request_file import load_scan
 
     return load_scan(parse_toml(text, str(path))).system

@@ -203,7 +203,7 @@ def _refuse_other_shape(path: Path, view: ArchiveView, scan: Scan) -> None:
 def _sections(view: ArchiveView, scan: Scan) -> np.ndarray:
     """Return the last periods of all sections, read in parts that fit into memory."""
     kept = _kept(scan)
-    return np.concatenate([slab[..., -kept:, :] for slab in view.slabs("section")])
+    return view.take("section", forcing_period=slice(-kept, None))
 
 
 def _kept(scan: Scan) -> int:

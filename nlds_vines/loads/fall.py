@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.archives.representation import Outlined
 from nlds_vines.model.load_quantities import SHARES
+from nlds_vines.model.representation import Outlined
 from nlds_vines.orbits.status_words import OK
 
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.archives.archive import ArchiveView, read
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.loads.closed_form import closed_form, energy_after_blow

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from nlds_vines.archives.toml import parse_toml, read_toml
+from nlds_vines.archives.files import parse_toml, read_toml
 from nlds_vines.errors import RequestError, at, choice, shown, table, unknown
 from nlds_vines.model.contact_laws import HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import PARAMETERS

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from nlds_vines.archives.toml import read_toml
+from nlds_vines.archives.files import read_toml
 from nlds_vines.errors import LeftAside, RequestError, at, shown, string, table
 from nlds_vines.model.catalog import load_system, system_from
 from nlds_vines.model.system import System

@@ -13,7 +13,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, FixedLocator, FuncFormatter, NullLocator
 
-from nlds_vines.archives.view import ArchiveView
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.model.ratios import RATIOS
 from nlds_vines.plotting.style import axis_label

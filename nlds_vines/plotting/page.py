@@ -35,7 +35,7 @@ from matplotlib.textpath import TextPath
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import offset_copy
 
-from nlds_vines.archives.durable import open_regular
+from nlds_vines.archives.files import open_regular
 from nlds_vines.errors import RequestError, choice, shown
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.style import CM, LEFT, RIGHT, STYLE, WIDTH

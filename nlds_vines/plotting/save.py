@@ -11,7 +11,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.archives.durable import in_one_line, whole
+from nlds_vines.archives.files import in_one_line, whole
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, printable
 from nlds_vines.plotting.page import styled
 from nlds_vines.runs.progress import in_notebook

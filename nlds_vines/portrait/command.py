@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.command_main import LANES_FAILED, Command, complain
 from nlds_vines.cli.option_values import (

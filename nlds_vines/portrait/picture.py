@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from nlds_vines.archives.view import ArchiveView
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import (
     contact_forces,

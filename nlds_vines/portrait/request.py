@@ -10,8 +10,8 @@ from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from nlds_vines.archives.files import toml_text
 from nlds_vines.archives.provenance import PORTRAIT, Value
-from nlds_vines.archives.toml import toml_text
 from nlds_vines.errors import (
     RequestError,
     at,

@@ -9,10 +9,8 @@ from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.archives.archive import read
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import PORTRAIT
-from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.portrait.request import CELL, CELL_OF, PortraitRequest, load_portrait
@@ -70,7 +68,7 @@ class Portrait(Drawable):
     def to_dataframe(self, *names: str) -> Any:
         """Return datasets over one dimension, by default the histories, as a `DataFrame`."""
         with self.archive.read() as view:
-            return view.to_pandas(*(names or histories_in(view)))
+            return view.to_dataframe(*(names or histories_in(view)))
 
 
 def histories_in(view: ArchiveView) -> tuple[str, ...]:

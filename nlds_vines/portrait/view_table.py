@@ -8,15 +8,13 @@ each belong to a column stands in its row.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.dataset import Dataset, Scale
-from nlds_vines.archives.record_columns import Column, columns, record_of, row_of, table_of
-from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.impact_rows import IMPACT, Violation
 from nlds_vines.orbits.signals import SIGNALS, signals_of
@@ -38,41 +36,79 @@ _IMPACTS: Mapping[str, tuple[str, str]] = {
 }
 
 
-@dataclass(frozen=True)
-class _Row:
-    """What is told of a column of the page in numbers and words."""
+_ROW: tuple[tuple[Dataset, Callable[[View], Any]], ...] = (
+    (Dataset.text("name", ("row",), "what stands above the column"), lambda v: v.column.name),
+    (Dataset.text("system", ("row",), "name of the system"), lambda v: v.column.system.name),
+    (
+        Dataset.whole("begin", ("row",), "forcing period with which the window begins"),
+        lambda v: v.column.window.begin,
+    ),
+    (
+        Dataset.whole("end", ("row",), "forcing period with which it ends"),
+        lambda v: v.column.window.end,
+    ),
+    (Dataset.text("label", ("row",), "regime by recurrence alone"), lambda v: v.label),
+    (
+        Dataset.whole("periodicity", ("row",), "n of nT by recurrence; 0: none found"),
+        lambda v: v.period,
+    ),
+    (
+        Dataset.real("recurs_within", ("row",), "1", "to which the section recurs"),
+        lambda v: v.tolerance,
+    ),
+    (
+        Dataset.whole("longest_periodicity", ("row",), "longest n that was looked for"),
+        lambda v: v.longest,
+    ),
+    (
+        Dataset.whole("comb", ("row",), "n of the nT whose lines do not count as broadband"),
+        lambda v: v.comb,
+    ),
+    (
+        Dataset.real("broadband", ("row",), "1", "share of the power beside the lines"),
+        lambda v: np.nan if v.share is None else v.share,
+    ),
+    (Dataset.whole("states", ("row",), "states in the window"), lambda v: len(v.time)),
+    (
+        Dataset.whole("impact_count", ("row",), "impacts that begin in the window"),
+        lambda v: len(v.contacts),
+    ),
+    (
+        Dataset.whole("spectrum_periods", ("row",), "periods in the spectrum"),
+        lambda v: v.spectrum.periods,
+    ),
+    (
+        Dataset.whole("spectrum_bins", ("row",), "bins of the spectrum"),
+        lambda v: v.spectrum.order.size,
+    ),
+    (
+        Dataset.whole("passages", ("row",), "passages of the limit; -1: there is none"),
+        lambda v: _limit(v).number,
+    ),
+    (Dataset.real("first_passage", ("row",), "s", "time of the first"), lambda v: _limit(v).time),
+    (
+        Dataset.real("deepest_passage", ("row",), "m", "depth of the deepest"),
+        lambda v: _limit(v).depth,
+    ),
+)
+"""The datasets with one value for each column of the page, and that value of a view."""
 
-    name: Annotated[str, Column("1", "what stands above the column")]
-    system: Annotated[str, Column("1", "name of the system")]
-    begin: Annotated[int, Column("1", "forcing period with which the window begins")]
-    end: Annotated[int, Column("1", "forcing period with which it ends")]
-    label: Annotated[str, Column("1", "regime by recurrence alone")]
-    period: Annotated[int, Column("1", "n of nT by recurrence; 0: none found", "periodicity")]
-    tolerance: Annotated[float, Column("1", "to which the section recurs", "recurs_within")]
-    longest: Annotated[int, Column("1", "longest n that was looked for", "longest_periodicity")]
-    comb: Annotated[int, Column("1", "n of the nT whose lines do not count as broadband")]
-    share: Annotated[float, Column("1", "share of the power beside the lines", "broadband")]
-    times: Annotated[int, Column("1", "states in the window", "states")]
-    touches: Annotated[int, Column("1", "impacts that begin in the window", "impact_count")]
-    periods: Annotated[int, Column("1", "periods in the spectrum", "spectrum_periods")]
-    bins: Annotated[int, Column("1", "bins of the spectrum", "spectrum_bins")]
-    number: Annotated[int, Column("1", "passages of the limit; -1: there is none", "passages")]
-    first: Annotated[float, Column("s", "time of the first", "first_passage")]
-    depth: Annotated[float, Column("m", "depth of the deepest", "deepest_passage")]
+
+def _limit(view: View) -> Violation:
+    return view.violation or Violation(-1, np.nan, np.nan)
 
 
 def contents(
     request: PortraitRequest, views: Sequence[View]
 ) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
     """Return the dimensions of the archive of some views, and its datasets with their values."""
-    rows = [row_of(_row_of(view)) for view in views]
     periods = [np.arange(w.begin + 1, w.end + 1) for w in (view.column.window for view in views)]
     impacts = np.concatenate([view.contacts for view in views])
     components = request.columns[0].system.scene.components  # of all: they are of one kind
     time = np.concatenate([view.time for view in views])
     bins = sum(view.spectrum.order.size for view in views)
     scales = [
-        Scale.counted("row", len(rows), "column of the page", 1),
+        Scale.counted("row", len(views), "column of the page", 1),
         Scale.counted("state", time.size, "number of the state", 1),
         Scale.counted(
             "section_point", sum(map(len, periods)), "number of the point of a section", 1
@@ -87,8 +123,11 @@ def contents(
     period = Dataset.whole("forcing_period", ("section_point",), "n of t = nT")
     section = Dataset.real("section", ("section_point", "component"), "m, m/s", "state at t = nT")
     found = [
-        *((entry, table_of([entry], rows)[entry.name]) for entry in columns(_Row)),
-        (status, np.full(len(rows), OK)),  # of any other there is no portrait
+        *(
+            (e, np.array([of(view) for view in views], object if e.dtype == "str" else e.dtype))
+            for e, of in _ROW
+        ),
+        (status, np.full(len(views), OK)),  # of any other there is no portrait
         (Dataset.real("time", ("state",), "s", "time since the orbit began"), time),
         *_histories(views),
         (period, np.concatenate(periods).astype(np.int32)),
@@ -112,8 +151,7 @@ def contents(
 
 def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
     """Yield the views that an archive holds; `RequestError` where its rows do not fit."""
-    names = [entry.name for entry in columns(_Row)]
-    table = {name: view[name] for name in names}
+    table = {entry.name: view[entry.name].tolist() for entry, _ in _ROW}
     if len(table["label"]) != len(request.columns):
         raise RequestError(f"{view.path} is damaged: its rows are not those of its request")
     impacts, spectra = _impacts_in(view), {name: view[name] for name in _SPECTRUM}
@@ -124,54 +162,32 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
         return slice(begin, at[name])
 
     for i, column in enumerate(request.columns):
-        row = record_of(_Row, {name: values[i] for name, values in table.items()})
-        here, bins = part("time", row.times), part("order", row.bins)
+        row = {name: values[i] for name, values in table.items()}
+        here, bins = part("time", row["states"]), part("order", row["spectrum_bins"])
         scene = column.system.scene
         yield View(
             column=column,
             time=time[here],
             states=np.column_stack([view[name][here] for name in scene.components]),
             samples=request.samples,
-            contacts=impacts[part("impact", row.touches)],
-            period=row.period,
-            tolerance=row.tolerance,
-            longest=row.longest,
-            comb=row.comb,
+            contacts=impacts[part("impact", row["impact_count"])],
+            period=row["periodicity"],
+            tolerance=row["recurs_within"],
+            longest=row["longest_periodicity"],
+            comb=row["comb"],
             spectrum=Spectrum(
                 **{name: values[bins] for name, values in spectra.items()},
                 omega=column.system.parameters["omega"],
                 samples=request.samples,
-                periods=row.periods,
+                periods=row["spectrum_periods"],
                 window=request.taper,
                 quantity=request.signal,
                 unit=SIGNALS[request.signal].unit,
             ),
-            violation=None if row.number < 0 else Violation(row.number, row.first, row.depth),
+            violation=None
+            if row["passages"] < 0
+            else Violation(row["passages"], row["first_passage"], row["deepest_passage"]),
         )
-
-
-def _row_of(view: View) -> _Row:
-    begin, end = view.column.window
-    limit = Violation(-1, np.nan, np.nan) if view.violation is None else view.violation
-    return _Row(
-        name=view.column.name,
-        system=view.column.system.name,
-        begin=begin,
-        end=end,
-        label=view.label,
-        period=view.period,
-        tolerance=view.tolerance,
-        longest=view.longest,
-        comb=view.comb,
-        share=np.nan if view.share is None else view.share,
-        times=len(view.time),
-        touches=len(view.contacts),
-        periods=view.spectrum.periods,
-        bins=view.spectrum.order.size,
-        number=limit.number,
-        first=limit.time,
-        depth=limit.depth,
-    )
 
 
 def _histories(views: Sequence[View]) -> Iterator[tuple[Dataset, np.ndarray]]:

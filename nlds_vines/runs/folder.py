@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from nlds_vines.archives import archive, durable
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.provenance import Request, Value
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.executors import Shard

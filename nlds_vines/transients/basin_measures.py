@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError, whole
+from nlds_vines.model.representation import Outlined
 
 BOX = 20
 """Cells along the side of a box by default: 400 orbits tell its shares well (Daza et al. 2016)."""

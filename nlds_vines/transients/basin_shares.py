@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.datasets import begins_at_sections
 from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, unknown
 from nlds_vines.model.parameters import INITIAL, component_of, described
+from nlds_vines.model.representation import Outlined, Rows
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.transients.basin_measures import (
     BOX,
@@ -31,7 +31,7 @@ from nlds_vines.transients.survival import LEVEL, share_interval
 _ERRORS = 3.0  # standard errors by which an exponent differs from that of a smooth boundary
 
 if TYPE_CHECKING:
-    from nlds_vines.archives.view import ArchiveView
+    from nlds_vines.archives.archive import ArchiveView
 
 IN_PLANE = 1e-6
 """Distance of an attractor's point from a plane, relative to the point, that counts as none."""

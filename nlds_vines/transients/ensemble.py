@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import TRANSIENT, by_frequency, finals

@@ -15,7 +15,7 @@ from nlds_vines.plotting.style import GRAY
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from nlds_vines.archives.view import ArchiveView
+    from nlds_vines.archives.archive import ArchiveView
     from nlds_vines.continuation.result import Continued
     from nlds_vines.loads.request import HistoryRequest
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from nlds_vines.archives.archive import read
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath, read
 from nlds_vines.cli.task_registry import task_of
 
 if TYPE_CHECKING:

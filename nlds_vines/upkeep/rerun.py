@@ -18,7 +18,7 @@ from nlds_vines.cli.task_registry import TASKS, content_of
 from nlds_vines.errors import RequestError
 
 if TYPE_CHECKING:
-    from nlds_vines.archives.view import ArchiveView
+    from nlds_vines.archives.archive import ArchiveView
 
 _NAME = "rerun"
 _EXAMPLES = """\
@@ -66,7 +66,9 @@ def _are_equal(a: ArchiveView, b: ArchiveView, name: str) -> bool:
     if name not in a or name not in b or a.shape(name) != b.shape(name):
         return False
     x, y = a[name], b[name]
-    return x.tolist() == y.tolist() if a.is_text(name) else x.tobytes() == y.tobytes()
+    return (
+        x.tolist() == y.tolist() if a.describe(name).dtype == "str" else x.tobytes() == y.tobytes()
+    )
 
 
 def _compared(old: Path, new: Path, quiet: bool) -> int:

@@ -104,12 +104,9 @@ def test_flags_are_words_that_cf_allows_in_the_order_of_their_codes():
     two_walls = scan("ssbl", ["impact_section", "modulation"]).table.datasets
     coded = [table[name] for name in ("regime", "status", "spectra_agree")]
     for dataset in (*coded, two_walls["impact_wall"], two_walls["capture"]):
-        words = dataset.flag_meanings.split(" ")
-        assert len(words) == len(dataset.flag_values)
-        assert all(re.fullmatch(r"[A-Za-z0-9_.+@-]+", word) for word in words)
-    assert table["regime"].flag_meanings.split(" ") == list(FLAGS)
-    assert table["regime"].flag_values == (0, 1, 2, 3, 4, 5)
-    assert table["section"].flag_meanings is None
+        assert all(re.fullmatch(r"[A-Za-z0-9_.+@-]+", word) for word in dataset.flags)
+    assert list(table["regime"].flags.items()) == list(zip(FLAGS, range(6), strict=True))
+    assert table["section"].flags is None
 
 
 def test_every_status_has_a_name_and_a_remedy():

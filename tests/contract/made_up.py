@@ -49,7 +49,7 @@ def results(scan, block):
             whole = rng.normal(size=shape)
             whole.flat[:3] = np.inf, np.nan, -0.0
         else:
-            whole = rng.choice(entry.flag_values or np.arange(5), shape)
+            whole = rng.choice(list((entry.flags or dict(enumerate(range(5)))).values()), shape)
         found[entry.name] = whole[block.selection]
     return found
 

@@ -20,7 +20,7 @@ from made_up import MAP, make_scan, write
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.archives.toml import read_toml, toml_text
+from nlds_vines.archives.files import read_toml, toml_text
 from nlds_vines.cli.commands import COMMANDS
 from nlds_vines.cli.parser import Parser
 

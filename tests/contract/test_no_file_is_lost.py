@@ -7,7 +7,7 @@ from made_up import make_scan, write
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
-from nlds_vines.archives import durable
+from nlds_vines.archives import durable, files
 from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.errors import RequestError
 from paper import report
@@ -180,12 +180,11 @@ def test_a_run_that_is_refused_before_its_first_part_leaves_no_folder(here):
 
 def test_no_temporary_file_has_a_name_that_can_be_foreseen(here, capsys):
     (here / "notes").write_bytes(NOTES)
-    for name in ("p.html.tmp", "r.md.tmp", "e.csv.tmp", "archive.tmp.room.tmp"):
+    for name in ("p.html.tmp", "r.md.tmp", "e.csv.tmp"):
         (here / name).symlink_to("notes")
     assert console(["report", "a.h5", "-o", "p.html", "--quiet"]) == 0
     report.write(here / "r.md", here, "png", measured.not_followed)
     nv.read("a.h5").to_csv("e.csv")
-    durable.reserve(here / "archive.tmp", 100)
     assert (here / "notes").read_bytes() == NOTES
     assert all((here / name).is_symlink() for name in ("p.html.tmp", "r.md.tmp", "e.csv.tmp"))
 
@@ -194,11 +193,9 @@ def test_an_archive_in_the_making_follows_no_link(here):
     (here / "notes").write_bytes(NOTES)
     with Parts.open("n.h5", make_scan()) as run:
         (run.folder / "archive.tmp").symlink_to(here / "notes")
-        (run.folder / "archive.tmp.room.tmp").symlink_to(here / "notes")
 
         def make(path):
             assert not path.exists()
-            durable.reserve(path, 10)
             path.write_bytes(b"results")
 
         run.deliver(make)
@@ -220,6 +217,6 @@ def test_what_is_written_meanwhile_is_seen_by_the_writer_itself(here):
             (here / name).write_bytes(NOTES)
             (here / name).chmod(0o444)
         before = (here / name).read_bytes()
-        with pytest.raises(RequestError, match=protected), durable.whole(here / name) as file:
+        with pytest.raises(RequestError, match=protected), files.whole(here / name) as file:
             file.write_bytes(b"other")
         assert (here / name).read_bytes() == before

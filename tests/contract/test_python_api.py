@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.archives.representation import MOST_LINES, WIDTH
+from nlds_vines.model.representation import MOST_LINES, WIDTH
 from nlds_vines.runs import progress
 
 SCAN = {
@@ -97,7 +97,7 @@ def test_pandas_and_xarray_take_an_archive(path):
     assert np.array_equal(labeled["section"].sel(component="x1"), view["section"][..., 0])
     assert labeled["E1max"].attrs["units"] == "J"
     assert labeled.attrs["title"] == view.text("title")
-    frame = view.to_pandas()
+    frame = view.to_dataframe()
     assert frame.shape[0] == 6
     assert frame.attrs["units"]["E1max"] == "J"
     assert (frame[frame.start == "random 1"].E1max == view["E1max"][:, 1]).all()
@@ -106,7 +106,7 @@ def test_pandas_and_xarray_take_an_archive(path):
 def test_a_library_that_is_missing_is_named(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(nv.RequestError, match=r"pandas is not installed: pip install .*\[xarray\]"):
-        nv.read(path).to_pandas()
+        nv.read(path).to_dataframe()
 
 
 # ---- what objects say of themselves --------------------------------------------------------------

@@ -250,7 +250,7 @@ def test_a_full_disk_leaves_the_journal(tmp_path, monkeypatch, capsys):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr("nlds_vines.archives.durable.reserve", full)
+        patched.setattr(os, "posix_fallocate", full)
         assert main([*TMD, "-o", str(tmp_path / "a.h5"), "--quiet"]) == 2
     said = capsys.readouterr().err
     assert "No space left on device" in said

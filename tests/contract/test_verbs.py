@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath
 
 SHORT = {"transient": 20, "periods": 12}
 FEW = {"omega": {"start": 6.0, "stop": 6.2, "num": 3}}

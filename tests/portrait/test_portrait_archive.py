@@ -2,6 +2,7 @@
 
 import csv
 import itertools
+import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -198,6 +199,6 @@ def test_a_full_disk_is_one_line_that_claims_no_parts(here, monkeypatch, refusal
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("nlds_vines.archives.durable.reserve", full)
+    monkeypatch.setattr(os, "posix_fallocate", full)
     line = refusal("portrait", "--set", "omega=7.45", "--transient", "20", "-o", "p.h5", "--quiet")
     assert line.endswith("error: cannot write p.h5: No space left on device\n")

@@ -7,8 +7,7 @@ import pytest
 from scipy.stats import qmc
 
 import nlds_vines as nv
-from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.archives.toml import parse_toml
+from nlds_vines.archives.archive import ArchivePath, parse_toml
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.status_words import DIVERGED, OK, TOO_STIFF

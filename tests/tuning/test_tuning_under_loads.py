@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import qmc, truncnorm
 
 import nlds_vines as nv
-from nlds_vines.archives.toml import parse_toml
+from nlds_vines.archives.files import parse_toml
 from nlds_vines.errors import LeftAside, RequestError
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.orbits.batch import Outcome

@@ -142,7 +142,7 @@ def fill_map(axes: Axes, view: ArchiveView, show: str, page: Page = TWO_COLUMNS)
         _draw_regimes(axes, view, page)
     elif show == SHARES or show.startswith(SHARE):
         raise RequestError(f"show = {show!r} cannot be drawn into given axes: leave them out")
-    elif show in view and view.is_flag(show):
+    elif show in view and view.flags(show):
         _draw_codes(axes, view, show, page)
     else:
         _draw_number(axes, view, show)

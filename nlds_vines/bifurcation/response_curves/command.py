@@ -12,8 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.archives.toml import read_toml
+from nlds_vines.archives.archive import ArchivePath
+from nlds_vines.archives.files import read_toml
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import (

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import CARETDOWN
 
-from nlds_vines.archives.view import ArchiveView
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.response_curves.curve_picture import (
     BASE,
     BOUND,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from nlds_vines.archives.toml import read_toml
+from nlds_vines.archives.files import read_toml
 from nlds_vines.bifurcation.request_file import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.response_curves.request import (

@@ -8,16 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.archives.archive import read
-from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import RESPONSE_CURVES
-from nlds_vines.archives.representation import Outlined
-from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.response_curves.curves_table import STATUSES
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.representation import Outlined
 from nlds_vines.plotting.drawable import Drawable
 
 

@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
-from nlds_vines.archives.durable import open_regular
+from nlds_vines.archives.files import open_regular
 from nlds_vines.errors import RequestError, choice, from_text, unknown
 from nlds_vines.model.loads.load import ACCELERATIONS, FORCES
 

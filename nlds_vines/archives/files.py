@@ -1,0 +1,205 @@
+"""Files that appear whole or not at all, and TOML.
+
+A writer may be killed, or the power cut, between any two system calls.  So no file is written in
+place: the bytes go to a temporary file, are forced to the disk (fsync), and take their name by a
+rename, which is forced to the disk as well (fsync of the folder).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import secrets
+import stat
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from nlds_vines.errors import RequestError
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+"""The first bytes of every archive."""
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+
+# ---- files that appear whole ---------------------------------------------------------------------
+
+
+@contextmanager
+def in_one_line(doing: str) -> Iterator[None]:
+    """Turn an error of the operating system or of HDF5 into a `RequestError` of one line.
+
+    Arguments: `doing`, what is attempted inside: the message is "cannot <doing>: <reason>".
+
+    HDF5 reports a full disk as OSError or, while closing, as RuntimeError, both over many lines.
+    """
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        raise RequestError(f"cannot {doing}: {reason}") from error
+
+
+@contextmanager
+def whole(path: Path, *, archive: bool = False) -> Iterator[Path]:
+    """Return the path of a temporary file that becomes `path` at the end of the `with` block.
+
+    The file and its name are forced to the disk.  A symbolic link stays, and what it points to is
+    replaced.  If the block fails, everything is as it was.  Arguments: `archive` as in
+    `protection`; raises `RequestError` if that forbids to replace the file.
+    """
+    target = Path(os.path.realpath(path))
+    if reason := protection(target, archive=archive):
+        raise RequestError(f"cannot write {path}: {reason}")
+    temporary = target.with_name(f"{secrets.token_hex(8)}.tmp")  # nobody can foresee it
+    try:
+        yield temporary
+        with temporary.open("rb+") as file:
+            os.fsync(file.fileno())
+        os.replace(temporary, target)
+        sync_folder(target.parent)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text as the file `path`, as `whole`; `RequestError` of one line if that fails."""
+    with in_one_line(f"write {path}"), whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="")
+
+
+def sync_folder(folder: Path) -> None:
+    """Force the names of the files in a folder to the disk."""
+    if os.name == "posix":  # Windows opens no folder
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def protection(path: Path, *, archive: bool = False) -> str | None:
+    """Return in words what forbids that the file `path` is replaced; None if nothing does.
+
+    Arguments: `archive` says that it is an archive which is to take its place: nothing else
+    replaces an archive, or what has an archive's name.  A file that may not be written is not
+    replaced, although a rename could.  Raises OSError if the file cannot be looked at.
+    """
+    try:
+        with open_regular(path) as file:
+            is_archive = file.read(len(_HDF5)) == _HDF5
+            mode = os.fstat(file.fileno()).st_mode
+    except FileNotFoundError:
+        return None
+    except PermissionError:  # it cannot be read, and so may be an archive
+        is_archive, mode = True, path.stat().st_mode
+    except ValueError as error:
+        return str(error)
+    if not mode & 0o222:
+        return "it is read-only"
+    if is_archive and not archive:
+        return "it is an archive, which nothing else replaces"
+    return None
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """Open a regular file for reading.
+
+    Raises ValueError for anything else, OSError if nothing can be opened: to read a pipe or a
+    device might never end.
+    """
+    flags = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # a pipe would be waited for
+    descriptor = os.open(path, os.O_RDONLY | flags)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise ValueError("it is no regular file")
+    return os.fdopen(descriptor, "rb")
+
+
+# ---- TOML ----------------------------------------------------------------------------------------
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the document in the TOML file `path`.
+
+    Raises `RequestError` with file, line and column if the file cannot be read as TOML.
+    """
+    try:
+        with open_regular(path) as file:
+            content = file.read(len(_HDF5))
+            if content == _HDF5:
+                raise RequestError(
+                    f"{path}: is an archive (HDF5), not TOML: `nlds-vines plot {path}` draws it, "
+                    f"`nlds-vines rerun {path}` computes it again"
+                )
+            content += file.read()
+        return parse_toml(content.decode("utf-8").replace("\r\n", "\n"), str(path))
+    except UnicodeDecodeError as error:
+        raise RequestError(f"{path}: not UTF-8 text at byte {error.start}") from None
+    except RequestError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise RequestError(f"{path}: cannot be read: {reason}") from None
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """Return the document in the TOML `text`; `where` names it in the message of an error."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        lines = text.split("\n")
+        end = f"at line {len(lines)}, column {len(lines[-1]) + 1}, the end of the document"
+        reason = str(error).replace("at end of document", end)
+        raise RequestError(f"{where}: malformed TOML: {reason}") from None
+    except RecursionError:
+        raise RequestError(f"{where}: malformed TOML: nested too deeply") from None
+
+
+def toml_text(document: Mapping[str, Any]) -> str:
+    """Return `document` as TOML: scalars first, then a `[table]` for each mapping in it.
+
+    Values are str, bool, int, float, sequences of these, mappings, or lists of mappings, each of
+    which becomes a table `[[key]]`.  Floats are written with the digits that read back to the same
+    bits.
+    """
+    return "\n".join(_lines(document, "")) + "\n"
+
+
+def _lines(document: Mapping[str, Any], path: str) -> Iterator[str]:
+    tables = {}
+    for key, value in document.items():
+        name = key if _BARE_KEY.fullmatch(key) else _value(key)
+        if isinstance(value, Mapping) or _are_tables(value):
+            tables[path + name] = value
+        else:
+            yield f"{name} = {_value(value)}"
+    for name, value in tables.items():
+        if not isinstance(value, Mapping):
+            for item in value:
+                yield from ("", f"[[{name}]]", *_lines(item, f"{name}."))
+            continue
+        if not (value and all(isinstance(item, Mapping) for item in value.values())):
+            yield from ("", f"[{name}]")
+        yield from _lines(value, f"{name}.")
+
+
+def _are_tables(value: object) -> bool:
+    return isinstance(value, list) and value != [] and all(isinstance(v, Mapping) for v in value)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        # JSON's escapes are TOML's, but for DEL, which TOML wants escaped as well
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return repr(float(value))  # NumPy's own floats print differently
+    return f"[{', '.join(map(_value, value))}]"

@@ -27,7 +27,7 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, VARY, Option, numbers
-from nlds_vines.cli.run_options import add_run_options
+from nlds_vines.cli.run_options import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, from_text
 from nlds_vines.model.system import System
 from nlds_vines.model.words import parameters_in_words
@@ -92,9 +92,9 @@ def scan(
         document["record"] = {"want": list(document["record"])}
     if isinstance(document.get("start"), str):
         document["start"] = {"policy": document["start"]}
-    how = {"threads": threads, "resume": resume, "overwrite": overwrite, "quiet": quiet}
     archive = ScanArchive.for_result(to, "scan", resume, overwrite)
-    Job.compute(load_scan(source, document, "scan"), source, archive, scheduler=scheduler, **how)
+    how = RunOptions(threads, resume, overwrite, None, scheduler, quiet)
+    Job.compute(load_scan(source, document, "scan"), source, archive, how)
     return ScanArchive.of(archive)
 
 

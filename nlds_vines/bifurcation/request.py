@@ -117,7 +117,7 @@ class Scan(Request):
     tolerance: float | str | None = tolerance_setting("sampling")
     signals: tuple[str, ...] = setting(
         (), Checked(checked_signals, listed=True), "spectrum",
-        "what spectra are of: components of the state, or u = x2 - x1", "A,B", usual="x1, u",
+        "what spectra are of: components of the state, or u = x2 - x1", usual="x1, u",
     )  # fmt: skip
     highest: float = setting(
         8.0, Real(0.0, 1000.0, inside=True), "spectrum",

@@ -149,16 +149,19 @@ class Job:
             "plot": optional_path(options.plot),
             "how": run_options(options),
         }
-        others = {f.name for f in fields(cls)} & vars(options).keys() - files.keys()
-        return cls(request, **files, **{name: getattr(options, name) for name in others})
+        names = {f.name for f in fields(cls)} - files.keys()
+        others = {k: v for k, v in vars(options).items() if k in names and v is not None}
+        return cls(request, **files, **others)
 
     @classmethod
-    def compute(cls, request: Any, source: Any, to: Any, plot: Any = None, **how: Any) -> Any:
-        """Compute a request for a function of Python, and return the results."""
-        run = RunOptions(**how)
-        name = Path(cls.default).stem
-        archive = ArchivePath.for_result(to, name, run.resume, run.overwrite)
-        return cls(request, request_path(source), archive, optional_path(plot), run).run()
+    def compute(cls, request: Any, source: Any, to: Any, how: RunOptions, **others: Any) -> Any:
+        """Compute a request for a function of Python, and return the results.
+
+        Arguments: the `request`; the `source` that it was read from; `to`, the archive, None for
+        one that is gone with the results; `how` the run goes; `others` of the job's fields.
+        """
+        archive = ArchivePath.for_result(to, Path(cls.default).stem, how.resume, how.overwrite)
+        return cls(request, request_path(source), archive, how=how, **others).run()
 
     def others(self) -> Sequence[Path | None]:
         """Return further files of the job, which it reads."""
@@ -244,9 +247,10 @@ def of_task(
     Arguments: its `name`; `load`, which returns the request of a source and of changes; the `job`;
     the form of the `source` and what it is, in words; its `options` for tables and for the job; the
     `owners` of the settings that have options; `about` the command, as `Command` takes it, and
-    `add_run`, which declares the options of a run.
+    `add_run`, which declares the options of a run, `but` and `usual`, as `add_settings` takes them.
     """
-    add_run = about.pop("add_run", add_local_options)
+    add_run, but = about.pop("add_run", add_local_options), about.pop("but", ())
+    usual = about.pop("usual", {})
 
     def declare(parser: Parser) -> None:
         form, words = source
@@ -256,7 +260,7 @@ def of_task(
         group = parser.add_argument_group("options that override the request file")
         for option in options:
             option.add(group)
-        add_settings(group, *owners)
+        add_settings(group, *owners, but=but, usual=usual)
         add_run(parser)
 
     def carry_out(chosen: argparse.Namespace) -> int:

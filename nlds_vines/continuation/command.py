@@ -6,31 +6,18 @@ In Python: `nlds_vines.continue_branch(system, parameter="omega", bounds=(5.0, 9
 
 from __future__ import annotations
 
-import argparse
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from nlds_vines.archives.archive import ArchivePath
-from nlds_vines.cli import job as jobs
-from nlds_vines.cli.command_main import Command
-from nlds_vines.cli.option_values import (
-    add_system_options,
-    assignments,
-    system_changes,
-)
-from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import (
-    existing,
-    optional_path,
-    request_path,
-)
-from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.cli.setting_options import add_settings, changed
+from nlds_vines.cli import command as commands
+from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers_by_name
+from nlds_vines.cli.paths import existing
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.continuation.request import (
     STARTS,
     Begin,
@@ -38,7 +25,7 @@ from nlds_vines.continuation.request import (
     in_parameters,
     load_continuation,
 )
-from nlds_vines.errors import RequestError, at, from_text, number, shown
+from nlds_vines.errors import RequestError, at, number, shown
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
@@ -48,7 +35,6 @@ if TYPE_CHECKING:
     from nlds_vines.orbits.classification import Regime
 
 _NAME = "continuation"
-_DEFAULT = "branches.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines continuation
@@ -116,104 +102,65 @@ def continue_branch(
     impact may appear or vanish along a branch: with Hertz contacts the map stays continuously
     differentiable there.  Cost: some 0.4 ms for each point of T,1, once compiled.
     """
-    how = RunOptions(None, resume, overwrite, quiet=quiet)
-    request = _request_of(
-        system, parameter, bounds, start, period,
-        {"doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance},
-        {"count": starts, "seed": seed}, plane,
-    )  # fmt: skip
-    archive = ArchivePath.for_result(to, "branches", resume, overwrite)
-    return Job(request, request_path(system), archive, None, how).run()
-
-
-def _request_of(
-    system: System | str | os.PathLike[str],
-    parameter: str,
-    bounds: tuple[float, float],
-    start: Regime | Sequence[float] | np.ndarray | str | None,
-    period: int | None,
-    search: Mapping[str, Any],
-    draws: dict[str, int],
-    plane: tuple[str, float, float] | None,
-) -> Continuation:
-    """Return the request that the arguments of `continue_branch` mean."""
     known = as_system(system)
-    first, last = _pair(bounds)
-    free = () if plane is None else (_triple(plane)[0],)
-    meant = in_parameters({parameter: {"start": first, "stop": last}}, known, free)
-    ((parameter, ends),) = meant.items()
-    first, last = ends["start"], ends["stop"]
-    changes: dict[str, Any] = {
-        "along": {parameter: {"start": first, "stop": last}},
-        "start": _near(known, parameter, start, (first, last), period)
-        if period is not None
-        else _start_table(known, parameter, start, (first, last), draws),
-        "search": search,
-    }
+    for name, given, form in (
+        ("bounds", bounds, "two numbers"),
+        ("plane", plane or ("", 0.0, 0.0), "a name and two numbers"),
+    ):
+        count = 2 if name == "bounds" else 3
+        listed = isinstance(given, Sequence) and not isinstance(given, str)
+        if not listed or len(given) != count or not (count == 2 or isinstance(given[0], str)):
+            raise RequestError(f"{name} = {shown(given)}; allowed: {form}")
+    search = {"doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance}
+    changes: dict[str, Any] = {"search": search}
     if plane is not None:
-        name, low, high = _triple(plane)
-        changes["plane"] = {name: {"start": low, "stop": high}}
-    return load_continuation(known, changes, "continue_branch")
-
-
-def _pair(bounds: Sequence[float]) -> tuple[float, float]:
-    if not isinstance(bounds, Sequence) or isinstance(bounds, str) or len(bounds) != 2:
-        raise RequestError(f"bounds = {shown(bounds)}; allowed: two numbers")
-    return bounds[0], bounds[1]
-
-
-def _triple(plane: Sequence[Any]) -> Sequence[Any]:
-    if isinstance(plane, str) or len(plane) != 3 or not isinstance(plane[0], str):
-        raise RequestError(f"plane = {shown(plane)}; allowed: a name and two numbers")
-    return plane
-
-
-def _near(
-    system: System, parameter: str, start: object, bounds: tuple[float, float], period: int
-) -> dict[str, Any]:
-    """Return the table [start] of the orbit of n periods near a state."""
-    if not isinstance(start, Sequence | np.ndarray) or isinstance(start, str):
+        changes["plane"] = {plane[0]: {"start": plane[1], "stop": plane[2]}}
+    along = {parameter: {"start": bounds[0], "stop": bounds[1]}}
+    changes["along"] = in_parameters(along, known, [*changes.get("plane", {})])
+    ((parameter, interval),) = changes["along"].items()
+    low, high = interval["start"], interval["stop"]
+    value = min(max(known.parameters.get(parameter, low), low), high)
+    if period is not None and (
+        isinstance(start, str) or not isinstance(start, Sequence | np.ndarray)
+    ):
         raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
-    low, high = bounds
-    value = min(max(system.parameters.get(parameter, low), low), high)
-    state = [number("start", component) for component in start]
+    if isinstance(start, str):
+        key = "policy" if start in ("rest", "random") else "label"
+        changes["start"] = {key: start, "count": starts, "seed": seed}
+    elif isinstance(start, Sequence | np.ndarray) and period is not None:
+        changes["start"] = _orbit([number("start", one) for one in start], value, period)
+    elif start is not None:
+        changes["start"] = _judged(known, parameter, start, value)
+    request = load_continuation(known, changes, "continue_branch")
+    how = RunOptions(None, resume, overwrite, quiet=quiet)
+    result: Continued = Job.compute(request, system, to, how)
+    return result
+
+
+def _judged(
+    system: System, parameter: str, start: Regime | Sequence[float] | np.ndarray, value: float
+) -> dict[str, Any]:
+    """Return the table [start] of a regime, or of the orbit that a state ends in."""
+    from nlds_vines.orbits.classification import Regime, classify
+
+    if not isinstance(start, Regime):
+        start = classify(system.with_(**{parameter: value}), start=start)
+    if start.point is None:
+        raise RequestError(f"the start is {start.label}: only a periodic orbit can be followed")
+    if parameter not in start.system.parameters:
+        raise RequestError(f"the start's system has no {parameter}")
+    return _orbit(start.point.tolist(), start.system.parameters[parameter], start.period)
+
+
+def _orbit(state: list[float], value: float, period: int) -> dict[str, Any]:
     return {"states": [state], "values": [value], "periods": [period]}
 
 
-def _start_table(
-    system: System,
-    parameter: str,
-    start: Regime | Sequence[float] | np.ndarray | str | None,
-    bounds: tuple[float, float],
-    draws: dict[str, int],
-) -> dict[str, Any]:
-    """Return the table [start] that the start of `continue_branch` means."""
-    if start is None or (isinstance(start, str) and start == "rest"):
-        return {"policy": "rest"}
-    if isinstance(start, str):
-        return {"policy": "random", **draws} if start == "random" else {"label": start, **draws}
-    from nlds_vines.orbits.classification import Regime, classify
-
-    if isinstance(start, Regime):
-        found = start
-    else:
-        low, high = bounds
-        nearest = min(max(system.parameters.get(parameter, low), low), high)
-        found = classify(system.with_(**{parameter: nearest}), start=start)
-    if found.point is None:
-        raise RequestError(f"the start is {found.label}: only a periodic orbit can be followed")
-    if parameter not in found.system.parameters:
-        raise RequestError(f"the start's system has no {parameter}")
-    return {
-        "states": [found.point.tolist()],
-        "values": [found.system.parameters[parameter]],
-        "periods": [found.period],
-    }
-
-
 @dataclass(frozen=True)
-class Job(jobs.Job):
+class Job(commands.Job):
     """A continuation and where it goes; `over`, a scan that its branches are drawn over."""
+
+    default: ClassVar[str] = "branches.h5"
 
     request: Continuation
     over: Path | None = None
@@ -226,7 +173,7 @@ class Job(jobs.Job):
         """Check the paths."""
         super().__post_init__()
         if self.over is not None:
-            existing(self.over, "--over")
+            object.__setattr__(self, "over", existing(self.over, "--over"))
 
     def draw(self, plot: Path, found: Continued) -> None:
         """Draw the branches."""
@@ -274,110 +221,87 @@ class Job(jobs.Job):
             return list(report(found, scan, borders_of(found, scan)))
 
 
-def _job(options: argparse.Namespace) -> Job:
-    """Return the job that the command line means."""
-    request = load_continuation(options.source, _changes(options), "command line")
-    files = jobs.files_of(options, _DEFAULT)
-    return Job(request, **files, over=optional_path(options.over))
-
-
-def _changes(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what the options change in a continuation file, as a document of the same form."""
-    found = system_changes(options)
-    for key in ("along", "plane"):
-        text = getattr(options, key)
-        if text is not None:
-            found[key] = _interval(f"--{key}", text)
-    found |= changed(options, Begin, Continuation)
-    found["start"] = _from(options, found) | found.get("start", {})
-    return {key: value for key, value in found.items() if value}
-
-
-def _interval(option: str, text: str) -> dict[str, dict[str, float]]:
-    """Return the table of an interval that a text NAME=START:STOP means."""
-    form = "NAME=START:STOP"
-    ((name, ends),) = assignments(option, [text], form).items()
-    first, colon, last = ends.partition(":")
-    if not colon or ":" in last:
-        raise RequestError(f"{option} {shown(text)} must be {form}")
-    where = f"{option} {name}"
-    return {name: {"start": from_text(float, where, first), "stop": from_text(float, where, last)}}
-
-
-def _from(options: argparse.Namespace, found: dict[str, Any]) -> dict[str, Any]:
-    """Return the table [start] that --from means; an archive brings its system with it."""
-    text = options.begin
-    if text is None:
-        return {"policy": "random"} if options.everything else {}
-    file, _, cell = text.partition("@")
-    if file.endswith(".h5"):
-        return _from_archive(Path(file), cell, options, found)
+def _begin(text: str) -> dict[str, Any]:
+    """Return the document of --from; an archive is read when all other options are known."""
+    if text.partition("@")[0].endswith(".h5"):
+        return {"from": text}
     if text in ("rest", "random"):
-        return {"policy": text}
-    return {"policy": "label", "label": text}
+        return {"start": {"policy": text}}
+    return {"start": {"policy": "label", "label": text}}
 
 
-def _from_archive(
-    path: Path, cell: str, options: argparse.Namespace, found: dict[str, Any]
-) -> dict[str, Any]:
-    """Return the table [start] of the orbits in an archive; put its system into the request."""
+def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Continuation:
+    """Return the request of a file and of options; an archive gives start orbits and a system."""
+    text = changes.pop("from", None)
+    if text is None:
+        return load_continuation(source, changes, changes_from)
     from nlds_vines.archives.archive import read
     from nlds_vines.continuation.start_orbits import orbits_in, system_in
 
-    pairs = assignments("--from", [item for item in cell.split(",") if item], "FILE.h5@NAME=VALUE")
-    values = {name: from_text(float, f"--from {name}", text) for name, text in pairs.items()}
+    file, _, cell = text.partition("@")
+    path, values = Path(file), numbers_by_name("--from", cell)
     with at(f"--from {path}"), read(path) as view:
         if view.content != "scan":
             raise RequestError(f"it holds a {view.content}, not a scan")
-        along = found.get("along") or load_continuation(options.source).document()["along"]
-        found["along"] = along = in_parameters(along, system_in(path, view.text("scan")))
+        system = system_in(path, view.text("scan"))
+        along = changes.get("along") or load_continuation(source).document()["along"]
+        changes["along"] = along = in_parameters(along, system)
         (name,) = along
         orbits = orbits_in(view, name, values)
-        if "system" not in found and options.source is None:
-            others = {
-                axis: values.get(axis, view[axis][0])
-                for axis in view.axes
-                if axis != name and axis not in INITIAL
-            }
-            others = {
-                axis: float(view[axis][abs(view[axis] - v).argmin()]) for axis, v in others.items()
-            }
-            found["system"] = system_in(path, view.text("scan")).with_(**others)
-        low, high = (float(along[name][end]) for end in ("start", "stop"))
+        if "system" not in changes and source is None:
+            others = [axis for axis in view.axes if axis != name and axis not in INITIAL]
+            near = {n: abs(view[n] - values.get(n, view[n][0])).argmin() for n in others}
+            changes["system"] = system.with_(**{n: float(view[n][i]) for n, i in near.items()})
+    low, high = (float(along[name][end]) for end in ("start", "stop"))
     inside = [orbit for orbit in orbits if low <= orbit.value <= high]
     if not inside:
         raise RequestError(f"--from {path}: no periodic orbit of it lies within the interval")
-    return {
+    changes["start"] = {
         "policy": "orbits",
         "states": [list(orbit.state) for orbit in inside],
         "values": [orbit.value for orbit in inside],
         "periods": [orbit.period for orbit in inside],
+        **changes.get("start", {}),
     }
+    return load_continuation(source, changes, changes_from)
 
 
-def _declare(parser: Parser) -> None:
-    add = parser.add_argument
-    jobs.add_files(parser, "CONTINUATION.toml", "by default SSul Set 6", _DEFAULT)
-    add("--over", metavar="SCAN.h5", help="a scan: draw them over it, explain its borders")
-    group = parser.add_argument_group("what to follow")
-    add_system_options(group)
-    add = group.add_argument
-    add("--along", metavar="NAME=START:STOP", help="the free parameter [omega=5:9]")
-    add("--plane", metavar="NAME=START:STOP", help="a second one: curves of special points")
-    add(
-        "--from", dest="begin", metavar="WHAT",
-        help="rest, random, a label, or a scan's archive FILE.h5[@NAME=VALUE,...] [rest]",
-    )  # fmt: skip
-    add("--all", dest="everything", action="store_true", help="all orbits of random starts")
-    add_settings(group, Begin, Continuation)
-    add_local_options(parser)
+def _interval(option: str, text: str) -> dict[str, float]:
+    return ends(option, text, "start", "stop")
 
 
-COMMAND = Command(
-    name=_NAME,
+_INTERVAL = "NAME=START:STOP"
+COMMAND = commands.of_task(
+    _NAME,
+    _load,
+    Job,
+    ("CONTINUATION.toml", "by default SSul Set 6"),
+    (
+        Option("--over", "SCAN.h5", "a scan: draw them over it, explain its borders"),
+        SYSTEM,
+        SET,
+        named("--along", _INTERVAL, "the free parameter [omega=5:9]", "along", _interval, False),
+        named(
+            "--plane",
+            _INTERVAL,
+            "a second one: curves of special points",
+            "plane",
+            _interval,
+            False,
+        ),
+        Option(
+            "--from",
+            "WHAT",
+            "rest, random, a label, or a scan FILE.h5[@NAME=VALUE,...] [rest]",
+            _begin,
+        ),
+        Option(
+            "--all", "", "all orbits of random starts", lambda _: {"start": {"policy": "random"}}
+        ),
+    ),
+    (Begin, Continuation),
     description="Follow periodic orbits, stable or not, along a parameter, with what changes them.",
     examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=lambda options: _job(options).carry_out(_NAME, options.dry_run),
+    common="--output --plot --system --set --along --from --over --doublings",
 )
 main = COMMAND.main

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, VARY, Option
-from nlds_vines.cli.run_options import add_local_options
+from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.errors import at
 from nlds_vines.loads.load_options import LOAD
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
@@ -78,9 +78,8 @@ def response_history(
         asked = {name: value for name, value in entries.items() if value is not None}
         above |= {key: {**above.get(key, {}), **asked}} if asked else {}
     request = load_response_history(source, above, _NAME)
-    result: ResponseHistories | LoadScan = Job.compute(
-        request, source, to, resume=resume, overwrite=overwrite, quiet=quiet
-    )
+    how = RunOptions(None, resume, overwrite, quiet=quiet)
+    result: ResponseHistories | LoadScan = Job.compute(request, source, to, how)
     return result
 
 

@@ -85,7 +85,7 @@ class HistoryRequest(Request):
         60.0, Real(1e-6, 1e9), "sampling", "of the response history [s]", "SECONDS"
     )
     samples: int = setting(
-        64, Whole(8, 10**5), "sampling", "states in each natural period of the structure", "N"
+        64, Whole(8, 10**5), "sampling", "states in each natural period of the structure"
     )
     settle: float = setting(
         0.0, Real(0.0, 1e9), "sampling",

@@ -11,19 +11,20 @@ import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive import ArchivePath
-from nlds_vines.cli import job as jobs
-from nlds_vines.cli.command_main import LANES_FAILED, Command, complain
-from nlds_vines.cli.option_values import (
-    add_system_options,
+from nlds_vines.cli import command as commands
+from nlds_vines.cli.options import (
+    SET,
+    SYSTEM,
+    Option,
     comma_separated,
+    numbers,
     numbers_by_name,
-    system_changes,
 )
-from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     ARCHIVE_SUFFIXES,
     check_writable,
@@ -32,8 +33,8 @@ from nlds_vines.cli.paths import (
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, from_text, shown
+from nlds_vines.cli.terminal import LANES_FAILED, complain
+from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.signals import SIGNALS
@@ -107,16 +108,17 @@ def orbit_portrait(
             names = ", ".join(options)
             raise RequestError(f"{names} given beside a PortraitRequest: they stand in it already")
         request = source
-    elif _is_archive(source):
-        at, start = options.pop("at", {}), options.pop("start", 0)
-        request = _of_cell(str(source), at, start, _document(options), "orbit_portrait")
     else:
-        request = load_portrait(source, _document(options), "orbit_portrait")
+        sampling = {*settings_of(Times, "sampling"), *settings_of(PortraitRequest, "sampling")}
+        changes: dict[str, Any] = {k: options.pop(k) for k in ("at", "start") if k in options}
+        for name, value in options.items():  # what is no setting is refused in [portrait]
+            table = "sampling" if name in sampling else "portrait"
+            changes.setdefault(table, {})[name] = value
+        request = _load(source, changes, "orbit_portrait")
     path = optional_path(to)
     archive, plot = (path, None) if _is_archive(path) else (None, path)
     how = RunOptions(overwrite=overwrite, quiet=quiet)
-    job = Job.of(request, request_path(source), archive, plot, how)
-    found: Portrait = job.run()
+    found: Portrait = Job.of(request, request_path(source), archive, plot, how).run()
     from nlds_vines.plotting.save import let_figures_be_shown
 
     let_figures_be_shown()
@@ -124,7 +126,7 @@ def orbit_portrait(
 
 
 @dataclass(frozen=True)
-class Job(jobs.Job):
+class Job(commands.Job):
     """An orbit in full: its page, and where they are asked for its numbers.
 
     An archive without a name is not written unless `csv`, a file for its histories, is asked for.
@@ -147,6 +149,32 @@ class Job(jobs.Job):
         if archive is None:
             how = replace(how, resume=not how.overwrite)
         return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv)
+
+    @classmethod
+    def asked(cls, request: PortraitRequest, options: argparse.Namespace) -> Job:
+        """Return the job that options ask for; without --plot, the picture has a name."""
+        how = run_options(options)
+        if how.resume and options.output is None:
+            raise RequestError("--resume is for an archive: name it by -o FILE.h5")
+        name = _NAME if options.source is None else Path(options.source).stem
+        if _is_archive(options.source):
+            start = [] if options.start is None else [f"start={options.start}"]
+            cell = [name, *(comma_separated(options.at or "") or ["cell"]), *start]
+            name = re.sub(r"[^\w.=+-]", "_", "-".join(cell))
+        plot, csv = Path(options.plot or f"{name}.png"), optional_path(options.csv)
+        return cls.of(request, request_path(options.source), options.output, plot, how, csv)
+
+    def carry_out(self, name: str, dry_run: bool) -> int:
+        """Run for the command `name`; an orbit that ends early is one line."""
+        if dry_run:
+            return super().carry_out(name, dry_run)
+        from nlds_vines.orbits.simulation import IntegrationError
+
+        try:
+            return super().carry_out(name, dry_run)
+        except IntegrationError as error:
+            complain(name, str(error))
+            return LANES_FAILED
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for files that cannot be written."""
@@ -215,119 +243,57 @@ class Job(jobs.Job):
         return [(what, path) for what, path in found.items() if path is not None]
 
 
-def _carry_out(options: argparse.Namespace) -> int:
-    job = _job(options)
-    if options.dry_run:
-        return job.carry_out(_NAME, dry_run=True)
-    from nlds_vines.orbits.simulation import IntegrationError
-
-    try:
-        return job.carry_out(_NAME, dry_run=False)
-    except IntegrationError as error:
-        complain(_NAME, str(error))
-        return LANES_FAILED
-
-
-def _job(options: argparse.Namespace) -> Job:
-    """Return the job that the command line means."""
-    plot, how = Path(options.plot or _usual_name(options)), run_options(options)
-    if how.resume and options.output is None:
-        raise RequestError("--resume is for an archive: name it by -o FILE.h5")
-    source = request_path(options.source)
-    return Job.of(_request(options), source, options.output, plot, how, optional_path(options.csv))
-
-
-def _usual_name(options: argparse.Namespace) -> str:
-    """Return the name of the picture where none is given: of a cell, which one it is."""
-    stem = _NAME if options.source is None else Path(options.source).stem
-    if not _is_archive(options.source):
-        return f"{stem}.png"
-    start = None if options.start is None else f"start={options.start}"
-    cell = [*(comma_separated(options.at) or ("cell",)), *filter(None, [start])]
-    return re.sub(r"[^\w.=+-]", "_", "-".join([stem, *cell])) + ".png"
-
-
-def _request(options: argparse.Namespace) -> PortraitRequest:
-    """Return the request that a command line means."""
-    if not _is_archive(options.source):
-        if options.at is not None:
-            raise RequestError(f"--at {options.at}: give the archive of a scan, FILE.h5, with it")
-        return load_portrait(options.source, _changes(options), "command line")
-    values = numbers_by_name("--at", options.at)
-    start = "0" if options.start is None else options.start
-    options.start = None
-    return _of_cell(options.source, values, start, _changes(options), "command line")
-
-
 def _is_archive(source: object) -> bool:
     return isinstance(source, str | os.PathLike) and Path(source).suffix in ARCHIVE_SUFFIXES
 
 
-def _of_cell(
-    source: str, at: Mapping[str, float], start: int | str, changes: Mapping[str, Any], where: str
-) -> PortraitRequest:
-    """Return the request for the orbit of a cell of an archive."""
-    check_environment()
-    from nlds_vines.bifurcation.cell_orbit import cell_orbit
+def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRequest:
+    """Return the request of a file, or of a cell of an archive, with `changes`.
 
-    return portrait_of(cell_orbit(source, at, start), changes, where)
-
-
-def _declare(parser: Parser) -> None:
-    add = parser.add_argument
-    add("source", nargs="?", metavar="FILE", help="PORTRAIT.toml or SCAN.h5 [SSul NES Set 6]")
-    add("--at", metavar="NAME=VALUE,...", help="of SCAN.h5: the cell nearest to these values")
-    add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [PORTRAIT.png]")
-    add("-o", "--output", metavar="FILE.h5", help="archive of all that is shown [none]")
-    add("--csv", metavar="FILE.csv", help="the histories, a row for each state [none]")
-    add_system_options(parser)
-    add(
-        "--start",
-        metavar="X1,V1,X2,V2",
-        help="state at t = 0 [m, m/s], or rest; of SCAN.h5: number",
-    )
-    add_settings(parser, Times, PortraitRequest)
-    add_local_options(parser, threads=False)
-
-
-def _changes(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what the options change in a request file, as a document of the same form."""
-    found = {**system_changes(options), **changed(options, Times, PortraitRequest)}
-    if options.start is not None:
-        found |= _document({"start": _state(options.start)})
-    return found
-
-
-_SAMPLING = (*settings_of(Times, "sampling"), *settings_of(PortraitRequest, "sampling"))
-
-
-def _state(text: str) -> list[float] | None:
-    """Return the numbers between commas; None for the word `rest`."""
-    if text == "rest":
-        return None
-    return [from_text(float, "--start", word) for word in comma_separated(text) or ()]
-
-
-def _document(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options by name as the document of a request file.
-
-    A name that is none goes into [portrait], where it is refused.
+    Of an archive, `at` names the cell and `start` the orbit; else `start` is a state, or rest.
     """
-    found: dict[str, Any] = {}
-    for name, value in values.items():
-        if name == "start":
-            state = list(value) if isinstance(value, Collection) else value
-            found["start"] = {"policy": "rest"} if value is None else {"state": state}
-        else:
-            found.setdefault("portrait" if name not in _SAMPLING else "sampling", {})[name] = value
-    return found
+    values = changes.pop("at", None)
+    if _is_archive(source):
+        check_environment()
+        from nlds_vines.bifurcation.cell_orbit import cell_orbit
+
+        cell = cell_orbit(str(source), values or {}, changes.pop("start", "0"))
+        return portrait_of(cell, changes, changes_from)
+    if values is not None:
+        raise RequestError(f"--at {shown(values)}: give the archive of a scan, FILE.h5, with it")
+    if "start" in changes:
+        start = changes["start"]
+        if isinstance(start, str) and start != "rest":
+            start = numbers("--start", start)
+        elif isinstance(start, Collection) and not isinstance(start, str):
+            start = list(start)
+        is_rest = start is None or start == "rest"
+        changes["start"] = {"policy": "rest"} if is_rest else {"state": start}
+    return load_portrait(source, changes, changes_from)
 
 
-COMMAND = Command(
-    name=_NAME,
+COMMAND = commands.of_task(
+    _NAME,
+    _load,
+    Job,
+    ("FILE", "PORTRAIT.toml or SCAN.h5 [SSul NES Set 6]"),
+    (
+        Option(
+            "--at", "NAME=VALUE,...", "of SCAN.h5: the cell nearest to these values",
+            lambda text: {"at": numbers_by_name("--at", text)},
+        ),
+        Option("--csv", "FILE.csv", "the histories, a row for each state [none]"),
+        SYSTEM,
+        SET,
+        Option(
+            "--start", "X1,V1,X2,V2", "state at t = 0 [m, m/s], or rest; of SCAN.h5: number",
+            lambda text: {"start": text},
+        ),
+    ),
+    (Times, PortraitRequest),
+    add_run=partial(add_local_options, threads=False),
     description="One orbit in full: histories, phase planes, forces, energies, spectrum.",
     examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=_carry_out,
-)
+    common="--output --plot --system --set --start --windows --panels --at",
+)  # fmt: skip
 main = COMMAND.main

@@ -154,16 +154,16 @@ class PortraitRequest(Request):
     )
     taper: str = setting(
         "rectangular", OneOf(TAPERS), "portrait",
-        f"of the spectrum: {' or '.join(f'`{name}`' for name in TAPERS)}", "NAME",
+        f"of the spectrum: {' or '.join(f'`{name}`' for name in TAPERS)}",
     )  # fmt: skip
     comb: int = setting(
-        0, Whole(0), "portrait", "n of the nT whose lines do not count as broadband", "N",
+        0, Whole(0), "portrait", "n of the nT whose lines do not count as broadband",
         usual="as found, or 1",
     )  # fmt: skip
     section_phase: float = setting(
         0.0, Real(0.0, 1.0), "portrait",
         "phase of the force at which sections are taken, in turns: 0.25 where P cos(omega t) falls "
-        "through zero; the nearest sample", "TURN",
+        "through zero; the nearest sample",
     )  # fmt: skip
     tolerance: float | str | None = tolerance_setting("sampling")
     cell: CellOrbit | None = None

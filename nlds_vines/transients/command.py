@@ -8,30 +8,17 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from nlds_vines.bifurcation import command as bifurcation
-from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
-from nlds_vines.cli.command_main import Command
-from nlds_vines.cli.option_values import (
-    add_system_options,
-    chosen_system,
-)
-from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import (
-    file_path,
-    request_path,
-)
-from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, at, number
-from nlds_vines.model.axis import Axis
+from nlds_vines.cli.command import of_task
+from nlds_vines.cli.options import SET, SYSTEM, Option
+from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.errors import RequestError, at, from_text, number
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.contact_laws import HERTZ
 from nlds_vines.model.parameters import CONTACT
@@ -39,7 +26,6 @@ from nlds_vines.model.scenes.base import BASES
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
-from nlds_vines.orbits.starts import Start
 from nlds_vines.transients.survival import DELAY
 
 if TYPE_CHECKING:
@@ -102,26 +88,43 @@ def transient_lifetimes(
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
     sampling = {"transient": transient, "periods": periods, "method": method, "effort": effort}
-    scan = _scan(system, starts, seed, {**sampling, "tolerance": tolerance})
-    delay = _checked_delay(delay)
+    if tolerance is not None:
+        sampling["tolerance"] = tolerance
+    changes = {"start": {"count": starts, "seed": seed}, "sampling": sampling}
+    scan = _load(system, changes, "transient_lifetimes")
     archive = ScanArchive.for_result(to, _NAME, resume, overwrite)
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
-    job = Job(scan, request_path(system), archive, None, how, delay=delay)
-    job.run()
-    return job.ensemble()
+    Job.compute(scan, system, archive, how, delay=delay)
+    from nlds_vines.transients.ensemble import ensemble_of
+
+    return ensemble_of(archive, delay=delay)
 
 
 @dataclass(frozen=True)
 class Job(bifurcation.Job):
     """The scan of an ensemble and where it goes; `delay`, before lifetimes count in the law."""
 
+    default: ClassVar[str] = f"{_NAME}.h5"
+
     delay: float = DELAY
 
-    def ensemble(self) -> Ensemble:
-        """Return the ensemble in the archive."""
-        from nlds_vines.transients.ensemble import ensemble_of
+    def __post_init__(self) -> None:
+        """Check everything."""
+        super().__post_init__()
+        text: Any = self.delay
+        delay = number(
+            "delay", from_text(float, "--delay", text) if isinstance(text, str) else text
+        )
+        if delay < 0.0:
+            raise RequestError(f"delay = {delay!r} must not be negative")
+        object.__setattr__(self, "delay", delay)
 
-        return ensemble_of(self.archive, delay=self.delay)
+    @classmethod
+    def asked(cls, request: Scan, options: argparse.Namespace) -> Job:
+        """Return the job that options ask for, always with a picture."""
+        job = super().asked(request, options)
+        assert isinstance(job, Job)
+        return job if job.plot else replace(job, plot=job.archive.with_suffix(".png"))
 
     def draw(self, plot: Path, found: Report) -> None:
         """Draw the ensemble."""
@@ -131,31 +134,26 @@ class Job(bifurcation.Job):
 
     def lines(self, found: Report) -> list[str]:
         """Return how long the starts took and where they ended."""
-        return [self.request.title, *self.ensemble().lines(), *found.tally.inadmissible()]
+        from nlds_vines.transients.ensemble import ensemble_of
+
+        ensemble = ensemble_of(self.archive, delay=self.delay)
+        return [self.request.title, *ensemble.lines(), *found.tally.inadmissible()]
 
 
-def _job(options: argparse.Namespace) -> Job:
-    """Return the job that the command line means."""
-    sampling = _SAMPLING | changed(options, Scan).get("sampling", {})
-    with at("command line"):
-        scan = _scan(chosen_system(options, _SYSTEM), options.starts, options.seed, sampling)
-        delay = _checked_delay(options.delay)
-    archive = file_path(options.output)
-    plot = archive.with_suffix(".png") if options.plot is None else Path(options.plot)
-    return Job(scan, None, archive, plot, run_options(options), delay=delay)
-
-
-def _scan(
-    system: System | str | os.PathLike[str] | None,
-    starts: int,
-    seed: int,
-    sampling: Mapping[str, Any],
-) -> Scan:
-    """Return the scan of one cell that computes an ensemble."""
-    system = as_system(_SYSTEM if system is None else system)
-    axis = Axis("omega", np.array([system.parameters["omega"]]))
-    title = f"{_title(system)}: {starts} starts"
-    return Scan(title, system, (axis,), _WANT, Start("random", starts, seed), **sampling)
+def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
+    """Return the scan of one cell that computes an ensemble of a system."""
+    system = changes.pop("system", None) or as_system(_SYSTEM if source is None else source)
+    with at(f"{changes_from}: [set]"):
+        system = system.with_(**changes.pop("set", {}))
+    start = {"policy": "random", "count": STARTS} | changes.pop("start", {})
+    document = {
+        "title": f"{_title(system)}: {start['count']} starts",
+        "system": system,
+        "vary": {"omega": {"values": [system.parameters["omega"]]}},
+        "sampling": _SAMPLING,
+        "record": {"want": list(_WANT)},
+    }
+    return load_scan(document, {**changes, "start": start}, changes_from)
 
 
 def _title(system: System) -> str:
@@ -169,31 +167,28 @@ def _title(system: System) -> str:
     return f"{system_in_words(system)}, {numbers}"
 
 
-def _checked_delay(delay: float) -> float:
-    found = number("delay", delay)
-    if found < 0.0:
-        raise RequestError(f"delay = {found!r} must not be negative")
-    return found
+def _whole(flag: str, words: str, key: str) -> Option:
+    """Return an option for a whole number of [start]."""
+    return Option(flag, "N", words, lambda text: {"start": {key: from_text(int, flag, text)}})
 
 
-def _declare(parser: Parser) -> None:
-    add = parser.add_argument
-    add("-o", "--output", default=f"{_NAME}.h5", metavar="FILE.h5", help=f"archive [{_NAME}.h5]")
-    add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [FILE.png]")
-    add_system_options(parser)
-    add("--starts", type=int, default=STARTS, metavar="N", help=f"random ones [{STARTS}]")
-    add("--seed", type=int, default=0, metavar="N", help="that they are drawn by [0]")
-    add("--delay", type=float, default=DELAY, metavar="PERIODS", help=f"before the law [{DELAY:g}]")
-    others = [said.key for said in settings_of(Scan).values() if said.table != "sampling"]
-    add_settings(parser, Scan, but=others, usual=_SAMPLING)
-    add_local_options(parser)
-
-
-COMMAND = Command(
-    name=_NAME,
+COMMAND = of_task(
+    _NAME,
+    _load,
+    Job,
+    ("SYSTEM.toml", f"a system, or --system [{_SYSTEM}]"),
+    (
+        SYSTEM,
+        SET,
+        _whole("--starts", f"random ones [{STARTS}]", "count"),
+        _whole("--seed", "that they are drawn by [0]", "seed"),
+        Option("--delay", "PERIODS", f"before the law [{DELAY:g}]"),
+    ),
+    (Scan,),
+    but=[said.key for said in settings_of(Scan).values() if said.table != "sampling"],
+    usual=_SAMPLING,
     description="How long chaos lasts over an ensemble of starts, and where they end.",
     examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=lambda options: _job(options).carry_out(_NAME, options.dry_run),
+    common="--output --plot --system --set --starts --seed --transient --delay",
 )
 main = COMMAND.main

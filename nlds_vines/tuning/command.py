@@ -16,6 +16,8 @@ import numpy as np
 
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers, spaced
+from nlds_vines.cli.paths import optional_path
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import from_text
 from nlds_vines.loads.load_options import LOAD
 from nlds_vines.loads.request import HistoryRequest
@@ -78,10 +80,9 @@ def tune(
     """
     if isinstance(tables.get("load"), str | os.PathLike):
         tables["load"] = {"record": os.fspath(tables["load"])}
-    result: Tuned = Job.compute(
-        load_tuning(source, tables, "tune"), source, to, plot,
-        threads=threads, resume=resume, overwrite=overwrite, quiet=quiet,
-    )  # fmt: skip
+    how = RunOptions(threads, resume, overwrite, quiet=quiet)
+    request = load_tuning(source, tables, "tune")
+    result: Tuned = Job.compute(request, source, to, how, plot=optional_path(plot))
     return result
 
 

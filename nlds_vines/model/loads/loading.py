@@ -141,7 +141,6 @@ class Loading:
     )  # fmt: skip
     scale: float = setting(
         1.0, Real(-1e9, 1e9), "load", "by which all loads but the harmonic force are multiplied",
-        "FACTOR",
     )  # fmt: skip
     blow: tuple[Load, ...] = _of("blow")
     half_sine: tuple[Course, ...] = _of("half_sine")

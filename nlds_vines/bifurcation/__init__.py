@@ -5,8 +5,9 @@ In reading order:
     request           `Scan`: what to compute, and how a scan file (TOML) is read into one
     request_file      the same for pages of response curves
     datasets          the datasets of a scan's archive
-    attractors/       to which attractor each orbit comes
-    attractor_table   these as datasets of the archive, those that the sample has missed, too
+    attractors        groups ends of orbits, matches attractors along parameters
+    attractor_ends    where orbits end, with an early stop near known cycles
+    attractor_table   the attractors as datasets of the archive
     blocks            the rectangles of cells that are computed as one; whether there is room
     compute           one block through the kernels
     block_files       the part files of a scan under way

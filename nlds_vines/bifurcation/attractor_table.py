@@ -1,30 +1,29 @@
-"""The table of attractors in a scan's archive: a row for each number, at each parameter value.
+"""The attractors of a scan whose orbits have all been followed: numbers, and a table of them.
 
-How many attractors there are is known only when they have been learnt.  So their dimension,
-`number`, and their datasets join those of the scan when the archive is made.  Cells whose attractor
-the sample has missed are looked for then, too: it matters neither how a scan was cut into blocks
-nor which of them were computed when.
+The table has a row for each number at each value of the parameters.  It depends on the results
+alone: neither on how a scan was cut into blocks, nor on which of them were computed when.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from math import prod
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.archive import Piece, whole
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.bifurcation.attractors.attractor_assignment import systems_of
-from nlds_vines.bifurcation.attractors.attractor_numbering import NOT_PERIODIC, Learnt
+from nlds_vines.bifurcation.attractor_ends import kernel_states, systems_of
+from nlds_vines.bifurcation.attractors import Attractor, Numbering, System, impacts_of, seed_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.datasets import state_scales
 from nlds_vines.kernels.scene import codes as ev
-from nlds_vines.model.labels import PERIODIC, finals
+from nlds_vines.model.labels import finals
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits.evidence import multipliers_of, points_of
+from nlds_vines.orbits.evidence import multipliers_of
 from nlds_vines.orbits.records import ATTRACTOR
+from nlds_vines.orbits.starts import user_states
 from nlds_vines.orbits.status_words import OK
 
 if TYPE_CHECKING:
@@ -34,62 +33,104 @@ if TYPE_CHECKING:
 NUMBER = "number"
 """The dimension that counts attractors."""
 
-_PREFIX = "attractor_"  # of the names of what scans record as well
-
 
 class AttractorTable:
-    """The attractors of a scan as datasets; shares are counted block by block."""
+    """The attractors of a scan as datasets."""
 
-    def __init__(self, scan: Scan, found: Completed) -> None:
-        """Take what is known of attractors when all cells of a scan have been followed."""
-        self._scan, self._learnt, self._found = scan, found.learnt, found
-        learnt = found.learnt
-        self._counts = np.zeros((*systems_of(scan), learnt.count), np.int64)
+    def __init__(
+        self,
+        scan: Scan,
+        blocks: Iterable[tuple[Block, Mapping[str, np.ndarray]]],
+        check: Callable[[], object] = lambda: None,
+    ) -> None:
+        """Group and number the ends of all orbits.
+
+        Arguments: all `blocks`, each with its datasets; `check` is called between systems, and what
+        it raises ends the work.
+        """
+        self._scan, self._computer = scan, Computer(scan, helped=False)
+        self._shape = tuple(axis.values.size for axis in scan.parameters)
+        grid = np.ix_(*(axis.values for axis in scan.parameters)) if self._shape else ()
+        names = (axis.name for axis in scan.parameters)
+        self._cells = np.ravel(scan.system.cells(dict(zip(names, grid, strict=True))))
+        self._number(*self._collected(blocks), check)
 
     def joined(self) -> Table:
         """Return the datasets of the archive: those of the scan, and those of the attractors."""
-        own, size = self._scan.table, len(self._scan.system.scene.components)
-        if not self._learnt.count:
-            return own
-        lengths = {NUMBER: self._learnt.count, "multiplier": size, "part": 2, "component": size}
-        return Table.of([*own.datasets.values(), *self._datasets()], {**own.length, **lengths})
+        scan, size = self._scan.table, len(self._scan.system.scene.components)
+        if not self._count:
+            return scan
+        lengths = {NUMBER: self._count, "multiplier": size, "part": 2, "component": size}
+        datasets = [*scan.datasets.values(), *self._datasets()]
+        return Table.of(datasets, {**scan.length, **lengths})
 
     def scales(self) -> list[Scale]:
         """Return the dimensions of the archive with their values."""
-        found = {
-            scale.name: scale for scale in state_scales(len(self._scan.system.scene.components))
-        }
-        found |= {scale.name: scale for scale in self._scan.scales()}
-        return [
-            *found.values(),
-            Scale.counted(NUMBER, self._learnt.count, "number of an attractor"),
-        ]
+        size = len(self._scan.system.scene.components)
+        scales = {scale.name: scale for scale in (*state_scales(size), *self._scan.scales())}
+        return [*scales.values(), Scale.counted(NUMBER, self._count, "number of an attractor")]
 
     def patched(self, block: Block, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
-        """Return the datasets of a block with the attractors that were found at last."""
-        return self._found.patched(self._scan, block, arrays)
-
-    def count(self, block: Block, attractor: np.ndarray) -> None:
-        """Count the cells of each attractor in the results of a block, (cells, starts)."""
-        own = self._scan.parameters
-        places = [
-            np.arange(first, stop) if axis in own else np.zeros(stop - first, np.int64)
-            for axis, (first, stop) in zip(self._scan.axes, block.slices, strict=True)
-        ]
-        grids = np.broadcast_arrays(*np.ix_(*places, np.zeros(attractor.shape[-1], np.int64)))
-        known = attractor >= 0
-        where = [
-            grid[known]
-            for grid, axis in zip(grids[:-1], self._scan.axes, strict=True)
-            if axis in own
-        ]
-        np.add.at(self._counts, (*where, attractor[known]), 1)
+        """Return the datasets of a block with the numbers of its attractors."""
+        return {**arrays, ATTRACTOR: self._numbers[block.selection]}
 
     def pieces(self) -> Iterator[Piece]:
-        """Yield the datasets, each as one piece, when all blocks have been counted."""
-        if self._learnt.count:
+        """Yield the datasets of the attractors, each as one piece."""
+        if self._count:
             values = self._values()
             yield from whole((entry, values[entry.name]) for entry in self._datasets())
+
+    def _collected(
+        self, blocks: Iterable[tuple[Block, Mapping[str, np.ndarray]]]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the final regimes and the end states (components) of all orbits, in their order.
+
+        The regime is empty where an orbit failed.
+        """
+        scan = self._scan
+        labels = np.full((*scan.shape, scan.starts), "", object)
+        states = np.full((*labels.shape, len(scan.system.scene.components)), np.nan)
+        for block, arrays in blocks:
+            words = finals(arrays["label"].astype(object))
+            labels[block.selection] = np.where(arrays["status"] == OK, words, "")
+            states[block.selection] = arrays["end_state"]
+        return labels.ravel(), states.reshape(labels.size, -1)
+
+    def _number(self, labels: np.ndarray, states: np.ndarray, check: Callable[[], object]) -> None:
+        """Group the ends of all orbits, and number the attractors along the parameters."""
+        scan, lanes = self._scan, np.arange(labels.size)
+        systems = systems_of(scan, lanes // scan.starts)
+        order = np.argsort(systems, kind="stable")
+        edges = np.searchsorted(systems[order], np.arange(len(self._cells) + 1))
+        numbering = Numbering(self._shape)
+        for i in range(len(self._cells)):
+            check()
+            own, cell = order[edges[i] : edges[i + 1]], self._cells[i : i + 1]
+            there = kernel_states(np.repeat(cell, own.size), states[own], scan.system.scene)
+            system = self._ends.system(cell, there[labels[own] != ""])
+            system.add(labels[own], there, own)
+            self._carry(system, cell, numbering)
+            numbering.give(system.attractors)
+        self._rows = [(i, *row) for i, table in enumerate(numbering.table) for row in table.items()]
+        self._count = max((number for _, number, _ in self._rows), default=-1) + 1
+        numbers = np.full(labels.size, -1, np.int32)
+        for _, number, attractor in self._rows:
+            numbers[attractor.lanes[attractor.lanes >= 0]] = number
+        self._numbers = numbers.reshape(*scan.shape, scan.starts)
+
+    def _carry(self, system: System, cell: np.ndarray, numbering: Numbering) -> None:
+        """Follow an orbit of each neighboring attractor to which no orbit of the system comes."""
+        absent = numbering.absent(system.attractors)
+        if absent:
+            cells, states = np.repeat(cell, len(absent)), [one.state for one in absent.values()]
+            ends, seeds = self._ends.judged(cells, np.array(states)), map(seed_of, absent)
+            labels = np.where(ends.status == OK, ends.labels, "")
+            system.add(labels, ends.states, np.array(list(seeds)))
+
+    @property
+    def _ends(self):
+        assert self._computer.ends is not None
+        return self._computer.ends
 
     def _datasets(self) -> Iterator[Dataset]:
         """Yield the datasets of the attractors."""
@@ -104,122 +145,74 @@ class AttractorTable:
             yield Dataset.whole("attractor_impacts", dims, text, -1)
         text = "a point of the attractor's section; NaN where it is not periodic"
         yield Dataset.real("attractor_point", (*dims, "component"), "m, m/s", text)
-        yield BY_NAME["multipliers"].dataset((*dims, "multiplier", "part"), scene, prefix=_PREFIX)
+        dims_of_multipliers = (*dims, "multiplier", "part")
+        yield BY_NAME["multipliers"].dataset(dims_of_multipliers, scene, prefix="attractor_")
         for name in ("E1max", "E2max") if scene.damper else ("E1max",):
-            yield BY_NAME[name].dataset(dims, scene, prefix=_PREFIX)
+            yield BY_NAME[name].dataset(dims, scene, prefix="attractor_")
         text = "share of the cells and starts that are drawn to the attractor"
         yield Dataset.real("attractor_share", dims, "1", text)
+        text = "factor by which the distance that divides attractors may change without effect"
+        yield Dataset.real("attractor_margin", dims, "1", text)
 
     def _values(self) -> dict[str, np.ndarray]:
         """Return the arrays by name."""
-        learnt, scan = self._learnt, self._scan
-        shape, size = systems_of(scan), len(scan.system.scene.components)
-        where = (
-            (*np.unravel_index(learnt.systems, shape), learnt.numbers)
-            if shape
-            else (learnt.numbers,)
-        )
+        scene, attractors = self._scan.system.scene, [attractor for *_, attractor in self._rows]
+        systems = np.array([system for system, *_ in self._rows])
+        numbers = np.array([number for _, number, _ in self._rows])
+        where = (*np.unravel_index(systems, self._shape), numbers) if self._shape else (numbers,)
+        periods = np.array([attractor.period for attractor in attractors])
+        labels = np.array([attractor.label for attractor in attractors], object)
+        impacts = np.array([impacts_of(label) for label in labels])
+        counts = [np.count_nonzero(attractor.lanes >= 0) for attractor in attractors]
+        cells, states = self._cells[systems], np.array([one.state for one in attractors])
+        points = user_states(cells, states, scene)
+        points[periods == 0] = np.nan
+        energies = self._energies(attractors, cells, states)
 
         def filled(values: np.ndarray, fill: object) -> np.ndarray:
-            table = np.full((*shape, learnt.count, *values.shape[1:]), fill, values.dtype)
+            table = np.full((*self._shape, self._count, *values.shape[1:]), fill, values.dtype)
             table[where] = values
             return table
 
-        periods = learnt.known.periods
-        impacts = np.nan_to_num(learnt.evidence[:, ev.NEAR_IMPACTS : ev.FAR_IMPACTS + 1]).sum(
-            axis=-1
-        )
-        share = self._counts * (self._counts.size // learnt.count or 1) / scan.lanes
-        exists = filled(np.ones(len(periods), bool), False)
         return {
-            "attractor_label": filled(learnt.labels.astype(object), ""),
+            "attractor_label": filled(labels, ""),
             "attractor_period": filled(periods, -1),
-            "attractor_impacts": filled(np.where(periods > 0, impacts, -1).astype(np.int64), -1),
-            "attractor_point": filled(points_of(learnt.evidence, size, self._rest()), np.nan),
-            "attractor_multipliers": filled(multipliers_of(learnt.evidence, size)[0], np.nan),
-            "attractor_E1max": filled(learnt.energies[:, 0], np.nan),
-            "attractor_E2max": filled(learnt.energies[:, 1], np.nan),
-            "attractor_share": np.where(exists, share, np.nan),
+            "attractor_impacts": filled(impacts, -1),
+            "attractor_point": filled(points, np.nan),
+            "attractor_multipliers": filled(self._multipliers(periods, cells, states), np.nan),
+            "attractor_E1max": filled(energies[:, 0], np.nan),
+            "attractor_E2max": filled(energies[:, 1], np.nan),
+            "attractor_share": filled(
+                np.array(counts) * prod(self._shape) / self._scan.lanes, np.nan
+            ),
+            "attractor_margin": filled(np.array([one.margin for one in attractors]), np.nan),
         }
 
-    def _rest(self) -> np.ndarray:
-        """Return the rest offset of the spring [m] of the system of each row."""
-        scan = self._scan
-        grid = np.ix_(*(axis.values for axis in scan.parameters)) if scan.parameters else ()
-        names = (axis.name for axis in scan.parameters)
-        cells = scan.system.cells(dict(zip(names, grid, strict=True)))
-        return cells["rest"].ravel()[self._learnt.systems]
+    def _multipliers(
+        self, periods: np.ndarray, cells: np.ndarray, states: np.ndarray
+    ) -> np.ndarray:
+        """Return the Floquet multipliers (n, size, 2) of attractors, NaN where not periodic."""
+        size = len(self._scan.system.scene.components)
+        multipliers, closed = np.full((len(periods), size, 2), np.nan), np.flatnonzero(periods)
+        if closed.size:
+            evidence = self._ends.judged(cells[closed], states[closed]).evidence
+            is_same = evidence[:, ev.CYCLE_PERIOD] == periods[closed]
+            multipliers[closed[is_same]] = multipliers_of(evidence[is_same], size)[0]
+        return multipliers
 
+    def _energies(
+        self, attractors: list[Attractor], cells: np.ndarray, states: np.ndarray
+    ) -> np.ndarray:
+        """Return the largest energies (n, 2) of attractors.
 
-# ---- attractors that the sample has missed -------------------------------------------------------
-
-
-ARRIVAL = "arrival"
-
-
-@dataclass(frozen=True, eq=False)
-class Completed:
-    """What is known of attractors when all cells have been followed.
-
-    Attributes: `learnt`, all attractors; `lanes` (n,), ascending, the numbers in the scan of the
-    orbits that have one of the new ones, with its number and the arrival there.
-    """
-
-    learnt: Learnt
-    lanes: np.ndarray
-    numbers: np.ndarray
-    arrival: np.ndarray
-
-    def patched(
-        self, scan: Scan, block: Block, arrays: Mapping[str, np.ndarray]
-    ) -> Mapping[str, np.ndarray]:
-        """Return the datasets of a block with the attractors that were found at last."""
-        own = _lanes_of(scan, block)
-        there = np.isin(own, self.lanes)
-        if not there.any():
-            return arrays
-        rows, found = np.searchsorted(self.lanes, own[there]), dict(arrays)
-        for name, values in ((ATTRACTOR, self.numbers), (ARRIVAL, self.arrival)):
-            found[name] = arrays[name].copy()
-            found[name][there] = values[rows]
-        return found
-
-
-def completed(
-    scan: Scan,
-    learnt: Learnt,
-    blocks: Iterable[tuple[Block, Mapping[str, np.ndarray]]],
-    check: Callable[[], object],
-) -> Completed:
-    """Return the attractors of a scan, with those of cells that came to none of what was `learnt`.
-
-    Arguments: the `blocks`, each with its datasets; `check` as `attractor_numbering.learn`.
-
-    Cost: a plain verdict for each such cell whose regime is known.
-    """
-    left = [_left(scan, block, arrays) for block, arrays in blocks]
-    lanes = np.sort(np.concatenate([np.zeros(0, np.int64), *left]))
-    if not lanes.size:
-        return Completed(learnt, lanes, lanes, lanes)
-    computer = Computer(scan, helped=False)
-    assert computer.attracted is not None
-    cells, starts, places = computer.orbits(lanes)
-    more = computer.attracted.more(learnt, cells[:, 0], starts, places, check)
-    return Completed(more.learnt, lanes, more.numbers, more.arrival)
-
-
-def _lanes_of(scan: Scan, block: Block) -> np.ndarray:
-    """Return the numbers of the orbits of a block, cell after cell: rectangle + (starts,)."""
-    sides = (np.arange(first, stop) for first, stop in block.slices)
-    places = np.ravel_multi_index(np.ix_(*sides), scan.shape)
-    return places[..., np.newaxis] * scan.starts + np.arange(scan.starts)
-
-
-def _left(scan: Scan, block: Block, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the numbers of the orbits of a block that came to no known attractor, but to one."""
-    left = (arrays[ATTRACTOR] < 0) & (arrays["status"] == OK)
-    if not left.any():
-        return np.zeros(0, np.int64)
-    labels = finals(arrays["label"][left].astype(object))
-    is_one = [word in NOT_PERIODIC or bool(PERIODIC.fullmatch(str(word))) for word in labels]
-    return _lanes_of(scan, block)[left][np.array(is_one, bool)]
+        Of one that is not periodic they are those of its first orbit.
+        """
+        starts, periods = states.copy(), np.array([one.period for one in attractors])
+        for i, one in enumerate(attractors):
+            if not one.period and one.lanes[0] >= 0:
+                starts[i] = self._computer.orbits(one.lanes[:1])[1][0]
+        energies = np.empty((len(attractors), 2))
+        for n in np.unique(periods).tolist():
+            some = np.flatnonzero(periods == n)
+            energies[some] = self._ends.energies(cells[some], starts[some], n)
+        return energies

@@ -8,21 +8,17 @@ before it takes its name; then they are removed.
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value, attributes
-from nlds_vines.bifurcation.attractor_table import AttractorTable, completed
-from nlds_vines.bifurcation.attractors.attractor_assignment import Attracted
-from nlds_vines.bifurcation.attractors.attractor_numbering import Learnt
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
@@ -30,7 +26,10 @@ from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.manifest import NAME, Manifest
-from nlds_vines.runs.partfile import LEARNT, UNSOUND, Part, fetch, path_of, store
+from nlds_vines.runs.partfile import UNSOUND, Part, fetch, path_of, store
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.attractor_table import AttractorTable
 
 
 def scan_of(manifest: Manifest) -> Scan:
@@ -79,25 +78,6 @@ class PartFiles:
         self._check(block, content)
         identity = self._identity(block)
         return store(self.path(block), identity, content, seconds=seconds, threads=threads)
-
-    def learnt(self) -> Learnt | None:
-        """Return the attractors that were learnt, None where they are not there.
-
-        Raises one of `UNSOUND` where their part does not verify, or others made it.
-        """
-        try:
-            return Learnt.of(fetch(self.folder / LEARNT, self._of_attractors()).by_us().arrays)
-        except FileNotFoundError:
-            return None
-
-    def write_learnt(self, learnt: Learnt, seconds: float) -> None:
-        """Store the attractors that were learnt, as `write` stores a block."""
-        arrays = {name: np.ascontiguousarray(array) for name, array in learnt.arrays().items()}
-        store(self.folder / LEARNT, self._of_attractors(), arrays, seconds=seconds, threads=1)
-
-    def _of_attractors(self) -> list[Any]:
-        """Return what makes a part that of the attractors of this scan."""
-        return [self.scan.hash, ATTRACTOR]
 
     def _identity(self, block: Block) -> list[Any]:
         """Return what makes a part the part of this block of this scan."""
@@ -160,21 +140,6 @@ class Parts(RunFolder):
         """Return the verified part of a block; raises one of `UNSOUND` where it does not verify."""
         return self.files.load(block).by_us()
 
-    def learn(self, attracted: Attracted, check: Callable[[], object]) -> None:
-        """Let `attracted` know the attractors of the scan: those in the folder, or learnt now."""
-        began = time.perf_counter()
-        try:
-            found = self.files.learnt()
-        except UNSOUND as error:
-            found = None
-            self.discarded.append(f"{LEARNT} is made again: {error}")
-        if found is not None:
-            attracted.know(found)
-            return
-        learnt = attracted.learn(check)
-        with durable.in_one_line(f"write a part in {self.folder}"):
-            self.files.write_learnt(learnt, time.perf_counter() - began)
-
     def write(
         self, block: Block, arrays: Mapping[str, np.ndarray], seconds: float = 0.0, threads: int = 1
     ) -> None:
@@ -224,21 +189,13 @@ class Parts(RunFolder):
     def _attractors(
         self, blocks: Sequence[Block], check: Callable[[], object]
     ) -> AttractorTable | None:
-        """Return the table of the attractors, None where they are not recorded.
-
-        Of the cells that came to none of those learnt, the attractors are found now.
-        """
+        """Return the table of the attractors; None if they are not recorded."""
         if ATTRACTOR not in self.request.want:
             return None
-        try:
-            learnt = self.files.learnt()
-        except UNSOUND as error:
-            text = f"{self.folder / LEARNT} cannot be used ({error}): use --resume"
-            raise RequestError(text) from error
-        if learnt is None:
-            raise RequestError(f"{self.folder / LEARNT} is missing: use --resume")
+        from nlds_vines.bifurcation.attractor_table import AttractorTable
+
         there = ((block, self._part(block).arrays) for block in blocks)
-        return AttractorTable(self.request, completed(self.request, learnt, there, check))
+        return AttractorTable(self.request, there, check)
 
     def _part(self, block: Block) -> Part:
         """Return the verified part of a block; `RequestError` where it cannot be used."""
@@ -257,7 +214,7 @@ class Parts(RunFolder):
     ) -> Iterator[archive.Piece]:
         """Yield the arrays of the parts; note the seconds they took and their threads in `made`.
 
-        At last come `more`, the attractors, whose shares are counted meanwhile.
+        At last come `more`, the attractors.
         """
         for block in blocks:
             check()
@@ -268,7 +225,5 @@ class Parts(RunFolder):
             arrays = part.arrays if more is None else more.patched(block, part.arrays)
             for name, array in arrays.items():
                 yield name, block.selection, array
-            if more is not None:
-                more.count(block, arrays[ATTRACTOR])
         if more is not None:
             yield from more.pieces()

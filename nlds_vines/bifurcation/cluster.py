@@ -137,10 +137,7 @@ def _prepared(folder: str, scan_hash: str) -> tuple[Computer, PartFiles]:
     if manifest is None or manifest.scan_hash != scan_hash:
         raise RequestError(f"a worker does not find the scan in {folder}: is the folder shared?")
     scan = scan_of(manifest)
-    computer, files = Computer(scan, helped=False), PartFiles(Path(folder), scan)
-    if computer.attracted is not None and (learnt := files.learnt()) is not None:
-        computer.attracted.know(learnt)
-    return computer, files
+    return Computer(scan, helped=False), PartFiles(Path(folder), scan)
 
 
 class _Blocks:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.bifurcation.attractors.attractor_assignment import Attracted
 from nlds_vines.bifurcation.cell_start import STEP, own_states
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.linear_response import energy_alone
@@ -23,6 +22,7 @@ from nlds_vines.orbits.status_words import OK
 from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
+    from nlds_vines.bifurcation.attractor_ends import OrbitEnds
     from nlds_vines.bifurcation.blocks import Block
     from nlds_vines.bifurcation.request import Scan
 
@@ -52,9 +52,11 @@ class Computer:
         self._cells, self._tell = scan.cells(), tell
         self._draws = start_states(scan.start) if scan.start.policy == "random" else None
         wanted = wanted_of(scan, settings)
-        self.attracted: Attracted | None = None
+        self.ends: OrbitEnds | None = None
         if ATTRACTOR in scan.want:
-            self.attracted = Attracted(scan, wanted, tell, helped=helped)
+            from nlds_vines.bifurcation.attractor_ends import OrbitEnds  # with SciPy's searches
+
+            self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
         self._kernels = Kernels(wanted, tell, helped=helped)
         self._spectral, self._traced = scan.spectral, None
         if self._spectral is not None:
@@ -88,9 +90,9 @@ class Computer:
             found = user_states(chains[:, 0], starts, self.scan.system.scene)
             arrays["start_state"] = found[:, np.newaxis]
         arrays |= self._spectra(chains, starts)
-        if self.attracted is not None:
+        if self.ends is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
-            arrays |= self.attracted.arrays(chains[:, 0], starts, where)
+            arrays |= self.ends.arrays(chains[:, 0], starts, where)
         if self._kernels.records or "status" not in arrays:
             outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)

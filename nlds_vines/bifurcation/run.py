@@ -29,7 +29,7 @@ from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, use_threads
 from nlds_vines.runs.journal import resumable, tell_discarded
-from nlds_vines.runs.progress import Progress, Tell
+from nlds_vines.runs.progress import Progress
 
 
 @dataclass
@@ -115,7 +115,7 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
             done = report.tally.lanes
             with Progress(lanes, "orbit", done=done, quiet=how.quiet) as progress:
                 note = partial(report.tally.follow, progress)
-                computer = _prepared(parts, how, progress.wait, stop)
+                computer = Computer(scan, tell=progress.wait)
                 if how.scheduler is None:
                     _compute(parts, computer, left, how, note, stop)
                 else:
@@ -142,18 +142,6 @@ def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
         tally.note(part.arrays)
     tell_discarded(parts)
     return [block for block in blocks if block.index not in done]
-
-
-def _prepared(parts: Parts, how: RunOptions, tell: Tell, stop: interrupts.Stop) -> Computer:
-    """Return what computes blocks here, once the attractors are known that it needs."""
-    computer = Computer(parts.request, tell=tell)
-    if computer.attracted is not None:
-        use_threads(how.threads if how.scheduler is None else None)
-        tell(computer.attracted.in_words(), 0.0)
-        parts.learn(computer.attracted, stop.check)
-        tell("", 0.0)
-        tell_discarded(parts)
-    return computer
 
 
 def _compute(

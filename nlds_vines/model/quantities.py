@@ -306,10 +306,11 @@ QUANTITIES = (
     ),
     _whole("attractor", "number of the attractor of the orbit; -1 where it is not known",
            ("attractor",)),
-    _whole(
-        "arrival",
-        "forcing periods until the orbit is certain to be drawn to its attractor; -1 if never",
-        ("attractor",),
+    _whole("arrival", "forcing periods until the orbit is near its closed orbit; -1 if never",
+           ("attractor",)),
+    Quantity(
+        "end_state", _STATE, "last state of the section; of a periodic orbit, of its closed orbit",
+        ("attractor",), dims=("component",),
     ),
     _text("label", "final regime in words: nT,k, chaos ...", ("attractor",)),
     Quantity(

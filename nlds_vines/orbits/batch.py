@@ -199,6 +199,14 @@ class Kernels:
         status = run(self._parts, chains, starts, span, outputs.buffers)
         return outputs.section, status
 
+    def sections(self, chains: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
+        """Return the section (chains, links, periods, components) of orbits without a verdict."""
+        self.prepare()
+        outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), 0, periods)
+        assert outputs.section is not None
+        run(self._parts, chains, starts, Span(0, periods, 1), outputs.buffers)
+        return outputs.section
+
     @stoppable
     def prepare(self) -> None:
         """Have all compiled that is wanted, unless it is; tell what is waited for."""

@@ -200,7 +200,7 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
     r held between the walls: -far <= r <= near.  Where a scene has a limit, what lies beyond is
     mirrored at it: a start at the very limit would often be a violation.
     """
-    length = _length(cells)[..., np.newaxis]
+    length = length_unit(cells)[..., np.newaxis]
     speed = length * cells["omega"][..., np.newaxis]
     a, b, c, d = np.moveaxis(draws, -1, 0)
     r = DAMPER_SPREAD * length * c
@@ -243,7 +243,7 @@ def put_on_walls(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndar
     return found
 
 
-def _length(cells: np.ndarray) -> np.ndarray:
+def length_unit(cells: np.ndarray) -> np.ndarray:
     """Return the unit of length [m] of random starts, positive and finite in every cell.
 
     The static deflection P / k1; where that is 0 or without bound (P = 0 or k1 = 0), the greatest

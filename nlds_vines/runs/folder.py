@@ -24,7 +24,7 @@ from nlds_vines.archives.provenance import Request, Value
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.manifest import NAME, Manifest
-from nlds_vines.runs.partfile import LEARNT, PATTERN, request_of
+from nlds_vines.runs.partfile import PATTERN, request_of
 
 
 @dataclass
@@ -241,11 +241,11 @@ class RunFolder:
 
     def _has_parts(self) -> bool:
         """Tell whether anything has been computed into the folder."""
-        return any(any(self.folder.glob(pattern)) for pattern in (PATTERN, LEARNT))
+        return any(self.folder.glob(PATTERN))
 
     def _clear(self, *patterns: str) -> None:
         """Remove what has such names, or all: the manifest last, so that no part is without it."""
-        for pattern in patterns or (PATTERN, LEARNT, "*.tmp", NAME):
+        for pattern in patterns or (PATTERN, "*.tmp", NAME):
             for path in self.folder.glob(pattern):
                 path.unlink()
 

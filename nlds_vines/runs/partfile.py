@@ -22,9 +22,6 @@ from nlds_vines.archives.provenance import makers
 PATTERN = "block-*.part"
 """The names of part files."""
 
-LEARNT = "attractors.part"
-"""The name of the part that holds what is known before any block is computed."""
-
 UNSOUND = (ValueError, KeyError, TypeError)
 """The errors of a part that does not verify; the message says what is wrong with it."""
 

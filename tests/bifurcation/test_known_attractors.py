@@ -1,176 +1,118 @@
-"""Orbits are followed until it is certain to which known attractor they belong."""
+"""Orbits stop early near cycles that are known, and end where plain verdicts say."""
 
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 
-from nlds_vines import load_system
-from nlds_vines.bifurcation.attractors.attractor_matching import (
-    attractors_in,
-    follow,
-    form_of,
-    known_of,
-)
-from nlds_vines.bifurcation.attractors.attractor_numbering import Learnt
-from nlds_vines.kernels.cells import cycles as basins
-from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import Kernels, Wanted
-from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import Start, random_states, start_states
+import nlds_vines as nv
+from nlds_vines.bifurcation import attractor_ends
+from nlds_vines.bifurcation.attractor_table import AttractorTable
+from nlds_vines.bifurcation.blocks import blocks_of
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.model.labels import finals
 
 pytestmark = pytest.mark.kernels
 
-STARTS = 60
-WANT = ("regime", "lyapunov", "settling", "evidence")  # as `classify` has it
-
-
-class Case:
-    """Random starts of one system, what their plain verdicts are, and the attractors in these."""
-
-    def __init__(self, name, **parameters):
-        self.system = (
-            System(name, parameters) if name in SCENES else load_system(name, **parameters)
-        )
-        settings = Settings.of("exact")
-        self.parts = parts_of("exact", self.system.scene, settings)
-        self.cells = np.repeat(np.atleast_1d(self.system.cells()), STARTS)
-        draws = start_states(Start("random", STARTS, 3))
-        self.starts = random_states(self.cells[:1], draws, self.system.scene)[0]
-        kernels = Kernels(Wanted(self.system.scene, WANT, "exact", "standard", settings))
-        outputs = kernels.run(self.cells[:, np.newaxis], self.starts, 600, 120)
-        self.evidence = outputs.evidence[:, 0]
-        found = outputs.verdicts(self.cells[:, np.newaxis])
-        self.labels = np.array([str(x).split(" to ")[-1] for x in found["label"][:, 0]])
-        self.settling = found["settling"][:, 0]
-        self.attractors = attractors_in(self.parts, self.cells[0], self.evidence)
-
-    def followed(self, known, most=600):
-        rows = np.tile([0, len(known)], (STARTS, 1))
-        return follow(self.parts, self.cells, self.starts, rows, known_of(known), most)
-
-    def label_of(self, attractor):
-        """The label of the verdicts whose closed orbit passes through an attractor's point."""
-        for evidence, label in zip(self.evidence, self.labels, strict=True):
-            if np.array_equal(evidence[35:39], attractor.point):
-                return label
-        raise AssertionError("an attractor that no verdict has found")
-
-
-CASES = {
-    "period one and chaos": ("ssul-set6", {"omega": 7.36}),
-    "T,0 and 4T,2": ("ssul-set6", {"omega": 7.7}),
-    "after transient chaos": ("ssul-set6", {"omega": 7.6}),
-    "restitution": ("impact-oscillator", {"omega": 1.5, "P": 0.7}),
+STARTS = {"policy": "random", "count": 60, "seed": 3}
+STOPS = {
+    "kind": "oscillator-2",
+    "omega": 1.2,
+    "P": 2.0,
+    "m": 1.0,
+    "k": 1.0,
+    "c": 0.05,
+    "C": 0.5,
+    "C_2": 0.5,
+    "K": 20.0,
 }
 
 
-@pytest.fixture(scope="module", params=CASES, ids=list(CASES))
-def case(request):
-    name, parameters = CASES[request.param]
-    return Case(name, **parameters)
+def scan_of(system, vary, start=STARTS, **changes):
+    document = {"title": "of a test", "system": system, "vary": vary, "start": start}
+    return nv.load_scan({**document, "record": {"want": ["attractor"]}, **changes})
 
 
-def test_orbits_come_to_the_attractors_of_their_verdicts(case):
-    drawn = case.followed(case.attractors)
-    labels = [case.label_of(attractor) for attractor in case.attractors]
-    for label, attractor in zip(case.labels, drawn.attractor, strict=True):
-        if attractor >= 0:
-            assert labels[attractor] == label
-        else:
-            assert label in ("chaos", "quasiperiodic", "undetermined")
-    assert (drawn.status == 0).all()
+CASES = {
+    "period one and chaos": scan_of("ssul-set6", {"omega": {"values": [7.36]}}),
+    "T,0 and 4T,2": scan_of("ssul-set6", {"omega": {"values": [7.66, 7.7]}}),
+    "after transient chaos": scan_of("ssul-set6", {"omega": {"values": [7.6]}}),
+    "restitution": scan_of("impact-oscillator", {"P": {"values": [0.7]}}, set={"omega": 1.5}),
+}
 
 
-def test_an_orbit_is_known_long_before_it_has_settled(case):
-    drawn = case.followed(case.attractors)
-    there = (drawn.attractor >= 0) & (case.settling > 0)
-    assert np.median(drawn.arrival[there]) < 350
-    assert (drawn.arrival[drawn.attractor >= 0] >= 0).all()
-    assert (drawn.arrival[drawn.attractor < 0] == -1).all()
+def attractors_of(scan, tmp_path):
+    with nv.read(nv.scan(scan, to=tmp_path / "scan.h5", quiet=True)) as view:
+        return {name: view[name] for name in view.names}
 
 
-def test_all_of_a_region_is_drawn_to_its_attractor(case):
-    """Where nothing is known but the matrix, orbits from the region need longer, but come there."""
-    least = [replace(a, radius=basins.TINY * a.span) for a in case.attractors]
-    draws = np.random.default_rng(9).uniform(-1.0, 1.0, (STARTS, 4))
-    for number, attractor in enumerate(case.attractors):
-        size = np.count_nonzero(np.diag(attractor.form.reshape(4, 4)))
-        inside = draws * (np.arange(4) < size)
-        lengths = [basins.norm_of(attractor.form, d) for d in inside]
-        inside *= (attractor.radius * np.linspace(0.1, 1.0, STARTS) / lengths)[:, np.newaxis]
-        rows = np.tile([0, len(least)], (STARTS, 1))
-        starts = attractor.point + inside
-        drawn = follow(case.parts, case.cells, starts, rows, known_of(least), 20000)
-        assert (drawn.attractor == number).all()
+@pytest.mark.parametrize("scan", CASES.values(), ids=list(CASES))
+def test_early_stops_end_as_plain_verdicts_do(scan, monkeypatch):
+    monkeypatch.setattr(attractor_ends, "SAMPLE", 20)
+    assert attractor_ends.sample_size(scan) == 20
+    early, plain = Computer(scan), Computer(replace(scan, want=("regime", "evidence")))
+    orbits = early.orbits(np.arange(scan.lanes))
+    found, verdicts = early.lanes(*orbits), plain.lanes(*orbits)
+    labels = finals(verdicts["label"])
+    assert (found["label"] == labels).all()
+    closed = np.flatnonzero([attractor_ends.period_of(label) == 1 for label in labels[:, 0]])
+    points = verdicts["orbit_point"][closed, 0]  # of nT, the point of another section may be given
+    assert np.allclose(found["end_state"][closed, 0], points, rtol=1e-7, atol=1e-12)
+    closed = np.array([attractor_ends.period_of(label) > 0 for label in labels[:, 0]])
+    arrival = found["arrival"][:, 0]
+    assert (arrival[closed] >= 0).all()
+    assert (arrival[~closed] == -1).all()
+    assert np.median(arrival[closed]) < 350
 
 
-def test_each_attractor_is_found_once(case):
-    again = attractors_in(case.parts, case.cells[0], case.evidence[::-1], case.attractors)
-    assert len(again) == len(case.attractors)
-    assert len(case.attractors) >= len({x for x in case.labels if "," in x}) > 0
-
-
-def test_threads_and_neighbors_change_nothing(case):
-    rows = np.tile([0, len(case.attractors)], (STARTS, 1))
-    known = known_of(case.attractors)
-    every = follow(case.parts, case.cells, case.starts, rows, known, 600)
-    for lane in (0, STARTS // 2, STARTS - 1):
+def test_threads_and_neighbors_change_nothing():
+    computer = Computer(CASES["T,0 and 4T,2"])
+    cells, starts, places = computer.orbits(np.arange(120))
+    every = computer.lanes(cells, starts, places)
+    for lane in (0, 60, 119):
         one = slice(lane, lane + 1)
-        alone = follow(case.parts, case.cells[one], case.starts[one], rows[one], known, 600)
-        assert alone.attractor[0] == every.attractor[lane]
-        assert alone.arrival[0] == every.arrival[lane]
+        alone = Computer(CASES["T,0 and 4T,2"]).lanes(cells[one], starts[one], places[one])
+        for name in ("label", "arrival", "end_state"):
+            assert np.array_equal(alone[name][0], every[name][lane])
 
 
-def test_the_matrix_shortens_lengths_by_the_rate(case):
-    for known in case.attractors:
-        p, m = known.form.reshape(4, 4), known.matrix.reshape(4, 4).T
-        assert np.array_equal(p, p.T)
-        size = np.count_nonzero(np.diag(p))
-        less = known.rate**2 * p - m.T @ p @ m
-        assert np.linalg.eigvalsh(less[:size, :size]).min() > -1e-9 * np.abs(p).max()
-
-
-def test_an_orbit_that_does_not_return_as_foretold_is_followed_further():
-    """A matrix that is not that of the attractor foretells nothing: no orbit belongs to it."""
-    case = Case("impact-oscillator", omega=1.5, P=0.7)
-    slow = 0.95 * np.identity(4).ravel()
-    wrong = [replace(known, matrix=slow) for known in case.attractors]
-    assert (case.followed(case.attractors, most=12).attractor >= 0).any()
-    assert (case.followed(wrong, most=12).attractor == -1).all()
-
-
-def test_two_orbits_of_one_label_are_two_attractors():
+def test_mirrored_twins_are_two_attractors(tmp_path):
     """Between two equal stops, what is not its own mirror image has a twin: T,2 and T,3 both do."""
-    stops = {"m": 1.0, "k": 1.0, "c": 0.05, "C": 0.5, "C_2": 0.5, "K": 20.0}
-    case = Case("oscillator-2", **stops, P=2.0, omega=1.2)
-    labels = sorted(case.label_of(known) for known in case.attractors)
+    scan = scan_of(STOPS, {"P": {"values": [2.0]}}, {**STARTS, "count": 30})
+    found = attractors_of(scan, tmp_path)
+    labels = found["attractor_label"][0].tolist()
     assert labels.count("T,2") == labels.count("T,3") == 2
-    drawn = case.followed(case.attractors)
-    assert set(drawn.attractor) == set(range(len(case.attractors)))
+    assert set(found["attractor"][0].tolist()) == set(range(len(labels)))
+    energies = {
+        label: found["attractor_E1max"][0][[word == label for word in labels]]
+        for label in ("T,2", "T,3")
+    }
+    for pair in energies.values():
+        assert pair[0] == pytest.approx(pair[1], rel=1e-7)  # which is why they are no features
 
 
-def test_what_a_part_has_kept_needs_no_other_kernel():
-    """Arrays of a part cannot be written to, which for Numba is another type."""
-    none, known = np.zeros(1, np.int64), known_of([None])
-    learnt = Learnt(
-        none, none, np.array(["T,0"], object), np.zeros((1, 3)), np.zeros((1, 2)), known_of([None])
-    )
-    arrays = learnt.arrays()
-    for array in arrays.values():
-        array.setflags(write=False)
-    assert numba.typeof(arrays["forms"]) != numba.typeof(known.forms)
-    assert numba.typeof(tuple(Learnt.of(arrays).known)) == numba.typeof(tuple(known))
+def test_two_tori_of_one_system_are_two_attractors(tmp_path):
+    scan = scan_of("ssul-set6", {"omega": {"values": [7.375]}})
+    found = attractors_of(scan, tmp_path)
+    assert found["attractor_label"].tolist() == [["quasiperiodic", "quasiperiodic"]]
+    assert min(found["attractor_share"][0]) > 0.2
+    assert found["attractor_margin"].min() > 2.0
+    # their energies of 100,000 periods are 98.291 and 124.738 J
+    energies = sorted(found["attractor_E1max"][0].tolist())
+    assert energies == pytest.approx([98.291, 124.738], rel=0.01)
 
 
-def test_lengths_of_a_matrix_of_slow_decay():
-    matrix = np.zeros(16)
-    matrix[[0, 5, 10, 15]] = 0.999999, 0.5, -0.3, 0.0
-    matrix[4] = 100.0  # strongly sheared
-    form = form_of(matrix, [1.0] * 4, 0.9999995)
-    p, m = form.reshape(4, 4), matrix.reshape(4, 4).T
-    assert np.linalg.eigvalsh(0.9999995**2 * p - m.T @ p @ m).min() > 0.0
-    assert basins.norm_of(form, np.array([0.0, 0.0, 0.0, 2.0])) == pytest.approx(2.0)
+def test_an_attractor_that_no_start_comes_to_is_carried_on():
+    """As if at the second value both orbits had come to T,0."""
+    vary = {"P": {"values": [0.5, 0.55, 0.6]}, "v_0": {"values": [0.0, 3.0]}}
+    scan = scan_of("impact-oscillator", vary, {"policy": "rest"}, set={"omega": 1.5})
+    (block,) = blocks_of(scan)
+    arrays = Computer(scan).block(block)
+    assert arrays["label"][..., 0].tolist() == [["T,0", "T,1"]] * 3
+    for name in ("label", "end_state"):
+        arrays[name][1, 1] = arrays[name][1, 0]
+    table = AttractorTable(scan, [(block, arrays)])
+    assert table.patched(block, arrays)["attractor"][..., 0].tolist() == [[0, 1], [0, 0], [0, 1]]
+    values = {name: array for name, _, array in table.pieces()}
+    assert values["attractor_label"].tolist() == [["T,0", "T,1"]] * 3
+    assert values["attractor_share"].tolist() == [[0.5, 0.5], [1.0, 0.0], [0.5, 0.5]]

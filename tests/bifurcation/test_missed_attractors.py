@@ -1,4 +1,4 @@
-"""Attractors that the sample has missed get numbers when all cells have been followed."""
+"""Attractors that the sample has missed have numbers as all others have."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from planes import ALONG, PLANE
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.attractors import attractor_assignment
+from nlds_vines.bifurcation import attractor_ends
 from nlds_vines.upkeep.rerun import differing
 
 pytestmark = pytest.mark.kernels
@@ -14,9 +14,9 @@ pytestmark = pytest.mark.kernels
 
 @pytest.fixture
 def sample_of_one(monkeypatch):
-    """Let the attractors of each system be learnt from one orbit."""
-    monkeypatch.setattr(attractor_assignment, "SAMPLE", 1)
-    monkeypatch.setattr(attractor_assignment, "LEAST", 1)
+    """Let one orbit of each system be judged before others may stop early."""
+    monkeypatch.setattr(attractor_ends, "SAMPLE", 1)
+    monkeypatch.setattr(attractor_ends, "LEAST", 1)
 
 
 def arrays_of(path):

@@ -1,0 +1,308 @@
+"""Attractors of a scan: end states are grouped in each system, groups are matched between systems.
+
+Orbits of one system end on one attractor if their ends cannot be told apart: the section point of a
+closed orbit lies on the cycle of the other, or two clouds of section points cover each other.
+Attractors of neighboring systems have one number if their sections are close.  Both rest on
+distances: numbers are matched, not proven, and each attractor has a margin.
+
+States are those of the kernels, (x1, v1, r, s), of which the first `size` count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import prod
+
+import numpy as np
+from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial import KDTree
+from scipy.spatial.distance import squareform
+
+from nlds_vines.model.labels import PERIODIC
+
+NOT_PERIODIC = ("chaos", "quasiperiodic")
+"""Final regimes without a closed orbit that are attractors."""
+
+SAME = 1e-6
+"""Distance of a point from a cycle up to which it lies on it, in amplitudes.
+
+Measured over 30,000 orbits: at most 3e-11 within one attractor, at least 4.8e-2 between two."""
+
+APART, PART = 5.0, 0.05
+"""Clouds so far apart are two attractors: times the distance of neighbors within one cloud, and in
+sizes of a cloud; the greater counts."""
+
+CLOUD = 120
+"""Section points of a cloud."""
+
+PAIRS = 60
+"""Clouds that are compared in pairs at a time."""
+
+CLOUDS = 10
+"""Clouds of an attractor that is not periodic whose points are kept."""
+
+NEAR, FAR = 0.5, 0.3
+"""Largest step of an attractor between two systems: relative to the distance of the next
+attractor, and in amplitudes where there is no other."""
+
+Sections = Callable[[np.ndarray, int], np.ndarray]
+"""Follows orbits of a system from states (n, 4): their sections (n, periods, 4)."""
+
+
+def period_of(label: str) -> int:
+    """Return n of a label nT,k; 0 for an attractor that is not periodic, -1 for no attractor."""
+    if match := PERIODIC.fullmatch(label):
+        return int(match[1] or 1)
+    return 0 if label in NOT_PERIODIC else -1
+
+
+def impacts_of(label: str) -> int:
+    """Return k of a label nT,k; -1 for any other."""
+    match = PERIODIC.fullmatch(label)
+    return int(match[2]) if match else -1
+
+
+@dataclass(eq=False)
+class Attractor:
+    """One attractor of one system.
+
+    Attributes:
+        label, period: its regime, and n of nT, 0 if it is not periodic.
+        points: (m, 4) of its section: the whole cycle, or `CLOUDS` clouds.
+        state: (4,) from which an orbit stays on it.
+        lanes: the numbers of the orbits that end on it.
+        unit: (size,) amplitudes of the components in its system, the unit of distances.
+        cut: distance from which an end belongs to another attractor.
+        within: largest distance of one of its ends, over `cut`.
+        margin: factor by which `cut` may change before the attractor is divided or joined.
+    """
+
+    label: str
+    period: int
+    points: np.ndarray
+    state: np.ndarray
+    lanes: np.ndarray
+    unit: np.ndarray
+    cut: float
+    within: float = 0.0
+    margin: float = np.inf
+
+    def tree(self, unit: np.ndarray) -> KDTree:
+        """Return its section points in units, to be searched."""
+        return KDTree(_scaled(self.points, unit))
+
+    def is_comparable(self, other: Attractor) -> bool:
+        """Return True if distances alone tell it from another attractor: of one n, or label."""
+        return self.period == other.period and (self.period > 0 or self.label == other.label)
+
+
+@dataclass
+class System:
+    """The attractors of one system, grown by `add`.
+
+    Attributes: `sections` follows its orbits; `unit` (size,), the amplitudes of the components.
+    """
+
+    sections: Sections
+    unit: np.ndarray
+    attractors: list[Attractor] = field(default_factory=list)
+
+    def add(self, labels: np.ndarray, states: np.ndarray, lanes: np.ndarray) -> None:
+        """Group the ends of orbits: their final regimes (n,), states (n, 4) and numbers (n,)."""
+        for label in sorted(set(labels.tolist()), key=lambda word: (period_of(word), word)):
+            chosen = np.flatnonzero(labels == label)
+            if (n := period_of(label)) > 0:
+                self._add_periodic(label, n, states[chosen], lanes[chosen])
+            elif n == 0:
+                self._add_clouds(label, states[chosen], lanes[chosen])
+        for one in self.attractors:
+            tree, one.margin = one.tree(self.unit), 1.0 / max(one.within, 1e-300)
+            for other in self.attractors:
+                if other is not one and one.is_comparable(other):
+                    gaps = tree.query(_scaled(other.points, self.unit))[0]
+                    gap = gaps.min() if one.period else np.median(gaps)
+                    one.margin = min(one.margin, float(gap) / one.cut)
+
+    def _add_periodic(self, label: str, n: int, states: np.ndarray, lanes: np.ndarray) -> None:
+        left = np.arange(lanes.size)
+        for attractor in self.attractors:
+            if attractor.period == n:
+                left = _join([attractor], self._distances(attractor, states[left]), lanes, left)
+        while left.size:
+            state = states[left[0]]
+            cycle = self.sections(state[np.newaxis], n)[0]
+            new = Attractor(label, n, cycle, state, lanes[:0], self.unit, SAME)
+            distances = self._distances(new, states[left])
+            new.lanes, new.within = lanes[left[:1]], float(distances[0, 0]) / SAME
+            self.attractors.append(new)
+            left = _join([new], distances[1:], lanes, left[1:])
+
+    def _distances(self, attractor: Attractor, states: np.ndarray) -> np.ndarray:
+        """Return the distances (n, 1) of states from the points of a cycle."""
+        return attractor.tree(self.unit).query(_scaled(states, self.unit))[0][:, np.newaxis]
+
+    def _add_clouds(self, label: str, states: np.ndarray, lanes: np.ndarray) -> None:
+        left = np.arange(lanes.size)
+        new = [attractor for attractor in self.attractors if attractor.label == label]
+        while left.size:
+            if new:
+                left = _join(new, self._gaps(new, states[left]), lanes, left)
+            if left.size:
+                few = left[np.linspace(0, left.size - 1, min(PAIRS, left.size)).astype(int)]
+                new = self._clustered(label, states[few], lanes[few])
+                self.attractors += new
+                left = np.setdiff1d(left, few)
+
+    def _gaps(self, attractors: Sequence[Attractor], states: np.ndarray) -> np.ndarray:
+        """Return the median distances (n, attractors) of the clouds of states to attractors."""
+        trees = [attractor.tree(self.unit) for attractor in attractors]
+        gaps = np.empty((len(states), len(trees)))
+        for first in range(0, len(states), 1000):  # so many clouds are in memory
+            clouds = _scaled(self.sections(states[first : first + 1000], CLOUD), self.unit)
+            for row, cloud in zip(gaps[first:], clouds, strict=False):
+                row[:] = [np.median(tree.query(cloud)[0]) for tree in trees]
+        return gaps
+
+    def _clustered(self, label: str, states: np.ndarray, lanes: np.ndarray) -> list[Attractor]:
+        """Return the attractors of some clouds: single linkage by the distance of their points."""
+        sections = self.sections(states, CLOUD)
+        clouds, half = _scaled(sections, self.unit), CLOUD // 2
+        trees = [KDTree(cloud) for cloud in clouds]
+        gaps = np.array([[np.median(tree.query(cloud)[0]) for tree in trees] for cloud in clouds])
+        inside = np.median([KDTree(cloud[:half]).query(cloud[half:])[0] for cloud in clouds])
+        size = np.median([np.linalg.norm(cloud.std(axis=0)) for cloud in clouds])
+        cut, kinds, heights = max(APART * inside, PART * size, SAME), np.ones(1, int), np.zeros(0)
+        if len(clouds) > 1:
+            merges = linkage(squareform(np.minimum(gaps, gaps.T), checks=False), "single")
+            kinds, heights = fcluster(merges, cut, "distance"), merges[:, 2]
+        within = heights[heights <= cut].max(initial=0.0) / cut
+        members = [np.flatnonzero(kinds == kind) for kind in np.unique(kinds)]
+        return [
+            Attractor(
+                label, 0, np.concatenate(sections[own[:CLOUDS]]), states[own[0]], lanes[own],
+                self.unit, cut, within,
+            )
+            for own in members
+        ]  # fmt: skip
+
+
+def _scaled(states: np.ndarray, unit: np.ndarray) -> np.ndarray:
+    return states[..., : unit.size] / unit
+
+
+def _join(
+    attractors: Sequence[Attractor], distances: np.ndarray, lanes: np.ndarray, left: np.ndarray
+) -> np.ndarray:
+    """Let attractors take the ends `left` that are nearest to them; return those of none.
+
+    Arguments: `distances` (left, attractors); the `lanes` of all ends, of which some are `left`.
+    """
+    nearest = distances.argmin(axis=1)
+    least = distances[np.arange(left.size), nearest]
+    joins = least <= np.array([attractor.cut for attractor in attractors])[nearest]
+    for i, attractor in enumerate(attractors):
+        own = joins & (nearest == i)
+        attractor.lanes = np.concatenate([attractor.lanes, lanes[left[own]]])
+        attractor.within = max(attractor.within, least[own].max(initial=0.0) / attractor.cut)
+    return left[~joins]
+
+
+# ---- numbers along parameters --------------------------------------------------------------------
+
+
+def step_between(one: Attractor, other: Attractor) -> float:
+    """Return the mean distance between the sections of two attractors, in amplitudes."""
+    unit = np.maximum(one.unit, other.unit)
+    there = one.tree(unit).query(_scaled(other.points, unit))[0].mean()
+    back = other.tree(unit).query(_scaled(one.points, unit))[0].mean()
+    return float(max(there, back))
+
+
+def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[int, int]:
+    """Return the numbers of attractors by their place in `now`, of those that are `before`.
+
+    It is the cheapest assignment.  A pair is accepted if its step is small beside the distances of
+    the other attractors of both systems.
+    """
+    if not before or not now:
+        return {}
+    numbers = list(before)
+    steps = np.array([[step_between(before[k], b) for b in now] for k in numbers])
+    pairs = dict[int, int]()
+    for i, j in zip(*linear_sum_assignment(steps), strict=True):
+        others = [*np.delete(steps[i], j), *np.delete(steps[:, j], i), FAR / NEAR]
+        if steps[i, j] <= NEAR * min(others):
+            pairs[int(j)] = numbers[i]
+    return pairs
+
+
+class Numbering:
+    """Numbers of attractors, given to one system of a grid of parameters after another."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self._shape = shape
+        self._last = dict[int, Attractor]()
+        self.table = list[dict[int, Attractor]]()
+
+    def absent(self, attractors: Sequence[Attractor]) -> dict[int, Attractor]:
+        """Return the neighboring attractors that none of those of the next system continues.
+
+        An orbit from each is to be added to the next system as the lane `seed_of` its number.
+        """
+        beside = self._beside()
+        continued = matched(beside, attractors).values()
+        return {number: one for number, one in beside.items() if number not in continued}
+
+    def _beside(self) -> dict[int, Attractor]:
+        """Return the attractors one step before the next system along each parameter.
+
+        Of several with one number it is that of the system before along the last parameter.
+        """
+        place = np.unravel_index(len(self.table), self._shape) if self._shape else ()
+        found = dict[int, Attractor]()
+        for axis, index in enumerate(place):
+            if index:
+                found |= self.table[len(self.table) - prod(self._shape[axis + 1 :])]
+        return found
+
+    def give(self, attractors: Sequence[Attractor]) -> None:
+        """Number the attractors of the next system.
+
+        As the neighbors whose sections are close, or from which an orbit came; then as those that
+        were there earlier; or anew.
+        """
+        beside = self._beside()
+        earlier = {k: attractor for k, attractor in self._last.items() if k not in beside}
+        numbers, left = dict[int, Attractor](), list(attractors)
+        for before in (beside, {}, earlier):
+            pairs = matched(before, left) if before else _led_to(left, numbers)
+            numbers |= {number: left[place] for place, number in pairs.items()}
+            left = [attractor for place, attractor in enumerate(left) if place not in pairs]
+        new = max(self._last, default=-1) + 1
+        numbers |= dict(enumerate(sorted(left, key=_order), new))
+        self.table.append(dict(sorted(numbers.items())))
+        self._last |= numbers
+
+
+def seed_of(number: int) -> int:
+    """Return the lane of an orbit that was carried on from the attractor of a number."""
+    return -1 - number
+
+
+def _led_to(attractors: Sequence[Attractor], used: Container[int]) -> dict[int, int]:
+    """Return the numbers, not yet used, from which an orbit came to each attractor, by place."""
+    pairs = dict[int, int]()
+    for place, attractor in enumerate(attractors):
+        numbers = [seed_of(lane) for lane in attractor.lanes[attractor.lanes < 0].tolist()]
+        numbers = [k for k in numbers if k not in used and k not in pairs.values()]
+        if numbers:
+            pairs[place] = numbers[0]
+    return pairs
+
+
+def _order(attractor: Attractor) -> tuple[object, ...]:
+    """Return a key by n, k and place of an attractor, which no order of the starts changes."""
+    first = attractor.points[:, : attractor.unit.size].min(axis=0).tolist()
+    return attractor.period or np.inf, impacts_of(attractor.label), attractor.label, first

@@ -1,0 +1,148 @@
+"""Ends of orbits are grouped and attractors are matched, on maps whose attractors are known."""
+
+import numpy as np
+import pytest
+
+from nlds_vines.bifurcation.attractors import (
+    SAME,
+    Attractor,
+    Numbering,
+    System,
+    impacts_of,
+    matched,
+    period_of,
+    seed_of,
+)
+
+TURN = 2 * np.pi * 0.6180339887498949
+
+
+def turning(states, periods):
+    """Follow points on circles of any radius, a golden part of a turn at a time."""
+    angles = TURN * np.arange(1, periods + 1)[:, np.newaxis]
+    x, v = states[:, :1, np.newaxis], states[:, 1:2, np.newaxis]
+    cos, sin = np.cos(angles)[np.newaxis], np.sin(angles)[np.newaxis]
+    zero = 0.0 * x * cos
+    return np.concatenate([x * cos - v * sin, x * sin + v * cos, zero, zero], axis=2)
+
+
+def cycling(states, periods):
+    """Follow cycles whose points have the same x and the velocities 1, 2, ... in turn."""
+    found = np.repeat(states[:, np.newaxis], periods, axis=1)
+    found[..., 1] = (states[:, 1:2] + np.arange(1, periods + 1)) % periods
+    return found
+
+
+def ends_of(*kinds):
+    """Labels and states of ends, each kind (label, x, v, how many), with round-off."""
+    noise = np.random.default_rng(1)
+    labels = [label for label, _, _, count in kinds for _ in range(count)]
+    states = [[x, v, 0.0, 0.0] for _, x, v, count in kinds for _ in range(count)]
+    return np.array(labels, object), np.array(states) * (1 + 1e-11 * noise.random((len(labels), 1)))
+
+
+def groups_of(labels, states, order, sections=cycling):
+    system = System(sections, np.ones(2))
+    system.add(labels[order], states[order], order)
+    return {frozenset(attractor.lanes.tolist()) for attractor in system.attractors}, system
+
+
+def test_labels_say_what_is_periodic():
+    labels = ("T,0", "3T,12", "chaos", "quasiperiodic", "undetermined", "failed", "")
+    assert [period_of(label) for label in labels] == [1, 3, 0, 0, -1, -1, -1]
+    assert [impacts_of(label) for label in labels[:3]] == [0, 12, -1]
+
+
+def test_groups_do_not_depend_on_the_order_of_starts():
+    labels, states = ends_of(
+        ("T,1", 0.3, 0.0, 5), ("T,1", -0.3, 0.0, 4), ("2T,1", 0.3, 0.0, 3), ("2T,1", 0.3, 1.0, 2),
+        ("T,1", 0.3 + 1e-4, 0.0, 1), ("undetermined", 0.3, 0.0, 2), ("T,2", 0.3, 0.0, 1),
+    )  # fmt: skip
+    # both points of 2T,1 are one orbit; T,2 grazes on T,1; what is undetermined is on none
+    expected = {(0, 1, 2, 3, 4, 17), (5, 6, 7, 8), (9, 10, 11, 12, 13), (14,)}
+    for seed in range(5):
+        order = np.random.default_rng(seed).permutation(len(labels))
+        found, system = groups_of(labels, states, order)
+        assert found == {frozenset(group) for group in expected}
+        margins = sorted(attractor.margin for attractor in system.attractors)
+        assert margins[:2] == pytest.approx([1e-4 / SAME] * 2, rel=1e-3)
+
+
+def test_the_margin_says_how_near_an_end_is_to_being_divided():
+    labels, states = ends_of(("T,1", 0.3, 0.0, 2))
+    states[1, 0] = 0.3 + 0.25 * SAME
+    (attractor,) = groups_of(labels, states, np.arange(2))[1].attractors
+    assert attractor.margin == pytest.approx(4.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("count", [8, 300])
+def test_two_tori_are_two_attractors(count):
+    """More orbits than are compared in pairs, too; the rare one is found wherever it stands."""
+    angles = np.random.default_rng(2).uniform(0, 2 * np.pi, count)
+    radii = np.where(np.arange(count) == count // 2 + 1, 0.8, 1.0)
+    states = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
+    states = np.concatenate([states, np.zeros_like(states)], axis=1)
+    labels = np.full(count, "quasiperiodic", object)
+    for seed in range(2):
+        order = np.random.default_rng(seed).permutation(count)
+        found, system = groups_of(labels, states, order, turning)
+        assert sorted(map(len, found)) == [1, count - 1]
+        assert all(1.0 < attractor.margin < 1e3 for attractor in system.attractors)
+
+
+def test_chaos_and_quasiperiodic_motion_are_never_one():
+    labels = np.array(["chaos", "quasiperiodic"], object)
+    assert len(groups_of(labels, np.array([[1.0, 0, 0, 0]] * 2), np.arange(2), turning)[0]) == 2
+
+
+# ---- numbers -------------------------------------------------------------------------------------
+
+
+def at(x, *lanes, label="T,1"):
+    points = np.array([[x, 0.0, 0.0, 0.0]])
+    return Attractor(label, 1, points, points[0], np.array(lanes, int), np.ones(2), SAME)
+
+
+def table_of(*systems):
+    numbering = Numbering((len(systems),))
+    for attractors in systems:
+        numbering.give(attractors)
+    return [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]
+
+
+def test_the_cheapest_assignment_is_taken():
+    assert matched({0: at(0.0), 1: at(0.2)}, [at(0.22), at(0.05)]) == {0: 1, 1: 0}
+
+
+def test_a_step_beyond_half_the_distance_of_the_next_is_none():
+    assert matched({0: at(0.0)}, [at(0.1), at(0.15)]) == {}
+    assert matched({0: at(0.0)}, [at(0.1), at(0.25)]) == {0: 0}
+    assert matched({0: at(0.0)}, [at(0.31)]) == {}
+    assert matched({}, [at(0.0)]) == {}
+
+
+def test_numbers_follow_attractors_and_are_remembered():
+    table = table_of([at(0.0), at(0.5)], [at(0.52), at(0.01)], [at(0.02)], [at(0.53), at(0.03)])
+    assert table == [{0: 0.0, 1: 0.5}, {0: 0.01, 1: 0.52}, {0: 0.02}, {0: 0.03, 1: 0.53}]
+
+
+def test_an_attractor_has_the_number_from_which_an_orbit_came():
+    assert table_of([at(0.0)], [at(0.9, seed_of(0))]) == [{0: 0.0}, {0: 0.9}]
+    assert table_of([at(0.0)], [at(0.9)]) == [{0: 0.0}, {1: 0.9}]
+    # one that goes on keeps its number, whatever else leads to it
+    both = table_of([at(0.0), at(0.5)], [at(0.01, seed_of(1))])
+    assert both == [{0: 0.0, 1: 0.5}, {0: 0.01}]
+
+
+def test_only_what_is_not_continued_is_carried_on():
+    numbering = Numbering((2,))
+    numbering.give([at(0.0), at(0.5)])
+    assert list(numbering.absent([at(0.51)])) == [0]
+
+
+def test_along_two_parameters_the_last_one_is_stepped_first():
+    numbering = Numbering((2, 2))
+    for attractors in ([at(0.0)], [at(0.05), at(0.6)], [at(0.1), at(1.2)], [at(0.12), at(0.62)]):
+        numbering.give(attractors)
+    rows = [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]
+    assert rows == [{0: 0.0}, {0: 0.05, 1: 0.6}, {0: 0.1, 2: 1.2}, {0: 0.12, 1: 0.62}]

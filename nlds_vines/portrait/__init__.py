@@ -7,9 +7,6 @@ In reading order:
     view_table      windows as datasets of the archive
     run             the orbit computed, window by window
     result          an archive read
-    page_layout     where the panels stand
-    section_panels  the panels of sections, stroboscopic and at impact
-    spectrum_panel  the panel of the spectrum
     picture         the page drawn
     command         `python -m nlds_vines.portrait` and `nv.orbit_portrait`
 """

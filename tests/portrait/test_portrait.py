@@ -15,7 +15,14 @@ from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
 from nlds_vines.portrait.command import main
-from nlds_vines.portrait.page_layout import Place, fit_forces, make_page, rows_of, write_letters
+from nlds_vines.portrait.picture import (
+    DEPTH,
+    Place,
+    fit_forces,
+    make_page,
+    rows_of,
+    write_letters,
+)
 from nlds_vines.portrait.picture import portrait as draw
 from nlds_vines.portrait.request import (
     PANELS,
@@ -26,7 +33,6 @@ from nlds_vines.portrait.request import (
     load_portrait,
 )
 from nlds_vines.portrait.run import views_of
-from nlds_vines.portrait.spectrum_panel import DEPTH
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES = 128
@@ -386,7 +392,7 @@ def test_the_papers_figures_have_the_letters_of_their_captions(name):
     request = load_portrait(ROOT / "scans" / f"{name}.toml", {"sampling": {"samples": 8}})
     assert list(request.panels[: len(CAPTIONS[name])]) == CAPTIONS[name]
     views = views_of(request)
-    _, places = make_page(request.panels, views)
+    _, _, places = make_page(request.panels, views)
     write_letters(places, len(views) > 1)
     found = [(p.axes.texts[0].get_text(), p.panel) for row in places for p in row]
     letters = dict(found)

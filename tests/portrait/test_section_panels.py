@@ -5,10 +5,10 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.errors import RequestError
+from nlds_vines.portrait.picture import CROWDED
 from nlds_vines.portrait.picture import portrait as draw
 from nlds_vines.portrait.request import load_portrait
 from nlds_vines.portrait.run import views_of
-from nlds_vines.portrait.section_panels import CROWDED
 
 SAMPLING = {"transient": 300, "periods": 24, "samples": 64}
 

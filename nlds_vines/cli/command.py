@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from nlds_vines.archives.archive import ArchivePath
-from nlds_vines.cli.options import Option, Parser, add_settings, value_of
+from nlds_vines.cli.options import NO_VALUE, Option, Parser, add_settings, comma_separated
 from nlds_vines.cli.paths import (
     check_output,
     check_plot,
@@ -31,8 +31,8 @@ from nlds_vines.cli.paths import (
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.task_registry import TASKS
 from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, ended, program, say
-from nlds_vines.errors import LeftAside, RequestError, at, shown
-from nlds_vines.model.setting import settings_of
+from nlds_vines.errors import LeftAside, RequestError, at, from_text, refuse_bytes, shown
+from nlds_vines.model.setting import Checked, Real, Whole, settings_of
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,14 @@ class Command:
                 self.common.split(), prog=program(self.name), description=about, epilog=end
             )
             self.declare(parser)
-            options = parser.parse_args(arguments)
+            for text in arguments:  # every argument may end in an archive
+                if not text.isprintable():
+                    refuse_bytes("the argument", text)
+                if NO_VALUE.fullmatch(text):
+                    parser.refuse([text])
+            options, rest = parser.parse_known_args(arguments)
+            if rest:
+                parser.refuse(rest)
             options.argv = arguments
             with _told_aside(self.name, getattr(options, "quiet", False)):
                 return self.carry_out(options)
@@ -287,9 +294,16 @@ def changes(
                     raise RequestError(f"{words} exclude each other: give one of them")
                 entries = {**document[key], **entries}
             document[key] = entries
-    for owner in owners:
-        for said in settings_of(owner).values():
-            text = getattr(chosen, f"{said.table}.{said.key}", None)
-            if text is not None:
-                document.setdefault(said.table, {})[said.key] = value_of(said, text)
+    for said in (said for owner in owners for said in settings_of(owner).values()):
+        value = getattr(chosen, f"{said.table}.{said.key}", None)
+        if value is None:
+            continue
+        check = said.check
+        if isinstance(check, Checked) and check.listed:
+            value = comma_separated(value)
+        elif isinstance(check, Whole):
+            value = from_text(int, said.flag, value)
+        elif isinstance(check, Real) or (isinstance(check, Checked) and not value[:1].isalpha()):
+            value = from_text(float, said.flag, value)
+        document.setdefault(said.table, {})[said.key] = value
     return document

@@ -14,14 +14,14 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, NoReturn
 
-from nlds_vines.errors import Number, RequestError, at, from_text, refuse_bytes, shown, unknown
+from nlds_vines.errors import Number, RequestError, at, from_text, shown, unknown
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.setting import Checked, Document, Real, Setting, Truth, Whole, settings_of
+from nlds_vines.model.setting import Document, Setting, Truth, settings_of
 from nlds_vines.model.system import System
 
 Group = argparse._ArgumentGroup
 
-_NO_VALUE = re.compile(r"(-[a-z]=?|--[a-z-]+=)--")
+NO_VALUE = re.compile(r"(-[a-z]=?|--[a-z-]+=)--")
 """An option with `--` for its value, of which argparse makes an empty list."""
 
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)|`")
@@ -54,24 +54,16 @@ class Parser(argparse.ArgumentParser):
         """Raise `RequestError` with the message."""
         raise RequestError(message)
 
-    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Return the options; an unknown one is named together with the nearest that exists.
-
-        Every argument may end in an archive, so none may hold what no archive can.
-        """
-        for text in args or ():
-            refuse_bytes("the argument", text)
-            if option := _NO_VALUE.fullmatch(text):
-                name = option[1].rstrip("=")
-                raise RequestError(f"argument {name}: expected one argument, not '--'")
-        options, rest = self.parse_known_args(args, namespace)
-        if rest and rest[0].startswith("-"):
-            name = rest[0].partition("=")[0]
+    def refuse(self, rest: Sequence[str]) -> NoReturn:
+        """Raise `RequestError` for arguments that are left, and name the nearest option."""
+        name = rest[0].partition("=")[0]
+        if NO_VALUE.fullmatch(rest[0]):
+            name = name.removesuffix("--")
+            raise RequestError(f"argument {name}: expected one argument, not '--'")
+        if rest[0].startswith("-"):
             known = [name for name in self._option_string_actions if name.startswith("--")]
             raise unknown("option", name, known)
-        if rest:
-            raise RequestError(f"one argument too many: {shown(rest[0])}")
-        return options
+        raise RequestError(f"one argument too many: {shown(rest[0])}")
 
 
 def _number(kind: type[Number], text: str) -> Number:
@@ -125,17 +117,6 @@ def add_settings(
 
 def _default(said: Setting, usual: Mapping[str, Any]) -> str:
     return replace(said, default=usual.get(said.key, said.default)).default_in_words
-
-
-def value_of(said: Setting, text: Any) -> Any:
-    """Return the value in a request file that the text of a setting's option means."""
-    if isinstance(said.check, Checked) and not said.check.listed:
-        return number_or_word(said.flag, text)
-    if isinstance(said.check, Checked):
-        return comma_separated(text)
-    kinds: dict[type, Any] = {Whole: int, Real: float}
-    kind = kinds.get(type(said.check))
-    return from_text(kind, said.flag, text) if kind else text
 
 
 # ---- options for tables of parameters ------------------------------------------------------------
@@ -249,11 +230,6 @@ def comma_separated(text: str) -> list[str]:
 def numbers(option: str, text: str) -> list[float]:
     """Return the numbers between the commas of a text."""
     return [from_text(float, option, word) for word in text.split(",")]
-
-
-def number_or_word(option: str, text: str) -> float | str:
-    """Return the number that the text of an option means; any other text as it is."""
-    return text if text[:1].isalpha() else from_text(float, option, text)
 
 
 def between_colons(option: str, text: str, form: str) -> list[str]:

@@ -333,11 +333,13 @@ class Form:
         where, below, left = self._opened(source, where)
         above = {k: v for k, v in (changes or {}).items() if v or not isinstance(v, Mapping)}
         for place, layer in ((where, below), (changes_from, above)):
-            with at(place):
-                table(f"the {self.kind}", layer, self.keys)
-            for name in self.tables:
-                with at(f"{place}: [{name}]"):
-                    table(name, layer.get(name, {}))
+            if unknown_keys := [key for key in layer if key not in self.keys]:
+                with at(place):
+                    table(f"the {self.kind}", dict.fromkeys(unknown_keys), self.keys)
+            for name in self.tables.keys() & layer.keys():
+                if not isinstance(layer[name], Mapping):
+                    with at(f"{place}: [{name}]"):
+                        table(name, layer[name])
         merged = {**below, **above}
         for name in (below.keys() & above.keys() & self.tables.keys()).difference(self.whole):
             old, new, settings = below[name], above[name], self.tables[name]

@@ -2,9 +2,7 @@
 
 In reading order:
 
-    request        a figure: a page of curves, a scan or a portrait
-    request_file   a request file (TOML) read into a request
-    page_picture   a page of curves drawn from the archives of its scans
+    request        the request of each figure: response curves, a scan or a portrait
     claims/        what the paper says, each with the rule by which it is judged
     motion         orbits of figures, for the claims about them
     report         the page of claims and retention

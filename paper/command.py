@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,6 +16,7 @@ from pathlib import Path
 
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.response_curves.request import CurveRequest
 from nlds_vines.cli.command_main import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
@@ -25,11 +27,11 @@ from nlds_vines.cli.paths import (
     refuse_replacing,
 )
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.task_registry import TASKS
 from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
-from paper.request import FigureRequest, short_name
-from paper.request_file import load_figure, packaged_figures
+from paper.request import FigureRequest, load_figure, packaged_figures, short_name
 
 _NAME = "python -m paper"
 _FOLDER = "reproduction"
@@ -125,9 +127,10 @@ class _Job:
         return self.folder / f"{request.name}.{self.picture}"
 
     @cached_property
-    def scans(self) -> dict[str, Scan]:
-        """The scans of all requests by the name of their archive, each once."""
-        return {request.archive(c): c.scan for request in self.requests for c in request.curves}
+    def archives(self) -> dict[Path, CurveRequest | Scan]:
+        """The requests to compute, by the path of the archive."""
+        folder = self.folder / _ARCHIVES
+        return {folder / one.archive: one.computed for one in self.requests if one.computed}
 
     def refuse(self, dry_run: bool = False) -> None:
         """Raise `RequestError` for files in the folder that this program has not made.
@@ -135,21 +138,22 @@ class _Job:
         With `dry_run` for all that a run refuses.
         """
         for request in self.requests:
-            own = "recipe_hash" if request.kind == "portrait" else "scan_hash"
+            own = "scan_hash" if request.computed else "recipe_hash"
             refuse_replacing("picture", self.picture_path(request), self.how, own)
         refuse_replacing("report", self.report_path, self.how, _OWN_REPORT)
         if self.page is not None:
             refuse_replacing("--page", self.page, self.how)
-        for name, scan in self.scans.items() if dry_run else ():
-            refuse_begun(self.folder / _ARCHIVES / name, scan, self.how)
+        for path, computed in self.archives.items() if dry_run else ():
+            refuse_begun(path, computed, self.how)
 
     def run(self) -> int:
         """Compute, draw and report; return how many orbits failed."""
         self.refuse()
         (self.folder / _ARCHIVES).mkdir(parents=True, exist_ok=True)
-        for name, scan in self.scans.items():
-            refuse_without_room(scan, self.folder / _ARCHIVES / name)
-        failed = sum(self._compute(name, scan) for name, scan in self.scans.items())
+        for figure in self.requests:
+            for scan in figure.scans.values():
+                refuse_without_room(scan, self.folder / _ARCHIVES / figure.archive)
+        failed = sum(self._compute(*item) for item in self.archives.items())
         failed += sum(self._draw(request) for request in self.requests)
         self._write_report()
         if self.page is not None:
@@ -168,37 +172,34 @@ class _Job:
         from paper.claims_page import write_page
 
         known = packaged_figures()
-        write_page(page, self.folder / _ARCHIVES, known, known[_SHOWN].archives[0])
+        write_page(page, self.folder / _ARCHIVES, known, known[_SHOWN].archive)
         self._say(str(page))
 
-    def _compute(self, name: str, scan: Scan) -> int:
-        """Compute one scan unless its archive is there; return how many of its orbits failed."""
-        from nlds_vines.bifurcation.run import run
+    def _compute(self, path: Path, request: CurveRequest | Scan) -> int:
+        """Compute an archive unless it is there; return how many of its orbits failed."""
+        from nlds_vines.archives.archive import read
 
-        path = self.folder / _ARCHIVES / name
-        report = run(scan, path, replace(self.how, quiet=True))
-        what = report.summary() if report.seconds else "there already"
-        number = list(self.scans).index(name) + 1
-        self._say(f"[{number}/{len(self.scans)}] {path.stem}: {what}")
-        if report.failed_lanes:
+        done, began = path.exists() and not self.how.overwrite, time.perf_counter()
+        how = replace(self.how, quiet=True)
+        TASKS[request.content].part("run").run(request, path, how)
+        seconds = time.perf_counter() - began
+        number = list(self.archives).index(path) + 1
+        spent = "there already" if done else f"{request.lanes} orbits in {seconds:.1f} s"
+        self._say(f"[{number}/{len(self.archives)}] {path.stem}: {spent}")
+        with read(path) as view:
+            failed = int((view["status"] > 0).sum())
+        if failed:
             where = f"the dataset `status` of {path} says why"
-            complain(_NAME, f"{report.failed_lanes} of {scan.lanes} orbits failed: {where}")
-        return report.failed_lanes
+            complain(_NAME, f"{failed} of {request.lanes} orbits failed: {where}")
+        return failed
 
     def _draw(self, request: FigureRequest) -> int:
         """Draw the picture of a request; return how many orbits could not be followed for it."""
         path = self.picture_path(request)
-        if request.kind == "portrait":
+        if request.computed is None:
             return self._draw_portrait(request, path)
-        from nlds_vines.bifurcation.picture.drawing import PICTURE
-        from paper.page_picture import save_page
-
-        archives = self.folder / _ARCHIVES
-        if request.kind == "scan":
-            PICTURE.save(archives / request.archive(request.curves[0]), path)
-        else:
-            assert request.page is not None
-            save_page(request.page, lambda curve: archives / request.archive(curve), path)
+        archive = self.folder / _ARCHIVES / request.archive
+        TASKS[request.computed.content].picture.save(archive, path)
         self._say(str(path))
         return 0
 
@@ -222,13 +223,13 @@ class _Job:
         """Return what the run would do, a line for each request and one for all of it."""
         lines = []
         for request in self.requests:
-            orbits = sum(curve.scan.lanes for curve in request.curves) or 1
+            orbits = request.computed.lanes if request.computed else 1
             lines.append(f"{self.picture_path(request)}: {request.title}; orbits: {orbits}")
-        there = sum((self.folder / _ARCHIVES / name).exists() for name in self.scans)
-        there = 0 if self.how.overwrite else there
-        todo = sum(scan.lanes * (scan.transient + scan.periods) for scan in self.scans.values())
-        count = f"{len(self.scans)} different scans, {todo} forcing periods"
-        return [*lines, f"{count}; of the scans {there} are there already"]
+        there = 0 if self.how.overwrite else sum(path.exists() for path in self.archives)
+        scans = [scan for request in self.requests for scan in request.scans.values()]
+        todo = sum(scan.lanes * (scan.transient + scan.periods) for scan in scans)
+        count = f"{len(self.archives)} archives, {todo} forcing periods"
+        return [*lines, f"{count}; of the archives {there} are there already"]
 
 
 def _carry_out(options: argparse.Namespace) -> int:
@@ -261,8 +262,9 @@ def _job(options: argparse.Namespace) -> _Job:
 
 def _moved(path: str) -> str:
     """Return where a page of one's own is made, by what stands in its file."""
-    commands = {"curves": "response-curves", "scan": "bifurcation", "portrait": "portrait"}
-    command = commands[load_figure(Path(path)).kind]
+    computed = load_figure(Path(path)).computed
+    command = "bifurcation" if isinstance(computed, Scan) else "response-curves"
+    command = command if computed else "portrait"
     return (
         f"{shown(path)}: this command makes the paper's figures (--only 2a,3); "
         f"your own: nlds-vines {command} {path}"

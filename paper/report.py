@@ -29,8 +29,7 @@ from paper.claims.measured import Follow, Motion, not_followed
 from paper.claims.parameter_sets import SET6, SETS
 from paper.claims.retention import Retained, retained
 from paper.claims.three_dampers import FREED
-from paper.request import FigureRequest
-from paper.request_file import packaged_figures
+from paper.request import FigureRequest, packaged_figures
 
 RETENTION = (("4", "k1"), ("6", "c1"), ("7", "P"))
 """The figures on which one parameter changes, by short name, and that parameter."""

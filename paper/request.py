@@ -1,7 +1,7 @@
-"""The request of a figure: what its picture needs, by the kind of its request file.
+"""The requests of the paper's figures and of studies: what each picture needs, by its file.
 
-A file with `[[curves]]` is a page of response curves.  A scan file is the request file of its own
-diagram or map, and a file with a `[portrait]` table that of one orbit in full.
+A file with `[[curves]]` is a request of response curves, one with a `[portrait]` table that of one
+orbit in full, and any other that of a scan.
 """
 
 from __future__ import annotations
@@ -10,28 +10,26 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, Panel
-
-_MOST_LETTERS = 160  # of a name in that of an archive: file systems allow 255 bytes
+from nlds_vines.archives.files import read_toml
+from nlds_vines.bifurcation.request import Scan, load_scan
+from nlds_vines.bifurcation.response_curves.request import CurveRequest, load_curves
+from nlds_vines.errors import at, string
+from nlds_vines.model.catalog import catalog, figure_files
 
 
 @dataclass(frozen=True)
 class FigureRequest:
     """What a picture needs.
 
-    Arguments:
+    Attributes:
         path: of the TOML file.
-        kind: `curves`, `scan` or `portrait`.
         title: of the picture.
-        page: for `curves`; scan: for `scan`.
+        computed: the request of its archive; None for a portrait, which has none here.
     """
 
     path: Path
-    kind: str
     title: str
-    page: CurvePage | None = None
-    scan: Scan | None = None
+    computed: CurveRequest | Scan | None = None
 
     @property
     def name(self) -> str:
@@ -39,36 +37,54 @@ class FigureRequest:
         return self.path.stem
 
     @property
-    def panels(self) -> tuple[Panel, ...]:
-        """The panels: of a scan one, with one curve; of a portrait none."""
-        if self.scan is not None:
-            return (Panel((Curve(self.scan),)),)
-        return () if self.page is None else self.page.panels
+    def scans(self) -> dict[str, Scan]:
+        """The scans of all cases by name, see `case_name`; of a diagram or map itself alone."""
+        if isinstance(self.computed, CurveRequest):
+            return {case_name(case.scan): case.scan for case in self.computed.cases}
+        return {} if self.computed is None else {case_name(self.computed): self.computed}
 
     @property
-    def curves(self) -> tuple[Curve, ...]:
-        """All curves, panel by panel."""
-        return tuple(curve for panel in self.panels for curve in panel.curves)
-
-    @property
-    def archives(self) -> tuple[str, ...]:
-        """The names of its archives."""
-        return tuple(self.archive(curve) for curve in self.curves)
-
-    def archive(self, curve: Curve) -> str:
-        """Return the name of a curve's archive, which changes with anything that is computed.
-
-        Curves that mean the same share it, on whatever page they stand.
-        """
-        stem = self.name if self.kind == "scan" else _file_name(curve.name)
-        return f"{stem}-{curve.scan.hash[:10]}.h5"
+    def archive(self) -> str:
+        """The name of its archive, which changes with anything that is computed; empty for none."""
+        return "" if self.computed is None else f"{self.name}-{self.computed.hash[:10]}.h5"
 
 
-def _file_name(name: str) -> str:
-    """Return a name as a part of the name of a file: no folder stands in it, and it is not long."""
-    return re.sub(r"[^\w.=+-]", "_", name, flags=re.ASCII)[:_MOST_LETTERS].lstrip(".")
+def case_name(scan: Scan) -> str:
+    """Return the name of a scan's system, and the parameters that are not as in the catalog.
+
+    So `tmd_k2=2083_c2=112` is a tuned mass damper with two values of its own.
+    """
+    system = scan.system
+    usual = catalog()[system.name].parameters if system.name in catalog() else {}
+    changed = {key: value for key, value in system.parameters.items() if usual.get(key) != value}
+    return "_".join([system.name, *(f"{key}={value:g}" for key, value in changed.items())])
 
 
 def short_name(name: str) -> str:
-    """Return what the command line calls a request: `2a` for figure2a, `stiffness` for a study."""
+    """Return the name of a request on the command line: `2a` for figure2a."""
     return name.removeprefix("figure").removeprefix("study-")
+
+
+def packaged_figures() -> dict[str, FigureRequest]:
+    """Return the requests of all packaged files, by short name, figures before studies."""
+    paths = {short_name(path.stem): path for path in sorted(figure_files(), key=_order)}
+    return {name: load_figure(path) for name, path in paths.items()}
+
+
+def _order(path: Path) -> tuple[bool, int, str]:
+    """Return the key to sort by: figures by their numbers, then everything else."""
+    number = re.match(r"figure(\d+)", path.stem)
+    return number is None, int(number[1]) if number else 0, path.stem
+
+
+def load_figure(path: Path) -> FigureRequest:
+    """Return the request in a TOML file, checked throughout.
+
+    Raises `RequestError`, one line that names file, place and key.
+    """
+    document = read_toml(path)
+    if "portrait" in document:  # its own command reads and checks it
+        with at(str(path)):
+            return FigureRequest(path, string("title", document.get("title", path.stem)))
+    computed = load_curves(path) if "curves" in document else load_scan(path)
+    return FigureRequest(path, computed.title, computed)

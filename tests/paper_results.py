@@ -7,17 +7,20 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.response_curves import run as running
+from nlds_vines.bifurcation.response_curves.request import CurveRequest
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import load_portrait
 from paper.claims import Data
-from paper.claims.measured import Breadth, Motion, curve_of
-from paper.request import FigureRequest
-from paper.request_file import packaged_figures
+from paper.claims.measured import Breadth, Motion, scan_of
+from paper.request import FigureRequest, packaged_figures
 from scans import archived, unfilled
 
 PATTERN = ((2, 2), (3, 2), (4, 2), (1, 0), (2, 1), (0, 5))  # above T,1
@@ -157,7 +160,7 @@ class MadeUp:
 
     def __call__(self, figure: str, name: str = "") -> Data:
         """Return the invented data of a curve."""
-        scan = curve_of(requests()[figure], name).scan
+        scan = scan_of(requests()[figure], name)
         own = {k: value for k, value in self.changed.items() if k in scan.system.parameters}
         return _invented(self, figure, scan, scan.system.with_(**own))
 
@@ -175,7 +178,7 @@ def made_up(energy: Any = published, **changes: Any) -> MadeUp:
 @cache
 def _map(design: Any, figure: str) -> np.ndarray:
     """Return the energies of the designs on a map."""
-    scan = curve_of(requests()[figure], "").scan
+    scan = scan_of(requests()[figure], "")
     first, second = scan.axes
     return np.array(
         [
@@ -265,10 +268,38 @@ def motion_in(
 
 def write_archive(path: Path, scan: Scan, numbers: dict[str, np.ndarray]) -> Path:
     """Write an archive of a scan that holds these numbers for its one start."""
-    found = unfilled(scan)
-    for name, array in found.items():
+    return archived(path, scan, _filled(scan, numbers))
+
+
+def write_curves(
+    path: Path, request: CurveRequest, numbers: Sequence[dict[str, np.ndarray]]
+) -> Path:
+    """Write an archive of response curves that holds these numbers of each case."""
+    pairs = zip(request.cases, numbers, strict=True)
+    results = [_filled(case.scan, row) for case, row in pairs]
+    names = (running.datasets_of(case.scan) for case in request.cases)
+    rows = [{n: row[n] for n in keys} for keys, row in zip(names, results, strict=True)]
+    with mock.patch.object(running, "_compute", side_effect=rows):
+        running.run(request, path, RunOptions(quiet=True))
+    return path
+
+
+def write_figure(folder: Path, short: str, evidence: Any) -> Path:
+    """Write the archive of the figure of that short name, with invented numbers."""
+    request = requests()[short]
+    numbers = [evidence(short, name).numbers for name in request.scans]
+    path = folder / request.archive
+    if isinstance(request.computed, Scan):
+        return write_archive(path, request.computed, *numbers)
+    return write_curves(path, request.computed, numbers)
+
+
+def _filled(scan: Scan, numbers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the arrays of a scan's archive with these numbers, else the fill value."""
+    arrays = unfilled(scan)
+    for name, array in arrays.items():
         if name in numbers:
             array[...] = np.expand_dims(numbers[name], len(scan.shape))  # the only start
         elif name == "status":
             array[...] = 0
-    return archived(path, scan, found)
+    return arrays

@@ -22,8 +22,7 @@ from nlds_vines.__main__ import COMMANDS
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.datasets import ScanContents
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves.request import CurvePage
-from nlds_vines.bifurcation.response_curves.request_file import CurveEntry, PanelEntry
+from nlds_vines.bifurcation.response_curves.request import Case, CurveRequest, Panel
 from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.parser import Parser
 from nlds_vines.continuation.branch_table import datasets_of as of_branches
@@ -251,7 +250,7 @@ def statuses() -> str:
 
 REQUESTS: Mapping[str, tuple[type, ...]] = {
     "scan": (Start, Scan),
-    "page of curves": (Start, Scan, CurvePage, PanelEntry, CurveEntry),
+    "page of curves": (Start, Scan, CurveRequest, Panel, Case),
     "tuning": (Tuning, Search, Surface, HistoryRequest, Loading, *ALL.values()),
     "portrait": (Times, PortraitRequest, ColumnEntry),
     "continuation": (Begin, Continuation),

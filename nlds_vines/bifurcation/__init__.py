@@ -19,6 +19,6 @@ In reading order:
     cell_orbit        from a cell of an archive to its orbit, the same to the last bit
     result            the archive as a path that can be read and drawn, and its scan
     picture/          diagrams and maps, drawn from the archive alone
-    response_curves/  scans of several dampers beside each other
+    response_curves/  several dampers in one archive, with a dimension `case`
     command           `python -m nlds_vines.bifurcation` and `nv.scan`
 """

@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.response_curves.request import Curve
+from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.system import System
 from paper.request import FigureRequest
 
@@ -159,30 +159,32 @@ class _Archived:
 
     def _read(self, figure: str, name: str) -> Data:
         request = self._requests[figure]
-        curve = curve_of(request, name)
-        path = self._folder / request.archive(curve)
+        scan = scan_of(request, name)
+        path = self._folder / request.archive
         if not path.exists():
             raise Missing(f"{request.name} has not been computed")
-        return _load(path, curve.scan.system)
+        return _load(path, request, scan)
 
     def _of_portrait(self, figure: str) -> Sequence[Motion]:
         return self._follow(self._requests[figure])
 
 
-def curve_of(request: FigureRequest, name: str) -> Curve:
-    """Return the curve of that name, or the only one; raise `Missing` where there is none."""
-    if not name and request.kind == "scan":
-        return request.curves[0]
-    found = next((curve for curve in request.curves if curve.name == name), None)
-    if found is None:
+def scan_of(request: FigureRequest, name: str) -> Scan:
+    """Return the scan of the case of that name, or the only one; raise `Missing` without one."""
+    if not name and isinstance(request.computed, Scan):
+        return request.computed
+    if name not in request.scans:
         raise Missing(f"{request.name} has no curve {name}")
-    return found
+    return request.scans[name]
 
 
-def _load(path: Path, system: System) -> Data:
-    """Return the data of an archive: everything that has one value for each orbit, or wall."""
+def _load(path: Path, request: FigureRequest, scan: Scan) -> Data:
+    """Return the data of a scan in an archive: what has one value for each orbit, or wall."""
+    axes = {axis.name: axis.values for axis in scan.axes}
+    is_scan = isinstance(request.computed, Scan)
+    cells = (*axes, "start") if is_scan else ("case", *axes, "start")
+    case = () if is_scan else (list(request.scans.values()).index(scan),)
     with read(path) as view:
-        cells = (*view.axes, "start")
         whole = [name for name in view.names if view.dims(name) in (cells, (*cells, "wall"))]
-        numbers = {name: view.take(name, start=0) for name in whole}
-        return Data(system, {name: view[name] for name in view.axes}, numbers)
+        numbers = {name: view[name][case][(slice(None),) * len(axes) + (0,)] for name in whole}
+    return Data(scan.system, axes, numbers)

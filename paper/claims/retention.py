@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.bifurcation.response_curves.request import Curve
 from nlds_vines.model.catalog import catalog
 from paper.claims.claim import (
     Claim,
@@ -67,23 +66,26 @@ def retained(
 
     Raises `Missing` where a curve has not been computed.
     """
-    curves = {(c.scan.system.name, c.settings[parameter]): c for c in request.curves}
+    cases = {
+        (scan.system.name, scan.system.parameters[parameter]): case
+        for case, scan in request.scans.items()
+    }
 
     def data(damper: str, value: float) -> Data:
-        return evidence(short, curves[damper, value].name)
+        return evidence(short, cases[damper, value])
 
-    rows = list(_rows(curves, parameter, data))
+    rows = list(_rows(cases, parameter, data))
     order = list(catalog())
     return sorted(rows, key=lambda row: (order.index(row.damper), row.value))
 
 
 def _rows(
-    curves: Mapping[tuple[str, float], Curve],
+    cases: Collection[tuple[str, float]],
     parameter: str,
     data: Callable[[str, float], Data],
 ) -> Iterator[Retained]:
-    """Yield a row for each (damper, value) of `curves`; `data` returns the results of one."""
-    for damper, value in curves:
+    """Yield a row for each (damper, value) of `cases`; `data` returns the results of one."""
+    for damper, value in cases:
         tuning = catalog()[damper].parameters
         changed, base = data(damper, value), data(damper, tuning[parameter])
         alone = data(ALONE, value)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves.request import CurvePage
+from nlds_vines.bifurcation.response_curves.request import CurveRequest
 from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.request import HistoryRequest, load_response_history
@@ -42,19 +42,21 @@ class Task(NamedTuple):
 
     @property
     def form_module(self):
-        name = "request_file" if self.module == CURVES else "request"
-        return import_module(f"nlds_vines.{self.module}.{name}")
+        return import_module(f"nlds_vines.{self.module}.request")
 
 
 SET6 = {"system": "ssul-set6"}
 SCAN = {**SET6, "vary": {"omega": {"values": [6.0, 6.5]}}}
 TUNING = {**SET6, "surface": {"parameters": ["k2", "c2"]}}
 BLOW = {**SET6, "load": {"impulse": 1.0}}
-CURVES = "bifurcation.response_curves"
 TASKS = {
     "scan": Task("bifurcation", "load_scan", (Start, Scan), SCAN, "bifurcation"),
     "page of curves": Task(
-        CURVES, "load_page", (Start, Scan, CurvePage), {**SCAN, "curves": [{}]}, "response-curves"
+        "bifurcation.response_curves",
+        "load_curves",
+        (Start, Scan, CurveRequest),
+        {**SCAN, "curves": [{}]},
+        "response-curves",
     ),
     "portrait": Task("portrait", "load_portrait", (Times, PortraitRequest), SET6, "portrait"),
     "tuning": Task(

@@ -13,7 +13,7 @@ from nlds_vines.errors import MOST_CHARACTERS
 from nlds_vines.model.system import System
 from nlds_vines.runs.executors import check_environment
 from nlds_vines.runs.manifest import Manifest
-from paper.request_file import load_figure
+from paper.request import load_figure
 
 ODD = "a\udcff"  # how Python keeps the bytes a\xff
 
@@ -73,7 +73,7 @@ def test_a_name_in_a_figure_is_no_path(tmp_path, name):
     text = SYSTEM.format(more=f'omega = 1\nname = "{name}"') + "[[curves]]\n"
     (tmp_path / "page.toml").write_text(text)
     request = load_figure(tmp_path / "page.toml")
-    (archive,) = (request.archive(curve) for curve in request.curves)
+    archive = request.archive
     assert Path(archive).name == archive
     assert not archive.startswith(".")
     assert len(archive.encode()) < 255

@@ -16,7 +16,7 @@ FORMS = {
     wing: import_module(f"nlds_vines.{wing}").FORM
     for wing in (
         "bifurcation.request",
-        "bifurcation.response_curves.request_file",
+        "bifurcation.response_curves.request",
         "tuning.request",
         "continuation.request",
         "portrait.request",

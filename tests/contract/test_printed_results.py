@@ -11,8 +11,8 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import ArchivePath
-from nlds_vines.bifurcation.response_curves.request_file import load_page
-from nlds_vines.bifurcation.response_curves.result import CurveValues, ResponseCurves
+from nlds_vines.bifurcation.response_curves.request import load_curves
+from nlds_vines.bifurcation.response_curves.result import ResponseCurve, ResponseCurves
 from nlds_vines.loads.fall import Fall
 from nlds_vines.loads.result import LoadScan, ResponseHistories
 from nlds_vines.model.load_quantities import SHARES, WAYS
@@ -91,7 +91,7 @@ def test_every_result_has_a_short_form_of_its_own():
         LoadScan,
         ResponseCurves,
         Fall,
-        CurveValues,
+        ResponseCurve,
         FrequencyResponse,
     } <= kinds
     generated = {kind.__name__ for kind in kinds if holds_much(kind) and is_generated(kind)}
@@ -117,9 +117,9 @@ def made_up():
     values = np.ones((len(names), 500))
     yield LoadScan(PATH, many, {"E1max": values, "x1_max": values}, np.zeros_like(values, int))
     omega = {"omega": {"start": 5.0, "stop": 8.0, "num": 100}}
-    page = load_page({"vary": omega, "curves": [{"system": name} for name in names]})
+    page = load_curves({"vary": omega, "curves": [{"system": name} for name in names]})
     curves = [
-        CurveValues(name, np.ones(MANY), {"E1max": np.ones(MANY), "E2max": np.ones(MANY)}, 1.0, 2.0)
+        ResponseCurve(name, np.ones(MANY), dict.fromkeys(("E1max", "E2max"), np.ones((MANY, 1))), 2)
         for name in names
     ]
     yield curves[0]

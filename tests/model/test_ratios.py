@@ -7,8 +7,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.bifurcation.response_curves.request import with_structure_alone
-from nlds_vines.bifurcation.response_curves.request_file import load_page
+from nlds_vines.bifurcation.response_curves.request import load_curves, with_structure_alone
 from nlds_vines.continuation.request import load_continuation
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.errors import RequestError
@@ -199,15 +198,13 @@ def test_two_statements_about_one_parameter_of_a_load_are_refused(tables, said):
 
 
 def test_the_structure_alone_has_the_ratios_of_the_curve_beside_it():
-    page = load_page({
+    request = load_curves({
         "system": "tmd", "set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}},
         "record": {"want": ["energy"]}, "curves": [{}],
     })  # fmt: skip
-    alone, damped = with_structure_alone(page).curves
-    for curve in (alone, damped):
-        np.testing.assert_allclose(
-            curve.scan.cells()["c1"], 0.05 * critical(K1, 1000.0), rtol=1e-15
-        )
+    alone, damped = with_structure_alone(request).cases
+    for case in (alone, damped):
+        np.testing.assert_allclose(case.scan.cells()["c1"], 0.05 * critical(K1, 1000.0), rtol=1e-15)
 
 
 def test_a_branch_along_a_stiffness_keeps_the_damping_ratio():

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.response_curves.command import page_from
-from nlds_vines.bifurcation.response_curves.picture import draw_page
-from nlds_vines.bifurcation.response_curves.result import CurveValues
+from nlds_vines.bifurcation.response_curves.picture import draw_curves
+from nlds_vines.bifurcation.response_curves.request import curves_from
+from nlds_vines.bifurcation.response_curves.result import ResponseCurve
 from nlds_vines.errors import RequestError
 from nlds_vines.tuning.request import load_tuning
 
@@ -160,7 +160,7 @@ def test_the_best_clearance_needs_damping():
 
 
 def page(systems, **changes):
-    return page_from(
+    return curves_from(
         None, systems, {"figure": {"manifold": True, "reduction": False}} | changes, ""
     )
 
@@ -169,10 +169,10 @@ def test_a_page_draws_the_closed_form_over_its_curve():
     vary = {"omega": {"start": 0.9, "stop": 1.1, "num": 5}}
     request = page([with_clearance(50.0)], vary=vary)
     values = [
-        CurveValues(curve.name, request.values, {"E1max": np.ones(5)}) for curve in request.curves
+        ResponseCurve(name, request.values, {"E1max": np.ones((5, 1))}) for name in request.names
     ]
     for log in (False, True):
-        figure = draw_page(replace(request, log=log), values)
+        figure = draw_curves(replace(request, log=log), values)
         drawn = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 100]
         assert len(drawn) == 1
         response = nv.slow_manifold(with_clearance(50.0)).response()

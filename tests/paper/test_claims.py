@@ -68,19 +68,17 @@ def test_what_was_not_computed_is_said_to_be(tmp_path):
 
 def test_a_doctored_archive_changes_the_verdict(tmp_path):
     claim = next(claim for claim in CLAIMS if "Sets 1 and 2" in claim.statement)
-    request = paper_results.requests()["2a"]
-    curves = {curve.name: curve for curve in request.curves}
-    for name in ("ssul-set1", "ssul-set2"):
-        numbers = RESULTS["published"]("2a", name).numbers
-        paper_results.write_archive(
-            tmp_path / request.archive(curves[name]), curves[name].scan, numbers
-        )
+    request, published = paper_results.requests()["2a"], RESULTS["published"]
+    path = paper_results.write_figure(tmp_path, "2a", published)
     assert judge(claim, archived(paper_results.requests(), tmp_path)).verdict == Verdict.AGREE
-    (tmp_path / request.archive(curves["ssul-set2"])).unlink()
-    doctored = {name: values * 1.1 for name, values in numbers.items() if name != "label"}
-    paper_results.write_archive(
-        tmp_path / request.archive(curves["ssul-set2"]), curves["ssul-set2"].scan, doctored
-    )
+    path.unlink()
+    numbers = {name: published("2a", name).numbers for name in request.scans}
+    numbers["ssul-set2"] = {
+        name: values * 1.1
+        for name, values in numbers["ssul-set2"].items()
+        if name in ("E1max", "E2max")
+    }
+    paper_results.write_curves(path, request.computed, list(numbers.values()))
     found = judge(claim, archived(paper_results.requests(), tmp_path))
     assert found.verdict == Verdict.DIFFER
     assert found.text == "at most 10.0 % of the peak apart"

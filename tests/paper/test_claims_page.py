@@ -16,11 +16,9 @@ pytest.importorskip("bokeh")
 def test_the_page_has_the_diagram_and_every_claim(tmp_path, monkeypatch):
     monkeypatch.setattr(claims_page, "motions_of", not_followed)
     requests = paper_results.requests()
-    (name,), (curve,) = requests["8"].archives, requests["8"].curves
-    numbers = RESULTS["published"]("8", curve.name).numbers
-    paper_results.write_archive(tmp_path / name, curve.scan, numbers)
+    paper_results.write_figure(tmp_path, "8", RESULTS["published"])
     output = tmp_path / "page.html"
-    claims_page.write_page(output, tmp_path, requests, name)
+    claims_page.write_page(output, tmp_path, requests, requests["8"].archive)
     html = output.read_text(encoding="utf-8")
     table = html[html.index("<h2>The claims of the paper</h2>") :]
     assert table[: table.index("</table>")].count("<tr><td>") == len(CLAIMS)

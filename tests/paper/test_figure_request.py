@@ -5,11 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model import catalog as packaged_files
-from paper.request import short_name
-from paper.request_file import load_figure, packaged_figures
+from paper.request import case_name, load_figure, packaged_figures, short_name
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = """
@@ -54,55 +53,62 @@ def figure(tmp_path):
 
 def test_every_curve_stands_in_every_panel(figure):
     page = figure()
-    assert (page.kind, page.name, page.title) == ("curves", "page", "a page")
-    assert (page.page.columns, page.page.damper_energy) == (2, True)
-    assert [(panel.title, panel.base) for panel in page.panels] == [("one", True), ("", False)]
-    first, second = page.panels[1].curves
+    request = page.computed
+    assert (page.name, page.title) == ("page", "a page")
+    assert (request.columns, request.damper_energy) == (2, True)
+    assert [(panel.title, panel.base) for panel in request.panels] == [("one", True), ("", False)]
+    assert [case.panel for case in request.cases] == [1, 1, 2, 2]
+    first, second = request.cases[2:]
     assert first.scan.system.parameters["c1"] == second.scan.system.parameters["c1"] == 300
     assert second.scan.system.parameters["k1"] == 3.0e4
     assert first.scan.system.parameters["P"] == second.scan.system.parameters["P"] == 700
     assert first.scan.want == ("energy",)  # no walls
-    assert second.settings == {"c1": 300.0, "k1": 3.0e4}
+    assert second.settings == {"k1": 3.0e4}
     assert (second.color, second.line, second.base, second.shade) == (
         *("#0072b2", "dashed", True, True),
     )
 
 
-def test_a_curve_is_named_by_what_is_not_as_in_the_catalog(figure):
-    names = [curve.name for curve in figure().curves]
-    assert names == [
+def test_cases_have_different_names(figure):
+    """In the archive by label and panel; in the paper by what is not as in the catalog."""
+    page = figure()
+    assert page.computed.names == (
+        *("alone, one", "k₁ = 30000 N/m, one"),
+        *("alone, c₁ = 300 N s/m", "k₁ = 30000 N/m, c₁ = 300 N s/m"),
+    )
+    assert list(page.scans) == [
         *("none_P=700", "ssul-set6_k1=30000_P=700"),
         *("none_c1=300_P=700", "ssul-set6_k1=30000_c1=300_P=700"),
     ]
+    assert [case_name(case.scan) for case in page.computed.cases] == list(page.scans)
 
 
-def test_curves_that_mean_the_same_share_an_archive_and_no_others(figure):
-    page = figure()
-    again = figure(PAGE.replace('"alone"', '"bare"').replace("a page", "b"), "other.toml")
-    longer = figure(PAGE.replace("num = 6", "num = 7"), "longer.toml")
-    archives = [[r.archive(curve) for curve in r.curves] for r in (page, again, longer)]
-    assert archives[0] == archives[1]
-    assert not set(archives[0]) & set(archives[2])
-    assert len(set(archives[0])) == 4
+def test_another_request_has_another_archive(figure):
+    page, again = figure(), figure(PAGE.replace("a page", "b"))
+    longer = figure(PAGE.replace("num = 6", "num = 7"))
+    other = figure(PAGE.replace('"alone"', '"bare"'))
+    recolored = figure(PAGE.replace('"blue"', '"green"'))
+    assert page.archive == again.archive == recolored.archive
+    assert len({page.archive, longer.archive, other.archive}) == 3
 
 
 def test_without_panels_there_is_one(figure):
     head, _, rest = PAGE.partition("[[panels]]")
     page = figure(head + "[[curves]]" + rest.partition("[[curves]]")[2])
-    assert [len(panel.curves) for panel in page.panels] == [2]
+    assert len(page.computed.panels) == 1
+    assert [case.panel for case in page.computed.cases] == [1, 1]
 
 
 def test_a_scan_file_is_a_request(figure):
     text = (ROOT / "scans" / "figure8.toml").read_text()
     found = figure(text, "figure8.toml")
-    assert found.kind == "scan"
-    assert found.curves[0].scan == load_scan()
-    assert found.archive(found.curves[0]).startswith("figure8-")
+    assert found.computed == load_scan()
+    assert found.archive.startswith("figure8-")
 
 
 def test_a_portrait_is_left_to_its_own_command(figure):
     found = figure('title = "an orbit"\n[portrait]\nomega = 7.4\n')
-    assert (found.kind, found.title, found.curves) == ("portrait", "an orbit", ())
+    assert (found.title, found.computed, found.scans, found.archive) == ("an orbit", None, {}, "")
 
 
 @pytest.mark.parametrize(
@@ -147,7 +153,7 @@ def test_curves_are_an_array_of_tables(figure, text):
 
 def test_the_same_curve_twice_is_refused(figure):
     twice = PAGE + '[[curves]]\nsystem = "none"\n'
-    with pytest.raises(RequestError, match="none_P=700 stands twice"):
+    with pytest.raises(RequestError, match="stands twice"):
         figure(twice)
 
 

@@ -6,7 +6,7 @@ import pytest
 import nlds_vines as nv
 from paper.claims.free_movement import LIMITS, best_within, passage, taken_by_set_6
 from paper.claims.measured import Data, Missing
-from paper.request_file import packaged_figures
+from paper.request import packaged_figures
 
 
 def data(axes, energy, depth):

@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 
 import numpy as np
 import paper_results
@@ -13,11 +13,14 @@ from matplotlib.colors import to_hex
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.response_curves import picture as drawing
+from nlds_vines.bifurcation.response_curves import run as curve_run
+from nlds_vines.bifurcation.response_curves.result import curves_in
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.interrupts import Interrupted
-from paper import command, page_picture, report
+from paper import command, report
 from paper.command import main, reproduce_paper
-from paper.request_file import load_figure
+from paper.request import load_figure
+from scans import unfilled
 
 PAGE = """
 title = "a small page"
@@ -81,26 +84,25 @@ def test_what_is_computed_is_used_again_and_what_changes_is_computed(
 ):
     assert make("page.toml", "-o", "out") == 0
     out = capsys.readouterr().out.splitlines()
-    assert out[0].startswith("[1/4] none-")
-    assert "6 orbits in" in out[0]
+    assert out[0].startswith("[1/1] page-")
+    assert "24 orbits in" in out[0]
     assert out[-2] == "out/page.png"
-    archives = files(here / "out" / "archives")
-    assert len(archives) == 4
-    assert all(read(here / "out" / "archives" / name).names for name in archives)
+    (archive,) = files(here / "out" / "archives")
+    assert read(here / "out" / "archives" / archive).names
     before = (here / "out" / "page.png").read_bytes()
 
     with monkeypatch.context() as patch:
-        patch.setattr(scan_run, "Computer", never)
+        patch.setattr(curve_run, "Computer", never)
         assert make("page.toml", "-o", "out") == 0
-        assert capsys.readouterr().out.count("there already") == 4
+        assert capsys.readouterr().out.count("there already") == 1
         assert (here / "out" / "page.png").read_bytes() == before
         (here / "page.toml").write_text(PAGE.replace("552.0", "600.0"))
         with pytest.raises(AssertionError):
             make("page.toml", "-o", "out", "--quiet")
 
     assert make("page.toml", "-o", "out") == 0
-    assert capsys.readouterr().out.count("there already") == 2
-    assert len(files(here / "out" / "archives")) == 6
+    assert "there already" not in capsys.readouterr().out
+    assert len(files(here / "out" / "archives")) == 2
     assert (here / "out" / "page.png").read_bytes() != before
 
 
@@ -140,6 +142,7 @@ def test_a_script_beside_a_request_does_the_same(here):
 
 def test_a_dry_run_computes_and_writes_nothing(here, capsys, monkeypatch):
     monkeypatch.setattr(scan_run, "run", never)
+    monkeypatch.setattr(curve_run, "run", never)
     assert main(["--dry-run"]) == 0
     out = capsys.readouterr().out
     for name in ("figure2a.png", "figure8.png", "study-stiffness.png"):
@@ -174,18 +177,22 @@ def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
 
 
 def test_failed_orbits_are_told_and_make_status_1(here, capsys, monkeypatch, make):
-    found = SimpleNamespace(failed_lanes=2, seconds=1.0, summary=lambda: "the summary")
-    monkeypatch.setattr(scan_run, "run", lambda *_, **__: found)
-    monkeypatch.setattr(page_picture, "save_page", lambda page, archive_of, path: path)
+    def with_failures(scan, *_):
+        arrays = unfilled(scan)
+        arrays["E1max"][:] = 1.0
+        arrays["status"][:] = np.array([[1], [1], [0], [0], [0], [0]])
+        return {name: arrays[name] for name in curve_run.datasets_of(scan)}
+
+    monkeypatch.setattr(curve_run, "_compute", with_failures)
     assert make("page.toml") == 1
-    assert capsys.readouterr().err.count("2 of 6 orbits failed") == 4
+    assert capsys.readouterr().err.count("8 of 24 orbits failed") == 1
 
 
 def test_an_interruption_is_status_130(here, capsys, monkeypatch, make):
     def stop(*_, **__):
         raise Interrupted("stopped")
 
-    monkeypatch.setattr(scan_run, "run", stop)
+    monkeypatch.setattr(curve_run, "run", stop)
     assert make("page.toml") == 130
     assert "goes on" in capsys.readouterr().err
 
@@ -211,12 +218,9 @@ def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys, make):
 def archives(tmp_path_factory):
     """Made-up archives of all packaged requests but the largest: results as published."""
     folder = tmp_path_factory.mktemp("archives")
-    evidence = paper_results.made_up()
     for short, request in paper_results.requests().items():
-        for curve in request.curves:
-            path = folder / request.archive(curve)
-            if not path.exists() and "section" not in curve.scan.want:
-                paper_results.write_archive(path, curve.scan, evidence(short, curve.name).numbers)
+        if request.computed and not any("section" in s.want for s in request.scans.values()):
+            paper_results.write_figure(folder, short, paper_results.made_up())
     return folder
 
 
@@ -271,9 +275,13 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
 
 
 def page_of(short, archives):
-    request = paper_results.requests()[short]
-    found = page_picture.values_of(request.page, lambda curve: archives / request.archive(curve))
-    return request, drawing.draw_page(request.page, found)
+    found = curves_in(archives / paper_results.requests()[short].archive)
+    return found.request, drawing.draw_curves(found.request, found.curves)
+
+
+def panels_of(figure):
+    """Return the panels of a figure without the axes of its legend."""
+    return [axes for axes in figure.axes if axes.axison]
 
 
 def known(line):
@@ -286,11 +294,11 @@ def test_curves_are_the_archives_energies_solid_and_dotted(archives):
     request, figure = page_of("3", archives)
     (frame,) = figure.axes
     lines = {(line.get_color(), line.get_linestyle()): line for line in frame.get_lines()}
-    damped = request.curves[3]
+    damped = request.cases[3]
     evidence = paper_results.made_up()("3", "ssul-set6")
     assert known(lines[damped.color, "-"]) == evidence["E1max"].tolist()
     of_damper = [line for line in frame.get_lines() if line._unscaled_dash_pattern[1] == (1, 1.6)]
-    assert [line.get_color() for line in of_damper] == [c.color for c in request.curves[1:]]
+    assert [line.get_color() for line in of_damper] == [c.color for c in request.cases[1:]]
     assert known(of_damper[-1]) == evidence["E2max"].tolist()
     assert frame.get_xlabel() == r"angular frequency of the force $\omega$ [rad/s]"
     assert "E_1" in frame.get_ylabel()
@@ -301,14 +309,12 @@ def test_curves_are_the_archives_energies_solid_and_dotted(archives):
 
 
 def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
-    request = paper_results.requests()["2b"]
-    (curve,) = request.curves
-    omega = curve.scan.axes[0].values
+    request = paper_results.requests()["2b"].computed
+    omega = request.values
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
     numbers = {"E1max": omega, "E2max": omega, "impact_count": np.where(free, 0, 120)}
-    path = paper_results.write_archive(tmp_path / "a.h5", curve.scan, numbers)
-    found = page_picture.values_of(request.page, lambda _: path)
-    (frame,) = drawing.draw_page(request.page, found).axes
+    found = curves_in(paper_results.write_curves(tmp_path / "a.h5", request, [numbers]))
+    (frame,) = drawing.draw_curves(request, found.curves).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
     spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
     assert [tuple(np.round(span, 2)) for span in spans] == [(5.0, 7.5), (7.7, 7.9), (7.9, 8.0)]
@@ -325,16 +331,17 @@ def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
 @pytest.mark.parametrize("short", ["2a", "3", "4", "6", "free-tmd"])
 def test_panels_share_their_axes_and_no_text_overlaps(archives, short):
     request, figure = page_of(short, archives)
-    assert len(figure.axes) == len(request.panels)
-    assert len({frame.get_xlim() for frame in figure.axes}) == 1
-    assert len({frame.get_ylim() for frame in figure.axes}) == 1
+    frames = panels_of(figure)
+    assert len(frames) == len(request.panels)
+    assert len({frame.get_xlim() for frame in frames}) == 1
+    assert len({frame.get_ylim() for frame in frames}) == 1
     figure.draw_without_rendering()
-    (legend,) = figure.legends
-    labels = [text for frame in figure.axes for text in (frame.xaxis.label, frame.yaxis.label)]
-    low, high = figure.axes[0].get_xlim()
-    ticks = [text for frame in figure.axes for text in frame.get_xticklabels()]
+    (legend,) = filter(None, [axes.get_legend() for axes in figure.axes])
+    labels = [text for frame in frames for text in (frame.xaxis.label, frame.yaxis.label)]
+    low, high = frames[0].get_xlim()
+    ticks = [text for frame in frames for text in frame.get_xticklabels()]
     ticks = [text for text in ticks if low <= text.get_position()[0] <= high]
-    titles = [frame.get_title(loc="left") and frame._left_title for frame in figure.axes]
+    titles = [frame.get_title(loc="left") and frame._left_title for frame in frames]
     written = [*labels, *ticks, *titles, *legend.get_texts(), *figure.texts]
     boxes = [text.get_window_extent() for text in written if text and text.get_text()]
     shown = [box for box in boxes if box.width > 1]
@@ -345,12 +352,12 @@ def test_panels_share_their_axes_and_no_text_overlaps(archives, short):
 
 def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
     _, figure = page_of("6", archives)
-    titles = [frame.get_title(loc="left") for frame in figure.axes]
+    titles = [frame.get_title(loc="left") for frame in panels_of(figure)]
     assert titles[0] == "(a)  $c_1=352$ N s/m"
     assert titles[1] == "(b)  $c_1=452$ N s/m (tuning)"
     assert figure.axes[1]._left_title.get_color() == drawing.BASE
     _, figure = page_of("4", archives)
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    labels = [text.get_text() for text in figure.axes[-1].get_legend().get_texts()]
     assert labels[3] == r"$k_1=3.95\times10^{4}$ N/m"
     lines = [line for line in figure.axes[0].get_lines() if line.get_marker() != "o"]
     widths = [line.get_linewidth() for line in lines][-7:]
@@ -358,13 +365,13 @@ def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
 
 
 def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archives):
-    request = paper_results.requests()["3"]
+    archive = archives / paper_results.requests()["3"].archive
     paths = [tmp_path / name for name in ("a.png", "b.png")]
     for path in paths:
-        page_picture.save_page(request.page, lambda curve: archives / request.archive(curve), path)
+        drawing.PICTURE.save(archive, path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
     with pytest.raises(RequestError, match=r"\.png"):
-        page_picture.save_page(request.page, never, tmp_path / "a.gif")
+        drawing.PICTURE.save(archive, tmp_path / "a.gif")
 
 
 # ---- everything ----------------------------------------------------------------------------------
@@ -380,7 +387,7 @@ def test_the_whole_paper_is_reproduced(tmp_path):
 
 
 def test_one_figure_by_name(tmp_path, monkeypatch):
-    monkeypatch.setattr(scan_run, "run", never)
+    monkeypatch.setattr(curve_run, "run", never)
     with pytest.raises(AssertionError):
         reproduce_paper(tmp_path / "out", only=["2b"])
     with pytest.raises(RequestError, match="unknown figure"):

@@ -2,12 +2,9 @@
 
 In reading order:
 
-    request        `CurvePage`: panels, curves and the scan of each
-    request_file   a request file (TOML) read into a `CurvePage`
-    curves_table   the datasets of the archive
-    run            from request to archive, curve by curve
-    result         `ResponseCurves`: an archive read
-    curve_picture  how curves look, and the entries of a legend
-    picture        a page of curves drawn
-    command        `python -m nlds_vines.bifurcation.response_curves` and `nv.response_curves`
+    request   `CurveRequest`: cases, the scan of each and the look of its curve; its file
+    run       from request to archive, whose datasets are those of scans with a dimension `case`
+    result    `ResponseCurves`: an archive read
+    picture   curves drawn from the archive
+    command   the command `response-curves` and `nv.response_curves`
 """

@@ -7,162 +7,30 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive import ArchivePath
-from nlds_vines.archives.files import read_toml
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import (
-    ALONE_COLOR,
     CURVE_STARTS,
-    CurvePage,
-    label_of,
-    turns,
-    with_structure_alone,
+    SAMPLING,
+    CurveRequest,
+    Source,
+    curves_from,
 )
-from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.command_main import Command
 from nlds_vines.cli.option_values import settings_of, varied
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import (
-    request_path,
-)
+from nlds_vines.cli.paths import request_path
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, at, choice, shown
-from nlds_vines.model.catalog import load_system
-from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.model.system import System
-from nlds_vines.model.words import range_in_words, setting_in_words, system_in_words
+from nlds_vines.errors import choice
 from nlds_vines.plotting.bands import refuse_undrawable
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves
-
-USUAL = ("ssul-set6", "ssbl", "tmd")
-"""The dampers that are compared unless others are named: those of the paper's Table 2."""
-
-SAMPLING = {"transient": 600, "periods": 240}
-"""Forcing periods discarded and sampled: long, for the sake of irregular regimes."""
-
-_VARY = {"omega": {"start": 4.5, "stop": 8.0, "num": 351}}
-
-Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | CurvePage | None
-"""What may stand for a page: systems or their names, a file, the document in one."""
-
-
-def add_curve_options(parser: Parser) -> None:
-    """Declare the options that say what is computed."""
-    group = parser.add_argument_group("options that override the request file")
-    group.add_argument(
-        "--system", action="append", default=[], metavar="NAME", dest="systems",
-        help="a damper: of the catalog, or a TOML file; once for each curve",
-    )  # fmt: skip
-    group.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help="of all curves, SI units"
-    )
-    group.add_argument("--vary", metavar="NAME=START:STOP:NUM", help="[omega=4.5:8:351]")
-    group.add_argument("--start", metavar="POLICY", help="rest, up, down or both [rest]")
-    add_settings(group, Scan, CurvePage, but=("want", "effort", "signals"), usual=SAMPLING)
-
-
-def changes(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what the options change in a request file, as a document of the same form."""
-    if options.start is not None:
-        choice("--start", options.start, CURVE_STARTS)
-    found: dict[str, Any] = {
-        "set": settings_of(options),
-        "vary": varied([options.vary] if options.vary else [], log=False),
-        "start": {} if options.start is None else {"policy": options.start},
-        **changed(options, Scan, CurvePage),
-    }
-    return {key: value for key, value in found.items() if value}
-
-
-def page_from(
-    source: Source, systems: Sequence[str | System], above: Mapping[str, Any], where: str
-) -> CurvePage:
-    """Return the page of a source with the structure alone in each panel, checked throughout.
-
-    Arguments: the `source`; `systems` that replace its curves; `above`, a document of changes, and
-    `where` they come from, for messages.
-
-    Raises `RequestError`, one line that names place, key, value and what is allowed.
-    """
-    if isinstance(source, CurvePage) and not (systems or above):
-        return source
-    if isinstance(source, CurvePage) or _is_document(source):
-        document: Any = source.document() if isinstance(source, CurvePage) else source
-        if systems:
-            above = {**above, "curves": _curves(systems), "panels": [{}]}
-        page = load_page(document, above, where)
-    else:
-        chosen = systems or _as_systems(source)
-        page = load_page(_document(chosen), above, where)
-        if "title" not in above:
-            page = replace(page, title=_made_up_title(page, above.get("set", {})))
-    return with_structure_alone(page)
-
-
-def _is_document(source: Source) -> bool:
-    """Tell whether a source is a page, in a file or as nested tables, and not a system."""
-    if isinstance(source, Mapping):
-        return True
-    if not isinstance(source, str | os.PathLike) or not str(source).endswith(".toml"):
-        return False
-    return "curves" in read_toml(Path(source))
-
-
-def _as_systems(source: Source) -> Sequence[str | System]:
-    """Return the systems that a source names; the usual ones for None."""
-    if source is None:
-        return USUAL
-    if isinstance(source, str | os.PathLike | System):
-        return [source if isinstance(source, System) else str(source)]
-    if isinstance(source, Sequence):
-        return list(source)
-    raise RequestError(f"{shown(source)} is no system, no list of systems and no page of curves")
-
-
-def _document(systems: Sequence[str | System]) -> dict[str, Any]:
-    """Return the request file of a page that nobody wrote."""
-    return {
-        "vary": _VARY,
-        "sampling": SAMPLING,
-        "record": {"want": ["impacts", "energy"]},
-        "figure": {"reduction": True},
-        "curves": _curves(systems),
-    }
-
-
-def _curves(systems: Sequence[str | System]) -> list[dict[str, Any]]:
-    """Return the tables [[curves]] of systems, each with a color and a line of its own."""
-    found = []
-    for number, name in enumerate(systems):
-        with at("--system"):
-            system = name if isinstance(name, System) else load_system(name)
-        color, line = turns(number) if system.scene.damper else (ALONE_COLOR, "solid")
-        found.append(
-            {
-                "system": system,
-                "label": system_in_words(system),
-                "color": color,
-                "line": line,
-            }
-        )
-    return found
-
-
-def _made_up_title(page: CurvePage, settings: Mapping[str, Any]) -> str:
-    """Return a title made of what is set and of what varies."""
-    words = [setting_in_words(*item) for item in settings.items() if item[0] in PARAMETERS]
-    return ", ".join(["Response curves", *words, range_in_words(page.axis, page.values)])
-
 
 _NAME = "response-curves"
 _DEFAULT = "response-curves.h5"
@@ -198,7 +66,8 @@ def response_curves(
 
     Arguments:
         source: a list of systems or of their names, one of these, the path of a request file with
-            [[curves]], the document in one, a `CurvePage`, or None for the paper's dampers.
+            [[curves]], the document in one, a `CurveRequest`, or None for the paper's dampers.  Of
+            systems, the curve of the structure alone stands first.
         to: the archive (.h5); None for one that is gone with what is returned.
         threads: how many; by default as many as the machine has processors.
         resume, overwrite: continue or replace an archive that exists; not both.
@@ -208,73 +77,83 @@ def response_curves(
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
-    page = page_from(source, (), tables, "response_curves")
+    request = curves_from(source, (), tables, "response_curves")
     archive = ArchivePath.for_result(to, "response-curves", resume, overwrite)
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
-    return Job(page, request_path(source), archive, None, how).run()
+    return Job(request, request_path(source), archive, None, how).run()
 
 
 class Job(jobs.Job):
-    """A page of curves and where it goes."""
+    """A request of response curves and where its results go."""
 
-    request: CurvePage
+    request: CurveRequest
 
     def check_picture(self) -> None:
         """Raise `RequestError` for values that cannot be drawn."""
         refuse_undrawable(self.request.axis, self.request.values)
 
     def refuse(self, dry_run: bool = False) -> None:
-        """Raise `RequestError` as any job, and where the curves do not fit the machine."""
+        """Raise `RequestError` as any job, and if a case does not fit into the machine."""
         super().refuse(dry_run)
-        for curve in self.request.curves:
-            refuse_without_room(curve.scan, self.archive)
+        for case in self.request.cases:
+            refuse_without_room(case.scan, self.archive)
 
     def inside(self) -> list[str]:
-        """Return a line on starts inside a wall for each curve that has any."""
-        return [
-            f"{label_of(curve)}: {line}"
-            for curve in self.request.curves
-            for line in curve.scan.starts_inside()
-        ]
+        """Return a line on starts inside a wall for each case that has any."""
+        pairs = zip(self.request.names, self.request.cases, strict=True)
+        return [f"{name}: {line}" for name, case in pairs for line in case.scan.starts_inside()]
 
     def failure(self, found: ResponseCurves) -> str:
         """Return how many orbits failed, why, and what helps."""
-        import numpy as np
-
         from nlds_vines.archives.archive import read
-        from nlds_vines.bifurcation.response_curves.curves_table import STATUSES
         from nlds_vines.orbits.status_words import failures_in, failures_in_words
 
         with read(self.archive) as view:
-            names = [name for name in STATUSES if name in view.names]
-            failures = failures_in(np.concatenate([view[name].ravel() for name in names]))
-            return failures_in_words(failures, self.request.lanes)
+            return failures_in_words(failures_in(view["status"].ravel()), self.request.lanes)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""
-        page, scan = self.request, self.request.curves[0].scan
-        curves = [f"curve:    {label_of(c)}, {c.scan.lanes} orbits" for c in page.curves]
+        request, scan = self.request, self.request.cases[0].scan
         each = scan.transient + scan.periods
         return [
-            page.title,
-            *curves,
-            f"periods:  {scan.transient} + {scan.periods} each, {page.lanes * each} in all",
+            request.title,
+            *(f"curve:    {name}, {scan.lanes} orbits" for name in request.names),
+            f"periods:  {scan.transient} + {scan.periods} each, {request.lanes * each} in all",
             f"archive:  {self.archive}",
             *([] if self.plot is None else [f"picture:  {self.plot}"]),
         ]
 
 
-def _carry_out(options: argparse.Namespace) -> int:
-    page = page_from(options.source, options.systems, changes(options), "command line")
-    files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
-    return Job(page, **files).carry_out(_NAME, options.dry_run)
-
-
 def _declare(parser: Parser) -> None:
     text = "a page of curves, or a damper [those of the paper's Table 2]"
     jobs.add_files(parser, "CURVES.toml", text, _DEFAULT)
-    add_curve_options(parser)
+    group = parser.add_argument_group("options that override the request file")
+    group.add_argument(
+        "--system", action="append", default=[], metavar="NAME", dest="systems",
+        help="a damper: of the catalog, or a TOML file; once for each curve",
+    )  # fmt: skip
+    group.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="of all curves, SI units"
+    )
+    group.add_argument("--vary", metavar="NAME=START:STOP:NUM", help="[omega=4.5:8:351]")
+    group.add_argument("--start", metavar="POLICY", help="rest, up, down or both [rest]")
+    add_settings(group, Scan, CurveRequest, but=("want", "effort", "signals"), usual=SAMPLING)
     add_local_options(parser)
+
+
+def _carry_out(options: argparse.Namespace) -> int:
+    if options.start is not None:
+        choice("--start", options.start, CURVE_STARTS)
+    changes = {
+        "set": settings_of(options),
+        "vary": varied([options.vary] if options.vary else [], log=False),
+        "start": {} if options.start is None else {"policy": options.start},
+        **changed(options, Scan, CurveRequest),
+    }
+    changes = {key: value for key, value in changes.items() if value}
+    request = curves_from(options.source, options.systems, changes, "command line")
+    files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
+    return Job(request, **files).carry_out(_NAME, options.dry_run)
 
 
 COMMAND = Command(

@@ -1,28 +1,41 @@
-"""The request of a page of response curves: what to compute, and how each curve looks.
+"""The request of response curves: cases, each a scan along the same parameter, and their look.
 
-Every curve is a scan of its own along the same parameter, which is the frequency as a rule.
+Its file is a scan file with a table `[[curves]]` for each case.  With `[[panels]]` every case
+stands in every panel, or in the one that it names; case and panel may each name a system and set
+parameters.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from nlds_vines.archives.files import read_toml
 from nlds_vines.archives.provenance import RESPONSE_CURVES, Value
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.errors import RequestError, at, checked_words, shown, string
-from nlds_vines.model.catalog import catalog
+from nlds_vines.bifurcation.request import FORM as SCAN_FORM
+from nlds_vines.bifurcation.request import Scan, load_scan
+from nlds_vines.errors import RequestError, at, checked_words, shown, string, unknown, whole
+from nlds_vines.model.catalog import as_system, catalog
+from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
     Checked,
+    Document,
+    Form,
+    OneOf,
+    ParameterTable,
     Request,
+    Text,
     Truth,
     Whole,
     check_settings,
@@ -31,112 +44,140 @@ from nlds_vines.model.setting import (
 )
 from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
 from nlds_vines.model.system import System
-from nlds_vines.model.words import setting_in_words, system_in_words
+from nlds_vines.model.words import range_in_words, setting_in_words, system_in_words
+from nlds_vines.orbits.records import USUAL
+from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.style import HUES
 
-COLORS: Mapping[str, str] = HUES
-"""Colors by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""
-
-MOST_COLUMNS = 4
-"""Panels side by side: more of them are too narrow to read."""
-
 LINES = ("solid", "dashed", "dashdot")
-"""Kinds of line; a dotted one is the damper's energy."""
+"""Line styles of curves; the damper's energy is dotted."""
 
 ALONE, ALONE_COLOR = "without damper", "#a8a8a8"
-"""What a legend calls the curve of the structure alone, and its color, the palest in gray, too."""
+"""Label and color of the structure alone; the color is the palest in gray print, too."""
+
+DAMPERS = ("ssul-set6", "ssbl", "tmd")
+"""The dampers that are compared by default, those of the paper's Table 2."""
+
+SAMPLING = {"transient": 600, "periods": 240}
+"""Forcing periods discarded and sampled by default: many, because of irregular regimes."""
 
 CURVE_STARTS = ("rest", "up", "down", "both")
-"""Where the orbits of a curve may begin; `both` draws two, and shades where they differ."""
+"""Where the orbits of a curve may begin; `both` draws two curves, and shades where they differ."""
 
 ENERGY = "E1max"
-"""What is drawn by default, and what a reduction below the curves is of."""
+"""The quantity that is drawn by default, and whose reduction stands below the curves."""
 
 SHOWN = tuple(
     entry.name
     for entry in QUANTITIES
     if {"energy", "response"} & {*entry.record} and entry.dtype == "float64"
 )
-"""What may be drawn: the largest energies, and the numbers of a response."""
+"""The quantities that can be drawn: the largest energies, and the response quantities."""
+
+_DEFAULTS: Document = {
+    "vary": {"omega": {"start": 4.5, "stop": 8.0, "num": 351}},
+    "sampling": SAMPLING,
+    "record": {"want": ["impacts", "energy"]},
+    "figure": {"reduction": True},
+}
+_CYCLE = [HUES[name] for name in ("vermillion", "blue", "green", "orange", "pink", "sky", "black")]
+_HEX = re.compile(r"#[0-9a-f]{6}")
 
 
-def records_of(shown: Collection[str]) -> tuple[str, ...]:
-    """Return the words of `[record] want` that record what is shown, beside the energies."""
-    words = {BY_NAME[name].record[0] for name in shown}
-    return tuple(word for word in ("energy", "response") if word == "energy" or word in words)
+def _unchecked(value: object) -> object:
+    """Return a system as it is written: the scan checks it, together with what is set."""
+    return value
 
 
-_TURNS = tuple(
-    COLORS[name] for name in ("vermillion", "blue", "green", "orange", "pink", "sky", "black")
-)
-"""Colors of curves for which none is asked, in this order."""
+def _color(value: object) -> str:
+    """Return a color of that name, or `#rrggbb`, as `#rrggbb`."""
+    if isinstance(value, str) and (value in HUES or _HEX.fullmatch(value)):
+        return HUES.get(value, value)
+    raise unknown("color", value, [*HUES, "#rrggbb"])
+
+
+def look_of(number: int) -> tuple[str, str]:
+    """Return color and line style of the curve of a number, from 0; after 21 they repeat.
+
+    Neighbors differ in both, so that a gray print distinguishes them.
+    """
+    return _CYCLE[number % len(_CYCLE)], LINES[number % len(LINES)]
 
 
 @dataclass(frozen=True)
-class Curve:
-    """One curve of a panel: what is computed, and how it looks.
+class Panel:
+    """A panel of the picture; `base` marks that of the original tuning."""
 
-    Arguments:
-        scan: along one parameter.
-        label: in the legend; empty for a label made from `settings` or from the system.
-        settings: what panel and curve set, beyond what the whole page shares.
-        color: as `#rrggbb`; `line`: of `LINES`.
-        base: whether it is the one to look at, drawn stronger.
-        shade: whether the panel shows where this one has impacts.
-    """
-
-    scan: Scan
-    label: str = ""
-    settings: Mapping[str, float] = field(default_factory=dict)
-    color: str = "#000000"
-    line: str = "solid"
-    base: bool = False
-    shade: bool = False
+    title: str = setting("", Text(), "[panels]", "what stands above it")
+    system: Any = setting(None, Checked(_unchecked), "[panels]", "of all its curves")
+    settings: Mapping[str, Any] | None = setting(
+        None, ParameterTable(), "[panels]", "parameters of all its curves", key="set"
+    )
+    base: bool = setting(False, Truth(), "[panels]", "whether it is that of the original tuning")
 
     @property
-    def name(self) -> str:
-        """The system, and whatever of it is not as in the catalog: `tmd_k2=2083_c2=112`."""
-        return curve_name(self.scan)
+    def words(self) -> str:
+        """Its title, else its settings in words."""
+        settings = (self.settings or {}).items()
+        return self.title or ", ".join(setting_in_words(*item) for item in settings)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A curve of the picture; once its file is read, `scan` is what is computed for it.
+
+    `panel` is then the number of its panel, from 1.
+    """
+
+    label: str = setting(
+        "", Text(), "[curves]", "in the legend", usual="what it sets, or its system"
+    )
+    system: Any = setting(None, Checked(_unchecked), "[curves]", "its system", usual="the page's")
+    settings: Mapping[str, Any] | None = setting(
+        None, ParameterTable(), "[curves]", "parameters of it", key="set"
+    )
+    base: bool = setting(False, Truth(), "[curves]", "whether it is drawn stronger")
+    color: str = setting(
+        HUES["black"], Checked(_color), "[curves]",
+        f"{', '.join(f'`{name}`' for name in HUES)} or `#rrggbb`", usual="black",
+    )  # fmt: skip
+    line: str = setting("solid", OneOf(LINES), "[curves]", ", ".join(f"`{name}`" for name in LINES))
+    shade: bool = setting(False, Truth(), "[curves]", "whether its impacts are shown")
+    panel: int | None = setting(
+        None, Whole(1), "[curves]", "number of the only panel that has it, from 1"
+    )
+    scan: Scan = None  # type: ignore[assignment]  # an entry of a file has none yet
+
+    @property
+    def title(self) -> str:
+        """Its label, else its settings or its system in words."""
+        settings = (self.settings or {}).items()
+        words = ", ".join(setting_in_words(*item) for item in settings)
+        return self.label or words or system_in_words(self.scan.system)
 
     @property
     def manifold(self) -> SlowManifold | None:
-        """The slow manifold of the system, if it has one."""
+        """The slow manifold of its system, if that has one."""
         try:
             return slow_manifold(self.scan.system)
         except RequestError:
             return None
 
 
-@dataclass(frozen=True)
-class Panel:
-    """One frame of a page and the curves in it; `base` marks the frame of the tuning."""
-
-    curves: tuple[Curve, ...]
-    title: str = ""
-    settings: Mapping[str, float] = field(default_factory=dict)
-    base: bool = False
-
-
 @dataclass(frozen=True, repr=False)
-class CurvePage(Request):
-    """A page of response curves; checked when made, immutable afterwards.
+class CurveRequest(Request):
+    """Response curves of several cases; checked when made, immutable afterwards.
 
-    Arguments:
-        title: one line for people.
-        panels: each with its curves.
-        columns, damper_energy, reduction, log, manifold, show: as the fields say; a reduction, and
-            several quantities, only of a single panel; the closed form only along omega and where
-            a curve has one.
-
-    Raises `RequestError` for curves that cannot stand on one page: along different parameters or
-    values, with several starts, or without energies.
+    Raises `RequestError` for cases that cannot stand in one archive and picture: along different
+    parameters or values, from several starts, or without the quantity to be drawn.
     """
 
     content: ClassVar[str] = RESPONSE_CURVES
 
     title: str
-    panels: tuple[Panel, ...]
-    columns: int = setting(1, Whole(1, MOST_COLUMNS), "figure", "panels side by side")
+    cases: tuple[Case, ...]
+    panels: tuple[Panel, ...] = (Panel(),)
+    columns: int = setting(1, Whole(1, 4), "figure", "panels side by side")
     damper_energy: bool = setting(
         False, Truth(), "figure", "draws E2max, too, dotted", option="--damper-energy"
     )
@@ -151,7 +192,6 @@ class CurvePage(Request):
         "draws the 1:1 response in closed form of each free mass between two rigid walls",
         option="--manifold",
     )  # fmt: skip
-
     show: tuple[str, ...] = setting(
         (ENERGY,), Checked(lambda value: checked_words("show", value, SHOWN), listed=True),
         "figure", "what is drawn, a panel for each: the largest energies, or numbers of the "
@@ -169,76 +209,61 @@ class CurvePage(Request):
             raise RequestError("reduction = true needs a page of one panel: leave out [[panels]]")
         if len(self.show) > 1 and len(self.panels) > 1:
             raise RequestError("show: several quantities need a page of one panel")
-        first = self.curves[0].scan
-        for curve in self.curves:
-            _refuse_unlike(curve.scan, first, self.show)
-        self._check_show()
-        if self.manifold:
-            self._check_manifold()
-
-    def _check_show(self) -> None:
-        """Raise `RequestError` for what no curve records, as the force in a wall without one."""
-        known = {name for curve in self.curves for name in curve.scan.table.datasets}
+        for case in self.cases:
+            _refuse_unlike(case.scan, self.cases[0].scan)
+        recorded = {name for case in self.cases for name in case.scan.table.datasets}
         for name in self.show:
-            if name not in known:
-                allowed = ", ".join(word for word in SHOWN if word in known)
+            if name not in recorded:
+                allowed = ", ".join(word for word in SHOWN if word in recorded)
                 raise RequestError(f"show = {shown(name)}: no curve has it; allowed: {allowed}")
+        if self.manifold:
+            self._refuse_without_manifold()
 
-    def _check_manifold(self) -> None:
-        """Raise `RequestError` where no curve has a closed form, or not along this axis."""
+    def _refuse_without_manifold(self) -> None:
         if self.axis != "omega":
             raise RequestError(
                 f"manifold = true needs curves along omega; these are along {self.axis}"
             )
-        walled = [curve for curve in self.curves if curve.scan.system.scene.walls]
+        walled = [case for case in self.cases if case.scan.system.scene.walls]
         if not walled:
             raise RequestError("manifold = true: no curve has walls")
-        if not any(curve.manifold for curve in walled):
+        if not any(case.manifold for case in walled):
             with at("manifold = true"):
-                slow_manifold(walled[0].scan.system)  # which says why it has none
-
-    @property
-    def body(self) -> str:
-        """The word for the body that is forced: where curves differ in it, the structure."""
-        bodies = {curve.scan.system.scene.body for curve in self.curves}
-        return bodies.pop() if len(bodies) == 1 else "structure"
-
-    @property
-    def curves(self) -> tuple[Curve, ...]:
-        """All curves, panel by panel."""
-        return tuple(curve for panel in self.panels for curve in panel.curves)
-
-    @property
-    def places(self) -> Iterator[tuple[int, Curve]]:
-        """Every curve with the number of its panel, from 0."""
-        return ((i, curve) for i, panel in enumerate(self.panels) for curve in panel.curves)
+                slow_manifold(walled[0].scan.system)  # raises the reason
 
     @property
     def axis(self) -> str:
         """The parameter along which the curves run."""
-        return self.curves[0].scan.axes[0].name
+        return self.cases[0].scan.axes[0].name
 
     @property
     def values(self) -> np.ndarray:
         """Its values, (n,)."""
-        return self.curves[0].scan.axes[0].values
+        return self.cases[0].scan.axes[0].values
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """A different name for each case: its title, with several panels that of its panel, too."""
+        words = [{case.title: None, self.panel_of(case).words: None} for case in self.cases]
+        titles = [", ".join(filter(None, both)) for both in words]
+        numbers = [titles[:i].count(title) + 1 for i, title in enumerate(titles)]
+        pairs = zip(titles, numbers, strict=True)
+        return tuple(title if number == 1 else f"{title} [{number}]" for title, number in pairs)
+
+    def panel_of(self, case: Case) -> Panel:
+        """Return the panel in which a case stands."""
+        return self.panels[(case.panel or 1) - 1]
 
     @property
-    def several(self) -> bool:
-        """Whether a page of one panel of curves shows several quantities, a panel for each."""
-        return len(self.show) > 1
-
-    @property
-    def frames(self) -> list[tuple[int, str]]:
-        """What each panel of the picture shows: the number of its curves' panel, a quantity."""
-        if self.several:
-            return [(0, name) for name in self.show]
-        return [(place, self.show[0]) for place in range(len(self.panels))]
+    def body(self) -> str:
+        """The word for the body that is forced: the structure, if the cases differ in it."""
+        bodies = {case.scan.system.scene.body for case in self.cases}
+        return bodies.pop() if len(bodies) == 1 else "structure"
 
     @property
     def lanes(self) -> int:
         """Number of orbits in all."""
-        return sum(curve.scan.lanes for curve in self.curves)
+        return sum(case.scan.lanes for case in self.cases)
 
     @property
     def about(self) -> dict[str, Value]:
@@ -247,34 +272,29 @@ class CurvePage(Request):
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what determines the numbers: those of the scans, and their panels."""
-        text = "\n".join(f"{i} {curve.scan.hash}" for i, curve in self.places)
+        """SHA-256 of what determines the numbers: the scans and the names of the cases."""
+        scans = (case.scan.hash for case in self.cases)
+        text = "\n".join(f"{scan} {name}" for scan, name in zip(scans, self.names, strict=True))
         return hashlib.sha256(text.encode()).hexdigest()
 
     def document(self) -> dict[str, Any]:
-        """Return the request file that means exactly this page, complete, as nested tables."""
-        most = max(self.curves, key=lambda curve: len(curve.scan.want))
-        scan = most.scan.document()  # what a system cannot give is left out when this is read
+        """Return the request file that means exactly this request, complete, as nested tables."""
+        most = max((case.scan for case in self.cases), key=lambda scan: len(scan.want))
+        scan = most.document()  # what a system cannot give is left out when this is read
+        rows = [
+            entries(case, "[curves]") | {"system": case.scan.system.to_table()}
+            for case in self.cases
+        ]
         return {
             "title": self.title,
             **{key: scan[key] for key in ("vary", "start", "sampling", "record")},
             "figure": entries(self, "figure"),
-            "panels": [
-                {"title": panel.title, "set": dict(panel.settings), "base": panel.base}
-                for panel in self.panels
-            ],
-            "curves": [self._entry(i, curve) for i, curve in self.places],
+            "panels": [entries(panel, "[panels]") for panel in self.panels],
+            "curves": rows,
         }
 
-    def _entry(self, place: int, curve: Curve) -> dict[str, Any]:
-        """Return the table [[curves]] of a curve: its system as it is, and in which panel it is."""
-        shared = self.panels[place].settings
-        look = {name: getattr(curve, name) for name in ("label", "color", "line", "base", "shade")}
-        own = {name: value for name, value in curve.settings.items() if name not in shared}
-        return {**look, "panel": place + 1, "system": curve.scan.system.to_table(), "set": own}
 
-
-def _refuse_unlike(scan: Scan, first: Scan, show: Sequence[str]) -> None:
+def _refuse_unlike(scan: Scan, first: Scan) -> None:
     """Raise `RequestError` for a scan whose curve cannot stand beside that of the first."""
     (axis, *_), (other, *_) = scan.axes, first.axes
     if axis.name != other.name or not np.array_equal(axis.values, other.values):
@@ -284,67 +304,172 @@ def _refuse_unlike(scan: Scan, first: Scan, show: Sequence[str]) -> None:
             f"start = {shown(scan.start.policy)} begins {scan.starts} orbits at each value; "
             f"allowed: {', '.join(CURVE_STARTS)}"
         )
-    for word in records_of(show):
-        if word not in scan.want:
-            raise RequestError(f"want = {shown(list(scan.want))} lacks {word}, which curves show")
 
 
-def with_structure_alone(page: CurvePage) -> CurvePage:
-    """Return a page with the curve of the structure alone in each panel, first.
+# ---- from a file, a document or systems ----------------------------------------------------------
 
-    One that stands on the page already is not added, and a panel whose curves belong to different
-    structures gets one for each.  A parameter that the structure alone lacks, k2 for instance,
-    cannot be varied for it: such a page stays as it is.
+FORM = Form(
+    "page of curves",
+    (Start, Scan, CurveRequest),
+    whole=("vary",),
+    rows={"panels": Panel, "curves": Case},
+    systems=False,
+    sources="a path, a table or a CurveRequest",
+)
+"""The tables and keys of a request file of response curves: those of a scan, and more."""
+
+Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | CurveRequest | None
+"""What may stand for a request: systems or their names, a file, the document in one."""
+
+
+def curves_from(
+    source: Source, systems: Sequence[str | System], changes: Document, where: str
+) -> CurveRequest:
+    """Return the request of a source; for a list of systems, with the structure alone before them.
+
+    Arguments: the `source`; `systems` that replace its cases; `changes`, a document that overrides
+    it, and `where` they come from, for messages.
+
+    Raises `RequestError`, one line that names place, key, value and what is allowed.
     """
-    there = {curve.scan.hash for curve in page.curves}
-    panels = [replace(p, curves=(*_alone(p, there), *p.curves)) for p in page.panels]
-    return replace(page, panels=tuple(panels))
+    if isinstance(source, CurveRequest | Mapping) or _has_curves(source):
+        if systems:
+            changes = {**changes, "curves": _rows(systems), "panels": [{}]}
+        request = load_curves(source, changes, where)  # type: ignore[arg-type]
+        return with_structure_alone(request) if systems else request
+    chosen: Sequence[Any] = DAMPERS
+    if isinstance(source, str | os.PathLike | System):
+        chosen = [source]
+    elif isinstance(source, Sequence):
+        chosen = source
+    elif source is not None:
+        raise RequestError(
+            f"{shown(source)} is no system, no list of systems and no page of curves"
+        )
+    document = {**_DEFAULTS, "curves": _rows(systems or chosen)}
+    request = load_curves(document, changes, where)
+    if "title" not in changes:
+        settings = changes.get("set", {}).items()
+        words = [setting_in_words(*item) for item in settings if item[0] in PARAMETERS]
+        title = ["Response curves", *words, range_in_words(request.axis, request.values)]
+        request = replace(request, title=", ".join(title))
+    return with_structure_alone(request)
 
 
-def _alone(panel: Panel, there: Collection[str]) -> Iterator[Curve]:
-    """Yield the curves of the structures alone of a panel, but for hashes that are `there`."""
-    found: dict[str, tuple[Scan, Curve]] = {}
-    for curve in panel.curves:
-        scan = alone(curve.scan)
-        if scan is not None and scan.hash not in there:
-            found.setdefault(scan.hash, (scan, curve))
-    for i, (scan, curve) in enumerate(found.values()):
-        own = {k: v for k, v in curve.settings.items() if k in scan.system.parameters}
-        words = [ALONE, *(setting_in_words(*item) for item in own.items() if len(found) > 1)]
-        yield Curve(scan, ", ".join(words), own, ALONE_COLOR, LINES[i % len(LINES)])
+def _has_curves(source: Source) -> bool:
+    """Return True if a source is a request file of curves, and no system."""
+    is_file = isinstance(source, str | os.PathLike) and str(source).endswith(".toml")
+    return is_file and "curves" in read_toml(Path(str(source)))
 
 
-def alone(scan: Scan) -> Scan | None:
-    """Return the scan of the structure of a damper alone; None where there is no such structure."""
-    allowed, parameters = SCENES["none"].allowed, scan.system.parameters
-    if not scan.system.scene.damper or scan.axes[0].name not in allowed:
+def _rows(systems: Sequence[Any]) -> list[dict[str, Any]]:
+    """Return a table [[curves]] for each system, with a color and a line of its own."""
+    rows = []
+    for number, name in enumerate(systems):
+        with at("--system"):
+            system = as_system(str(name) if isinstance(name, os.PathLike) else name)
+        color, line = look_of(number) if system.scene.damper else (ALONE_COLOR, "solid")
+        label = system_in_words(system)
+        rows.append({"system": system, "label": label, "color": color, "line": line})
+    return rows
+
+
+def load_curves(
+    source: str | os.PathLike[str] | Mapping[str, Any] | CurveRequest,
+    changes: Document | None = None,
+    changes_from: str = "changes",
+) -> CurveRequest:
+    """Return the request in a TOML file, or in the document of one, checked throughout.
+
+    Arguments: the `source`; `changes`, a document of the same form that overrides it entry by
+    entry, and `vary`, `curves` and `panels` as a whole; `changes_from` names it in messages.
+
+    Raises `RequestError`, one line that names file, place and key.
+    """
+    document = FORM.read(source, changes, changes_from)
+    look = document.of(CurveRequest)
+    keys = (key for key in SCAN_FORM.keys if key != "title")
+    shared = {key: document.document[key] for key in keys if key in document.document}
+    shared["record"] = _recording(shared.get("record", {}), look.get("show", ()))
+    panels, rows = document.rows("panels") or [Panel()], document.rows("curves")
+    cases = []
+    with at(document.origin("curves")):
+        for number, panel in enumerate(panels, start=1):
+            there = []
+            for place, row in enumerate(rows, start=1):
+                with at(f"[[curves]] {place}"):
+                    if row.panel is None or whole("panel", row.panel, 1, len(panels)) == number:
+                        there.append(_case(shared, panel, replace(row, panel=number)))
+            _refuse_panel(number, there)
+            cases += there
+    usual = "response curves" if document.left is None else Path(document.layers[0][0]).stem
+    return document.make(
+        CurveRequest,
+        document.origin("curves"),
+        title=document.title() or usual,
+        cases=tuple(cases),
+        panels=tuple(replace(panel, system=None) for panel in panels),
+        **look,
+    )
+
+
+def _recording(record: Document, show: Sequence[str]) -> dict[str, Any]:
+    """Return the table [record] of a scan that records the energies and what is shown, too."""
+    want = record.get("want", USUAL)
+    needed = ["energy", *(BY_NAME[name].record[0] for name in show)]
+    is_list = isinstance(want, Sequence) and not isinstance(want, str)  # else the scan refuses it
+    return {**record, "want": list(dict.fromkeys([*want, *needed])) if is_list else want}
+
+
+def _case(shared: Document, panel: Panel, case: Case) -> Case:
+    """Return a case in a panel with its scan; `shared` stands at the top of the file."""
+    if panel.system is not None and case.system is not None:
+        raise RequestError("system is named by [[panels]] as well: name it in one of the two")
+    of_panel, own = panel.settings or {}, case.settings or {}
+    if both := sorted(of_panel.keys() & own.keys()):
+        raise RequestError(f"{both[0]} is set by [[panels]] as well: set it in one of the two")
+    settings = {**of_panel, **own}
+    system = next((x.system for x in (panel, case) if x.system is not None), shared.get("system"))
+    scan = load_scan({**shared, "system": system, "set": {**shared.get("set", {}), **settings}})
+    if len(scan.axes) != 1:
+        raise RequestError(f"{len(scan.axes)} parameters are varied; allowed: one")
+    return replace(case, settings=own, scan=scan, system=None)
+
+
+def _refuse_panel(number: int, cases: Sequence[Case]) -> None:
+    """Raise `RequestError` for a panel without cases, or with one of them twice."""
+    if not cases:
+        raise RequestError(f"[[panels]] {number} has no curve")
+    hashes = [case.scan.hash for case in cases]
+    for place, case in enumerate(cases):
+        if case.scan.hash in hashes[:place]:
+            raise RequestError(f"[[curves]]: {case.title} stands twice in one panel")
+
+
+def with_structure_alone(request: CurveRequest) -> CurveRequest:
+    """Return a request of one panel with the structure alone first, once for each structure.
+
+    One that is a case already is not added.  A parameter that the structure alone lacks, k2 for
+    instance, cannot be varied for it: such a request stays as it is.
+    """
+    scans = [scan for case in request.cases if (scan := structure_alone(case.scan))]
+    there = {case.scan.hash for case in request.cases}
+    bare = {scan.hash: scan for scan in scans if scan.hash not in there}
+    cases = [
+        Case(ALONE, None, {}, color=ALONE_COLOR, line=LINES[i % len(LINES)], panel=1, scan=scan)
+        for i, scan in enumerate(bare.values())
+    ]
+    return replace(request, cases=(*cases, *request.cases))
+
+
+def structure_alone(scan: Scan) -> Scan | None:
+    """Return the scan of a damper's structure alone; None if it has none, or not this parameter."""
+    allowed, system = SCENES["none"].allowed, scan.system
+    if not system.scene.damper or scan.axes[0].name not in allowed:
         return None
-    values = {name: value for name, value in parameters.items() if name in allowed}
+    values = {name: value for name, value in system.parameters.items() if name in allowed}
+    ratios = {k: v for k, v in system.fixed_ratios.items() if k in ratios_in(SCENES["none"])}
     title = catalog()["none"].title
     want = tuple(word for word in ("energy", "response") if word in scan.want)
-    own = {*ratios_in(SCENES["none"])}
-    ratios = {name: v for name, v in scan.system.fixed_ratios.items() if name in own}
-    system = System("none", values, title=title, fixed_ratios=ratios)
-    return replace(scan, title=title, system=system, want=want)
-
-
-def label_of(curve: Curve) -> str:
-    """Return what a curve is called: its label, what is set, or its system."""
-    settings = ", ".join(setting_in_words(*item) for item in curve.settings.items())
-    return curve.label or settings or system_in_words(curve.scan.system)
-
-
-def turns(number: int) -> tuple[str, str]:
-    """Return the color and the line of the curve of a number, from 0; after 21 they repeat.
-
-    Neighbors differ in both, so that a gray print tells them apart, too.
-    """
-    return _TURNS[number % len(_TURNS)], LINES[number % len(LINES)]
-
-
-def curve_name(scan: Scan) -> str:
-    """Return the name of a scan's system, and what of it is not as in the catalog."""
-    system = scan.system
-    known = catalog()[system.name].parameters if system.name in catalog() else {}
-    changed = {key: value for key, value in system.parameters.items() if known.get(key) != value}
-    return "_".join([system.name, *(f"{key}={value:g}" for key, value in changed.items())])
+    alone = System("none", values, title=title, fixed_ratios=ratios)
+    return replace(scan, title=title, system=alone, want=want)

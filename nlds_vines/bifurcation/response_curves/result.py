@@ -1,4 +1,4 @@
-"""Response curves as an archive holds them: a curve for each damper, and what it says in words."""
+"""Response curves as an archive holds them, case by case, and in words."""
 
 from __future__ import annotations
 
@@ -10,70 +10,70 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import RESPONSE_CURVES
-from nlds_vines.bifurcation.response_curves.curves_table import STATUSES
-from nlds_vines.bifurcation.response_curves.request import CurvePage
-from nlds_vines.bifurcation.response_curves.request_file import load_page
+from nlds_vines.bifurcation.response_curves.request import CurveRequest, load_curves
 from nlds_vines.errors import RequestError, shown
+from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.representation import Outlined
 from nlds_vines.plotting.drawable import Drawable
 
 
 @dataclass(frozen=True, repr=False)
-class CurveValues(Outlined):
-    """What was computed along one curve, arrays (n,).
+class ResponseCurve(Outlined):
+    """The results along the curve of one case.
 
     Attributes:
-        label: what a legend calls it.
-        values: those of the parameter along the curve.
-        numbers: all that was recorded along the curve, by name of the dataset; of a second start
-            with the ending `_down`.
-        peak, peak_at: the highest E1max [J], and the value of the parameter there.
-        peak_reduction: 1 - peak / peak of the structure alone; NaN without that.
-        failed: how many orbits failed.
+        name: that of the case.
+        values: those of the parameter along the curve, (n,).
+        numbers: the recorded quantities (n, starts) by name; of two walls the larger.
+        peak_alone: the highest E1max of the structure alone in closed form [J]; NaN without damper.
     """
 
-    label: str
+    name: str
     values: np.ndarray
     numbers: Mapping[str, np.ndarray]
-    peak: float = np.nan
-    peak_at: float = np.nan
-    peak_reduction: float = np.nan
-    failed: int = 0
+    peak_alone: float = np.nan
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a recorded quantity (n,) of the first start; `RequestError` for another name."""
+        if name not in self.numbers:
+            allowed = ", ".join(self.numbers)
+            raise RequestError(f"{shown(name)} is not recorded along curves; allowed: {allowed}")
+        return self.numbers[name][:, 0]
 
     @property
     def E1max(self) -> np.ndarray:
-        """Largest energies of the structure [J]; NaN where they were not recorded."""
-        return self._along("E1max", np.nan)
+        """Largest energies of the structure [J], (n,)."""
+        return self["E1max"]
 
     @property
-    def E2max(self) -> np.ndarray:
-        """Largest energies of the damper [J]; NaN without one."""
-        return self._along("E2max", np.nan)
+    def peak(self) -> float:
+        """The highest E1max, of all starts [J]; NaN if none is finite."""
+        return float(np.fmax.reduce(self.numbers["E1max"], axis=None))
 
     @property
-    def reduction(self) -> np.ndarray:
-        """1 - E1max / E1max of the structure alone; NaN without a damper."""
-        return self._along("reduction", np.nan)
+    def peak_at(self) -> float:
+        """The value of the parameter at the peak."""
+        highest = np.fmax.reduce(self.numbers["E1max"], axis=1)
+        return float(self.values[np.nanargmax(highest)]) if np.isfinite(self.peak) else np.nan
 
     @property
-    def impacts(self) -> np.ndarray:
-        """Impacts per nT; -1 where they were not recorded."""
-        return self._along("impact_count", -1)
+    def peak_reduction(self) -> float:
+        """1 - peak / peak of the structure alone; NaN without a damper."""
+        return 1.0 - self.peak / self.peak_alone if self.peak_alone else np.nan
 
-    def periods(self, ending: str = "") -> np.ndarray:
-        """Return n,k of each nT,k in words, "" where none was found; (0,) where none is recorded.
+    @property
+    def failed(self) -> int:
+        """Number of orbits that failed."""
+        return int(np.count_nonzero(self.numbers["status"] > 0)) if "status" in self.numbers else 0
 
-        Arguments: the `ending` of the names of a second start.
-        """
-        n, k = (self.numbers.get(name + ending) for name in ("periodicity", "impact_count"))
+    def cycles(self, start: int = 0) -> np.ndarray:
+        """Return n,k of each nT,k as text, "" for no period; (0,) if no impacts are recorded."""
+        n, k = (self.numbers.get(name) for name in ("periodicity", "impact_count"))
         if n is None or k is None or (k < 0).all():  # without walls
             return np.empty(0, dtype=np.str_)
-        return np.array([f"{one},{of}" if one > 0 else "" for one, of in zip(n, k, strict=True)])
-
-    def _along(self, name: str, nothing: float) -> np.ndarray:
-        """Return a number along the curve; `nothing` everywhere where it was not recorded."""
-        return self.numbers.get(name, np.full(self.values.size, nothing))
+        pairs = zip(n[:, start], k[:, start], strict=True)
+        return np.array([f"{one},{of}" if one > 0 else "" for one, of in pairs])
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,74 +82,61 @@ class ResponseCurves(Drawable):
 
     Attributes:
         path: of the archive.
-        request: the page, with which the same numbers are computed again.
-        curves: what was computed, in the order of `request.curves`.
+        request: with which the same numbers are computed again.
+        curves: the results of each case, in the order of `request.cases`.
     """
 
     drawn_by = "nlds_vines.bifurcation.response_curves.picture"
 
     path: ArchivePath
-    request: CurvePage
-    curves: tuple[CurveValues, ...]
+    request: CurveRequest
+    curves: tuple[ResponseCurve, ...]
 
     @property
     def failed(self) -> int:
-        """How many orbits failed."""
+        """Number of orbits that failed."""
         return sum(curve.failed for curve in self.curves)
 
-    def __getitem__(self, label: str) -> CurveValues:
-        """Return the curve of a label; `RequestError` where there is none."""
-        found = next((curve for curve in self.curves if curve.label == label), None)
-        if found is None:
-            known = ", ".join(curve.label for curve in self.curves)
-            raise RequestError(f"curve = {shown(label)} is not there; allowed: {known}")
-        return found
+    def __getitem__(self, name: str) -> ResponseCurve:
+        """Return the curve of a case; `RequestError` for another name."""
+        by_name = {curve.name: curve for curve in self.curves}
+        if name not in by_name:
+            allowed = ", ".join(by_name)
+            raise RequestError(f"case = {shown(name)} is not there; allowed: {allowed}")
+        return by_name[name]
 
     def lines(self) -> Iterator[str]:
         """Yield the title and a line for each curve: its peak, and the reduction of that."""
         yield self.request.title
-        name, unit = self.request.axis, PARAMETERS[self.request.axis].unit
-        for (place, _), curve in zip(self.request.places, self.curves, strict=True):
-            panel = f"({chr(ord('a') + place)}) " if len(self.request.panels) > 1 else ""
-            text = f"{panel}{curve.label}: peak {curve.peak:.5g} J at {name} = {curve.peak_at:g}"
+        axis, unit = self.request.axis, PARAMETERS[self.request.axis].unit
+        for curve in self.curves:
+            text = f"{curve.name}: peak {curve.peak:.5g} J at {axis} = {curve.peak_at:g}"
             text += f" {unit}" if unit != "1" else ""
             if np.isfinite(curve.peak_reduction):
-                text += f", {_in_words(curve.peak_reduction)} than that of the structure alone"
+                lower = "lower" if curve.peak_reduction >= 0 else "higher"
+                percent = 100 * abs(curve.peak_reduction)
+                text += f", {percent:.1f} % {lower} than that of the structure alone"
             yield text + (f"; {curve.failed} orbits failed" if curve.failed else "")
 
 
-def _in_words(reduction: float) -> str:
-    """Return a reduction in words: 72.1 % lower, or higher where it is negative."""
-    return f"{abs(reduction):.1%} {'lower' if reduction >= 0 else 'higher'}".replace("%", " %")
-
-
 def curves_in(path: str | os.PathLike[str]) -> ResponseCurves:
-    """Return the response curves in an archive.
-
-    Raises `RequestError` if it cannot be read, and for an archive of anything else.
-    """
+    """Return the response curves in an archive; `RequestError` for an archive of anything else."""
     with read(path) as view:
         return curves_of(view)
 
 
 def curves_of(view: ArchiveView) -> ResponseCurves:
     """Return the response curves in an open archive; `RequestError` for one of anything else."""
-    page = view.request(RESPONSE_CURVES, load_page)
-    return ResponseCurves(ArchivePath.of(view.path), page, tuple(_curves(view, page)))
-
-
-def _curves(view: ArchiveView, page: CurvePage) -> Iterator[CurveValues]:
-    """Yield the curves of an archive."""
-    every = {n: view[n] for n in view.names if view.dims(n) == ("curve", page.axis)}
-    failed = sum(np.count_nonzero(every[n] > 0, axis=1) for n in STATUSES if n in every)
-    peak, place, lower = view["peak"], view["peak_at"], view["peak_reduction"]
-    for i, label in enumerate(view["label"]):
-        yield CurveValues(
-            label=str(label),
-            values=view[page.axis],
-            numbers={name: values[i] for name, values in every.items()},
-            peak=float(peak[i]),
-            peak_at=float(place[i]),
-            peak_reduction=float(lower[i]),
-            failed=int(failed[i]),
-        )
+    request = view.request(RESPONSE_CURVES, load_curves)
+    dims = ("case", request.axis, "start")
+    curves = []
+    for i, (name, case) in enumerate(zip(request.names, request.cases, strict=True)):
+        numbers = {}
+        for key in (key for key in view.names if view.dims(key)[:3] == dims):
+            values = view[key][i]
+            by_wall = values.ndim > 2
+            numbers[key] = np.fmax.reduce(values, axis=-1) if by_wall else values
+        damped = case.scan.system.scene.damper
+        alone = float(energy_alone(case.scan.cells()).max()) if damped else np.nan
+        curves.append(ResponseCurve(name, request.values, numbers, alone))
+    return ResponseCurves(ArchivePath.of(view.path), request, tuple(curves))

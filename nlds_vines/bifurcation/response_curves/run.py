@@ -1,67 +1,126 @@
-"""Response curves from request to archive, curve by curve: each is kept when it is complete."""
+"""Response curves from request to archive: the datasets of all cases, with a dimension `case`."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves.curves_table import ARRAYS, ENDINGS, contents, scales_of
-from nlds_vines.bifurcation.response_curves.request import CurvePage
+from nlds_vines.bifurcation.response_curves.request import CurveRequest
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
 from nlds_vines.runs.progress import Progress
 
+CASE, WALL = "case", "wall"
 
-def run(page: CurvePage, output: Path, how: RunOptions | None = None) -> None:
-    """Compute a page of response curves into the archive `output`.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every curve that is complete kept for
-    --resume, and `RequestError` where the archive cannot be written.
+def run(request: CurveRequest, output: Path, how: RunOptions | None = None) -> None:
+    """Compute response curves into the archive `output`, case by case.
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every complete case kept for --resume,
+    and `RequestError` if the archive cannot be written.
     """
     how = RunOptions() if how is None else how
     threads, began = use_threads(how.threads), time.monotonic()
 
     def work(folder: NumberedParts, progress: Progress, stop: Stop) -> Made:
-        found = []
-        for i, curve in enumerate(page.curves):
-            compute = partial(_computed, curve.scan, progress, stop)
-            found.append(folder.piece(i, compute, threads))
-            progress.note(curve.scan.lanes, f"curve {i + 1} of {len(page.curves)}")
-        seconds = round(time.monotonic() - began, 3)
-        return Made(
-            scales_of(page), contents(page, found), {"threads": threads, "seconds": seconds}
-        )
+        results = []
+        for i, case in enumerate(request.cases):
+            compute = partial(_compute, case.scan, progress, stop)
+            results.append(folder.piece(i, compute, threads))
+            progress.note(case.scan.lanes, f"case {i + 1} of {len(request.cases)}")
+        spent = {"threads": threads, "seconds": round(time.monotonic() - began, 3)}
+        return Made(scales_of(request), contents(request, results), spent)
 
     complete(
-        NumberedParts.open(output, page, resume=how.resume, overwrite=how.overwrite),
+        NumberedParts.open(output, request, resume=how.resume, overwrite=how.overwrite),
         work,
-        Progress(page.lanes, "orbit", quiet=how.quiet),
-        lambda _: "the curves that are complete are",
+        Progress(request.lanes, "orbit", quiet=how.quiet),
+        lambda _: "the cases that are complete are",
     )
 
 
-def _computed(scan: Scan, progress: Progress, stop: Stop) -> Arrays:
-    """Return the arrays of a curve's scan: of its start, and those of a second one as NAME_down.
-
-    Of two walls the larger number.
-    """
-    computer, pieces = Computer(scan, tell=progress.wait), []
+def _compute(scan: Scan, progress: Progress, stop: Stop) -> Arrays:
+    """Return the arrays of a scan that have a number for each orbit, or for each wall."""
+    computer, blocks = Computer(scan, tell=progress.wait), []
     for block in blocks_of(scan):
         stop.check()
-        pieces.append(computer.block(block))
-    found: dict[str, np.ndarray] = {}
-    for name in (name for name in ARRAYS if name in scan.table.datasets):
-        values = np.concatenate([piece[name] for piece in pieces])
-        by_start = values.reshape(*values.shape[:2], -1).max(axis=-1)
-        for ending, start in zip(ENDINGS, by_start.T, strict=False):
-            found[name + ending] = np.ascontiguousarray(start)
-    return found
+        blocks.append(computer.block(block))
+    arrays = {name: np.concatenate([block[name] for block in blocks]) for name in datasets_of(scan)}
+    return {name: a.astype(str) if a.dtype == object else a for name, a in arrays.items()}
+
+
+def datasets_of(scan: Scan) -> dict[str, Dataset]:
+    """Return the datasets of a scan that an archive of response curves has, too, by name."""
+    datasets = scan.table.datasets.items()
+    return {name: entry for name, entry in datasets if set(entry.tail) <= {WALL}}
+
+
+def scales_of(request: CurveRequest) -> list[Scale]:
+    """Return the dimensions of the archive with their values."""
+    starts = np.array(request.cases[0].scan.start.names, dtype=np.str_)
+    return [
+        Scale(CASE, np.array(request.names), "1", "damper, or the structure alone"),
+        PARAMETERS[request.axis].scale(request.values),
+        Scale("start", starts, "1", "start of the orbit"),
+        Scale(WALL, np.array(["near", "far"]), "1", "wall that is struck"),
+    ]
+
+
+def contents(
+    request: CurveRequest, results: Sequence[Mapping[str, np.ndarray]]
+) -> list[tuple[Dataset, np.ndarray]]:
+    """Return the datasets of the archive with their values.
+
+    Arguments: the request; the arrays (n, starts) or (n, starts, walls) of every case, by name.
+    Values that a case lacks are the fill value; of a single wall the second one is.
+    """
+    damped_first = sorted(request.cases, key=lambda case: not case.scan.system.scene.damper)
+    table: dict[str, Dataset] = {}
+    for case in damped_first:
+        for name, entry in datasets_of(case.scan).items():
+            if name not in table or len(entry.dims) > len(table[name].dims):
+                table[name] = entry
+    size = {request.axis: request.values.size, "start": request.cases[0].scan.starts, WALL: 2}
+    along = []
+    for name, entry in table.items():
+        shape = [len(results), *(size[dim] for dim in entry.dims)]
+        kind = object if entry.dtype == "str" else entry.dtype
+        values = np.full(shape, entry.fill, dtype=kind)
+        for i, arrays in enumerate(results):
+            if name in arrays:
+                of_one_wall = arrays[name].ndim < values.ndim - 1
+                values[i][(..., 0) if of_one_wall else ...] = arrays[name]
+        along.append((replace(entry, dims=(CASE, *entry.dims)), values))
+    return [*along, *_systems(request)]
+
+
+def _systems(request: CurveRequest) -> list[tuple[Dataset, np.ndarray]]:
+    """Return name, kind and fixed parameters of each case; NaN for a parameter that it lacks."""
+    systems = [case.scan.system for case in request.cases]
+    words = [
+        (Dataset.text("system", (CASE,), "name of the system"), [one.name for one in systems]),
+        (Dataset.text("kind", (CASE,), "kind of damper"), [one.kind for one in systems]),
+    ]
+    fixed = [name for name in PARAMETERS if any(name in one.parameters for one in systems)]
+    numbers = [
+        (PARAMETERS[name].dataset((CASE,)), [one.parameters.get(name, np.nan) for one in systems])
+        for name in fixed
+        if name != request.axis
+    ]
+    return [
+        *((entry, np.array(texts, dtype=object)) for entry, texts in words),
+        *((entry, np.array(values)) for entry, values in numbers),
+    ]

@@ -1,0 +1,529 @@
+"""Requests: every setting is validated, however it is given; what means the same has one hash.
+
+What is tried follows from how a setting is described (`model/setting.py`), and what must be said of
+it from the tables below.  A setting that is neither is noticed.
+"""
+
+import argparse
+import sys
+import warnings
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main
+from nlds_vines.archives.files import toml_text
+from nlds_vines.errors import LeftAside, RequestError
+from nlds_vines.loads.request import load_response_history
+from nlds_vines.model.loads.loading import ALL
+from nlds_vines.model.setting import (
+    LENT,
+    MARKS,
+    SAMPLING,
+    SHARED,
+    Checked,
+    OneOf,
+    Real,
+    Text,
+    Truth,
+    Whole,
+    settings_of,
+)
+from nlds_vines.tuning.request import load_tuning
+
+NAN = float("nan")
+SCANS = Path(__file__).parents[2] / "scans"
+
+
+class Kind(NamedTuple):
+    """A kind of request: where it is read, a document of it that is complete, and its command."""
+
+    module: str
+    load: str
+    least: dict
+    command: str
+
+    @property
+    def form(self):
+        return import_module(f"nlds_vines.{self.module}").FORM
+
+    @property
+    def settings(self):
+        return [said for table in self.form.tables.values() for said in table.values()]
+
+    def read(self, *given):
+        return getattr(import_module(f"nlds_vines.{self.module}"), self.load)(*given)
+
+
+SET6 = {"system": "ssul-set6"}
+SCAN = {**SET6, "vary": {"omega": {"values": [6.0, 6.5]}}}
+TUNING = {**SET6, "surface": {"parameters": ["k2", "c2"]}}
+KINDS = {
+    "scan": Kind("bifurcation.request", "load_scan", SCAN, "bifurcation"),
+    "portrait": Kind("portrait.request", "load_portrait", SET6, "portrait"),
+    "tuning": Kind("tuning.request", "load_tuning", TUNING, "tuning --surface=k2,c2"),
+    "continuation": Kind("continuation.request", "load_continuation", SET6, "continuation"),
+    "response history": Kind(
+        "loads.request", "load_response_history", {**SET6, "load": {"impulse": 1.0}},
+        "response-history --impulse=1",
+    ),
+}  # fmt: skip
+"""All kinds of requests, by the word for them."""
+
+every_kind = pytest.mark.parametrize("kind", KINDS)
+no_list = [(3, "= 3 must be a list"), ("a", "= 'a' must be a list")]
+steps = [
+    (3, "= 3; allowed: 4 to 1e6"),
+    (1e7, "allowed: 4 to 1e6"),
+    (NAN, "= nan"),
+    ("28", "= '28'"),
+]
+CHECKED = {
+    "tolerance": [
+        *(
+            (value, f"tolerance = {value!r}; allowed: 1e-13 to 0.001, or draft, standard, fine")
+            for value in (0.0, 1e-14, -1e-9, 1e-2, "1e-9", "drft", "standard ")
+        ),
+        (NAN, "tolerance = nan must be a finite number"),
+        *((value, "must be a number") for value in (True, [1e-9], 1j)),
+    ],
+    "nodes": [
+        (value, f"nodes = {value!r} must be a whole number from 2 to 60")
+        for value in (1, 61, 8.0, "many", True)
+    ],
+    "contact_steps": steps,
+    "period_steps": steps,
+    "state": [
+        ("rest", "state = 'rest' must be a list of"),
+        ([1, 2, NAN, 4], "nan"),
+        ([1, "a", 0, 0], "state = 'a' must be a number"),
+        ([1, [2], 0, 0], "state = [2] must be a number"),
+    ],
+    "phase": [("a", "phase = 'a' must be a number"), (NAN, "phase = nan"), (7.0, "phase = 7.0")],
+    "want": [
+        ("section", "want = 'section' must be a list"),
+        ([], "empty request; allowed: section"),
+        (["enrgy"], "unknown want 'enrgy'; did you mean 'energy'"),
+        ([3], "unknown want 3"),
+        (["energy", "energy"], "names something twice"),
+    ],
+    "signals": [
+        *no_list,
+        (np.array(["x1", "x2"]), "must be a list of words"),
+        ([1], "unknown signal 1; did you mean 'x1'"),
+    ],
+    "windows": [
+        (3, "windows = 3 must be a list of pairs [begin, end]"),
+        (["a:b"], "windows = 'a:b' must be BEGIN:END, two numbers of forcing periods"),
+        ([100], "windows = 100 must be BEGIN:END"),
+        ([[9, 5]], "end of windows = 5"),
+    ],
+    "panels": [
+        (["forces"], "unknown panels 'forces'; did you mean 'force'"),
+        (["force", "force"], "names something twice"),
+        (np.array(["force"]), "must be a list of words"),
+        ([], "empty"),
+    ],
+    "show": [
+        (3, "show = 3 must be a list of words"),
+        ([], "empty request; allowed: E1max"),
+        (["x1max"], "unknown show 'x1max'; did you mean 'x1_max'"),
+        (["E1max", "E1max"], "names something twice"),
+    ],
+    "parameters": [("k2", "must be two names"), (["k2"], "must be two names")],
+    "states": [*no_list, ([1], "state = 1 must be a list of numbers")],
+    "values": [*no_list, (["x"], "value = 'x' must be a number"), ([NAN], "value = nan")],
+    "periods": [*no_list, ([0.5], "period = 0.5 must be a whole number from 1 to 1000000")],
+    "impulse": [(1e16, "impulse = 1e+16; allowed"), (NAN, "impulse = nan must be a finite number")],
+    **{kind: [(3, f"{kind} = 3 must be a table"), ({}, "is missing")] for kind in ALL},
+}
+"""What is tried of settings that functions check, by key, with what must be said of it."""
+
+
+def tried(said):
+    """Return wrong values of a setting, each with what must be said of it."""
+    key, check = said.key, said.check
+    match check:
+        case Whole(low, high):
+            words = f"must be a whole number from {low} to {high}"
+            wrong = (low - 1, high + 1, low + 0.5, float(low), True, "1", NAN)
+            return [(value, f"{key} = {value!r} {words}") for value in wrong]
+        case Real(low, high, inside):
+            words = f" must be between {low:g} and {high:g}" if inside else f"; allowed: {low:g} to"
+            outside = (low, high) if inside else (low - 1.0, high + 1.0)
+            return [
+                *((value, f"{key} = {value!r}{words}") for value in outside),
+                (NAN, f"{key} = nan must be a finite number"),
+                ("a", f"{key} = 'a' must be a number"),
+                (True, f"{key} = True must be a number"),
+            ]
+        case OneOf(words, what):
+            longest, allowed = max(words, key=len), f"allowed: {', '.join(words)}"
+            return [
+                ("?", f"unknown {what or key} '?'; {allowed}"),
+                (f"{longest}x", f"did you mean {longest!r}? {allowed}"),
+                (3, f"unknown {what or key} 3; {allowed}"),
+            ]
+        case Text():
+            return [
+                (3, f"{key} = 3 must be a string"),
+                ("a\0b", f"{key} 'a\\x00b' holds a null character"),
+                ("a\nb", r"holds '\n': control characters and line ends are not allowed"),
+                ("a\x1b[31m", r"holds '\x1b'"),
+                ("x" * 1001, "has 1001 characters; allowed: up to 1000"),
+            ]
+        case Truth():
+            return [(value, f"{key} = {value!r} must be true or false") for value in (1, "yes")]
+    return CHECKED[key]
+
+
+@every_kind
+def test_a_wrong_value_is_refused_with_its_place_and_what_is_allowed(kind, here, error_of):
+    """In a document, in a file and in the changes over one."""
+    one = KINDS[kind]
+    one.read(one.least)  # or else all could be refused for a reason that is none
+    for said in one.settings:
+        others = one.least.get(said.table, {})
+        cases = [(said.key, value, words) for value, words in tried(said)]
+        cases += [(f"{said.key}x", 1, f"unknown key '{said.key}x'; did you mean '{said.key}'")]
+        for key, value, words in cases:
+            wrong = {said.table: {**others, key: value}}
+            lines = {f"{kind}: ": error_of(one.read, {**one.least, **wrong})}
+            lines["keywords: "] = error_of(
+                one.read, one.least, {said.table: {key: value}}, "keywords"
+            )
+            if isinstance(value, int | float | str):
+                with suppress_unwritable():
+                    Path("r.toml").write_text(toml_text({**one.least, **wrong}))
+                    lines["r.toml: "] = error_of(one.read, "r.toml")
+            for place, line in lines.items():
+                assert line.startswith(place), line
+                assert f"[{said.table}]: " in line, line
+                assert words in line
+
+
+class suppress_unwritable:
+    """Texts with control characters and numbers of Python alone stand in no file."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        return kind is not None and issubclass(kind, ValueError)
+
+
+@every_kind
+def test_a_table_that_there_is_not_is_refused(kind, error_of):
+    one = KINDS[kind]
+    for name, table in one.form.tables.items():
+        line = error_of(one.read, {**one.least, f"{name}x": {}})
+        assert f"unknown key '{name}x'; did you mean '{name}'" in line
+        line = error_of(one.read, {**one.least, name: 3})
+        assert f"{kind}: [{name}]: {name} = 3 must be a table" in line
+        assert table or name in (*one.form.names, *one.form.whole)
+
+
+NUMBERS = {
+    "1_0": "in the digits 0 to 9, without _", "٣": "in the digits 0 to 9", "0x10": "'0x10'",
+    "ten": "'ten'", "": "''", "1" * 5000: "must be a",
+}  # fmt: skip
+"""What is no number, and what must be said of it."""
+
+
+def texts(said):
+    """Return wrong texts of an option, each with what must be said of it."""
+    match said.check:
+        case Whole(low, high):
+            outside = [
+                (str(n), f"{said.key} = {n} must be a whole number") for n in (low - 1, high + 1)
+            ]
+            return [*outside, ("2.5", "must be a whole number"), *NUMBERS.items()]
+        case Real():
+            return [("nan", f"{said.key} = nan"), ("1e10", f"{said.key} = 1"), *NUMBERS.items()]
+        case Truth() | Text():
+            return []
+        case Checked(listed=True):
+            lists = [(value, words) for value, words in tried(said) if isinstance(value, list)]
+            return [
+                (",".join(v), words) for v, words in lists if all(isinstance(w, str) for w in v)
+            ]
+    return [(v, words) for v, words in tried(said) if isinstance(v, str) and not v[0].isdigit()]
+
+
+@every_kind
+def test_an_option_is_refused_in_its_own_words(kind, here, answer, refusal):
+    command, *usual = KINDS[kind].command.split()
+    listed = answer(
+        command, "--help-all" if "--help-all" in answer(command, "--help") else "--help"
+    )
+    for said in KINDS[kind].settings:
+        for text, words in texts(said) if said.has_option and said.flag in listed else ():
+            err = refusal(command, *usual, f"{said.flag}={text}")
+            assert words in err
+            assert said.flag in err or ("command line: " in err and f"[{said.table}]: " in err)
+    assert list(here.iterdir()) == []
+
+
+# ---- one document, one hash ----------------------------------------------------------------------
+
+RANGE = {"omega": {"start": 6.0, "stop": 7.0, "num": 3}}
+SAME = {
+    "scan": [
+        {**SET6, "vary": RANGE},
+        {"vary": {"omega": {"values": [6, 6.5, 7]}}, **SET6},
+        {**SET6, "vary": RANGE, "sampling": {"transient": 600, "tolerance": "standard"}},
+        {**SET6, "vary": RANGE, "start": {"policy": "rest"}, "title": "another title"},
+    ],
+    "tuning": [
+        {**SET6, "free": {"k2": {}, "c2": {}, "C": {}}},
+        {**SET6, "free": {"C": {}, "c2": {}, "k2": {"low": 10, "high": 1e4}}},
+        {
+            **SET6,
+            "free": {"c2": {}, "k2": {}, "C": {}},
+            "search": {"seed": 0, "objective": "E1max"},
+        },
+    ],
+    "continuation": [SET6, {**SET6, "along": {"omega": {"start": 5, "stop": 9}}, "start": {}}],
+    "portrait": [SET6, {**SET6, "sampling": {"periods": 240}}, {**SET6, "column": [{}]}],
+    "response history": [
+        {"systems": ["tmd"], "load": {"impulse": 1}},
+        {"system": "tmd", "load": {"impulse": 1.0, "scale": 1.0}, "sampling": {"duration": 60}},
+    ],
+}
+"""Documents of each kind that mean the same."""
+
+
+@pytest.mark.parametrize("kind", SAME)
+def test_what_means_the_same_has_one_hash(kind, here):
+    """In another order, with defaults written out, from documents, files and keywords."""
+    one, hashes = KINDS[kind], set()
+    for document in SAME[kind]:
+        Path("r.toml").write_text(toml_text(document))
+        system = document.get("system", "tmd")
+        for given in ((document,), ("r.toml",), (system, document), ({"system": system}, document)):
+            request = one.read(*given)
+            hashes.add(request.hash)
+            assert one.read(request.document()).hash == request.hash
+    assert len(hashes) == 1
+
+
+def test_what_the_changes_vary_is_set_no_longer():
+    document = {**SET6, "set": {"omega": 6.9, "zeta1": 0.02}}
+    for vary in (RANGE, {"f": {"values": [6 / 2 / np.pi]}}):
+        varied = nv.load_scan({**document, "vary": {"P": {"values": [1.0]}}}, {"vary": vary})
+        alone = nv.load_scan({**SET6, "set": {"zeta1": 0.02}, "vary": vary})
+        assert varied.hash == alone.hash
+    system = nv.load_system("ssul-set6")
+    assert nv.load_scan({"system": system, "vary": RANGE}) == nv.load_scan({**SET6, "vary": RANGE})
+
+
+def test_an_override_takes_with_it_what_it_replaces():
+    scan = {**SCAN, "sampling": {"method": "rk4", "period_steps": 100.0}}
+    assert nv.load_scan(scan, {"sampling": {"method": "exact"}}).period_steps is None
+    assert nv.load_scan(scan, {"sampling": {"periods": 3}}).period_steps == 100.0
+    scan = {**SCAN, "sampling": {"nodes": 6}}
+    assert nv.load_scan(scan, {"sampling": {"tolerance": 1e-6}}).nodes is None
+    scan = {**SCAN, "start": {"policy": "random", "count": 4, "seed": 1}}
+    start = nv.load_scan(scan, {"start": {"policy": "random", "count": 8}}).start
+    assert (start.count, start.seed) == (8, 1)
+    assert nv.load_scan(scan, {"start": {"policy": "up"}}).start.count == 1
+    assert nv.load_scan(scan, {"start": {"state": [0.1, 0, 0, 0]}}).start.policy == "state"
+    scan["start"] = {"state": [0.1, 0.0, 0.0, 0.0]}
+    assert nv.load_scan(scan, {"start": {"policy": "rest"}}).start.state == ()
+
+
+# ---- one file for every command ------------------------------------------------------------------
+
+FILE = """
+title = "My damper"
+system = "ssul-set6"
+set = { P = 850 }
+vary = { omega = { start = 7.0, stop = 7.5, num = 3 } }
+start = { policy = "random", count = 4, seed = 1 }
+sampling = { transient = 333, periods = 77, nodes = 6 }
+record = { want = ["energy"] }
+"""
+
+
+@pytest.fixture
+def scan(here):
+    Path("scan.toml").write_text(FILE)
+    return "scan.toml"
+
+
+def test_all_keys_of_files_are_known():
+    forms = [one.form for one in KINDS.values()]
+    keys = {key for form in forms for key in form.keys} | {"figure", "panels", "curves"}
+    assert keys == {*MARKS, *SHARED, *LENT}
+    assert {key for form in forms for key in form.tables.get("sampling", {})} == SAMPLING
+
+
+@pytest.mark.parametrize("command", ["portrait", "tuning", "continuation"])
+def test_a_file_lends_what_all_kinds_have(command, scan, ask):
+    said = ask(command, scan, "--dry-run")
+    assert said.out.startswith("My damper\n")
+    assert said.err.count("\n") == 1
+    assert "scan.toml: left aside here: [vary], [start], [record]" in said.err
+    assert ask(command, scan, "--dry-run", "--quiet").err == ""
+
+
+def test_and_its_sampling(scan):
+    with pytest.warns(LeftAside, match="nodes of"):
+        portrait = KINDS["portrait"].read(scan)
+    assert portrait.columns[0].window == (333, 410)
+    assert portrait.columns[0].system.parameters["P"] == 850
+    with pytest.warns(LeftAside):
+        tuning = nv.load_tuning(scan)
+    assert (tuning.transient, tuning.periods) == (333, 77)
+    lines = [line for line in FILE.splitlines() if not line.startswith("start")]
+    Path(scan).write_text("\n".join([*lines, 'portrait = { panels = ["energy"] }']))
+    with pytest.warns(LeftAside, match="vary"):
+        assert KINDS["portrait"].read(scan).panels == ("energy",)
+
+
+def test_a_title_of_a_file_stays_and_that_of_the_default_does_not(scan):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", LeftAside)
+        for load in (nv.load_scan, nv.load_tuning, nv.load_continuation):
+            assert load(scan, {"set": {"P": 900.0}}).title == "My damper"
+    assert "Figure 8" not in nv.load_scan(None, {"set": {"P": 900.0}}).title
+
+
+@pytest.mark.parametrize("path", sorted(SCANS.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("command", ["portrait", "tuning", "continuation"])
+def test_all_files_serve_all_commands(command, path, capsys, here):
+    status = main([command, str(path), "--dry-run"])
+    said = capsys.readouterr().err
+    assert "unknown key" not in said
+    # a page of curves has a system in each curve, and some systems have no damper to tune
+    assert status == 0 or "system" in said or "damper" in said
+
+
+# ---- the way of a setting ------------------------------------------------------------------------
+
+VALUE = -987654321
+
+
+def holds(thing, depth=6):
+    """Return True if the value of the setting can be reached from an argument."""
+    if isinstance(thing, str):
+        return str(VALUE) in thing
+    if isinstance(thing, int) or depth == 0:
+        return thing is not None and thing == VALUE
+    thing = vars(thing) if isinstance(thing, argparse.Namespace) else thing
+    thing = thing.values() if isinstance(thing, Mapping) else thing
+    return isinstance(thing, list | tuple | type({}.values())) and any(
+        holds(one, depth - 1) for one in thing
+    )
+
+
+def way(*words):
+    """Return the functions that are called with the value, from `main` to the check."""
+    command, functions = import_module("nlds_vines.bifurcation.command"), {}
+
+    def note(frame, event, _):
+        code, module = frame.f_code, frame.f_globals.get("__name__", "")
+        if (
+            event != "call"
+            or not module.startswith("nlds_vines.")
+            or code.co_filename == "<string>"  # what a dataclass generates
+            or (("nlds_vines.errors", "whole") in functions)
+        ):
+            return
+        arguments = code.co_argcount + code.co_kwonlyargcount + ((code.co_flags >> 2) & 1)
+        names = [name for name in code.co_varnames[:arguments] if name not in ("self", "cls")]
+        if any(holds(frame.f_locals.get(name)) for name in names):
+            functions[module, code.co_name] = None
+
+    sys.setprofile(note)
+    try:
+        assert command.main(list(words)) == 2
+    finally:
+        sys.setprofile(None)
+    return list(functions)
+
+
+@pytest.mark.parametrize("given", ["option", "file"])
+def test_a_setting_passes_eight_functions_in_four_modules_at_most(given, here, capsys):
+    document = {**SCAN, "sampling": {"transient": VALUE}}
+    Path("r.toml").write_text(toml_text(document))
+    functions = way(f"--transient={VALUE}") if given == "option" else way("r.toml")
+    assert f"[sampling]: transient = {VALUE} must be" in capsys.readouterr().err
+    assert functions[-1] == ("nlds_vines.errors", "whole")
+    assert 4 <= len(functions) <= 8, functions
+    assert len({module for module, _ in functions}) <= 4, functions
+
+
+# ---- what may vary -------------------------------------------------------------------------------
+
+LOADS = {
+    "blow": {"impulse": 1.0, "repeat": 2, "every": 1.0},
+    "record": {"values": [0.0, 1.0, 0.0], "dt": 0.01},
+    "tone": {"amplitude": 1.0, "omega": 3.0},
+    "sweep": {"amplitude": 1.0, "first": 3.0, "last": 5.0, "length": 9.0},
+    "noise": {"rms": 1.0, "high": 20.0},
+    **{
+        kind: {"peak": 1.0, "length": 0.1, "repeat": 2, "every": 1.0}
+        for kind in ("half_sine", "triangular", "rectangular", "friedlander")
+    },
+}
+NUMBERS_OF_LOADS = [
+    *(("impulse", "scale")),
+    *(f"{kind}.{said.key}" for kind in ALL for said in settings_of(ALL[kind]).values()),
+]
+RANGES = ([-1.0, 0.0, 1.0], [1.0, 1.5, 2.0], [2.0, 3.0, 4.0], [0.0, 0.5, 1.0], [19.0, 20.0, 21.0])
+"""Axes whose ends many settings allow, and not each value between them."""
+
+
+@pytest.mark.parametrize("name", NUMBERS_OF_LOADS)
+def test_every_value_of_an_axis_is_checked_before_anything_is_computed(name):
+    kind = name.partition(".")[0]
+    acts = {"load": {kind: LOADS[kind]} if kind in LOADS else {"impulse": 1.0}}
+    for values in RANGES:
+        try:
+            request = load_response_history("tmd", {**acts, "vary": {name: {"values": values}}})
+        except RequestError:
+            continue
+        for number in range(request.cases):
+            request.case(number)  # as a run makes them
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "words"),
+    [
+        ("friedlander.peak", np.linspace(-1000, 1000, 1001).tolist(), "friedlander.peak = 0.0"),
+        ("noise.seed", [1.0, 1.5, 2.0], "noise.seed = 1.5 must be a whole number"),
+        ("blow.repeat", [1.5, 2.0], "blow.repeat = 1.5 must be a whole number"),
+        ("friedlander.unit", [1.0, 2.0], "unknown unit 1.0"),
+        ("tone.omega", [1.0, 1e8], "cells of time; allowed: 1000000"),
+    ],
+)
+@pytest.mark.parametrize("command", ["response-history --vary", "tuning --over"])
+def test_a_value_within_an_axis_of_a_load_is_refused(command, name, values, words, error_of):
+    kind = name.partition(".")[0]
+    load, key = {"load": {kind: LOADS[kind]}}, command.split("--")[1]
+    reads = {"vary": load_response_history, "over": load_tuning}
+    line = error_of(reads[key], "tmd", {**load, key: {name: {"values": values}}})
+    assert words in line
+
+
+def test_a_whole_number_is_not_uncertain(error_of):
+    tables = {"load": {"blow": LOADS["blow"]}, "uncertain": {"blow.repeat": 1.0}}
+    assert "blow.repeat is a whole number" in error_of(load_tuning, "tmd", tables)
+    tables = {
+        "load": {"friedlander": LOADS["friedlander"]},
+        "uncertain": {"friedlander.unit": "5%"},
+    }
+    assert "friedlander.unit = 'N' must be a number" in error_of(load_tuning, "tmd", tables)
+
+
+def test_a_text_that_is_no_number_is_refused_in_one_line(here, refusal):
+    assert "'a' must be a number" in refusal("response-history", "--impulse=1", "--start=1,a,0,0")
+    assert "'a' must be a number" in refusal("tuning", "--impulse=1", "--start=1,a,0,0")
+    assert "'²'" in refusal("response-history", "--load=blow:impulse=²")
+    assert "must be a" in refusal("response-history", f"--load=blow:impulse={'1' * 5000}")

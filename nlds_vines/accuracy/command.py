@@ -1,4 +1,4 @@
-"""Error against run time on a system of one's own, and what tolerance to take.
+"""Error against run time on a system of one's own, and which tolerance to take.
 
 As a command: `python -m nlds_vines.accuracy`, or `nlds-vines accuracy`.
 """
@@ -6,18 +6,22 @@ As a command: `python -m nlds_vines.accuracy`, or `nlds-vines accuracy`.
 from __future__ import annotations
 
 import argparse
+import textwrap
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.cli.command_main import DONE, Command, say
-from nlds_vines.cli.option_values import add_system_options, chosen_system, settings_of
-from nlds_vines.cli.parser import Parser
+from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.cli.command import Command
+from nlds_vines.cli.markdown_tables import table
+from nlds_vines.cli.options import SET, SYSTEM, Parser, chosen_system, settings_in
 from nlds_vines.cli.paths import check_plot, optional_path, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, from_text, shown, whole
 
 if TYPE_CHECKING:
+    from nlds_vines.accuracy.measure import Reference, Result
     from nlds_vines.model.system import System
 
 _DEFAULT = "ssul-set6"
@@ -26,7 +30,9 @@ examples:
   nlds-vines accuracy
       SSul NES Set 6 at omega = 6.28 rad/s, twenty periods from rest: both methods, and SciPy
   nlds-vines accuracy own.toml --set omega=6.9 --want 1e-6
-      the same for a system of your own, and the cheapest setting that is good to 1e-6
+      the same for the system of a scan, and the cheapest setting that is good to 1e-6
+  nlds-vines accuracy --set E2=2.1e11 --plot stiff.png
+      a stiff scene: the damper strikes steel
 the table is Markdown; in a clone, `python -m benchmarks.accuracy` measures the solvers of others
 exit status: 0 done; 2 the request is wrong; 130 interrupted, 143 terminated
 """
@@ -35,7 +41,21 @@ exit status: 0 done; 2 the request is wrong; 130 interrupted, 143 terminated
 def declare_system(parser: Parser) -> None:
     """Declare the options that say which system is measured."""
     parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="whose system is taken")
-    add_system_options(parser, f"of the catalog, or a TOML file [{_DEFAULT}]")
+    for option in (SYSTEM, SET):
+        option.add(parser)
+
+
+def system_of(options: Any) -> System:
+    """Return the system of the options: of the catalog, or a scan's, in the middle of its axes."""
+    if options.scan is None:
+        return chosen_system(options, _DEFAULT)
+    if options.system is not None:
+        raise RequestError(
+            f"{shown(options.scan)} and --system {options.system} exclude each other: give one"
+        )
+    scan = load_scan(options.scan)
+    middle = {axis.name: float(axis.values[axis.values.size // 2]) for axis in scan.axes}
+    return scan.system.with_(**(middle | settings_in(options)))
 
 
 def _declare(parser: Parser) -> None:
@@ -50,7 +70,8 @@ def _declare(parser: Parser) -> None:
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    system, periods = system_of(options), periods_of(options)
+    system = system_of(options)
+    periods = whole("--periods", from_text(int, "--periods", options.periods or "20"), 2, 10_000)
     want = from_text(float, "--want", options.want or "1e-9")
     if not 0.0 < want < 1.0:
         raise RequestError(f"--want = {want:g} must lie between 0 and 1")
@@ -58,46 +79,66 @@ def _carry_out(options: argparse.Namespace) -> int:
     refuse_same(optional_path(options.scan), plot)
     check_plot(plot)
     refuse_replacing("picture", plot, RunOptions(overwrite=options.overwrite))
-    from nlds_vines.accuracy.measure import comparison, contenders
-    from nlds_vines.accuracy.measured_cases import Case
+    from nlds_vines.accuracy.measure import measured, methods, reference
 
-    case = Case.of(system, periods)
-    methods = contenders(case, not options.no_peers)
+    contenders = methods(system, not options.no_peers)
     if options.dry_run:
-        say(*(f"{case.name}: {method}" for method in methods))
+        say(*(f"{system.name}: {method}" for method in contenders))
         return DONE
     from nlds_vines.accuracy.picture import draw
-    from nlds_vines.accuracy.tables import lines
     from nlds_vines.orbits.compilation import silent
     from nlds_vines.plotting.save import save_figure
+    from nlds_vines.runs.progress import Progress
 
+    results: list[Result] = []
+    count = sum(len(settings) for settings, _ in contenders.values())
     try:
         with silent(options.quiet):
-            result = comparison(case, methods, options.quiet)
+            known = reference(system, periods)
+            with Progress(count, "setting", quiet=options.quiet) as progress:
+                for result in measured(known, contenders):
+                    results.append(result)
+                    progress.note(1, result.method)
     except KeyboardInterrupt as stop:
         raise type(stop)("what was measured is lost") from None
-    save_figure(draw(result), plot, case.title, ("case", case.title))
-    say(*lines(result, want))
+    title = f"{system.title or system.name}, ω = {system.parameters['omega']:g} rad/s, from rest"
+    save_figure(draw(known, results), plot, title, ("case", title))
+    say(*lines(title, known, results, want))
     return DONE
 
 
-def system_of(options: Any) -> System:
-    """Return the system asked for: of the catalog, or a scan's, in the middle of its axes."""
-    if options.scan is None:
-        return chosen_system(options, _DEFAULT)
-    if options.system is not None:
-        raise RequestError(
-            f"{shown(options.scan)} and --system {options.system} exclude each other: give one"
-        )
-    scan = load_scan(options.scan)
-    middle = {axis.name: float(axis.values[axis.values.size // 2]) for axis in scan.axes}
-    return scan.system.with_(**(middle | settings_of(options)))
+def lines(title: str, known: Reference, results: Sequence[Result], want: float) -> Iterator[str]:
+    """Yield the case and its reference, the table, and advice as scans and Python take it."""
+    from nlds_vines.accuracy.measure import advised
+
+    text = (
+        f"{title}. Error of the state after {known.periods} forcing periods and {known.impacts} "
+        f"impacts, CPU time of a period. Regime: {known.label}. Reference: exact, refined; rk4 at "
+        f"16384 steps is {known.doubt:.0e} from it. A disturbance of the start has grown "
+        f"{known.growth:.2g} times by then."
+    )
+    yield from textwrap.wrap(text, 100)
+    yield ""
+    head = ("method", "setting", "error", "impacts", "CPU per period")
+    yield from table(head, (_row(known, result) for result in results), (2, 3, 4))
+    yield ""
+    what, best = f"The cheapest setting with an error of at most {want:g}", advised(results, want)
+    if best is None:
+        yield f"{what}: none was measured."
+    else:
+        name = "period_steps" if best.method == "rk4" else "tolerance"
+        code = f'`method = "{best.method}", {name} = {best.setting:g}`'
+        yield f"{what}: {code} ({best.error:.1e} at {1e6 * best.seconds:.3g} us a period)."
 
 
-def periods_of(options: Any) -> int:
-    """Return the periods asked for."""
-    given = from_text(int, "--periods", options.periods or "20")
-    return whole("--periods", given, 2, 10_000)
+def _row(known: Reference, result: Result) -> tuple[str, ...]:
+    words = f"{result.setting:g} steps" if result.method == "rk4" else f"{result.setting:.0e}"
+    if result.failure:
+        return result.method, words, f"failed: {result.failure}"
+    error = f"{result.error:.1e}" if result.error > known.doubt else f"< {known.doubt:.0e}"
+    missed = f"{abs(result.missed):g} {'missed' if result.missed > 0 else 'invented'}"
+    seconds = f"{1e6 * result.seconds:.3g} us"
+    return result.method, words, error, "" if result.is_sound else missed, seconds
 
 
 main = Command(

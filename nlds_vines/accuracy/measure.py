@@ -1,4 +1,4 @@
-"""One method at one setting on one case: errors of state, touches, energy and label; CPU time."""
+"""The reference orbit of a system, and error and CPU time of each method at each setting."""
 
 from __future__ import annotations
 
@@ -6,161 +6,240 @@ import math
 import statistics
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
-from nlds_vines.accuracy import scipy_solver
-from nlds_vines.accuracy.measured_cases import (
-    Case,
-    Course,
-    Measured,
-    Result,
-    Setting,
-    SolverFailure,
-)
-from nlds_vines.accuracy.reference import Truth, followed, truth_of
-from nlds_vines.orbits.simulation import IntegrationError, simulate
-from nlds_vines.runs.progress import Progress
+from nlds_vines.errors import RequestError
+from nlds_vines.model.system import System
+from nlds_vines.orbits.classification import classify
+from nlds_vines.orbits.simulation import IntegrationError, Orbit, simulate
 
-EXACT = tuple(float(f"1e-{k}") for k in range(3, 14))
-"""Settings of `exact` from coarse to fine: tolerances."""
+EXACT = tuple(float(f"1e-{k}") for k in range(3, 14))  # tolerances, from coarse to fine
+RK4 = (64, 128, 256, 512, 1024, 2048, 4096, 8192)  # steps in a forcing period
+SCIPY = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # relative tolerances of DOP853
+FINEST: dict[str, Any] = {"nodes": 24, "contact_steps": 160.0}  # of `exact`: the reference
+CONFIRMING: dict[str, Any] = {"method": "rk4", "period_steps": 16384.0}  # no formula in common
+DISTURBANCE = 1e-8  # of the start [m, m/s], whose growth is measured
+BELIEVED = 1e-8  # largest distance of reference and confirmation, in units of that growth
+REPEATS, SHORTEST, PATIENCE = 5, 0.05, 1.0  # runs to time, and how long they take [s]
+BUDGET = 240_000  # evaluations of equation (5) in a forcing period, after which SciPy is stopped
 
-RK4 = (64, 128, 256, 512, 1024, 2048, 4096, 8192)
-"""Settings of `rk4`: steps of a period."""
+Follow = Callable[[float, Any, int], tuple[np.ndarray, float]]
+"""(setting, start, forcing periods) -> last state and the number of impacts, NaN if not counted."""
 
-REPEATS = 5
-"""Runs whose median is the CPU time; one is enough where it takes `PATIENCE`."""
-
-SHORTEST, PATIENCE = 0.05, 1.0
-"""Seconds that a timed run takes at least, and from which on it is not repeated."""
+Methods = Mapping[str, tuple[Sequence[float], Follow]]
+"""The settings of each method, from coarse to fine, and the function that follows an orbit."""
 
 
-@dataclass(frozen=True)
-class Contender:
-    """A method at a setting, ready to run: it compiles when it first meets a system.
+class Reference(NamedTuple):
+    """An orbit from rest: its last state [m, m/s], the number of impacts, and its regime.
 
-    `follow` takes a case and whether touches are asked for beside the section.
+    `doubt` is the distance of that state from the confirming method's; smaller errors cannot be
+    told from none.  `growth` is that of a disturbance of the start until then, at least 1.
     """
 
-    setting: Setting
-    follow: Callable[[Case, bool], Course]
+    system: System
+    periods: int
+    label: str
+    state: np.ndarray
+    impacts: int
+    doubt: float
+    growth: float
 
 
-def our_contenders(case: Case) -> Iterator[Contender]:
-    """Yield our methods on a case, each from coarse to fine."""
-    for tolerance in EXACT if case.system.scene.walls else EXACT[-1:]:
-        words = f"tolerance {tolerance:.0e}" if case.system.scene.walls else "no contact"
-        yield ours("exact", tolerance, words, tolerance=tolerance)
-    for steps in RK4:
-        yield ours("rk4", steps, f"{steps} steps", period_steps=float(steps))
+class Result(NamedTuple):
+    """A method at a setting: error of the last state [m, m/s] and CPU time of a forcing period [s].
+
+    `missed` is the number of impacts missed, negative for invented ones, NaN if the method does not
+    count them; `failure` says why there is no measurement.
+    """
+
+    method: str
+    setting: float
+    error: float = math.nan
+    missed: float = math.nan
+    seconds: float = math.nan
+    failure: str = ""
+
+    @property
+    def is_sound(self) -> bool:
+        """Return True if it was measured and no impact was missed or invented."""
+        return not self.failure and (math.isnan(self.missed) or self.missed == 0)
 
 
-def ours(method: str, value: float, words: str, **keywords: Any) -> Contender:
-    """Return one of our methods at a setting; timed, it records the section alone, as all do."""
-    keywords = {"method": method, **keywords}
-
-    def follow(case: Case, observed: bool) -> Course:
-        if observed:
-            orbit = followed(case, **keywords)
-        else:
-            orbit = simulate(
-                case.system, case.periods, start=case.start, record=["section"], **keywords
-            )
-        assert orbit.section is not None
-        return Course(
-            orbit.section, np.empty(0) if orbit.impacts is None else orbit.impacts["touch"]
-        )
-
-    return Contender(Setting(method, value, words, True), follow)
+# ---- methods -------------------------------------------------------------------------------------
 
 
-def scipy_contenders() -> Iterator[Contender]:
-    """Yield SciPy's solver from coarse to fine."""
-    for rtol in scipy_solver.SETTINGS:
-
-        def follow(case: Case, observed: bool, rtol: float = rtol) -> Course:
-            return scipy_solver.follow(case.system, case.periods, case.state, rtol)
-
-        yield Contender(Setting(scipy_solver.NAME, rtol, f"rtol {rtol:.0e}", False), follow)
-
-
-def contenders(case: Case, peers: bool) -> dict[str, list[Contender]]:
-    """Return the contenders on a case by their method; SciPy's need `peers` and a damper."""
-    methods: dict[str, list[Contender]] = {}
-    others = scipy_contenders() if peers and case.system.scene.damper else ()
-    for entry in (*our_contenders(case), *others):
-        methods.setdefault(entry.setting.method, []).append(entry)
-    return methods
+def methods(system: System, peers: bool = True) -> Methods:
+    """Return the methods: SciPy's with `peers`, and unless an impact takes no time."""
+    walls, laws = system.scene.walls, system.scene.laws
+    exact = EXACT if walls else EXACT[-1:]
+    ours = {
+        "exact": (exact, _ours(system, "exact", "tolerance")),
+        "rk4": (RK4, _ours(system, "rk4", "period_steps")),
+    }
+    if not peers or (walls and any(law.instant for law in laws)):
+        return ours
+    return {**ours, "SciPy DOP853": (SCIPY, _scipy(system))}
 
 
-def comparison(case: Case, methods: Mapping[str, Sequence[Contender]], quiet: bool) -> Measured:
-    """Measure all contenders on a case; `quiet` shows no progress."""
-    truth, results = truth_of(case), []
-    with Progress(len(methods), "method", quiet=quiet) as progress:
-        for method, entries in methods.items():
-            results += [measured(truth, entry) for entry in entries]
-            progress.note(1, method)
-    return Measured(truth.known, tuple(results))
+def _ours(system: System, method: str, name: str) -> Follow:
+    def follow(setting: float, start: Any, periods: int) -> tuple[np.ndarray, float]:
+        orbit = _followed(system, periods, start, method=method, **{name: float(setting)})
+        return orbit.state, _count(orbit)
+
+    return follow
 
 
-def measured(truth: Truth, contender: Contender) -> Result:
-    """Return errors and CPU time of one contender, compilation apart."""
+def _followed(system: System, periods: int, start: Any = None, **settings: Any) -> Orbit:
+    """Follow an orbit; from rest impacts are recorded, others are timed without a record."""
+    record = ["impacts"] if start is None and system.scene.walls else []
+    return simulate(system, periods, start=start, record=record, **settings)
+
+
+def _count(orbit: Orbit) -> int:
+    return 0 if orbit.impacts is None else len(orbit.impacts)
+
+
+def _scipy(system: System) -> Follow:
+    """Return SciPy's DOP853 as everybody would use it first: no event at touch or release."""
+    right_side, stiffness = equation(system), system.structure[1]
+    length = system.force / stiffness if stiffness else 0.0
+
+    def follow(rtol: float, start: Any, periods: int) -> tuple[np.ndarray, float]:
+        left = periods * BUDGET
+
+        def rates(t: float, y: np.ndarray) -> list[float]:
+            nonlocal left
+            left -= 1
+            if left < 0:
+                raise ArithmeticError(f"more than {BUDGET} evaluations a period, t = {t:.6g} s")
+            return right_side(t, *y.tolist())
+
+        y, times = rest_of(system) if start is None else start, (periods * system.period,)
+        with np.errstate(all="ignore"):
+            atol = rtol * (length or 1e-3)
+            run = solve_ivp(rates, (0.0, *times), y, "DOP853", times, rtol=rtol, atol=atol)
+        if run.status < 0:
+            raise ArithmeticError(run.message)
+        return run.y[:, -1], math.nan
+
+    return follow
+
+
+def rest_of(system: System) -> np.ndarray:
+    """Return the state at rest: x1, v1, x2, v2, or x, v without a damper."""
+    state = np.zeros(len(system.scene.components))
+    state[2:3] = system.rest or 0.0
+    return state
+
+
+def equation(system: System) -> Callable[..., list[float]]:
+    """Return the right-hand side of equation (5) in x1, v1, x2, v2, or x, v without a damper.
+
+    It is written from the equation alone and shares no formula with the kernels.
+    """
+    scene, cell = system.scene, system.cells()
+    names = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "rest")
+    m1, k1, c1, m2, k2, c2, P, omega, rest = (float(cell[name]) for name in names)
+    load = m1 * float(cell["load"]) if scene.load is not None else 0.0
+    walls = [
+        (1.0 if wall == "near" else -1.0, float(cell[wall]), scene.law_at(wall).force,
+         system.contact(wall))
+        for wall in scene.walls
+    ]  # fmt: skip
+
+    def contact(r: float, s: float) -> float:
+        total = 0.0
+        for sign, gap, force, constants in walls:
+            if sign * r > gap and force is not None:
+                z, rate = np.asarray(sign * r - gap), np.asarray(sign * s)
+                total += sign * float(force(constants, z, rate))
+        return total
+
+    def with_damper(t: float, x1: float, v1: float, x2: float, v2: float) -> list[float]:
+        r, s = x1 - x2 + rest, v1 - v2
+        joint = k2 * r + c2 * s + contact(r, s)
+        force = P * math.cos(omega * t) + load - k1 * x1 - c1 * v1 - joint
+        return [v1, force / m1, v2, joint / m2]
+
+    def alone(t: float, x: float, v: float) -> list[float]:
+        return [v, (P * math.cos(omega * t) + load - k1 * x - c1 * v - contact(x, v)) / m1]
+
+    return with_damper if scene.damper else alone
+
+
+# ---- measuring -----------------------------------------------------------------------------------
+
+
+def reference(system: System, periods: int) -> Reference:
+    """Return the reference orbit of a system, from rest.
+
+    Raises `RequestError` if two methods contradict each other by more than `BELIEVED` times the
+    growth of a disturbance: in long chaos there is nothing to measure an error against; and if the
+    orbit cannot be followed.
+    """
     try:
-        course = contender.follow(truth.case, True)
-        error = float(np.abs(course.section[-1] - truth.section[-1]).max())
-        if not math.isfinite(error):
-            return Result(contender.setting, failure="the state is not finite")
-        missed, touch_error = _touches(course, truth)
-        return Result(
-            setting=contender.setting,
-            error=error,
-            touch_error=touch_error,
-            missed=missed,
-            seconds=seconds_of(truth.later, contender),
+        finest = _followed(system, periods, **FINEST)
+        confirming = _followed(system, periods, **CONFIRMING)
+        growth = 1.0
+        for change in DISTURBANCE * np.eye(len(finest.state)):
+            moved = _followed(system, periods, rest_of(system) + change, **FINEST)
+            growth = max(growth, float(np.abs(moved.state - finest.state).max()) / DISTURBANCE)
+    except IntegrationError as error:
+        raise RequestError(f"{system.name}: there is no reference: {error}") from None
+    doubt = float(np.abs(finest.state - confirming.state).max())
+    if not doubt <= BELIEVED * growth or _count(finest) != _count(confirming):
+        raise RequestError(
+            f"{system.name}: exact and rk4 differ by {doubt:.1e} after {periods} periods, with "
+            f"{_count(finest)} and {_count(confirming)} impacts (a disturbance grows by "
+            f"{growth:.1e}): there is no reference; measure over fewer periods"
         )
-    except (SolverFailure, IntegrationError) as failure:
-        return Result(contender.setting, failure=str(failure))
+    try:
+        label = classify(system, quiet=True).label
+    except IntegrationError:
+        label = "unknown: it ends later on"
+    return Reference(system, periods, label, finest.state, _count(finest), doubt, growth)
 
 
-def seconds_of(case: Case, contender: Contender) -> float:
-    """Return the CPU time of a period [s]: median of runs that are long enough to be timed.
-
-    Before each timed length the contender runs once, so that what it compiles is compiled.
-    """
-    _spent(replace(case, periods=2), contender)
-    spent = _spent(case, contender)
-    if spent < SHORTEST:  # once more, longer: what a call costs is spread over many periods
-        longer = min(SHORTEST / max(spent, 1e-6), 1e4)
-        # by powers of 2: some compile for a number of periods, and that is not to be timed
-        case = replace(case, periods=case.periods * 2 ** math.ceil(math.log2(longer)))
-        _spent(case, contender)
-        spent = _spent(case, contender)
-    times = [spent]
-    if spent < PATIENCE:
-        times += [_spent(case, contender) for _ in range(REPEATS)]
-    return statistics.median(times) / case.periods
-
-
-def _spent(case: Case, contender: Contender) -> float:
-    began = time.process_time()
-    course = contender.follow(case, False)
-    spent = time.process_time() - began
-    return course.seconds if course.seconds is not None else spent
+def measured(known: Reference, contenders: Methods) -> Iterator[Result]:
+    """Yield the results of all methods, each from coarse to fine."""
+    # a timed orbit begins where the measured one ends, without its transient
+    later = None if known.system.scene.limit else known.state
+    for method, (settings, follow) in contenders.items():
+        for setting in settings:
+            try:
+                state, count = follow(setting, None, known.periods)
+                error = float(np.abs(state - known.state).max())
+                if not math.isfinite(error):
+                    raise ArithmeticError("the state is not finite")
+                seconds = seconds_of(follow, setting, later, known.periods)
+            except (ArithmeticError, ValueError, IntegrationError) as failure:
+                yield Result(method, setting, failure=str(failure))
+            else:
+                yield Result(method, setting, error, known.impacts - count, seconds)
 
 
-def _touches(course: Course, truth: Truth) -> tuple[float, float]:
-    """Return how many touches were missed and the largest error of their times [s].
+def seconds_of(follow: Follow, setting: float, start: Any, periods: int) -> float:
+    """Return the CPU time of a forcing period [s]; whatever is compiled is compiled before."""
 
-    One that is nearer to another's time than to its own is another: missed, though their number
-    may be right.
-    """
-    if truth.touches is None or course.touches is None:
-        return math.nan, math.nan
-    missed = len(truth.touches) - len(course.touches)
-    if missed or not len(truth.touches):
-        return float(missed), math.nan
-    late = np.abs(course.touches - truth.touches)
-    others = np.count_nonzero(late > 0.5 * np.diff(truth.touches).min(initial=math.inf))
-    return (float(others), math.nan) if others else (0.0, float(late.max()))
+    def spent(count: int) -> float:
+        began = time.process_time()
+        follow(setting, start, count)
+        return time.process_time() - began
+
+    spent(periods)
+    first = spent(periods)
+    if first < SHORTEST:  # more periods, over which the cost of a call is spread
+        periods *= 2 ** math.ceil(math.log2(min(SHORTEST / max(first, 1e-6), 1e4)))
+        first = spent(periods)
+    times = [first, *(spent(periods) for _ in range(REPEATS if first < PATIENCE else 0))]
+    return statistics.median(times) / periods
+
+
+def advised(results: Sequence[Result], want: float) -> Result | None:
+    """Return the cheapest of our settings with an error of at most `want`, if there is one."""
+    ours = (r for r in results if r.method in ("exact", "rk4") and r.is_sound and r.error <= want)
+    return min(ours, key=lambda result: result.seconds, default=None)

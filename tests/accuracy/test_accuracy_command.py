@@ -8,7 +8,7 @@ import matplotlib.image
 import pytest
 
 from nlds_vines.accuracy import measure
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.solver_settings import Settings

@@ -1,68 +1,152 @@
-"""Errors, touches, labels and failures of one contender are measured as they are."""
+"""Errors, impacts and failures are measured as they are; SciPy solves the equation of all kinds."""
 
 import math
 
 import numpy as np
 import pytest
 
+import nlds_vines as nv
 from nlds_vines.accuracy import measure
-from nlds_vines.accuracy.measure import Contender
-from nlds_vines.accuracy.measured_cases import Case, Course, Setting, SolverFailure
-from nlds_vines.accuracy.reference import truth_of
+from nlds_vines.accuracy.measure import Result, advised, equation, measured, methods, reference
+from nlds_vines.accuracy.picture import draw
+from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import load_system
+from nlds_vines.orbits.simulation import simulate
 
 pytestmark = pytest.mark.kernels
 
 SET6 = load_system("ssul-set6", omega=6.28)
+STEEL = SET6.with_(E2=2.1e11)
 
 
 @pytest.fixture(scope="module")
-def truth():
-    return truth_of(Case.of(SET6, 6))
+def known():
+    return reference(SET6, 6)
 
 
-def made_up(section=None, touches=None, failure=None):
-    """Return a contender that finds what it is told to."""
+def result_of(known, state, count=math.nan, seconds=0.5):
+    """Return the result of a method that yields a given state after a given time."""
 
-    def follow(case, observed):
-        if failure:
-            raise SolverFailure(failure)
-        return Course(section=section(case), touches=touches, seconds=0.5)
+    def follow(setting, start, periods):
+        clock[0] += seconds
+        return state, count
 
-    return Contender(Setting("made up", 1.0, "", False), follow)
+    clock = [0.0]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measure.time, "process_time", lambda: clock[0])
+        (result,) = measured(known, {"made up": ((1.0,), follow)})
+    return result
 
 
-def test_errors_are_those_of_the_course(truth):
-    off = truth.section + np.array([0.0, 0.0, 2e-4, -1e-4])
-    late = truth.touches + 1e-5
-    found = measure.measured(truth, made_up(lambda case: off, late))
-    assert found.error == pytest.approx(2e-4)
-    assert found.touch_error == pytest.approx(1e-5)
-    assert found.missed == 0
-    assert found.seconds == pytest.approx(0.5 / 6 / math.ceil(measure.SHORTEST / 0.5))
+def test_errors_are_those_of_the_state(known):
+    off = known.state + np.array([0.0, 0.0, 2e-4, -1e-4])
+    result = result_of(known, off, known.impacts)
+    assert result.error == pytest.approx(2e-4)
+    assert result.seconds == pytest.approx(0.5 / 6)
+    assert result.is_sound
 
 
 @pytest.mark.parametrize("change", [-1, 1])
-def test_missed_and_invented_touches_are_counted(truth, change):
-    touches = truth.touches
-    touches = touches[:change] if change < 0 else np.append(touches, touches[-1] + 0.1)
-    contender = made_up(lambda case: truth.section, touches)
-    found = measure.measured(truth, contender)
-    assert found.missed == -change
-    assert math.isnan(found.touch_error)
-    assert not found.complete
+def test_missed_and_invented_impacts_are_counted(known, change):
+    result = result_of(known, known.state, known.impacts + change)
+    assert result.missed == -change
+    assert not result.is_sound
+    assert advised([result._replace(method="exact")], 1.0) is None
 
 
-def test_one_missed_and_one_invented_are_not_the_right_number(truth):
-    touches = truth.touches.copy()
-    touches[2] = touches[1] + 0.4 * (touches[2] - touches[1])
-    contender = made_up(lambda case: truth.section, touches)
-    found = measure.measured(truth, contender)
-    assert found.missed == 1
-    assert not found.complete
+def test_short_runs_are_timed_over_more_periods(known):
+    assert result_of(known, known.state, seconds=1e-3).seconds == pytest.approx(1e-3 / (6 * 64))
 
 
-def test_failures_become_rows(truth):
-    assert measure.measured(truth, made_up(failure="step too small")).failure == "step too small"
-    found = measure.measured(truth, made_up(lambda case: np.full((6, 4), np.nan)))
-    assert "not finite" in found.failure
+def test_failures_become_rows(known):
+    assert "not finite" in result_of(known, np.full(4, np.nan)).failure
+    stiff = methods(SET6.with_(K=1e30))["SciPy DOP853"][1]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measure, "BUDGET", 20)
+        (result,) = measured(known, {"SciPy": ((1e-6,), stiff)})
+    assert "more than 20 evaluations" in result.failure
+
+
+def test_the_reference_is_confirmed_and_told(known):
+    assert known.doubt < 1e-11
+    assert known.growth >= 1.0
+    assert known.label == "T,1"
+    assert known.impacts == len(simulate(SET6, 6, record=["impacts"]).impacts)
+
+
+def test_methods_that_disagree_are_no_reference(monkeypatch):
+    true = measure._followed
+
+    def other(system, periods, start=None, **settings):
+        return true(system, periods + (settings.get("method") == "rk4"), start, **settings)
+
+    monkeypatch.setattr(measure, "_followed", other)
+    with pytest.raises(RequestError, match="there is no reference; measure over fewer periods"):
+        reference(SET6, 2)
+
+
+def test_what_cannot_be_followed_has_no_reference():
+    with pytest.raises(RequestError, match="ssul-set6: there is no reference"):
+        reference(SET6.with_(omega=1e-6), 2)
+
+
+def test_a_stiff_scene_has_a_reference_and_exact_keeps_its_tolerance():
+    known = reference(STEEL, 5)
+    exact, follow = methods(STEEL, peers=False)["exact"]
+    for tolerance in (exact[3], exact[6], exact[9]):
+        error = np.abs(follow(tolerance, None, 5)[0] - known.state).max()
+        assert error <= tolerance * known.growth
+
+
+OSCILLATOR = {"P": 0.6, "omega": 1.5}
+KINDS = {
+    "one wall": SET6,
+    "two walls": load_system("ssbl", omega=6.05),
+    "no wall": load_system("tmd", omega=6.05),
+    "no damper": load_system("none", omega=6.05),
+    "damped": SET6.with_(hunt_crossley=0.3),
+    "linear": SET6.with_(law="linear", kc=1e6, cc=300.0),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_scipy_converges_to_the_same_state(name):
+    system = KINDS[name]
+    truth = simulate(system, 3, record=[]).state
+    follow = methods(system)["SciPy DOP853"][1]
+    errors = [np.abs(follow(rtol, None, 3)[0] - truth).max() for rtol in (1e-6, 1e-10)]
+    assert errors[1] < min(1e-6, errors[0] / 10)
+
+
+def test_impacts_that_take_no_time_are_not_for_scipy():
+    assert list(methods(nv.load_system("impact-oscillator"))) == ["exact", "rk4"]
+    assert list(methods(SET6, peers=False)) == ["exact", "rk4"]
+
+
+def test_the_legend_names_what_is_drawn_and_nothing_else(known):
+    sound = [Result("rk4", 64, 1e-3, 0.0, 1e-6), Result("rk4", 128, 1e-5, 0.0, 2e-6)]
+    blind = Result("exact", 1e-3, 1e-3, 2.0, 1e-6)
+    failed = Result("SciPy DOP853", 1e-4, failure="step too small")
+    figure = draw(known._replace(doubt=1e-15), [*sound, blind, failed])
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+        "exact: impacts missed or invented",
+        "rk4",
+        "doubt",
+    ]
+
+
+def test_only_settings_that_no_other_beats_are_joined(known):
+    numbers = ((1, 1e-3, 1.0), (2, 1e-2, 2.0), (4, 1e-5, 3.0))
+    slow = [Result("rk4", steps, error, 0.0, seconds) for steps, error, seconds in numbers]
+    (line, _) = draw(known, slow).axes[0].lines
+    assert line.get_xdata().tolist() == [1.0, 3.0]
+
+
+def test_the_equation_is_that_of_the_motion():
+    """At rest only the force acts; in a wall the contact pushes the bodies apart."""
+    p = SET6.parameters
+    still = equation(SET6)(0.0, 0.0, 0.0, SET6.rest, 0.0)
+    assert still == pytest.approx([0.0, p["P"] / p["m1"], 0.0, 0.0])
+    depth = 1e-3
+    pressed = equation(SET6)(0.0, p["C"] + depth, 0.0, SET6.rest, 0.0)
+    assert pressed[3] * p["m2"] == pytest.approx(p["k2"] * (p["C"] + depth) + SET6.K * depth**1.5)

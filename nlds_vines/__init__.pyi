@@ -30,8 +30,8 @@ from nlds_vines.orbits.simulation import simulate as simulate
 from nlds_vines.orbits.spectrum import Spectrum as Spectrum
 from nlds_vines.orbits.spectrum import spectrum as spectrum
 from nlds_vines.portrait.command import orbit_portrait as orbit_portrait
-from nlds_vines.transients.basin_shares import Basins as Basins
-from nlds_vines.transients.basin_shares import basin_measures as basin_measures
+from nlds_vines.transients.basins import Basins as Basins
+from nlds_vines.transients.basins import basin_measures as basin_measures
 from nlds_vines.transients.command import transient_lifetimes as transient_lifetimes
 from nlds_vines.transients.ensemble import Ensemble as Ensemble
 from nlds_vines.transients.ensemble import ensemble_of as ensemble_of

@@ -6,6 +6,5 @@ In reading order:
     ensemble        the starts of one cell of an archive: which settled, when, where
     picture         the curve with its law, and the shares of the final regimes
     command         `python -m nlds_vines.transients` and `nv.transient_lifetimes`
-    basin_measures  how a plane of basins is divided: shares, entropies, uncertainty exponent
-    basin_shares    basins of attraction measured: `nv.basin_measures`
+    basins          basins of attraction measured: `nv.basin_measures`
 """

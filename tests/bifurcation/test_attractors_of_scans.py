@@ -1,6 +1,5 @@
 """Scans over initial conditions, and the attractors that their cells are drawn to."""
 
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -303,21 +302,10 @@ def test_random_starts_have_an_interval(tmp_path):
 
 
 @pytest.mark.kernels
-def test_an_archive_without_attractors_or_with_a_damaged_table_is_refused(plane, tmp_path):
-    h5py = pytest.importorskip("h5py")
+def test_an_archive_without_attractors_is_refused(tmp_path):
     other = nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=tmp_path / "o.h5", quiet=True)
     with pytest.raises(RequestError, match="holds no attractor: scan with --record attractor"):
         nv.basin_measures(other)
-    for change in (
-        lambda file: file.__delitem__("attractor_share"),
-        lambda file: file["attractor"].__setitem__((0, 0, 0), 7),
-    ):
-        copy = tmp_path / "damaged.h5"
-        shutil.copy(plane, copy)
-        with h5py.File(copy, "r+") as file:
-            change(file)
-        with pytest.raises(RequestError, match="is damaged"):
-            nv.basin_measures(copy)
 
 
 @pytest.mark.kernels

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.errors import RequestError
-from nlds_vines.transients.basin_measures import basin_entropy, uncertainty_exponent
+from nlds_vines.transients.basins import basin_entropy, uncertainty_exponent
 
 
 def half_planes(size, slope=0.37, place=0.6):

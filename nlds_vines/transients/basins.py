@@ -1,0 +1,401 @@
+"""The basins of attraction in a scan's archive, measured: shares, entropies, distances.
+
+Basin entropies and the uncertainty exponent take planes of plain whole numbers, one for each cell:
+the number of its attractor, -1 where it is not known.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nlds_vines.bifurcation.datasets import begins_at_sections
+from nlds_vines.bifurcation.result import scan_of
+from nlds_vines.errors import RequestError, number, unknown, whole
+from nlds_vines.model.parameters import INITIAL, component_of, described
+from nlds_vines.model.representation import Outlined, Rows
+from nlds_vines.orbits.records import ATTRACTOR
+from nlds_vines.transients.survival import LEVEL, share_interval
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.archive import ArchiveView
+
+BOX = 20
+"""Cells along the side of a box by default: 400 orbits tell its shares well (Daza et al. 2016)."""
+
+FRACTAL = float(np.log(2.0))
+"""A boundary entropy above ln 2 shows a fractal boundary: a smooth one parts two basins in a box
+almost everywhere, and two basins have no more (Daza et al. 2016, eq. 9)."""
+
+PARTS = 4
+"""Parts of each side of the plane; the squares between them are left out in turn for an error."""
+
+ERRORS = 3.0
+"""Standard errors by which the exponent of a fractal boundary is less than one."""
+
+SIDE = 32
+"""Cells along the shorter side of a plane that has an uncertainty exponent, at least."""
+
+IN_PLANE = 1e-6
+"""Distance of an attractor's point from a plane, relative to the point, that counts as none."""
+
+
+# ---- planes --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, repr=False)
+class BasinEntropy(Outlined):
+    """Basin entropies of a plane [nats], after Daza et al., Sci. Rep. 6, 31416 (2016).
+
+    Attributes:
+        basin: S_b, the mean of -sum p ln p over all boxes, p the shares of the attractors in one.
+        boundary: S_bb, the mean over the boxes with more than one attractor; NaN without any.
+        boxes, boundary_boxes: how many there are.
+        side: cells along the side of a box.
+    """
+
+    basin: float
+    boundary: float
+    boxes: int
+    boundary_boxes: int
+    side: int
+
+    @property
+    def fractal(self) -> bool:
+        """Whether the boundary is certainly fractal; where False, it may be smooth or fractal."""
+        return self.boundary > FRACTAL
+
+    def outline(self) -> Rows:
+        """Return the entropies, one a line."""
+        yield "basin entropy", f"{self.basin:.4f} ({self.boxes} boxes of {self.side} x {self.side})"
+        if self.boundary_boxes:
+            verdict = "fractal" if self.fractal else "smooth or fractal"
+            words = f"{self.boundary_boxes} boxes; ln 2 = {FRACTAL:.4f}): {verdict}"
+            yield "boundary entropy", f"{self.boundary:.4f} ({words}"
+
+
+@dataclass(frozen=True, repr=False)
+class Uncertainty(Outlined):
+    """The exponent a of f ~ d^a, f the share of uncertain pairs of starts a distance d apart.
+
+    A smooth boundary of a plane has a = 1; a fractal one has a = 2 - D with its box dimension D.
+
+    Attributes:
+        exponent, error: a and its standard error, from leaving out parts of the plane in turn.
+        distances: cells between the two starts of a pair, ascending, shape (m,).
+        shares: of the pairs that end on different attractors, shape (m,).
+    """
+
+    exponent: float
+    error: float
+    distances: np.ndarray
+    shares: np.ndarray
+
+    def outline(self) -> Rows:
+        """Return the exponent."""
+        if not np.isfinite(self.exponent):
+            yield "uncertainty exponent", "there is no boundary"
+            return
+        is_less = self.exponent + ERRORS * self.error < 1.0
+        verdict = "fractal at these distances" if is_less else "no evidence that it is not smooth"
+        span = f"{int(self.distances[0])} to {int(self.distances[-1])} cells apart"
+        words = f"{self.exponent:.3f} +- {self.error:.3f} (1: smooth; {span}): {verdict}"
+        yield "uncertainty exponent", words
+
+
+def basin_entropy(attractor: Any, side: int = BOX) -> BasinEntropy:
+    """Return the basin entropies of a plane, divided into boxes of `side` times `side` cells.
+
+    Arguments: `attractor`, whole numbers (rows, columns), -1 where the attractor is not known;
+    those cells count in no box.  Cells at the end of a row or column that fill no box are left out.
+
+    Raises `RequestError` for no plane, and for one that is smaller than a box.
+    """
+    plane = _checked(attractor)
+    side = whole("side", side, 2)
+    rows, columns = (length // side for length in plane.shape)
+    if not rows * columns:
+        sides = " x ".join(map(str, plane.shape))
+        raise RequestError(f"the plane has {sides} cells; a box of side {side} needs at least that")
+    inner = plane[: rows * side, : columns * side]
+    boxes = inner.reshape(rows, side, columns, side).swapaxes(1, 2).reshape(rows * columns, -1)
+    # how often each attractor occurs in each box; the first column is for cells of none
+    size = int(boxes.max()) + 2
+    flat = boxes + 1 + size * np.arange(len(boxes))[:, np.newaxis]
+    counts = np.bincount(flat.ravel(), minlength=size * len(boxes)).reshape(-1, size)[:, 1:]
+    counts = counts[counts.any(axis=1)]
+    p = counts / counts.sum(axis=1, keepdims=True)
+    entropy = -np.sum(p * np.log(np.where(p > 0, p, 1.0)), axis=1)
+    mixed = np.count_nonzero(counts, axis=1) > 1
+    return BasinEntropy(
+        basin=float(entropy.mean()) if entropy.size else float("nan"),
+        boundary=float(entropy[mixed].mean()) if mixed.any() else float("nan"),
+        boxes=entropy.size,
+        boundary_boxes=int(mixed.sum()),
+        side=side,
+    )
+
+
+def uncertainty_exponent(attractor: Any, longest: int | None = None) -> Uncertainty:
+    """Return the uncertainty exponent of a plane of basins.
+
+    Arguments: `attractor` as `basin_entropy` takes it; `longest`, the greatest distance of two
+    starts in cells, by default an eighth of the shorter side of the plane.
+
+    A pair is two cells of a row or of a column, d = 1, 2, 4, ... apart, whose attractors are known;
+    f is the mean of the shares in rows and in columns.  The exponent is the slope of ln f over
+    ln d, each d weighted by its number of uncertain pairs.  Where no pair differs there is no
+    boundary, and the exponent is NaN.  After McDonald, Grebogi, Ott, Yorke, Physica D 17, 125
+    (1985).
+
+    Raises `RequestError` for no plane, or where fewer than three distances fit.
+    """
+    plane = _checked(attractor)
+    short = min(plane.shape)
+    most = short // 8 if longest is None else whole("longest", longest, 4)
+    if not 4 <= most < short:
+        raise RequestError(
+            f"distances up to {most} cells in a plane whose shorter side has {short}; "
+            "allowed: from 4 to less than that side (by default an eighth of it)"
+        )
+    distances = 2 ** np.arange(most.bit_length())
+    pieces = _pairs(plane, distances)
+    total = pieces.sum(axis=0)
+    without = np.array([_slope(distances, total - piece) for piece in pieces])
+    factor = (len(pieces) - 1) / len(pieces)  # of the jackknife's variance
+    error = float(np.sqrt(factor * np.sum((without - without.mean()) ** 2)))
+    return Uncertainty(_slope(distances, total), error, distances, _shares(total))
+
+
+def _checked(attractor: Any) -> np.ndarray:
+    """Return a plane of attractors' numbers; raise `RequestError` for anything else."""
+    plane = np.asarray(attractor)
+    if plane.ndim != 2 or plane.dtype.kind not in "iu" or not plane.size:
+        raise RequestError(
+            f"attractor has dtype {plane.dtype} and shape {plane.shape}; "
+            "allowed: whole numbers (rows, columns)"
+        )
+    if plane.min() < -1:
+        raise RequestError(f"attractor is {plane.min()} somewhere; allowed: -1 and more")
+    return plane
+
+
+def _pairs(plane: np.ndarray, distances: np.ndarray) -> np.ndarray:
+    """Return of rows and columns how many pairs differ and how many there are: (parts, m, 2, 2).
+
+    The first cells of the pairs are the same for each distance, so that a boundary near the end of
+    the plane has the same weight for all of them.
+    """
+    most = int(distances[-1])
+    counts = np.zeros((PARTS * PARTS, distances.size, 2, 2))
+    for direction, turned in enumerate((plane, plane.T)):
+        first = turned[:, : turned.shape[1] - most]
+        for i, d in enumerate(distances):
+            second = turned[:, d : d + first.shape[1]]
+            known = (first >= 0) & (second >= 0)
+            for kind, cells in enumerate((known & (first != second), known)):
+                bands = np.array_split(cells, PARTS)
+                parts = [part for band in bands for part in np.array_split(band, PARTS, axis=1)]
+                counts[:, i, direction, kind] = [np.count_nonzero(part) for part in parts]
+    return counts
+
+
+def _shares(pairs: np.ndarray) -> np.ndarray:
+    """Return the share of uncertain pairs by distance, the mean of rows and columns, shape (m,)."""
+    return (pairs[..., 0] / np.maximum(pairs[..., 1], 1)).mean(axis=-1)
+
+
+def _slope(distances: np.ndarray, pairs: np.ndarray) -> float:
+    """Return the weighted slope of ln f over ln d."""
+    shares, weight = _shares(pairs), pairs[..., 0].sum(axis=-1)
+    seen = shares > 0
+    if np.count_nonzero(seen) < 2:
+        return float("nan")
+    x, y, weight = np.log(distances[seen]), np.log(shares[seen]), weight[seen]
+    x, y = x - np.average(x, weights=weight), y - np.average(y, weights=weight)
+    return float(np.sum(weight * x * y) / np.sum(weight * x * x))
+
+
+# ---- archives ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, repr=False)
+class Basin(Outlined):
+    """The basin of one attractor.
+
+    Attributes:
+        number, label: of the attractor; number -1: all whose attractor is not known.
+        count, total: how many of all cells and starts.
+        low, high: the ends of Wilson's interval of the share where starts were drawn at random;
+            NaN for a lattice, which is no sample.
+        nearest: what must be added to the attractor's point, along each axis of the plane, to come
+            to the nearest cell of another basin [units of the axes]; empty where the point does
+            not lie in the plane.
+        distance: its length, each axis divided by its range; NaN where there is none.
+    """
+
+    number: int
+    label: str
+    count: int
+    total: int
+    low: float
+    high: float
+    nearest: tuple[float, ...] = ()
+    distance: float = float("nan")
+
+    @property
+    def share(self) -> float:
+        """The share of all cells and starts, from 0 to 1."""
+        return self.count / self.total
+
+
+@dataclass(frozen=True, repr=False)
+class Basins(Outlined):
+    """The basins at one value of each parameter of a scan.
+
+    Attributes:
+        title: of the scan, with these values.
+        basins: of each attractor, by its number; last what is not known, if anything is.
+        entropy, uncertainty: of a plane; None where the scan has no plane, or one too small.
+        attractor, arrival: (cells ..., starts) of the archive.
+        axes: the names of the axes of initial conditions.
+    """
+
+    title: str
+    basins: tuple[Basin, ...]
+    entropy: BasinEntropy | None
+    uncertainty: Uncertainty | None
+    attractor: np.ndarray
+    arrival: np.ndarray
+    axes: tuple[str, ...]
+
+    def outline(self) -> Rows:
+        """Return the measures, one a line."""
+        for basin in self.basins:
+            name = f"attractor {basin.number}, " if basin.number >= 0 else ""
+            text = f"{basin.share:.4f} ({basin.count} of {basin.total})"
+            if np.isfinite(basin.low):
+                text += f", {LEVEL:.0%} interval {basin.low:.4f} to {basin.high:.4f}"
+            steps = [
+                f"{component_of(axis)} {step:+.3g} {described(axis).unit}"
+                for axis, step in zip(self.axes, basin.nearest, strict=False)
+            ]
+            if steps:
+                text += f"; left by {', '.join(steps)} ({basin.distance:.3g} of the plane's sides)"
+            yield name + basin.label, text
+        for measure in (self.entropy, self.uncertainty):
+            yield from measure.outline() if measure is not None else ()
+
+    def arrived(self, periods: float, attractor: int | None = None) -> float:
+        """Return the share of all orbits that are near their attractor after so many periods.
+
+        Arguments: forcing `periods`; the number of the `attractor`, None for any one.
+        """
+        periods = number("periods", periods)
+        there = (self.arrival >= 0) & (self.arrival <= periods)
+        if attractor is not None:
+            there &= self.attractor == attractor
+        return float(np.count_nonzero(there) / there.size)
+
+
+def basin_measures(
+    archive: ArchiveView | str | os.PathLike[str], side: int = BOX, **values: float
+) -> Basins:
+    """Return the basins of attraction of a scan that recorded `attractor`, measured.
+
+    Arguments:
+        archive: open, or its path.
+        side: cells along the side of a box, for basin entropies.
+        values: of each varied parameter, `omega=7.7`; the nearest one is taken.
+
+    Shares have intervals where starts were drawn at random.  A plane of two initial conditions has
+    basin entropies (Daza et al. 2016) and an uncertainty exponent (McDonald et al. 1985).
+
+    Raises `RequestError` where the archive holds no attractors.
+    """
+    if isinstance(archive, str | os.PathLike):
+        from nlds_vines.archives.archive import read
+
+        with read(archive) as view:
+            return basin_measures(view, side, **values)
+    if ATTRACTOR not in archive:
+        raise RequestError(f"{archive.path} holds no attractor: scan with --record {ATTRACTOR}")
+    where = _places(archive, values)
+    attractor, arrival = (archive.take(name, **where) for name in (ATTRACTOR, "arrival"))
+    axes = tuple(name for name in archive.axes if name in INITIAL)
+    plane = attractor[..., 0] if len(axes) == 2 else np.zeros((0, 0), int)
+    chosen = ", ".join(f"{name} = {archive[name][i]:g}" for name, i in where.items())
+    return Basins(
+        title=archive.text("title") + (f", {chosen}" if chosen else ""),
+        basins=tuple(_basins(archive, attractor, where, axes)),
+        entropy=basin_entropy(plane, side) if min(plane.shape) >= side else None,
+        uncertainty=uncertainty_exponent(plane) if min(plane.shape) >= SIDE else None,
+        attractor=attractor,
+        arrival=arrival,
+        axes=axes,
+    )
+
+
+def _places(view: ArchiveView, values: dict[str, float]) -> dict[str, int]:
+    """Return the index of the nearest value of each varied parameter."""
+    names = [name for name in view.axes if name not in INITIAL]
+    for name in values:
+        if name not in names:
+            raise unknown(f"varied parameter of {view.path}:", name, names)
+    missing = [name for name in names if name not in values and view[name].size > 1]
+    if missing:
+        raise RequestError(
+            f"{view.path} varies {', '.join(names)}: {', '.join(missing)} is missing"
+        )
+    return {
+        name: int(np.abs(view[name] - number(name, values.get(name, view[name][0]))).argmin())
+        for name in names
+    }
+
+
+def _basins(
+    view: ArchiveView, attractor: np.ndarray, where: dict[str, int], axes: tuple[str, ...]
+) -> Iterator[Basin]:
+    """Yield the basins of all attractors that exist at a value of each parameter."""
+    labels = view.take("attractor_label", **where) if "attractor_label" in view else np.zeros(0)
+    is_plane, is_drawn = len(axes) == 2 and begins_at_sections(view), attractor.shape[-1] > 1
+    for k in [*np.flatnonzero([bool(label) for label in labels]).tolist(), -1]:
+        count = int(np.count_nonzero(attractor == k))
+        if k < 0 and not count:
+            continue
+        low, high = (float("nan"),) * 2
+        if is_drawn and not axes:
+            low, high = share_interval(count, attractor.size)
+        near = _nearest(view, attractor, where, axes, k) if is_plane and k >= 0 else None
+        label = str(labels[k]) if k >= 0 else "not known"
+        yield Basin(k, label, count, attractor.size, low, high, *(near or ()))
+
+
+def _nearest(
+    view: ArchiveView, attractor: np.ndarray, where: dict[str, int], axes: tuple[str, ...], k: int
+) -> tuple[tuple[float, ...], float] | None:
+    """Return the step from an attractor's point to the nearest cell of another basin, its length.
+
+    None where the point is not in the plane, or no cell is in another basin.
+    """
+    names, along = view["component"].tolist(), [component_of(name) for name in axes]
+    point = dict(zip(names, view.take("attractor_point", number=k, **where), strict=True))
+    # the components of the starts that the axes do not set
+    scan = scan_of(view)
+    start = scan.start.state or [scan.system.rest or 0.0 if n == "x2" else 0.0 for n in names]
+    off = [abs(point[n] - v) for n, v in zip(names, start, strict=True) if n not in along]
+    values = [view[name] for name in axes]
+    is_inside = all(v[0] <= point[n] <= v[-1] for n, v in zip(along, values, strict=True))
+    span = max(abs(value) for value in point.values())
+    rows, columns = np.nonzero((attractor[..., 0] != k) & (attractor[..., 0] >= 0))
+    if not is_inside or max(off, default=0.0) > IN_PLANE * span or not rows.size:
+        return None
+    steps = [v[i] - point[n] for n, v, i in zip(along, values, (rows, columns), strict=True)]
+    lengths = [step / np.ptp(v) for step, v in zip(steps, values, strict=True)]
+    distances = np.sqrt(lengths[0] * lengths[0] + lengths[1] * lengths[1])
+    least = int(distances.argmin())
+    return tuple(float(step[least]) for step in steps), float(distances[least])

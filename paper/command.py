@@ -17,8 +17,8 @@ from pathlib import Path
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurveRequest
-from nlds_vines.cli.command_main import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.command import Command
+from nlds_vines.cli.options import Parser
 from nlds_vines.cli.paths import (
     PLOT_SUFFIXES,
     check_writable,
@@ -28,6 +28,7 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.task_registry import TASKS
+from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, say
 from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted

@@ -23,8 +23,8 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.datasets import ScanContents
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import Case, CurveRequest, Panel
-from nlds_vines.cli.command_main import Command
-from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.command import Command
+from nlds_vines.cli.options import Parser
 from nlds_vines.continuation.branch_table import datasets_of as of_branches
 from nlds_vines.continuation.request import Begin, Continuation, load_continuation
 from nlds_vines.continuation.special_curve_table import curve_datasets

@@ -3,7 +3,7 @@
     transient: int = setting(600, Whole(0), "sampling", "periods that are discarded", "PERIODS")
 
 From the fields of a request follow the keys that its file may have and how they are validated
-(`Form.read`), the options that override them (`cli.setting_options`), the file that means exactly
+(`Form.read`), the options that override them (`cli.options`), the file that means exactly
 this request (`entries`), the page of keys and the schema for editors.  A new setting is a field.
 """
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from nlds_vines.cli.command_main import DONE, Command, say
-from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.command import Command
+from nlds_vines.cli.options import Parser
 from nlds_vines.cli.paths import check_writable, file_path, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, shown
 
 SUFFIXES = (".csv", ".txt")

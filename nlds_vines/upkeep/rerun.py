@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.cli.command_main import DIFFERENT, DONE, LANES_FAILED, Command, say
-from nlds_vines.cli.job import Job
-from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.command import Command, Job
+from nlds_vines.cli.options import Parser
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.task_registry import TASKS, content_of
+from nlds_vines.cli.terminal import DIFFERENT, DONE, LANES_FAILED, say
 from nlds_vines.errors import RequestError
 
 if TYPE_CHECKING:

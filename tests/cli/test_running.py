@@ -2,7 +2,7 @@
 
 import pytest
 
-from nlds_vines.cli.command_main import Command
+from nlds_vines.cli.command import Command
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.interrupts import Interrupted
 

@@ -8,7 +8,7 @@ import sys
 import pytest
 from made_up import make_scan, write
 
-from nlds_vines.cli.command_main import ended
+from nlds_vines.cli.terminal import ended
 
 PROGRAM = f"{sys.executable} -m nlds_vines"
 
@@ -41,7 +41,7 @@ def test_a_closed_stream_changes_nothing(folder, closed):
 
 def test_no_file_gets_the_number_of_a_closed_stream(folder):
     program = (
-        "from nlds_vines.cli.command_main import ended; ended('', lambda: 0);"
+        "from nlds_vines.cli.terminal import ended; ended('', lambda: 0);"
         "print(open('a.h5').fileno())"
     )
     line = f'{sys.executable} -W ignore -c "{program}"'

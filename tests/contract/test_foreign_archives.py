@@ -14,7 +14,7 @@ from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation.block_files import Parts
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
-from nlds_vines.cli.command_main import say
+from nlds_vines.cli.terminal import say
 from nlds_vines.errors import RequestError
 
 ESCAPE = "red \x1b[31m, \x9b2J, \u202edlo, \u2028 and a bell \a"

@@ -22,7 +22,7 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives.files import read_toml, toml_text
 from nlds_vines.cli.commands import COMMANDS
-from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.options import Parser
 
 pytestmark = pytest.mark.long
 

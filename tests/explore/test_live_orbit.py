@@ -140,7 +140,7 @@ def test_the_command_line_is_the_orbit_again(start):
     request = live_orbit(system, start, SAMPLING).request
     words = shlex.split(recipes.portrait_command(request))
     assert words[:2] == ["nlds-vines", "portrait"]
-    from nlds_vines.cli.parser import Parser
+    from nlds_vines.cli.options import Parser
     from nlds_vines.portrait import command
 
     parser = Parser(prog="x")

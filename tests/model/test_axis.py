@@ -33,7 +33,7 @@ def test_what_no_scale_can_be_is_refused(entry, message):
 
 
 def test_the_option_and_the_file_mean_the_same():
-    from nlds_vines.cli.option_values import spaced
+    from nlds_vines.cli.options import spaced
 
     entry = spaced("--vary K", "1e5:1e9:5:log", log=True)
     scan = load_scan(None, {"vary": {"K": entry}})

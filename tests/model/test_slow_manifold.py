@@ -160,9 +160,8 @@ def test_the_best_clearance_needs_damping():
 
 
 def page(systems, **changes):
-    return curves_from(
-        None, systems, {"figure": {"manifold": True, "reduction": False}} | changes, ""
-    )
+    figure = {"manifold": True, "reduction": False}
+    return curves_from(None, {"systems": systems, "figure": figure} | changes, "")
 
 
 def test_a_page_draws_the_closed_form_over_its_curve():

@@ -236,7 +236,7 @@ def axes_of(numbers, start=None, **figure):
     """Return the axes of a picture of a damper with these numbers, and of the structure alone."""
     values = np.linspace(6.0, 6.4, len(numbers["E1max"])).round(3).tolist()
     tables = {"vary": {"omega": {"values": values}}, "figure": figure, "start": start or {}}
-    request = curves_from("ssul-set6", (), tables, "a test")
+    request = curves_from("ssul-set6", tables, "a test")
     numbers = {name: array.reshape(len(values), -1) for name, array in numbers.items()}
     curves = [ResponseCurve(name, request.values, numbers) for name in request.names]
     return draw_curves(request, curves).axes
@@ -350,7 +350,7 @@ def test_energies_are_recorded_even_if_no_one_asks_and_nothing_twice():
 
 def test_cases_of_one_label_have_different_names():
     tmd = nv.load_system("tmd")
-    request = curves_from([tmd, tmd.with_(c2=50.0), "none"], (), {}, "a test")
+    request = curves_from([tmd, tmd.with_(c2=50.0), "none"], {}, "a test")
     assert request.names == (
         "Tuned mass damper",
         "Tuned mass damper [2]",
@@ -360,7 +360,7 @@ def test_cases_of_one_label_have_different_names():
 
 def test_curves_of_one_page_have_different_looks():
     names = [f"ssul-set{i}" for i in range(1, 7)]
-    request = curves_from([*names, "tmd", "ssbl"], (), {}, "test")
+    request = curves_from([*names, "tmd", "ssbl"], {}, "test")
     looks = [(case.color, case.line) for case in request.cases]
     assert len(set(looks)) == len(looks) == 9
 

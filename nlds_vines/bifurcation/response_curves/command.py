@@ -5,11 +5,11 @@ As a command: `nlds-vines response-curves`; in Python: `nv.response_curves(["tmd
 
 from __future__ import annotations
 
-import argparse
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from nlds_vines.archives.archive import ArchivePath
+import numpy as np
+
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import (
@@ -19,13 +19,9 @@ from nlds_vines.bifurcation.response_curves.request import (
     Source,
     curves_from,
 )
-from nlds_vines.cli import job as jobs
-from nlds_vines.cli.command_main import Command
-from nlds_vines.cli.option_values import settings_of, varied
-from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import request_path
-from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.cli.setting_options import add_settings, changed
+from nlds_vines.cli import command as commands
+from nlds_vines.cli.options import SET, VARY, Option
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import choice
 from nlds_vines.plotting.bands import refuse_undrawable
 
@@ -33,7 +29,6 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves
 
 _NAME = "response-curves"
-_DEFAULT = "response-curves.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines response-curves --plot curves.png
@@ -77,14 +72,17 @@ def response_curves(
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
-    request = curves_from(source, (), tables, "response_curves")
-    archive = ArchivePath.for_result(to, "response-curves", resume, overwrite)
+    request = curves_from(source, tables, "response_curves")
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
-    return Job(request, request_path(source), archive, None, how).run()
+    result: ResponseCurves = Job.compute(request, source, to, how)
+    return result
 
 
-class Job(jobs.Job):
+class Job(commands.Job):
     """A request of response curves and where its results go."""
+
+    default: ClassVar[str] = f"{_NAME}.h5"
+    is_named_after_source: ClassVar[bool] = True
 
     request: CurveRequest
 
@@ -105,11 +103,10 @@ class Job(jobs.Job):
 
     def failure(self, found: ResponseCurves) -> str:
         """Return how many orbits failed, why, and what helps."""
-        from nlds_vines.archives.archive import read
         from nlds_vines.orbits.status_words import failures_in, failures_in_words
 
-        with read(self.archive) as view:
-            return failures_in_words(failures_in(view["status"].ravel()), self.request.lanes)
+        statuses = np.concatenate([curve.numbers["status"].ravel() for curve in found.curves])
+        return failures_in_words(failures_in(statuses), self.request.lanes)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""
@@ -124,43 +121,29 @@ class Job(jobs.Job):
         ]
 
 
-def _declare(parser: Parser) -> None:
-    text = "a page of curves, or a damper [those of the paper's Table 2]"
-    jobs.add_files(parser, "CURVES.toml", text, _DEFAULT)
-    group = parser.add_argument_group("options that override the request file")
-    group.add_argument(
-        "--system", action="append", default=[], metavar="NAME", dest="systems",
-        help="a damper: of the catalog, or a TOML file; once for each curve",
-    )  # fmt: skip
-    group.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help="of all curves, SI units"
-    )
-    group.add_argument("--vary", metavar="NAME=START:STOP:NUM", help="[omega=4.5:8:351]")
-    group.add_argument("--start", metavar="POLICY", help="rest, up, down or both [rest]")
-    add_settings(group, Scan, CurveRequest, but=("want", "effort", "signals"), usual=SAMPLING)
-    add_local_options(parser)
+def _start(text: str) -> dict[str, Any]:
+    return {"start": {"policy": choice("--start", text, CURVE_STARTS)}}
 
 
-def _carry_out(options: argparse.Namespace) -> int:
-    if options.start is not None:
-        choice("--start", options.start, CURVE_STARTS)
-    changes = {
-        "set": settings_of(options),
-        "vary": varied([options.vary] if options.vary else [], log=False),
-        "start": {} if options.start is None else {"policy": options.start},
-        **changed(options, Scan, CurveRequest),
-    }
-    changes = {key: value for key, value in changes.items() if value}
-    request = curves_from(options.source, options.systems, changes, "command line")
-    files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
-    return Job(request, **files).carry_out(_NAME, options.dry_run)
-
-
-COMMAND = Command(
-    name=_NAME,
+COMMAND = commands.of_task(
+    _NAME,
+    curves_from,
+    Job,
+    ("CURVES.toml", "a request file, or a damper [those of the paper's Table 2]"),
+    (
+        Option(
+            "--system", "NAME", "a damper: of the catalog, or a TOML file; once for each curve",
+            lambda names: {"systems": names}, repeated=True,
+        ),
+        SET,
+        VARY,
+        Option("--start", "POLICY", "rest, up, down or both [rest]", _start),
+    ),
+    (Scan, CurveRequest),
+    but=("want", "effort", "signals"),
+    usual=SAMPLING,
     description="Largest energies against frequency: dampers and the structure alone.",
     examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=_carry_out,
-)
+    common="--output --plot --system --set --vary --start --show --log",
+)  # fmt: skip
 main = COMMAND.main

@@ -128,7 +128,7 @@ def draw_curves(
         top = figure.add_subplot(grid[0, :])
         top.set_axis_off()
     named = lettered or several
-    add_legend(top, legend_of(request), "above", _NAME if named else 0.0, handlelength=2.2)
+    add_legend(top, [*legend_of(request)], "above", _NAME if named else 0.0, handlelength=2.2)
     finish(figure, grid, request.title)
     return figure
 
@@ -317,12 +317,8 @@ def _look_of(case: Case) -> dict[str, Any]:
     return {"color": case.color, "linestyle": case.line, "linewidth": width, "zorder": order}
 
 
-def legend_of(request: CurveRequest) -> list[Any]:
-    """Return the entries of the legend: the cases of the first panel, then everything else."""
-    return [*_entries(request)]
-
-
-def _entries(request: CurveRequest) -> Iterator[Any]:
+def legend_of(request: CurveRequest) -> Iterator[Any]:
+    """Yield the entries of the legend: the cases of the first panel, then everything else."""
     cases = request.cases
     for case in cases:
         if case.panel in (None, 1):
@@ -370,7 +366,7 @@ def _fill(axes: Axes, view: ArchiveView, name: str) -> None:
     results = curves_of(view)
     _fill_panel(axes, results.request, results.curves, name)
     axes.set_xlabel(axis_label(results.request.axis))
-    axes.legend(handles=legend_of(results.request))
+    axes.legend(handles=[*legend_of(results.request)])
 
 
 PICTURE = Picture(panels=lambda view: panels_of(curves_of(view).request), draw=_draw, fill=_fill)

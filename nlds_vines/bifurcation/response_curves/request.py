@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeGuard
 
 import numpy as np
 
@@ -322,38 +322,33 @@ Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | C
 """What may stand for a request: systems or their names, a file, the document in one."""
 
 
-def curves_from(
-    source: Source, systems: Sequence[str | System], changes: Document, where: str
-) -> CurveRequest:
+def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     """Return the request of a source; for a list of systems, with the structure alone before them.
 
-    Arguments: the `source`; `systems` that replace its cases; `changes`, a document that overrides
-    it, and `where` they come from, for messages.
+    Arguments: the `source`; `changes`, a document that overrides it, whose `systems` replace its
+    cases, and `where` they come from, for messages.
 
     Raises `RequestError`, one line that names place, key, value and what is allowed.
     """
-    if isinstance(source, CurveRequest | Mapping) or _has_curves(source):
-        if systems:
-            changes = {**changes, "curves": _rows(systems), "panels": [{}]}
-        request = load_curves(source, changes, where)  # type: ignore[arg-type]
-        return with_structure_alone(request) if systems else request
-    chosen: Sequence[Any] = DAMPERS
-    if isinstance(source, str | os.PathLike | System):
-        chosen = [source]
-    elif isinstance(source, Sequence):
-        chosen = source
-    elif source is not None:
-        raise RequestError(
-            f"{shown(source)} is no system, no list of systems and no page of curves"
-        )
-    document = {**_DEFAULTS, "curves": _rows(systems or chosen)}
+    systems: Sequence[Any] = changes.get("systems", ())
+    changes = {key: value for key, value in changes.items() if key != "systems"}
+    is_document = isinstance(source, CurveRequest | Mapping) or _has_curves(source)
+    document: Any = source if is_document else _DEFAULTS
+    if not is_document and not systems:
+        systems = DAMPERS if source is None else source if _is_list(source) else [source]
+    if systems:
+        changes |= {"curves": _rows(systems), "panels": [{}]}
     request = load_curves(document, changes, where)
-    if "title" not in changes:
+    if not is_document and "title" not in changes:
         settings = changes.get("set", {}).items()
         words = [setting_in_words(*item) for item in settings if item[0] in PARAMETERS]
         title = ["Response curves", *words, range_in_words(request.axis, request.values)]
         request = replace(request, title=", ".join(title))
-    return with_structure_alone(request)
+    return with_structure_alone(request) if systems else request
+
+
+def _is_list(source: object) -> TypeGuard[Sequence[Any]]:
+    return isinstance(source, Sequence) and not isinstance(source, str)
 
 
 def _has_curves(source: Source) -> bool:
@@ -392,16 +387,21 @@ def load_curves(
     shared = {key: document.document[key] for key in keys if key in document.document}
     shared["record"] = _recording(shared.get("record", {}), look.get("show", ()))
     panels, rows = document.rows("panels") or [Panel()], document.rows("curves")
-    cases = []
+    cases: list[Case] = []
     with at(document.origin("curves")):
         for number, panel in enumerate(panels, start=1):
-            there = []
+            hashes: set[str] = set()
             for place, row in enumerate(rows, start=1):
                 with at(f"[[curves]] {place}"):
-                    if row.panel is None or whole("panel", row.panel, 1, len(panels)) == number:
-                        there.append(_case(shared, panel, replace(row, panel=number)))
-            _refuse_panel(number, there)
-            cases += there
+                    if whole("panel", row.panel or number, 1, len(panels)) != number:
+                        continue
+                    case = _case(shared, panel, replace(row, panel=number))
+                    if case.scan.hash in hashes:
+                        raise RequestError(f"{case.title} stands twice in one panel")
+                hashes.add(case.scan.hash)
+                cases.append(case)
+            if not hashes:
+                raise RequestError(f"[[panels]] {number} has no curve")
     usual = "response curves" if document.left is None else Path(document.layers[0][0]).stem
     return document.make(
         CurveRequest,
@@ -434,16 +434,6 @@ def _case(shared: Document, panel: Panel, case: Case) -> Case:
     if len(scan.axes) != 1:
         raise RequestError(f"{len(scan.axes)} parameters are varied; allowed: one")
     return replace(case, settings=own, scan=scan, system=None)
-
-
-def _refuse_panel(number: int, cases: Sequence[Case]) -> None:
-    """Raise `RequestError` for a panel without cases, or with one of them twice."""
-    if not cases:
-        raise RequestError(f"[[panels]] {number} has no curve")
-    hashes = [case.scan.hash for case in cases]
-    for place, case in enumerate(cases):
-        if case.scan.hash in hashes[:place]:
-            raise RequestError(f"[[curves]]: {case.title} stands twice in one panel")
 
 
 def with_structure_alone(request: CurveRequest) -> CurveRequest:

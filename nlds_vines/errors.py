@@ -83,15 +83,15 @@ def _hidden(letter: str) -> bool:
     return unicodedata.category(letter) in _UNPRINTABLE
 
 
-def unknown(what: str, given: object, allowed: Iterable[str]) -> RequestError:
+def unknown(what: str, value: object, allowed: Iterable[str]) -> RequestError:
     """Return the error for a name that does not exist, with the nearest one that does.
 
     Arguments: `what` kind of name it is, the name as `given`, and the names that are `allowed`.
     """
     names = list(allowed)
-    near = difflib.get_close_matches(str(given)[:60], names, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(str(value)[:60], names, n=1, cutoff=0.5)
     hint = f"; did you mean {near[0]!r}?" if near else ";"
-    return RequestError(f"unknown {what} {shown(given)}{hint} allowed: {', '.join(names)}")
+    return RequestError(f"unknown {what} {shown(value)}{hint} allowed: {', '.join(names)}")
 
 
 def number(what: str, value: object) -> float:
@@ -201,10 +201,10 @@ def checked_words(
         raise RequestError(f"{what} = {shown(value)} must be a list of words")
     if not value:
         raise RequestError(f"{what} = [] is an empty request; allowed: {', '.join(names)}")
-    found = [choice(one or what, word, names) for word in value]
-    if len(set(found)) < len(found):
-        raise RequestError(f"{what} = {shown(found)} names something twice")
-    return tuple(found)
+    chosen = [choice(one or what, word, names) for word in value]
+    if len(set(chosen)) < len(chosen):
+        raise RequestError(f"{what} = {shown(chosen)} names something twice")
+    return tuple(chosen)
 
 
 def checked_state(value: object) -> tuple[float, ...]:

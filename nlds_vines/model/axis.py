@@ -90,14 +90,14 @@ class Axis(Outlined):
 
         Raises `RequestError` for other keys and, as `Axis`, for faulty numbers.
         """
-        found = table(name, entry, ("start", "stop", "num", "scale", "values"))
-        if found.keys() == {"values"}:
-            return cls(name, found["values"])
-        if found.keys() - {"scale"} == {"start", "stop", "num"}:
-            return cls.spaced(name, **found)
+        entries = table(name, entry, ("start", "stop", "num", "scale", "values"))
+        if entries.keys() == {"values"}:
+            return cls(name, entries["values"])
+        if entries.keys() - {"scale"} == {"start", "stop", "num"}:
+            return cls.spaced(name, **entries)
         raise RequestError(
-            f"{', '.join(found) or 'nothing'} given; allowed: start, stop and num (and scale), or "
-            "values alone"
+            f"{', '.join(entries) or 'nothing'} given; allowed: start, stop and num (and scale), "
+            "or values alone"
         )
 
     def __eq__(self, other: object) -> bool:
@@ -120,8 +120,8 @@ def announced(entries: Mapping[str, object]) -> tuple[int, ...]:
 
 
 def _announced(entry: object) -> int:
-    found = entry if isinstance(entry, Mapping) else {}
-    num, values = found.get("num", 1), found.get("values")
+    entries = entry if isinstance(entry, Mapping) else {}
+    num, values = entries.get("num", 1), entries.get("values")
     if isinstance(values, list | tuple):
         return max(1, len(values))
     return max(1, num) if isinstance(num, int) else 1
@@ -138,11 +138,11 @@ def _at_equal_ratios(first: float, last: float, count: int) -> np.ndarray:
     with localcontext() as context:
         context.prec = _DIGITS
         value, ratio = Decimal(first), (Decimal(last) / Decimal(first)) ** (1 / Decimal(count - 1))
-        found = [first]
+        spaced = [first]
         for _ in range(count - 2):
             value *= ratio
-            found.append(float(value))
-    return np.array([*found, last])
+            spaced.append(float(value))
+    return np.array([*spaced, last])
 
 
 def _numbers(name: str, values: object) -> np.ndarray:

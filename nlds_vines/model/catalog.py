@@ -100,9 +100,9 @@ def system_from(value: object, name: str = "") -> System:
     if isinstance(value, Mapping):
         with at("[system]"):
             return _from_table(value, name)
-    given = "no system" if value is None else f"system = {shown(value)}"
+    problem = "no system" if value is None else f"system = {shown(value)}"
     raise RequestError(
-        f"{given}: give system = NAME, or a [system] table with kind and parameters; "
+        f"{problem}: give system = NAME, or a [system] table with kind and parameters; "
         f"names: {', '.join(catalog())}"
     )
 
@@ -128,16 +128,16 @@ def _from_table(entry: Mapping[str, Any], name: str) -> System:
     table("system", foreign, (*_SYSTEM_KEYS, *scene.allowed, *ratios))
     beside = {key: value for key, value in entry.items() if key not in foreign}
     parameters: dict[str, Any] = {}
-    for place, given in (
+    for place, constants in (
         ("[system]", beside),
         ("[system.parameters]", table("parameters", entry.get("parameters", {}))),
         ("[system.contact]", contact),
         ("[system.contact_2]", {name + SECOND: value for name, value in second.items()}),
     ):
-        twice = sorted(parameters.keys() & given.keys())
+        twice = sorted(parameters.keys() & constants.keys())
         if twice:
             raise RequestError(f"{twice[0]} stands in {place}, and before it")
-        parameters |= given
+        parameters |= constants
     return System(
         kind=kind,
         parameters=parameters,
@@ -160,15 +160,15 @@ def _contact(
     constants = dict(table(place, entry.get(place, {})))
     if key in entry and "law" in constants:
         raise RequestError(f"{key} stands in [system], and law in [system.{place}]")
-    found = constants.pop("law", entry.get(key, law))
-    if not found:
+    law_name = constants.pop("law", entry.get(key, law))
+    if not law_name:
         if constants:
             raise RequestError(f"[system.{place}] has no law; allowed: {', '.join(LAWS)}")
         return {}, ""
-    choice(key, found, LAWS)
+    choice(key, law_name, LAWS)
     with at(f"[{place}]"):
-        table(place, constants, ("law", *LAWS[found].allowed))
-    return constants, found
+        table(place, constants, ("law", *LAWS[law_name].allowed))
+    return constants, law_name
 
 
 def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> System:

@@ -102,8 +102,8 @@ def share_of(labels: np.ndarray, wanted: str) -> np.ndarray:
     Where `wanted` is a final regime such as `T,0`, every start that ended in it counts; where it is
     `transient chaos to T,0`, only those that were chaotic before.
     """
-    found = labels if wanted.startswith(TRANSIENT) else finals(labels)
-    return (found == wanted).mean(axis=-1)
+    compared = labels if wanted.startswith(TRANSIENT) else finals(labels)
+    return (compared == wanted).mean(axis=-1)
 
 
 def coexisting(labels: np.ndarray) -> np.ndarray:

@@ -104,8 +104,8 @@ def steady_state(system: System) -> np.ndarray:
     x1, v1, x2, v2 [m, m/s], shape (4,); without a damper x1, v1, shape (2,).
     """
     omega = system.parameters["omega"]
-    found = response(system, np.array([omega]))
-    amplitudes = [X[0] for X in (found.X1, found.X2) if X is not None]
+    phasors = response(system, np.array([omega]))
+    amplitudes = [X[0] for X in (phasors.X1, phasors.X2) if X is not None]
     state = np.array([x for X in amplitudes for x in (X.real, (1j * omega * X).real)])
     if len(state) == 4:
         state[2] += system.rest
@@ -131,13 +131,13 @@ def alone(cells: np.ndarray) -> dict[str, np.ndarray]:
     Arguments: `cells` of dtype `CELL`, any shape.  Returns arrays of that shape by name: largest
     and rms x1 [m], v1 [m/s] and a1 [m/s^2] of x1 = X cos(omega t + ...), X as for `energy_alone`.
     """
-    omega, found = cells["omega"], {}
+    omega, by_name = cells["omega"], {}
     with np.errstate(all="ignore"):
         largest = _amplitude_alone(cells)
         for name in ("x1", "v1", "a1"):
-            found[f"{name}_max"], found[f"{name}_rms"] = largest, largest * np.sqrt(0.5)
+            by_name[f"{name}_max"], by_name[f"{name}_rms"] = largest, largest * np.sqrt(0.5)
             largest = largest * omega
-    return found
+    return by_name
 
 
 def foot_amplitude(cells: np.ndarray) -> np.ndarray:
@@ -155,8 +155,8 @@ def _amplitude(force: Any, impedance: Any) -> np.ndarray:
     """Return force / impedance: infinite where only the impedance is 0, and 0 where both are."""
     force, impedance = np.broadcast_arrays(force, impedance)
     none = impedance == 0
-    found = force / np.where(none, 1, impedance)
-    return np.where(none, np.where(force == 0, 0, np.inf), found)
+    amplitude = force / np.where(none, 1, impedance)
+    return np.where(none, np.where(force == 0, 0, np.inf), amplitude)
 
 
 def harmonic_energy(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:

@@ -26,9 +26,9 @@ def _last(share: float) -> Quantity:
     return _of(f"last_{per_cent}", "s", words, f"time above {per_cent} % of the largest E1")
 
 
-def _gone(way: str, what: str) -> Quantity:
+def _gone(part: str, what: str) -> Quantity:
     words = f"share of the energy that came in that {what} dissipated by the end"
-    return _of(f"share_{way}", "1", words, f"share dissipated by {what}")
+    return _of(f"share_{part}", "1", words, f"share dissipated by {what}")
 
 
 OF_LOADS = (

@@ -78,32 +78,34 @@ def _limit(scene: Scene) -> bool:
     return scene.limit is not None
 
 
-def _energies(kind: str, word: str, which: str, **more: Any) -> Iterator[Quantity]:
+def _energies(kind: str, word: str, which: str, **options: Any) -> Iterator[Quantity]:
     """Yield the largest energies of both bodies."""
     bodies = ("{first}", STRUCTURE, lambda scene: True), ("damper", "damper", _damper)
     for i, (body, label, has) in enumerate(bodies):
         words = f"{which} of the {body}'s energy E{i + 1}{{frame}}, equation (6)"
         yield Quantity(
             f"E{i + 1}{kind}", "J", words, (word,), f"energy of the {label}", f"E{'₁₂'[i]}{kind}",
-            has, buffer=word, column=i, **more,
+            has, buffer=word, column=i, **options,
         )  # fmt: skip
 
 
-def _motion(name: str, column: int, unit: str, words: str, label: str, **more: Any) -> Any:
+def _motion(name: str, column: int, unit: str, words: str, label: str, **options: Any) -> Any:
     """Yield the largest and the rms value of a motion, each with its reduction if it has one."""
-    drawn = more.pop("drawn", ())
+    drawn = options.pop("drawn", ())
     for kind, which, of, shown in (("max", "largest", "", drawn), ("rms", "rms", "of the ", ())):
         yield from _response(
             f"{name}_{kind}", unit, f"{which} {of}{words}", f"{which} {label}",
-            column=column + (kind == "rms"), drawn=shown, **more,
+            column=column + (kind == "rms"), drawn=shown, **options,
         )  # fmt: skip
 
 
-def _response(name: str, unit: str, words: str, label: str = "", **more: Any) -> Iterator[Quantity]:
+def _response(
+    name: str, unit: str, words: str, label: str = "", **options: Any
+) -> Iterator[Quantity]:
     """Yield a quantity of a response, and its reduction if it is compared."""
-    yield Quantity(name, unit, words, ("response",), label, buffer="response", **more)
-    if more.get("reduced"):
-        has = more.get("has", lambda scene: True)
+    yield Quantity(name, unit, words, ("response",), label, buffer="response", **options)
+    if options.get("reduced"):
+        has = options.get("has", lambda scene: True)
         words = f"reduction by the damper, 1 - {name} / that of the structure alone"
         yield Quantity(
             f"{name}_reduction", "1", words, ("response",), f"reduction, {label}",
@@ -111,24 +113,24 @@ def _response(name: str, unit: str, words: str, label: str = "", **more: Any) ->
         )  # fmt: skip
 
 
-def _whole(name: str, words: str, record: tuple[str, ...], **more: Any) -> Quantity:
+def _whole(name: str, words: str, record: tuple[str, ...], **options: Any) -> Quantity:
     """Return a quantity that counts, -1 where it does not apply."""
-    more = {"fill": -1, **more}
-    return Quantity(name, "1", words, record, dtype="int32", **more)
+    options = {"fill": -1, **options}
+    return Quantity(name, "1", words, record, dtype="int32", **options)
 
 
-def _text(name: str, words: str, record: tuple[str, ...], **more: Any) -> Quantity:
-    return Quantity(name, "1", words, record, dtype="str", fill="", **more)
+def _text(name: str, words: str, record: tuple[str, ...], **options: Any) -> Quantity:
+    return Quantity(name, "1", words, record, dtype="str", fill="", **options)
 
 
-def _code(name: str, words: str, record: tuple[str, ...], fill: int, **more: Any) -> Quantity:
-    return Quantity(name, "1", words, record, dtype="int8", fill=fill, **more)
+def _code(name: str, words: str, record: tuple[str, ...], fill: int, **options: Any) -> Quantity:
+    return Quantity(name, "1", words, record, dtype="int8", fill=fill, **options)
 
 
-def _of_verdict(name: str, unit: str, words: str, column: int, **more: Any) -> Quantity:
+def _of_verdict(name: str, unit: str, words: str, column: int, **options: Any) -> Quantity:
     """Return a number of a verdict's evidence."""
-    more = {"record": ("evidence",), **more}
-    return Quantity(name, unit, words, buffer="evidence", column=column, **more)
+    options = {"record": ("evidence",), **options}
+    return Quantity(name, unit, words, buffer="evidence", column=column, **options)
 
 
 def _coded(numbers: np.ndarray) -> np.ndarray:
@@ -397,13 +399,13 @@ def scale_of(name: str) -> str:
 
 def recorded(scene: Scene, want: Collection[str]) -> list[Quantity]:
     """Return what a scan of a scene records: of `want`, in its order, then what always is."""
-    found: dict[str, Quantity] = {}
+    by_name: dict[str, Quantity] = {}
     for word in (*(word for word in RECORDS if word in want), None):
         for entry in QUANTITIES:
             asked = word in entry.record if word else not entry.record
             if asked and entry.has(scene) and (not entry.beside or entry.beside in want):
-                found.setdefault(entry.name, entry)
-    return list(found.values())
+                by_name.setdefault(entry.name, entry)
+    return list(by_name.values())
 
 
 def held_in(buffer: str) -> tuple[Quantity, ...]:

@@ -81,11 +81,11 @@ class Quantity:
         words = f"{self.label or clause(self.words)} {self.symbol}".replace("$", "").strip()
         return words.replace(STRUCTURE, body)
 
-    def taken(self, held: np.ndarray) -> np.ndarray:
-        """Return its values of what orbits hold in its buffer."""
+    def taken(self, values: np.ndarray) -> np.ndarray:
+        """Return the values of this quantity from those of its buffer."""
         if self.of is not None:
-            return self.of(held)
-        return held if self.column is None else held[..., self.column]
+            return self.of(values)
+        return values if self.column is None else values[..., self.column]
 
     def dataset(
         self,

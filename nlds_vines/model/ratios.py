@@ -63,8 +63,8 @@ class Ratio:
             raise RequestError(f"{self.name} needs {' and '.join(missing)}, which is missing")
         needed = {name: _numbers(name, values[name]) for name in self.needs}
         if not all(np.all(np.asarray(value) > 0.0) for value in needed.values()):
-            told = ", ".join(f"{name} = {float(np.min(v))!r}" for name, v in needed.items())
-            raise RequestError(f"{self.name} means nothing with {told}: give {self.gives}")
+            unsuitable = ", ".join(f"{name} = {float(np.min(v))!r}" for name, v in needed.items())
+            raise RequestError(f"{self.name} means nothing with {unsuitable}: give {self.gives}")
         return self.unit(*needed.values())
 
 
@@ -103,20 +103,20 @@ def ratios_in(scene: Scene) -> dict[str, Ratio]:
 
 
 def meant_by(scene: Scene, names: Collection[str]) -> list[str]:
-    """Return names with those of parameters in place of ratios."""
-    known = ratios_in(scene)
-    return [known[name].gives if name in known else name for name in names]
+    """Return `names` with each ratio replaced by its parameter."""
+    by_name = ratios_in(scene)
+    return [by_name[name].gives if name in by_name else name for name in names]
 
 
 def following(scene: Scene, ratios: Collection[str], names: Collection[str]) -> set[str]:
     """Return the parameters that change with those of `names`, if `ratios` stay as they are."""
     changed = set(meant_by(scene, names))
-    found = set[str]()
+    followers = set[str]()
     for name, ratio in ratios_in(scene).items():
         if name in ratios and changed & {*ratio.needs}:
-            found.add(ratio.gives)
+            followers.add(ratio.gives)
             changed.add(ratio.gives)
-    return found
+    return followers
 
 
 def refuse_twice(scene: Scene, names: Collection[str]) -> None:
@@ -138,41 +138,40 @@ def still_set(
 
 def without_ratios(
     scene: Scene,
-    known: Mapping[str, Any],
-    given: Mapping[str, Any],
+    old_values: Mapping[str, Any],
+    changes: Mapping[str, Any],
     ratios: Mapping[str, float],
 ) -> dict[str, Any]:
-    """Return the parameters that are `given`, and those that follow from them by ratios.
+    """Return the changed parameters, with those that follow from them by ratios.
 
-    Arguments: the scene; the parameters that are `known` before, which units follow from, too;
-    what is `given`, parameters and ratios, as floats or arrays; the `ratios` that were set before,
-    which stay unless their parameter is given.
+    `changes` holds parameters and ratios (floats or arrays), `old_values` the parameters before,
+    and `ratios` the ratios that were set before: each stays unless its parameter is changed.
 
-    Raises `RequestError` for a ratio out of its range, and beside what it stands for.
+    Raises `RequestError` for a ratio out of its range or beside the parameter that it replaces.
     """
-    refuse_twice(scene, [*given])
-    found, stay = dict(given), still_set(scene, ratios, given)
+    refuse_twice(scene, [*changes])
+    values, stay = dict(changes), still_set(scene, ratios, changes)
     for name, ratio in ratios_in(scene).items():
-        if name in found:
-            value = _numbers(name, found.pop(name))
+        if name in values:
+            value = _numbers(name, values.pop(name))
             ratio.what.check(np.asarray(value))
-        elif name in stay and not found.keys().isdisjoint(ratio.needs):
+        elif name in stay and not values.keys().isdisjoint(ratio.needs):
             value = stay[name]
         else:
             continue
         with np.errstate(over="ignore"):
-            found[ratio.gives] = value * ratio.unit_of({**known, **found})
-        PARAMETERS[ratio.gives].check(np.asarray(found[ratio.gives]))
-    return found
+            values[ratio.gives] = value * ratio.unit_of({**old_values, **values})
+        PARAMETERS[ratio.gives].check(np.asarray(values[ratio.gives]))
+    return values
 
 
 def of_parameters(scene: Scene, values: Mapping[str, float]) -> dict[str, float]:
-    """Return the ratios of a scene's parameters, those that mean something."""
-    found = {}
+    """Return the ratios of a scene's parameters whose units are positive."""
+    ratios = {}
     for name, ratio in ratios_in(scene).items():
         if ratio.gives in values and all(values.get(need, 0.0) > 0.0 for need in ratio.needs):
-            found[name] = float(values[ratio.gives] / ratio.unit_of(values))
-    return found
+            ratios[name] = float(values[ratio.gives] / ratio.unit_of(values))
+    return ratios
 
 
 def axes_of_parameters(
@@ -188,12 +187,12 @@ def axes_of_parameters(
 
     Raises `RequestError` for a ratio out of its range.
     """
-    known, found = ratios_in(scene), []
+    by_name, result = ratios_in(scene), []
     for axis in axes:
-        ratio = known.get(axis.name)
+        ratio = by_name.get(axis.name)
         if ratio is None or not {*changing}.isdisjoint(ratio.needs):
-            found.append(axis)
+            result.append(axis)
             continue
         ratio.what.check(axis.values)
-        found.append(Axis(ratio.gives, axis.values * ratio.unit_of(values)))
-    return tuple(found)
+        result.append(Axis(ratio.gives, axis.values * ratio.unit_of(values)))
+    return tuple(result)

@@ -60,17 +60,17 @@ def cell_type(scene: Scene) -> np.dtype:
     More are the constants of other laws, under their names; those of the near wall, in the field
     `NEAR`, where the two differ; and `load` [m/s^2], a constant force on the structure, per mass.
     """
-    more: list[Any] = []
+    others: list[Any] = []
     if scene.load is not None:
-        more += [("load", np.float64)]
+        others += [("load", np.float64)]
     if scene.law_2 is not None:
-        more += [(NEAR, [(name, np.float64) for name in ("K", *_OF_LAWS)])]
+        others += [(NEAR, [(name, np.float64) for name in ("K", *_OF_LAWS)])]
     if scene.walls and (scene.laws != (HERTZ,) or scene.optional):
-        more += [(name, np.float64) for name in _OF_LAWS]
-    if not more:
+        others += [(name, np.float64) for name in _OF_LAWS]
+    if not others:
         return CELL
     # first, since Numba would take a record that begins like another for a kind of that one
-    return np.dtype([*more, *((name, np.float64) for name in CELL.names or ())])
+    return np.dtype([*others, *((name, np.float64) for name in CELL.names or ())])
 
 
 def hertz_stiffness(p: Mapping[str, Any]) -> Any:
@@ -132,9 +132,9 @@ class System(Outlined):
             for name, text in table(key, getattr(self, key), PARAMETERS).items():
                 string(f"{key}.{name}", text, lines=True)
         follow = meant_by(self.scene, self.fixed_ratios)
-        given = {name: value for name, value in self.parameters.items() if name not in follow}
+        own_values = {name: value for name, value in self.parameters.items() if name not in follow}
         ratios = {**self.fixed_ratios, **_ratios_in(self.scene, self.parameters)}
-        complete = _merge(self.scene, {}, {**self.fixed_ratios, **given})
+        complete = _merge(self.scene, {}, {**self.fixed_ratios, **own_values})
         values = {name: number(name, value) for name, value in complete.items()}
         for name, value in values.items():
             PARAMETERS[name].check(np.asarray(value))
@@ -267,27 +267,29 @@ class System(Outlined):
         law: Any = overrides.pop("law", self.law)
         law_2: Any = overrides.pop("law_2", self.law_2)
         check_law(self.kind, law, law_2)
-        known = {name: self.parameters[name] for name in self.scene.own_of(self.parameters)}
+        before = {name: self.parameters[name] for name in self.scene.own_of(self.parameters)}
         for mine, new, second in ((self.law, law, False), (self.law_2, law_2, True)):
             if mine == new:
-                known |= {
+                before |= {
                     name: value
                     for name, value in self.parameters.items()
-                    if name not in known and name.endswith(SECOND) == second
+                    if name not in before and name.endswith(SECOND) == second
                 }
         scene = SCENES[self.kind].under(law, law_2)
-        merged = _merge(scene, known, overrides, self.fixed_ratios)
+        merged = _merge(scene, before, overrides, self.fixed_ratios)
         for name in SCENES[self.kind].under(law, law_2, merged).optional:
             if merged[name] == 0 and DAMPING in name:  # damping that damps nothing
                 del merged[name]
         changed = {name for name in merged if merged[name] != self.parameters.get(name)}
-        kept = merged.keys() - changed
-        sources = {name: text for name, text in self.sources.items() if name in kept}
+        unchanged = merged.keys() - changed
+        sources = {name: text for name, text in self.sources.items() if name in unchanged}
         return replace(
             self,
             parameters=merged,
             sources=sources | dict.fromkeys(sorted(changed), "set by the user"),
-            assumptions={name: text for name, text in self.assumptions.items() if name in kept},
+            assumptions={
+                name: text for name, text in self.assumptions.items() if name in unchanged
+            },
             law=law,
             law_2=law_2,
             fixed_ratios=still_set(scene, self.fixed_ratios, overrides)
@@ -313,8 +315,8 @@ class System(Outlined):
         if not damping and len(drives) != 1:
             return self
         gone = self.scene.drives if drives else ()
-        kept = {name: value for name, value in self.parameters.items() if name not in gone}
-        return replace(self, parameters={**kept, **dict.fromkeys([*damping, *drives], 0.0)})
+        others = {name: value for name, value in self.parameters.items() if name not in gone}
+        return replace(self, parameters={**others, **dict.fromkeys([*damping, *drives], 0.0)})
 
     def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
         """Return the attributes by which an archive describes the system.
@@ -360,9 +362,9 @@ class System(Outlined):
         for name, value in _derived(self.scene, values).items():
             cells[name] = value
         for wall in self.scene.walls:
-            own = cells[NEAR] if self.scene.law_2 and wall == "near" else cells
+            constants = cells[NEAR] if self.scene.law_2 and wall == "near" else cells
             for name, value in _contact(self.scene, wall, values).items():
-                own[name] = value
+                constants[name] = value
         return cells
 
 
@@ -390,10 +392,10 @@ def _force(scene: Scene, values: Mapping[str, Any]) -> Any:
             Y = values["base_displacement"]
         else:
             Y = values["base_acceleration"] / (omega * omega)
-        found = Y * modulus(values["k1"], values["c1"] * omega)
-    if not np.all(np.isfinite(found)):
+        size_of_force = Y * modulus(values["k1"], values["c1"] * omega)
+    if not np.all(np.isfinite(size_of_force)):
         raise RequestError(f"{name} out of proportion: the force on m1 is not finite")
-    return found
+    return size_of_force
 
 
 def modulus(real: Any, imaginary: Any) -> np.ndarray:
@@ -411,12 +413,12 @@ def _contact(scene: Scene, wall: str, values: Mapping[str, Any]) -> dict[str, An
     """Return the constants of the contact at a wall, as a cell has them."""
     ending, hertz = scene.ending(wall), scene.law_at(wall) == HERTZ
     names = [name for name in ("K", *_OF_LAWS) if name + ending in values]
-    found: dict[str, Any] = {name: values[name + ending] for name in names}
+    own_constants: dict[str, Any] = {name: values[name + ending] for name in names}
     if hertz and scene.is_damped(wall):
-        found["exponent"] = 1.5
+        own_constants["exponent"] = 1.5
     if hertz and "K" + ending not in values:
-        found["K"] = _checked_stiffness(values)
-    return found
+        own_constants["K"] = _checked_stiffness(values)
+    return own_constants
 
 
 def check_law(kind: str, law: str, law_2: str) -> None:
@@ -461,56 +463,56 @@ def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
     )
 
 
-def _without_table(given: Mapping[str, Any]) -> Mapping[str, Any]:
+def _without_table(values: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the parameters with `P = { base_displacement = Y }` written as base_displacement."""
-    if not isinstance(given.get("P"), Mapping):
-        return given
-    inner = table("P", given["P"], BASES)
+    if not isinstance(values.get("P"), Mapping):
+        return values
+    inner = table("P", values["P"], BASES)
     if len(inner) != 1:
         raise RequestError(f"P = {shown(dict(inner))} must have one key, of {', '.join(BASES)}")
     (name,) = inner
-    if name in given:
+    if name in values:
         raise RequestError(f"{name} stands beside P = {{ {name} = ... }}: give it once")
-    return {key: value for key, value in given.items() if key != "P"} | dict(inner)
+    return {key: value for key, value in values.items() if key != "P"} | dict(inner)
 
 
-def _ratios_in(scene: Scene, given: Mapping[str, Any]) -> dict[str, float]:
+def _ratios_in(scene: Scene, values: Mapping[str, Any]) -> dict[str, float]:
     """Return the ratios among the names of what is `given`, whose unit may change."""
-    found = {name: ratio for name, ratio in ratios_in(scene).items() if name in given}
-    return {name: number(name, given[name]) for name, ratio in found.items() if ratio.needs}
+    stated = {name: ratio for name, ratio in ratios_in(scene).items() if name in values}
+    return {name: number(name, values[name]) for name, ratio in stated.items() if ratio.needs}
 
 
 def _merge(
     scene: Scene,
-    known: Mapping[str, Any],
-    given: Mapping[str, Any],
+    before: Mapping[str, Any],
+    changes: Mapping[str, Any],
     ratios: Mapping[str, float] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """Return the scene's parameters, in its order: those `given`, then those `known`.
+    """Merge `changes` into the parameters `before`; return all of the scene's, in its order.
 
-    A ratio in place of a parameter (`ratios`) is turned into that; a parameter that was set as one
-    of `ratios` follows from those that are given.
+    A ratio among the changes becomes its parameter.  A parameter that was set as one of `ratios`
+    follows from the changed ones.
 
     Raises `RequestError` for parameters that the scene does not have, for `K` beside a constant
     that it replaces, and for missing parameters.
     """
-    given = without_ratios(scene, known, _without_table(given), ratios)
-    _refuse_foreign(scene, given)
-    refuse_contradiction(given)
-    constants = [name for name in CONTACT if name in given]
-    merged: dict[str, Any] = {**known, **given}
-    if "K" in given:
+    changes = without_ratios(scene, before, _without_table(changes), ratios)
+    _refuse_foreign(scene, changes)
+    refuse_contradiction(changes)
+    constants = [name for name in CONTACT if name in changes]
+    merged: dict[str, Any] = {**before, **changes}
+    if "K" in changes:
         merged = {name: value for name, value in merged.items() if name not in CONTACT}
     elif constants:
         merged.pop("K", None)
-    drives = [name for name in scene.drives if name in given]
+    drives = [name for name in scene.drives if name in changes]
     if len(drives) > 1:
         raise RequestError(f"{drives[0]} beside {drives[1]}: give one of {', '.join(scene.drives)}")
     if drives:
         merged = {k: v for k, v in merged.items() if k in drives or k not in scene.drives}
     names = scene.own_of(merged) + scene.contact(merged)
     missing = ", ".join(name for name in names if name not in merged)
-    if missing and "K" in known:
+    if missing and "K" in before:
         raise RequestError(
             f"{', '.join(constants)} given for a system whose K is given: "
             f"give also {missing}, or K instead"
@@ -526,23 +528,23 @@ def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
     Raises `RequestError` where one is not finite, where two walls overlap, and where the damper
     would rest at or beyond its limit.
     """
-    found: dict[str, Any] = {}
+    derived: dict[str, Any] = {}
     with np.errstate(over="ignore"):
         parts = {"near": scene.gap_near, "far": scene.gap_far, "rest": scene.rest}
         for name, part in {**parts, "limit": scene.limit, "load": scene.load}.items():
             if part is not None:
-                found[name] = part(values)
-    for name, value in found.items():
+                derived[name] = part(values)
+    for name, value in derived.items():
         if not np.all(np.isfinite(value)):
             raise RequestError(f"parameters out of proportion: {name} is not finite")
     if scene.gap_near is not None and scene.gap_far is not None:
-        _refuse_no_room(np.asarray(found["near"]) + np.asarray(found["far"]))
-    if np.any(np.asarray(found.get("limit", 1.0)) <= 0):
+        _refuse_no_room(np.asarray(derived["near"]) + np.asarray(derived["far"]))
+    if np.any(np.asarray(derived.get("limit", 1.0)) <= 0):
         raise RequestError(
             f"D = {float(np.min(values['D']))!r}: a damper of kind {scene.kind!r} would rest at or "
             "beyond its limit; D, or D + L, must be > 0"
         )
-    return found
+    return derived
 
 
 def _refuse_no_room(room: np.ndarray) -> None:

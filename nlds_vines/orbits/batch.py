@@ -71,14 +71,14 @@ class Outputs:
         want, scene = set(wanted.want), wanted.scene
         walls, judged = bool(scene.walls), bool(want & JUDGED)
         counted = judged or not want.isdisjoint(("impacts", "modulation"))
-        kept = noted(want, transient, periods)
+        periods_noted = noted(want, transient, periods)
         touches = touches_noted(want, scene, periods)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float, value: float = 0) -> Any:
             return np.full((*shape, *tail), value, dtype) if wanted else None
 
         return cls(
-            section=rows(kept > 0, kept, len(scene.components)),
+            section=rows(periods_noted > 0, periods_noted, len(scene.components)),
             counts=rows(counted and walls, 3, dtype=np.int64),
             cycle=rows("impacts" in want and not judged, 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
@@ -317,8 +317,8 @@ class Batch:
         broken = np.zeros(chains.shape) if violation is None else violation[..., 2]
         shape, other = cells.shape, energy[..., int(self._objective == "E2max")]
         if response is not None:
-            found = responses.arrays_of(response, self._scene, chains)[self._objective]
-            other = found if found.ndim == 2 else found.max(axis=-1)
+            values = responses.arrays_of(response, self._scene, chains)[self._objective]
+            other = values if values.ndim == 2 else values.max(axis=-1)
         return Outcome(
             E1max=energy[..., 0].reshape(shape),
             E2max=energy[..., 1].reshape(shape),

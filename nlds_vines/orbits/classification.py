@@ -142,35 +142,35 @@ def classify(
         raise IntegrationError.of(system, code)
     arrays = outputs.verdicts(cells)
     assert outputs.energy is not None
-    found = {name: values[0, 0] for name, values in arrays.items()}
-    return _regime(system, found, outputs.energy[0, 0])
+    datasets = {name: values[0, 0] for name, values in arrays.items()}
+    return _regime(system, datasets, outputs.energy[0, 0])
 
 
-def _regime(system: System, found: dict[str, Any], energy: np.ndarray) -> Regime:
+def _regime(system: System, evidence: dict[str, Any], energy: np.ndarray) -> Regime:
     """Return the `Regime` in the datasets of one lane."""
-    periodic = found["periodicity"] > 0
-    pairs = found["multipliers"]
-    near, far = (int(count) for count in found["impacts_by_wall"])
+    periodic = evidence["periodicity"] > 0
+    pairs = evidence["multipliers"]
+    near, far = (int(count) for count in evidence["impacts_by_wall"])
     return Regime(
         system=system,
-        label=str(found["label"]),
-        kind=_KINDS[int(found["regime"])],
-        period=int(found["periodicity"]),
-        impacts=int(found["impact_count"]),
+        label=str(evidence["label"]),
+        kind=_KINDS[int(evidence["regime"])],
+        period=int(evidence["periodicity"]),
+        impacts=int(evidence["impact_count"]),
         impacts_by_wall=(near, far),
         multipliers=pairs[:, 0] + 1j * pairs[:, 1] if periodic else None,
-        lyapunov=float(found["lyapunov"]),
-        lyapunov_width=float(found["lyapunov_width"]),
-        exponents=found["exponents"],
-        residual=float(found["residual"]),
+        lyapunov=float(evidence["lyapunov"]),
+        lyapunov_width=float(evidence["lyapunov_width"]),
+        exponents=evidence["exponents"],
+        residual=float(evidence["residual"]),
         E1max=float(energy[0]),
         E2max=float(energy[1]),
-        point=found["orbit_point"] if periodic else None,
-        clearance=float(found["orbit_clearance"]),
-        softest=float(found["softest_impact"]),
-        settling=int(found["settling"]),
-        averaging=float(found["averaging"]),
-        watched=int(found["watched"]),
-        transient_lyapunov=float(found["transient_lyapunov"]),
-        transient_lyapunov_width=float(found["transient_lyapunov_width"]),
+        point=evidence["orbit_point"] if periodic else None,
+        clearance=float(evidence["orbit_clearance"]),
+        softest=float(evidence["softest_impact"]),
+        settling=int(evidence["settling"]),
+        averaging=float(evidence["averaging"]),
+        watched=int(evidence["watched"]),
+        transient_lyapunov=float(evidence["transient_lyapunov"]),
+        transient_lyapunov_width=float(evidence["transient_lyapunov_width"]),
     )

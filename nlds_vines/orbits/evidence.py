@@ -23,10 +23,10 @@ def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]
     """
     matrices = rows[..., ev.MONODROMY : ev.MONODROMY + 16].reshape(-1, 4, 4)
     matrices = np.ascontiguousarray(matrices[:, :size, :size].transpose(0, 2, 1))
-    found = np.full((len(matrices), size, 3), np.nan)
-    fill_multipliers(matrices, found)
-    found = found.reshape(*rows.shape[:-1], size, 3)
-    return found[..., :LOG], found[..., LOG]
+    triples = np.full((len(matrices), size, 3), np.nan)
+    fill_multipliers(matrices, triples)
+    triples = triples.reshape(*rows.shape[:-1], size, 3)
+    return triples[..., :LOG], triples[..., LOG]
 
 
 def compile_multipliers(size: int) -> None:
@@ -44,10 +44,10 @@ def exponents_of(
     Arguments: rows of evidence (..., COLUMNS); ln |mu| (..., size) of `multipliers_of`; `size` of a
     state; `period` T [s] of the forcing.
     """
-    found = rows[..., ev.EXPONENTS : ev.EXPONENTS + size].copy()
+    measured = rows[..., ev.EXPONENTS : ev.EXPONENTS + size].copy()
     with np.errstate(divide="ignore", invalid="ignore"):
         of_cycle = logarithms / (rows[..., ev.CYCLE_PERIOD] * period)[..., np.newaxis]
-    return np.where(np.isnan(found), of_cycle, found)
+    return np.where(np.isnan(measured), of_cycle, measured)
 
 
 def points_of(rows: np.ndarray, size: int, rest: np.ndarray) -> np.ndarray:
@@ -56,11 +56,11 @@ def points_of(rows: np.ndarray, size: int, rest: np.ndarray) -> np.ndarray:
     Arguments: rows of evidence (..., COLUMNS); `size` of a state; `rest` offset of the spring [m].
     """
     y = rows[..., ev.POINT : ev.POINT + 4]
-    found = y[..., :size].copy()
+    points = y[..., :size].copy()
     if size == 4:
-        found[..., 2] = y[..., 0] - y[..., 2] + rest
-        found[..., 3] = y[..., 1] - y[..., 3]
-    return found
+        points[..., 2] = y[..., 0] - y[..., 2] + rest
+        points[..., 3] = y[..., 1] - y[..., 3]
+    return points
 
 
 def regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict[str, np.ndarray]:
@@ -105,11 +105,11 @@ def arrays_of(
     """
     rows = _judged(status, rows)
     multipliers, logarithms = multipliers_of(rows, size)
-    found: dict[str, Any] = {one.name: one.taken(rows) for one in held_in("evidence")}
-    found["settling"] = np.nan_to_num(found["settling"], nan=-1.0).astype(np.int32)
-    found["multipliers"] = multipliers
+    arrays: dict[str, Any] = {one.name: one.taken(rows) for one in held_in("evidence")}
+    arrays["settling"] = np.nan_to_num(arrays["settling"], nan=-1.0).astype(np.int32)
+    arrays["multipliers"] = multipliers
     with np.errstate(all="ignore"):  # lanes that failed may have no period
         period = 2 * np.pi / cells["omega"]
-    found["exponents"] = exponents_of(rows, logarithms, size, period)
-    found["orbit_point"] = points_of(rows, size, cells["rest"])
-    return found | regimes_of(status, rows, counts)
+    arrays["exponents"] = exponents_of(rows, logarithms, size, period)
+    arrays["orbit_point"] = points_of(rows, size, cells["rest"])
+    return arrays | regimes_of(status, rows, counts)

@@ -83,28 +83,28 @@ class LoadBatch:
                 Those that share their `rows` are handed on once.
             starts: (lanes, 4) states x1, v1, r, s before the first jump; zeros at rest.
             asked: what is asked of each orbit beside its response.
-            histories: whether the states and the energies at all edges are told, too.
+            histories: whether the results include states and energies at all edges.
 
         Returns numbers, response, largest energies and status lane by lane (`load_numbers.Told`).
         """
         lanes, walls = len(cells), bool(self._scene.walls)
         edges = max((len(load.edges) for load in loads), default=0) if histories else 0
-        kept = (lanes, edges) if histories else (0, 0)
-        told = Told(
+        shape = (lanes, edges) if histories else (0, 0)
+        results = Told(
             numbers=np.full((lanes, ORBIT_NUMBERS), np.nan),
             response=np.full((lanes, RESPONSE_COLUMNS), np.nan),
             peak=np.full((lanes, 2), np.nan),
             violation=None if self._scene.limit is None else np.zeros((lanes, 3)),
             impacts=room_for_impacts(0) if walls else None,
-            states=np.full((*kept, 4), np.nan),
-            sums=np.full((*kept, EDGE_SUMS), np.nan),
+            states=np.full((*shape, 4), np.nan),
+            sums=np.full((*shape, EDGE_SUMS), np.nan),
             status=np.zeros(lanes, np.int64),
         )
         fly_lanes(
             0, lanes, self._parts, cells.view(np.recarray), _flat(loads, self._shaken),
-            np.ascontiguousarray(starts, dtype=float), asked, told,
+            np.ascontiguousarray(starts, dtype=float), asked, results,
         )  # fmt: skip
-        return told
+        return results
 
 
 def _flat(loads: Sequence[InCells], shaken: bool | None) -> Loads:

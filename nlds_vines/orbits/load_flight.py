@@ -122,22 +122,22 @@ def fly(
     system = as_system(system)
     for word in record:
         choice("record", word, RECORDS)
-    found = _checked(system, load)
-    given = {"tolerance": tolerance, "contact_steps": contact_steps, "nodes": nodes}
-    settings = chosen_settings("exact", {**given, "period_steps": None})
+    in_cells = _checked(system, load)
+    options = {"tolerance": tolerance, "contact_steps": contact_steps, "nodes": nodes}
+    settings = chosen_settings("exact", {**options, "period_steps": None})
     parts = parts_of("exact", system.scene, settings)
     cell = cell_of(system)
     begin = start_state(system, cell.rest, start)
-    room = 64 + len(found.edges)
+    room = 64 + len(in_cells.edges)
     while True:
-        state, buffers = begin.copy(), _buffers(system, record, len(found.edges), room)
+        state, buffers = begin.copy(), _buffers(system, record, len(in_cells.edges), room)
         needed = Needed(system.scene.key, "exact", tuple(record))
         with Compilation(needed, notice(quiet), helped=False).followed({_FLY: "orbit"}):
-            code = fly_under(parts, cell, found, state, buffers)
+            code = fly_under(parts, cell, in_cells, state, buffers)
         if code != OK:
             raise IntegrationError.of(system, code)
         if buffers.impacts is None or buffers.impacts.filled[0] <= room:
-            return _flown(system, found, cell.rest, state, buffers)
+            return _flown(system, in_cells, cell.rest, state, buffers)
         room = int(buffers.impacts.filled[0])
 
 

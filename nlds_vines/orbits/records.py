@@ -38,8 +38,8 @@ def checked_want(want: object) -> tuple[str, ...]:
 
     Raises `RequestError` unless it is a list of one or more different words of `WANTS`.
     """
-    found = checked_words("want", want, WANTS)
-    return tuple(word for word in WANTS if word in found)
+    names = checked_words("want", want, WANTS)
+    return tuple(word for word in WANTS if word in names)
 
 
 def possible_want(want: Sequence[str], scene: Scene) -> tuple[str, ...]:

@@ -51,7 +51,7 @@ def quantities_of(scene: Scene) -> tuple[Quantity, ...]:
     return tuple(entry for entry in held_in("response") if entry.has(scene))
 
 
-def arrays_of(found: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, np.ndarray]:
+def arrays_of(filled: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, np.ndarray]:
     """Return the datasets of a response by name, those of reductions among them.
 
     Arguments: `found` (..., columns), as kernels fill it; the `cells` (...) of the orbits.
@@ -63,10 +63,10 @@ def arrays_of(found: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, n
     for entry in quantities_of(scene):
         if entry.dims:
             first = entry.column or 0
-            values = found[..., first : first + 2]
+            values = filled[..., first : first + 2]
             values = values if len(scene.walls) > 1 else values.max(axis=-1)
         else:
-            values = entry.taken(found)
+            values = entry.taken(filled)
         if entry.name == "transmissibility":
             with np.errstate(all="ignore"):  # of a foot at rest: NaN
                 values = values / (np.sqrt(0.5) * foot_amplitude(cells))
@@ -91,12 +91,12 @@ def _not_beyond(largest: np.ndarray, scene: Scene, cells: np.ndarray) -> np.ndar
     return largest
 
 
-def values_of(found: np.ndarray, system: System) -> Mapping[str, Any]:
+def values_of(filled: np.ndarray, system: System) -> Mapping[str, Any]:
     """Return the response of one orbit by name: numbers, of two walls arrays (2,).
 
     Arguments: `found` (columns,), as kernels fill it; its `system`.
     """
-    arrays = arrays_of(found[np.newaxis], system.scene, np.atleast_1d(system.cells()))
+    arrays = arrays_of(filled[np.newaxis], system.scene, np.atleast_1d(system.cells()))
     return MappingProxyType(
         {name: float(a[0]) if a.ndim == 1 else a[0] for name, a in arrays.items()}
     )

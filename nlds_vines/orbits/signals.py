@@ -44,14 +44,14 @@ def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
     if system.rest is not None:
         shortening = system.rest - relative_displacement(system, states)
         rate = states[:, 1] - states[:, 3]
-    found = {}
+    by_wall = {}
     for wall, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
         law = scene.law_at(wall)
         if gap is not None and law.force is not None:
             approach = np.maximum(sign * shortening - gap(p), 0.0)
             force = law.force(system.contact(wall), approach, sign * rate)
-            found[scene.struck[wall]] = sign * np.where(approach > 0.0, force, 0.0)
-    return found
+            by_wall[scene.struck[wall]] = sign * np.where(approach > 0.0, force, 0.0)
+    return by_wall
 
 
 def contact_force(system: System, states: np.ndarray) -> np.ndarray:
@@ -112,10 +112,10 @@ def signals_of(scene: Scene) -> tuple[str, ...]:
 
 def checked_signal(name: object, scene: Scene) -> str:
     """Return a signal's name; raises `RequestError` for none, and for one that a scene lacks."""
-    found = choice("signal", name, SIGNALS)
-    if found not in signals_of(scene):
+    chosen = choice("signal", name, SIGNALS)
+    if chosen not in signals_of(scene):
         raise RequestError(
-            f"signal {found!r} ({SIGNALS[found].meaning}) does not exist in kind {scene.kind!r}; "
+            f"signal {chosen!r} ({SIGNALS[chosen].meaning}) does not exist in kind {scene.kind!r}; "
             f"allowed: {', '.join(signals_of(scene))}"
         )
-    return found
+    return chosen

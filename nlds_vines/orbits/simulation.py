@@ -100,9 +100,9 @@ class Orbit(Outlined):
         names = self.system.scene.components
         yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
         arrays = ("section", "impacts", "trajectory")
-        found = {name: getattr(self, name) for name in arrays if getattr(self, name) is not None}
-        if found:
-            yield "recorded", ", ".join(f"{name} {array.shape}" for name, array in found.items())
+        present = {name: getattr(self, name) for name in arrays if getattr(self, name) is not None}
+        if present:
+            yield "recorded", ", ".join(f"{name} {array.shape}" for name, array in present.items())
         of_bodies = ("E1max", "E2max", "E1peak", "E2peak")
         if energies := {name: e for name in of_bodies if (e := getattr(self, name)) is not None}:
             yield "energies [J]", numbers(energies)
@@ -127,14 +127,14 @@ class Orbit(Outlined):
         if self.trajectory is None or self.time is None:
             raise RequestError("no trajectory: simulate the orbit with 'trajectory' in record")
         names, system = self.system.scene.components, self.system
-        found = dict(zip(names, self.trajectory.T, strict=True))
+        columns = dict(zip(names, self.trajectory.T, strict=True))
         turns = self.time * (system.parameters["omega"] / (2.0 * np.pi))
         phase, force = 2.0 * np.pi * (turns % 1.0), harmonic_force(system, self.time)
         contacts = contact_forces(system, self.trajectory)
         walls = ("contact_near", "contact_far") if len(contacts) == 2 else ("contact",)
         pushed = dict(zip(walls, contacts.values(), strict=False))
         frame = library("pandas").DataFrame(
-            {"time": self.time, **found, "phase": phase, "force": force, **pushed}
+            {"time": self.time, **columns, "phase": phase, "force": force, **pushed}
         )
         speeds = {name: "m/s" if name.startswith("v") else "m" for name in names}
         forces = dict.fromkeys(("force", *pushed), "N")
@@ -187,8 +187,8 @@ def simulate(
     whole("samples", samples, 1, 10**6)
     choice("method", method, METHODS)
     record = checked_record(system, record)
-    given = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
-    settings = chosen_settings(method, {"tolerance": tolerance, **given})
+    options = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
+    settings = chosen_settings(method, {"tolerance": tolerance, **options})
     cell = cell_of(system)
     begin = Beginning(system, method, settings, cell, start_state(system, cell.rest, start))
     return begin.follow(record, transient, periods, samples, quiet=quiet)
@@ -309,26 +309,26 @@ class _Buffers:
 
     def orbit(self, system: System, rest: float, state: np.ndarray, transient: int) -> Orbit:
         """Return what was recorded, in the user's coordinates."""
-        stops, states, found = self.stops, self.states, dict[str, Any]()
+        stops, states, results = self.stops, self.states, dict[str, Any]()
         if states is not None and "trajectory" in self.record:
             count = transient * stops + 1 + np.arange(len(states))
-            found["trajectory"], found["time"] = states, count * (system.period / stops)
+            results["trajectory"], results["time"] = states, count * (system.period / stops)
         if states is not None and "section" in self.record:
-            found["section"] = np.ascontiguousarray(states[stops - 1 :: stops])
+            results["section"] = np.ascontiguousarray(states[stops - 1 :: stops])
         for name, energies in (("max", self.energy), ("peak", self.peak)):
             if energies is not None:
-                found[f"E1{name}"] = float(energies[0])
-                found[f"E2{name}"] = float(energies[1]) if system.scene.damper else None
+                results[f"E1{name}"] = float(energies[0])
+                results[f"E2{name}"] = float(energies[1]) if system.scene.damper else None
         if self.impacts is not None:
-            found["impacts"] = impacts_of(self.impacts, system.scene)
+            results["impacts"] = impacts_of(self.impacts, system.scene)
         if self.clearance is not None:
-            found["clearance"] = float(self.clearance[0])
+            results["clearance"] = float(self.clearance[0])
         if self.response is not None:
-            found["response"] = responses.values_of(self.response, system)
+            results["response"] = responses.values_of(self.response, system)
         if self.violation is not None:
             time, depth, number = self.violation.tolist()
-            found["violation"] = Violation(int(number), time, depth)
-        return Orbit(system, _user_state(system, rest, state), **found)
+            results["violation"] = Violation(int(number), time, depth)
+        return Orbit(system, _user_state(system, rest, state), **results)
 
 
 def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
@@ -405,11 +405,11 @@ def _user_state(system: System, rest: float, state: np.ndarray) -> np.ndarray:
 
 def impacts_of(noted: Impacts, scene: Scene) -> np.ndarray:
     """Return impacts as users see them, one row of dtype `IMPACT` for each."""
-    found = noted.data[: noted.filled[0]]
-    table = np.empty(len(found), IMPACT)
-    table["wall"] = np.where(found[:, 0] == 0, scene.struck["near"], scene.struck["far"])
+    rows = noted.data[: noted.filled[0]]
+    table = np.empty(len(rows), IMPACT)
+    table["wall"] = np.where(rows[:, 0] == 0, scene.struck["near"], scene.struck["far"])
     for column, name in enumerate(IMPACT.names[1:], start=1):  # type: ignore[index]  # has fields
-        table[name] = found[:, column]
+        table[name] = rows[:, column]
     for name in ("gain1", "gain2"):  # known from the release on
         table[name][np.isnan(table["release"])] = np.nan
     return table

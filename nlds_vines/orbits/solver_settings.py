@@ -100,13 +100,13 @@ def checked_tolerance(tolerance: object) -> float:
     """Return a tolerance, or that of a preset, otherwise raise `RequestError`."""
     if isinstance(tolerance, str) and tolerance in TOLERANCES:
         return TOLERANCES[tolerance]
-    found = math.nan if isinstance(tolerance, str) else number("tolerance", tolerance)
-    if not LEAST_TOLERANCE <= found <= MOST_TOLERANCE:
+    value = math.nan if isinstance(tolerance, str) else number("tolerance", tolerance)
+    if not LEAST_TOLERANCE <= value <= MOST_TOLERANCE:
         raise RequestError(
             f"tolerance = {shown(tolerance)}; allowed: {LEAST_TOLERANCE:g} to "
             f"{MOST_TOLERANCE:g}, or {', '.join(TOLERANCES)}"
         )
-    return found
+    return value
 
 
 _BY_HAND = ("nodes", "contact_steps", "period_steps")
@@ -130,10 +130,10 @@ def tolerance_setting(table: str, default: float | None = None) -> Any:
 
 def checked_steps(name: str, steps: float) -> float:
     """Return a number of steps that is in range, otherwise raise `RequestError`."""
-    found = number(name, steps)
-    if not 4 <= found <= 1e6:
+    value = number(name, steps)
+    if not 4 <= value <= 1e6:
         raise RequestError(f"{name} = {steps!r}; allowed: 4 to 1e6")
-    return found
+    return value
 
 
 FINENESS: Mapping[str, Callable[[Any], Any]] = {
@@ -147,12 +147,12 @@ FINENESS: Mapping[str, Callable[[Any], Any]] = {
 _OF_RK4 = ("period_steps",)
 
 
-def chosen_settings(method: str, given: Mapping[str, Any]) -> Settings:
-    """Return the settings of a method with those of `FINENESS` replaced that are given, not None.
+def chosen_settings(method: str, options: Mapping[str, Any]) -> Settings:
+    """Return the settings of a method, with the values of `options` that are not None.
 
     Raises `RequestError` for one that does not belong to the method, and for what is out of range.
     """
-    asked = {name: value for name, value in given.items() if value is not None}
+    asked = {name: value for name, value in options.items() if value is not None}
     for name in asked:
         if (name in _OF_RK4) != (method == "rk4"):
             owner, other = ("rk4", "tolerance") if name in _OF_RK4 else ("exact", "period_steps")

@@ -63,11 +63,11 @@ class SpectralRecords:
 
     def __post_init__(self) -> None:
         """Check everything."""
-        known = recordable(self.scene)
-        usual = tuple(name for name in USUAL if name in known)
+        signals = recordable(self.scene)
+        usual = tuple(name for name in USUAL if name in signals)
         object.__setattr__(self, "signals", self.signals or usual)
         for name in self.signals:
-            choice("signal", name, known)
+            choice("signal", name, signals)
         choice("window", self.window, TAPERS)
         if not self.highest <= self.samples / 2:
             raise RequestError(
@@ -89,9 +89,9 @@ class SpectralRecords:
 
     def lengths(self) -> dict[str, int]:
         """Return the lengths of the dimensions that there are."""
-        found = {"signal": len(self.signals)}
-        found |= {"frequency": self.bins} if "spectrum" in self.want else {}
-        return found | ({"line": LINES} if "lines" in self.want else {})
+        sizes = {"signal": len(self.signals)}
+        sizes |= {"frequency": self.bins} if "spectrum" in self.want else {}
+        return sizes | ({"line": LINES} if "lines" in self.want else {})
 
     def scales(self) -> Iterator[Scale]:
         """Yield the dimensions that there are, with their values."""

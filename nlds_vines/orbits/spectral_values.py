@@ -51,16 +51,16 @@ def agreement(
     An nT orbit agrees with nT, a quasiperiodic one with lines, chaos with a broadband spectrum.
     An orbit whose period is longer than a third of the sampled ones cannot recur (`period_of`).
     """
-    known = {FLAGS["quasiperiodic"]: "lines", FLAGS["chaotic"]: "broadband"}
-    found = np.full(regime.shape, -1, np.int8)
+    words = {FLAGS["quasiperiodic"]: "lines", FLAGS["chaotic"]: "broadband"}
+    agreed = np.full(regime.shape, -1, np.int8)
     for place in np.ndindex(regime.shape):
         n, says = int(period[place]), str(spectral_labels[place])
-        expected = spectral_label(n, 0.0, periods) if n else known.get(int(regime[place]), "")
+        expected = spectral_label(n, 0.0, periods) if n else words.get(int(regime[place]), "")
         if REPEATS * n > periods:
             continue
         if expected and says not in ("", UNCLEAR):
-            found[place] = KEPT["yes" if says == expected else "no"]
-    return found
+            agreed[place] = KEPT["yes" if says == expected else "no"]
+    return agreed
 
 
 def arrays_of(
@@ -72,50 +72,50 @@ def arrays_of(
     each period at its end; `sound` (chains, links), which of them mean something; the `transient`
     before.
     """
-    found = _unknown(records, sound.shape)
+    arrays = _unknown(records, sound.shape)
     for lane in zip(*np.nonzero(sound), strict=True):
-        own = states[lane]
-        section = np.ascontiguousarray(own[records.samples - 1 :: records.samples])
+        of_orbit = states[lane]
+        section = np.ascontiguousarray(of_orbit[records.samples - 1 :: records.samples])
         n = int(period_of(section, TOLERANCE))
         if "lines" in records.want:
-            found["line_period"][lane] = n
+            arrays["line_period"][lane] = n
         for i, name in enumerate(records.signals):
-            values, here = _signal(records, name, own), (*lane, i)
+            values, here = _signal(records, name, of_orbit), (*lane, i)
             if "spectrum" in records.want:
                 whole = spectrum_of(values, records.samples, 1.0, window=records.window)
-                found["spectrum"][here] = whole.amplitude[: records.bins]
+                arrays["spectrum"][here] = whole.amplitude[: records.bins]
             if "broadband" in records.want:
                 tapered = spectrum_of(values, records.samples, 1.0, window="hann")
-                found["broadband"][here] = tapered.background_share(records.bins)
+                arrays["broadband"][here] = tapered.background_share(records.bins)
             if "lines" in records.want and n:
                 amplitude, phase = _lines(records, values, n, transient)
-                found["line_amplitude"][here], found["line_phase"][here] = amplitude, phase
+                arrays["line_amplitude"][here], arrays["line_phase"][here] = amplitude, phase
         if "broadband" in records.want:
-            found["spectral_label"][lane] = spectral_label(
-                n, found["broadband"][lane].max(), len(section)
+            arrays["spectral_label"][lane] = spectral_label(
+                n, arrays["broadband"][lane].max(), len(section)
             )
-    return found
+    return arrays
 
 
 def _unknown(records: SpectralRecords, shape: tuple[int, ...]) -> dict[str, np.ndarray]:
     """Return the wanted datasets of orbits of a `shape`, without a value each."""
-    of_each, found = (*shape, len(records.signals)), dict[str, np.ndarray]()
+    of_each, arrays = (*shape, len(records.signals)), dict[str, np.ndarray]()
     if "spectrum" in records.want:
-        found["spectrum"] = np.full((*of_each, records.bins), np.nan)
+        arrays["spectrum"] = np.full((*of_each, records.bins), np.nan)
     if "lines" in records.want:
-        found["line_period"] = np.zeros(shape, np.int32)
+        arrays["line_period"] = np.zeros(shape, np.int32)
         for name in ("line_amplitude", "line_phase"):
-            found[name] = np.full((*of_each, LINES), np.nan)
+            arrays[name] = np.full((*of_each, LINES), np.nan)
     if "broadband" in records.want:
-        found["broadband"] = np.full(of_each, np.nan)
-        found["spectral_label"] = np.full(shape, "", "<U16")
-    return found
+        arrays["broadband"] = np.full(of_each, np.nan)
+        arrays["spectral_label"] = np.full(shape, "", "<U16")
+    return arrays
 
 
-def _signal(records: SpectralRecords, name: str, own: np.ndarray) -> np.ndarray:
+def _signal(records: SpectralRecords, name: str, of_orbit: np.ndarray) -> np.ndarray:
     if name == "u":
-        return own[:, 2] - own[:, 0]
-    return np.ascontiguousarray(own[:, records.scene.components.index(name)])
+        return of_orbit[:, 2] - of_orbit[:, 0]
+    return np.ascontiguousarray(of_orbit[:, records.scene.components.index(name)])
 
 
 def _lines(
@@ -128,11 +128,11 @@ def _lines(
     """
     cycles = records.periods // n
     last = values[-cycles * n * records.samples :]
-    found = np.fft.rfft(last) * (2.0 / last.size)
+    spectrum = np.fft.rfft(last) * (2.0 / last.size)
     numbers = np.arange(1, LINES + 1)
     bins = numbers * cycles
-    there = bins < found.size - 1  # below the Nyquist frequency
-    lines = np.where(there, found[np.minimum(bins, found.size - 1)], np.nan)
+    there = bins < spectrum.size - 1  # below the Nyquist frequency
+    lines = np.where(there, spectrum[np.minimum(bins, spectrum.size - 1)], np.nan)
     first = (transient + records.periods - cycles * n) * records.samples + 1
     turns = numbers * first / (n * records.samples)  # of the line, from t = 0 to its first sample
     angle = np.angle(lines) - 2.0 * np.pi * (turns % 1.0)

@@ -138,14 +138,14 @@ def given_states(
     values = dict(zip(names, start.state, strict=True)) if start.state else {}
     if not {*values, *initial}:
         return states
-    found = {name: np.broadcast_to(values.get(name, 0.0), len(cells)) for name in names}
+    columns = {name: np.broadcast_to(values.get(name, 0.0), len(cells)) for name in names}
     if scene.damper and not start.state:
-        found["x2"] = cells["rest"]
-    found |= initial
-    states[:, 0], states[:, 1] = found[names[0]], found[names[1]]
+        columns["x2"] = cells["rest"]
+    columns |= initial
+    states[:, 0], states[:, 1] = columns[names[0]], columns[names[1]]
     if scene.damper:
-        states[:, 2] = found["x1"] - (found["x2"] - cells["rest"])
-        states[:, 3] = found["v1"] - found["v2"]
+        states[:, 2] = columns["x1"] - (columns["x2"] - cells["rest"])
+        states[:, 3] = columns["v1"] - columns["v2"]
     elif scene.grounded:
         states[:, 2:] = states[:, :2]
     return states
@@ -233,14 +233,14 @@ def user_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarr
 
 def put_on_walls(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
     """Return states of the kernels (n, 4), those beyond a rigid wall put on it, as kernels do."""
-    found = states.copy()
+    moved_states = states.copy()
     moved = [0, 2] if scene.grounded else [2]  # the walls limit x1, or r
     for name, sign in (("near", 1.0), ("far", -1.0)):
         if name in scene.walls and scene.law_at(name).instant:
             place = sign * cells[name][:, np.newaxis]
             nearest = np.minimum if sign > 0 else np.maximum
-            found[:, moved] = nearest(found[:, moved], place)
-    return found
+            moved_states[:, moved] = nearest(moved_states[:, moved], place)
+    return moved_states
 
 
 def length_unit(cells: np.ndarray) -> np.ndarray:

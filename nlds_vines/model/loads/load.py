@@ -83,15 +83,15 @@ class Load:
         return entries(self, self.table)
 
     @classmethod
-    def of(cls: type[Given], given: object) -> Given:
+    def of(cls: type[Given], entry: object) -> Given:
         """Return the load that a table means; `RequestError` for anything else."""
-        known = {said.key: said for said in settings_of(cls).values()}
+        settings = {setting.key: setting for setting in settings_of(cls).values()}
         with at(f"[{cls.table}]"):
-            found = table(cls.kind, given, known)
-            for key, said in known.items():
-                if said.default is MISSING and key not in found:
-                    raise RequestError(f"{key} is missing: {said.words}")
-            return cls(**found)
+            entries = table(cls.kind, entry, settings)
+            for key, setting in settings.items():
+                if setting.default is MISSING and key not in entries:
+                    raise RequestError(f"{key} is missing: {setting.words}")
+            return cls(**entries)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,9 +10,10 @@ import argparse
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
@@ -98,6 +99,7 @@ class _Job:
     picture: str
     how: RunOptions
     page: Path | None = None
+    known: dict[str, Any] = field(default_factory=dict)  # cases that several figures have
 
     def __post_init__(self) -> None:
         choice("--format", self.picture, FORMATS)
@@ -182,7 +184,8 @@ class _Job:
 
         done, began = path.exists() and not self.how.overwrite, time.perf_counter()
         how = replace(self.how, quiet=True)
-        TASKS[request.content].part("run").run(request, path, how)
+        known = {} if isinstance(request, Scan) else {"known": self.known}
+        TASKS[request.content].part("run").run(request, path, how, **known)
         seconds = time.perf_counter() - began
         number = list(self.archives).index(path) + 1
         spent = "there already" if done else f"{request.lanes} orbits in {seconds:.1f} s"

@@ -188,6 +188,27 @@ def test_failed_orbits_are_told_and_make_status_1(here, capsys, monkeypatch, mak
     assert capsys.readouterr().err.count("8 of 24 orbits failed") == 1
 
 
+def test_a_case_of_several_figures_is_computed_once(here, monkeypatch):
+    (here / "other.toml").write_text(PAGE.replace("552.0", "600.0"))
+    figures = {name: load_figure(Path(f"{name}.toml")) for name in ("page", "other")}
+    computed = []
+
+    def compute(scan, *_):
+        computed.append(scan.system.parameters["c1"])
+        arrays = unfilled(scan)
+        arrays["E1max"][:], arrays["status"][:] = scan.system.parameters["c1"], 0
+        return {name: arrays[name] for name in curve_run.datasets_of(scan)}
+
+    monkeypatch.setattr(command, "packaged_figures", lambda: figures)
+    monkeypatch.setattr(report, "write", lambda *_: None)
+    monkeypatch.setattr(curve_run, "_compute", compute)
+    assert main(["-o", "out", "--quiet"]) == 0
+    assert computed == [452.0, 452.0, 552.0, 552.0, 600.0, 600.0]
+    for name, changed in (("page", 552.0), ("other", 600.0)):
+        found = curves_in(here / "out" / "archives" / figures[name].archive)
+        assert [curve.peak for curve in found.curves] == [452.0, 452.0, changed, changed]
+
+
 def test_an_interruption_is_status_130(here, capsys, monkeypatch, make):
     def stop(*_, **__):
         raise Interrupted("stopped")

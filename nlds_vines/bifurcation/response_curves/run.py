@@ -26,20 +26,31 @@ from nlds_vines.runs.progress import Progress
 CASE, WALL = "case", "wall"
 
 
-def run(request: CurveRequest, output: Path, how: RunOptions | None = None) -> None:
+def run(
+    request: CurveRequest,
+    output: Path,
+    how: RunOptions | None = None,
+    known: dict[str, Arrays] | None = None,
+) -> None:
     """Compute response curves into the archive `output`, case by case.
+
+    Arguments: `known`, the arrays of scans that need not be computed, by the hash of the scan; this
+    run adds its own.
 
     Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every complete case kept for --resume,
     and `RequestError` if the archive cannot be written.
     """
     how = RunOptions() if how is None else how
+    known = {} if known is None else known
     threads, began = use_threads(how.threads), time.monotonic()
 
     def work(folder: NumberedParts, progress: Progress, stop: Stop) -> Made:
         results = []
         for i, case in enumerate(request.cases):
             compute = partial(_compute, case.scan, progress, stop)
-            results.append(folder.piece(i, compute, threads))
+            if (arrays := known.get(case.scan.hash)) is None:
+                arrays = known[case.scan.hash] = folder.piece(i, compute, threads)
+            results.append(arrays)
             progress.note(case.scan.lanes, f"case {i + 1} of {len(request.cases)}")
         spent = {"threads": threads, "seconds": round(time.monotonic() - began, 3)}
         return Made(scales_of(request), contents(request, results), spent)

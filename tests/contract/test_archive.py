@@ -74,6 +74,39 @@ def test_xarray_opens_it_with_dimensions_units_and_flags(path, system):
         assert len(flags["flag_values"]) == len(flags["flag_meanings"].split(" "))
 
 
+@pytest.mark.parametrize("vary", [None, MAP])
+def test_any_program_that_reads_hdf5_reads_it_as_it_is(path, vary):
+    """As MATLAB does: numbers, strings of fixed length, units and meaning beside them."""
+    scan = make_scan(vary=vary)
+    write(path, scan)
+    whole = arrays(path)
+    with h5py.File(path) as file:
+        for name, dataset in file.items():
+            assert dataset.fletcher32, name
+            assert dataset.chunks, name
+            assert isinstance(dataset.attrs["units"], str)
+            assert dataset.attrs["long_name"]
+            if dataset.dtype.kind == "S":
+                assert h5py.check_string_dtype(dataset.dtype).length == dataset.dtype.itemsize
+        for name, values in whole.items():
+            assert [dim[0].name[1:] for dim in file[name].dims] == list(
+                scan.table.datasets[name].dims
+            )
+            if values.dtype == object:
+                assert [text.decode() for text in file[name][...].flat] == values.ravel().tolist()
+            else:
+                assert file[name][...].tobytes() == values.tobytes()
+
+
+def test_pandas_takes_words_in_place_of_codes(path):
+    write(path, make_scan(want=["regime"]))
+    with archive.read(path) as view:
+        frame, words = view.to_dataframe("regime"), view.flags("regime")
+        expected = [words[code] for code in view["regime"].ravel()]
+        assert frame["regime"].tolist() == expected
+        assert view.to_dataframe("omega")["omega"].tolist() == view["omega"].tolist()
+
+
 def test_attributes_tell_where_it_comes_from(path):
     scan = make_scan()
     write(path, scan)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from nlds_vines.bifurcation.block_files import Block, Parts
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 
 
 def scan_of(system, want, vary=None, start="rest", title="a test", given=None, **sampling):

@@ -3,7 +3,6 @@
 In reading order:
 
     request           `Scan`: what to compute, and how a scan file (TOML) is read into one
-    request_file      the same for pages of response curves
     datasets          the datasets of a scan's archive
     attractors        groups ends of orbits, matches attractors along parameters
     attractor_ends    where orbits end, with an early stop near known cycles

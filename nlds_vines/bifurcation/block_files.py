@@ -20,8 +20,7 @@ from nlds_vines.archives import archive, durable
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value, attributes
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.runs.folder import RunFolder

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.orbits.solver_settings import most_watched
 

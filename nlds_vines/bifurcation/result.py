@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError, at, shown
 
 if TYPE_CHECKING:

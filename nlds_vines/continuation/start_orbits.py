@@ -157,6 +157,6 @@ def _of_runs(labels: np.ndarray) -> Iterator[int]:
 def system_in(path: Path, text: str) -> System:
     """Return the system of a scan's document."""
     from nlds_vines.archives.files import parse_toml
-    from nlds_vines.bifurcation.request_file import load_scan
+    from nlds_vines.bifurcation.request import load_scan
 
     return load_scan(parse_toml(text, str(path))).system

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.cli.command_main import DONE, Command, say
 from nlds_vines.cli.option_values import add_system_options, system_changes
 from nlds_vines.cli.parser import Parser

@@ -21,8 +21,7 @@ from nlds_vines.bifurcation.cell_start import (
     system_at,
     values_at,
 )
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.quantities import QUANTITIES, drawn_in
 from nlds_vines.model.quantity import TOUCHED

@@ -18,7 +18,6 @@ In reading order:
     linear_response  the motion without contact, in closed form
     slow_manifold    the 1:1 response of a free mass between two walls, in closed form
     setting          the settings of requests, and documents read and merged
-    request_layers   the same in two layers, for pages of response curves
     load_quantities  every number that is told of a structure under a load
     loads/           forces and accelerations of the ground over time, a file for each family
 """

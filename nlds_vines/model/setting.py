@@ -14,7 +14,7 @@ import os
 import warnings
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, TypeVar
@@ -192,15 +192,6 @@ def settings_of(owner: Any, table: str | None = None) -> dict[str, Setting]:
         if said is not None and table in (None, place):
             key = said.key or item.name
             found[item.name] = replace(said, table=place, key=key, default=item.default)
-    return found
-
-
-def checks(*owners: Any) -> dict[str, dict[str, Callable[[object], Any]]]:
-    """Return the checks of all keys of requests and their tables, by table and key."""
-    found: dict[str, dict[str, Callable[[object], Any]]] = {}
-    for owner in owners:
-        for said in settings_of(owner).values():
-            found.setdefault(said.table, {})[said.key] = partial(said.check, said.key)
     return found
 
 

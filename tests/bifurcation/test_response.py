@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.model.catalog import load_system

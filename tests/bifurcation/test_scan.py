@@ -14,8 +14,7 @@ from nlds_vines.archives.files import toml_text
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.choices import check_show, is_map
 from nlds_vines.bifurcation.picture.ordinates import quantities
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog, load_system

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.linear_response import response

@@ -25,7 +25,7 @@ import json
 from nlds_vines import kernels
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.kernels.numerics.compiling import told_of_compilations
 
 document = {

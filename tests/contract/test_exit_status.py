@@ -9,7 +9,7 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.command import main
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.runs.executors import Shard
 
 USUAL = {

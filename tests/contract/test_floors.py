@@ -29,7 +29,7 @@ ROOT = PACKAGE.parent
 MOST_ENTRIES = 20
 """Files and folders in the package's own folder."""
 
-WORDS = {"request", "request_file", "run", "result", "picture", "command", "__main__", "__init__"}
+WORDS = {"request", "run", "result", "picture", "command", "__main__", "__init__"}
 """The words that stand in every wing; any other file name is used once."""
 
 WIDE = {

@@ -27,7 +27,7 @@ from nlds_vines.bifurcation.blocks import (
 )
 from nlds_vines.bifurcation.compute import wanted_of
 from nlds_vines.bifurcation.orbit_counts import Tally
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
 from nlds_vines.orbits.status_words import DIVERGED, OK

@@ -33,7 +33,7 @@ LINES = {  # status of each, in one process: whatever one loads, all that follow
 PROGRAM = """
 import contextlib, io, json, shlex, sys
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from paper.command import main as paper
 
 heavy, found = set(json.loads(sys.argv[1])), {}

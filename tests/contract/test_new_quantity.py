@@ -13,7 +13,7 @@ import json, sys
 from pathlib import Path
 import numpy as np
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import run
 from nlds_vines.explore.cell_columns import columns, told
 from nlds_vines.explore.map_choices import shows_of

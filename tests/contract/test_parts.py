@@ -145,7 +145,7 @@ def test_results_of_another_shape_are_a_mistake_of_the_caller(path):
 HOLD = """
 import sys
 from nlds_vines.bifurcation.block_files import Parts
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 scan = load_scan(sys.stdin.readline().strip())
 parts = Parts.open({path!r}, scan)
 print("held", flush=True)

@@ -26,8 +26,7 @@ import nlds_vines
 from nlds_vines.__main__ import COMMANDS
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.command import main
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.parameters import PARAMETERS

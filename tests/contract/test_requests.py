@@ -65,6 +65,10 @@ SCAN = {**SET6, "vary": {"omega": {"values": [6.0, 6.5]}}}
 TUNING = {**SET6, "surface": {"parameters": ["k2", "c2"]}}
 KINDS = {
     "scan": Kind("bifurcation.request", "load_scan", SCAN, "bifurcation"),
+    "page of curves": Kind(
+        "bifurcation.response_curves.request", "load_curves", {**SCAN, "curves": [{}]},
+        "response-curves",
+    ),
     "portrait": Kind("portrait.request", "load_portrait", SET6, "portrait"),
     "tuning": Kind("tuning.request", "load_tuning", TUNING, "tuning --surface=k2,c2"),
     "continuation": Kind("continuation.request", "load_continuation", SET6, "continuation"),
@@ -358,8 +362,7 @@ def scan(here):
 
 def test_all_keys_of_files_are_known():
     forms = [one.form for one in KINDS.values()]
-    keys = {key for form in forms for key in form.keys} | {"figure", "panels", "curves"}
-    assert keys == {*MARKS, *SHARED, *LENT}
+    assert {key for form in forms for key in form.keys} == {*MARKS, *SHARED, *LENT}
     assert {key for form in forms for key in form.tables.get("sampling", {})} == SAMPLING
 
 

@@ -17,7 +17,7 @@ from commands import printed
 
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 
 pytestmark = pytest.mark.kernels
 

@@ -3,7 +3,7 @@
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.orbits.status_words import OK
 from scans import archived, unfilled
 

@@ -4,7 +4,7 @@ import pytest
 from browsers import acted, browser_or_skip, place_of, rectangle_computed, watched_page
 
 from benchmarks.explore import Served, drawn
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import stored
 from nlds_vines.portrait.request import load_portrait
 

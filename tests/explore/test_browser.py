@@ -8,7 +8,7 @@ from conftest import MAP, made_up
 
 from benchmarks.explore import KNOWN, Served, drawn
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import stored
 from nlds_vines.portrait.request import load_portrait
 

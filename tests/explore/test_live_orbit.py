@@ -8,7 +8,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import recipes
 from nlds_vines.explore.answers import evidence_of, words_of

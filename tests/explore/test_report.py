@@ -11,7 +11,7 @@ from conftest import MAP
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.cell_columns import columns
 from nlds_vines.explore.map_choices import label_words
 from nlds_vines.explore.map_data import Stored, stored

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from browsers import browser_or_skip, watched_page
 
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.records import USUAL, WANTS, possible_want

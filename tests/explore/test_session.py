@@ -11,7 +11,7 @@ bokeh = pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
 from bokeh.document import Document  # noqa: E402
 
-from nlds_vines.bifurcation.request_file import load_scan  # noqa: E402
+from nlds_vines.bifurcation.request import load_scan  # noqa: E402
 from nlds_vines.explore.map_data import stored  # noqa: E402
 from nlds_vines.explore.session import Session  # noqa: E402
 from nlds_vines.explore.shared_map import COMPILING, LOADING, READY, Opened  # noqa: E402

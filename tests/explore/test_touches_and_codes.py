@@ -3,7 +3,7 @@
 import numpy as np
 from conftest import DIAGRAM, MAP
 
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.answers import payload
 from nlds_vines.explore.map_data import empty
 from nlds_vines.explore.report.report_page import report_page

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic

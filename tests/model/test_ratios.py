@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.response_curves.request import load_curves, with_structure_alone
 from nlds_vines.continuation.request import load_continuation
 from nlds_vines.continuation.section_map import SectionMap

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nlds_vines import load_system
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.orbits.starts import given_states, starts_inside
 
 PLANE = ["bifurcation", "--set", "omega=7.7", "--vary", "v2_0=-1:1:3", "--record", "attractor"]

@@ -38,7 +38,7 @@ from nlds_vines.bifurcation.picture.choices import (
 )
 from nlds_vines.bifurcation.picture.dot_panel import PASSES, REDUCTION
 from nlds_vines.bifurcation.picture.ordinates import quantities_in, violated_in
-from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import (
     TRANSIENT,

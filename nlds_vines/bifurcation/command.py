@@ -180,10 +180,6 @@ class Job(commands.Job):
         """Return the summary of the scan and remarks."""
         return [found.summary(), *found.remarks(), *self._untouched(found), *self._compared(found)]
 
-    def inside(self) -> list[str]:
-        """Return a line on starts inside a wall, if there are any."""
-        return self.request.starts_inside()
-
     def _untouched(self, found: Report) -> list[str]:
         """Return the system's values where no orbit has an impact: they may not be as expected."""
         if not self.request.system.scene.walls or found.tally.labels.keys() != {"T,0"}:

@@ -213,10 +213,6 @@ class Job:
         """Return what was found, one thing a line."""
         return list(found.lines())
 
-    def inside(self) -> list[str]:
-        """Return a line on starts inside a wall, if there are any."""
-        return []
-
     def paths(self) -> list[str]:
         """Return where the results are, one line each."""
         return [str(path) for path in (self.archive, self.plot) if path is not None]
@@ -229,11 +225,11 @@ class Job:
         """Run for the command `name`, or only say what that would do; return the exit status."""
         if dry_run:
             self.refuse(dry_run=True)
-            say(*self.plan(), *self.inside())
+            say(*self.plan(), *self.request.starts_inside())
             return DONE
         found = self.run()
         if not self.how.quiet:
-            say(*self.lines(found), *self.inside(), *self.paths())
+            say(*self.lines(found), *self.request.starts_inside(), *self.paths())
         failure = self.failure(found)
         if failure:
             complain(name, failure)

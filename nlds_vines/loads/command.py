@@ -95,10 +95,6 @@ class Job(commands.Job):
         """Return how many orbits failed."""
         return f"{found.failed} of {self.request.cases} orbits failed" if found.failed else ""
 
-    def inside(self) -> list[str]:
-        """Return a line on starts inside a wall for each damper that has any."""
-        return self.request.starts_inside()
-
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""
         request = self.request

@@ -230,6 +230,10 @@ class Request(Outlined):
         """Return the file that means exactly this request, complete, as nested tables."""
         raise NotImplementedError
 
+    def starts_inside(self) -> list[str]:
+        """Return a line on starts inside a wall, if there are any."""
+        return []
+
     def to_toml(self) -> str:
         """Return it as canonical TOML, which is read back to an equal one, to the last digit."""
         return toml_text(self.document())

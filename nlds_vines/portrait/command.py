@@ -184,10 +184,6 @@ class Job(commands.Job):
                 raise RequestError(f"--csv {shown(str(self.csv))} must end in .csv")
             check_writable("--csv", self.csv)
 
-    def inside(self) -> list[str]:
-        """Return a line on a start inside a wall for each system that has one."""
-        return self.request.starts_inside()
-
     def others(self) -> Sequence[Path | None]:
         """Return the file of its histories."""
         return (self.csv,)

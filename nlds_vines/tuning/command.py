@@ -120,11 +120,6 @@ class Job(commands.Job):
             return ""
         return f"no design was admissible: `status` of {self.archive} says why"
 
-    def inside(self) -> list[str]:
-        """Return a line if the state from which designs start is inside a wall of the system."""
-        history = self.request.history
-        return [] if history is None else history.starts_inside()
-
     def plan(self) -> list[str]:
         """Return what a tuning would do, one fact a line."""
         tuning = self.request

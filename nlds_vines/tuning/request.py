@@ -288,6 +288,10 @@ class Tuning(Request):
             return None
         return np.array([found, found])
 
+    def starts_inside(self) -> list[str]:
+        """Return a line if the state from which designs start is inside a wall of the system."""
+        return [] if self.history is None else self.history.starts_inside()
+
     def _check_names(self) -> None:
         choice("objective", self.search.objective, self.objectives)
         allowed = tunable(self.system.scene)

@@ -96,11 +96,6 @@ class Job(commands.Job):
         for case in self.request.cases:
             refuse_without_room(case.scan, self.archive)
 
-    def inside(self) -> list[str]:
-        """Return a line on starts inside a wall for each case that has any."""
-        pairs = zip(self.request.names, self.request.cases, strict=True)
-        return [f"{name}: {line}" for name, case in pairs for line in case.scan.starts_inside()]
-
     def failure(self, found: ResponseCurves) -> str:
         """Return how many orbits failed, why, and what helps."""
         from nlds_vines.orbits.status_words import failures_in, failures_in_words

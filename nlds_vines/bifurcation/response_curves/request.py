@@ -260,6 +260,11 @@ class CurveRequest(Request):
         bodies = {case.scan.system.scene.body for case in self.cases}
         return bodies.pop() if len(bodies) == 1 else "structure"
 
+    def starts_inside(self) -> list[str]:
+        """Return a line on starts inside a wall for each case that has any."""
+        pairs = zip(self.names, self.cases, strict=True)
+        return [f"{name}: {line}" for name, case in pairs for line in case.scan.starts_inside()]
+
     @property
     def lanes(self) -> int:
         """Number of orbits in all."""

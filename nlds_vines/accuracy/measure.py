@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from nlds_vines.errors import RequestError
 from nlds_vines.model.system import System
 from nlds_vines.orbits.classification import classify
-from nlds_vines.orbits.simulation import IntegrationError, Orbit, simulate
+from nlds_vines.orbits.simulation import IntegrationError, simulate
 
 EXACT = tuple(float(f"1e-{k}") for k in range(3, 14))  # tolerances, from coarse to fine
 RK4 = (64, 128, 256, 512, 1024, 2048, 4096, 8192)  # steps in a forcing period
@@ -26,15 +26,15 @@ BELIEVED = 1e-8  # largest distance of reference and confirmation, in units of t
 REPEATS, SHORTEST, PATIENCE = 5, 0.05, 1.0  # runs to time, and how long they take [s]
 BUDGET = 240_000  # evaluations of equation (5) in a forcing period, after which SciPy is stopped
 
-Follow = Callable[[float, Any, int], tuple[np.ndarray, float]]
-"""(setting, start, forcing periods) -> last state and the number of impacts, NaN if not counted."""
+Follow = Callable[[float, Any, int], np.ndarray]
+"""(setting, start or None for rest, forcing periods) -> the last state."""
 
 Methods = Mapping[str, tuple[Sequence[float], Follow]]
 """The settings of each method, from coarse to fine, and the function that follows an orbit."""
 
 
 class Reference(NamedTuple):
-    """An orbit from rest: its last state [m, m/s], the number of impacts, and its regime.
+    """An orbit from rest: its last state [m, m/s], and the regime it ends in.
 
     `doubt` is the distance of that state from the confirming method's; smaller errors cannot be
     told from none.  `growth` is that of a disturbance of the start until then, at least 1.
@@ -44,7 +44,6 @@ class Reference(NamedTuple):
     periods: int
     label: str
     state: np.ndarray
-    impacts: int
     doubt: float
     growth: float
 
@@ -52,21 +51,14 @@ class Reference(NamedTuple):
 class Result(NamedTuple):
     """A method at a setting: error of the last state [m, m/s] and CPU time of a forcing period [s].
 
-    `missed` is the number of impacts missed, negative for invented ones, NaN if the method does not
-    count them; `failure` says why there is no measurement.
+    `failure` says why there is no measurement.
     """
 
     method: str
     setting: float
     error: float = math.nan
-    missed: float = math.nan
     seconds: float = math.nan
     failure: str = ""
-
-    @property
-    def is_sound(self) -> bool:
-        """Return True if it was measured and no impact was missed or invented."""
-        return not self.failure and (math.isnan(self.missed) or self.missed == 0)
 
 
 # ---- methods -------------------------------------------------------------------------------------
@@ -86,21 +78,11 @@ def methods(system: System, peers: bool = True) -> Methods:
 
 
 def _ours(system: System, method: str, name: str) -> Follow:
-    def follow(setting: float, start: Any, periods: int) -> tuple[np.ndarray, float]:
-        orbit = _followed(system, periods, start, method=method, **{name: float(setting)})
-        return orbit.state, _count(orbit)
+    def follow(setting: float, start: Any, periods: int) -> np.ndarray:
+        options: dict[str, Any] = {"method": method, name: float(setting)}
+        return simulate(system, periods, start=start, record=(), **options).state
 
     return follow
-
-
-def _followed(system: System, periods: int, start: Any = None, **settings: Any) -> Orbit:
-    """Follow an orbit; from rest impacts are recorded, others are timed without a record."""
-    record = ["impacts"] if start is None and system.scene.walls else []
-    return simulate(system, periods, start=start, record=record, **settings)
-
-
-def _count(orbit: Orbit) -> int:
-    return 0 if orbit.impacts is None else len(orbit.impacts)
 
 
 def _scipy(system: System) -> Follow:
@@ -108,7 +90,7 @@ def _scipy(system: System) -> Follow:
     right_side, stiffness = equation(system), system.structure[1]
     length = system.force / stiffness if stiffness else 0.0
 
-    def follow(rtol: float, start: Any, periods: int) -> tuple[np.ndarray, float]:
+    def follow(rtol: float, start: Any, periods: int) -> np.ndarray:
         left = periods * BUDGET
 
         def rates(t: float, y: np.ndarray) -> list[float]:
@@ -124,7 +106,7 @@ def _scipy(system: System) -> Follow:
             run = solve_ivp(rates, (0.0, *times), y, "DOP853", times, rtol=rtol, atol=atol)
         if run.status < 0:
             raise ArithmeticError(run.message)
-        return run.y[:, -1], math.nan
+        return run.y[:, -1]
 
     return follow
 
@@ -182,26 +164,26 @@ def reference(system: System, periods: int) -> Reference:
     orbit cannot be followed.
     """
     try:
-        finest = _followed(system, periods, **FINEST)
-        confirming = _followed(system, periods, **CONFIRMING)
+        state = simulate(system, periods, record=(), **FINEST).state
+        confirming = simulate(system, periods, record=(), **CONFIRMING).state
         growth = 1.0
-        for change in DISTURBANCE * np.eye(len(finest.state)):
-            moved = _followed(system, periods, rest_of(system) + change, **FINEST)
-            growth = max(growth, float(np.abs(moved.state - finest.state).max()) / DISTURBANCE)
+        for change in DISTURBANCE * np.eye(len(state)):
+            start = rest_of(system) + change
+            moved = simulate(system, periods, start=start, record=(), **FINEST).state
+            growth = max(growth, float(np.abs(moved - state).max()) / DISTURBANCE)
     except IntegrationError as error:
         raise RequestError(f"{system.name}: there is no reference: {error}") from None
-    doubt = float(np.abs(finest.state - confirming.state).max())
-    if not doubt <= BELIEVED * growth or _count(finest) != _count(confirming):
+    doubt = float(np.abs(state - confirming).max())
+    if not doubt <= BELIEVED * growth:
         raise RequestError(
-            f"{system.name}: exact and rk4 differ by {doubt:.1e} after {periods} periods, with "
-            f"{_count(finest)} and {_count(confirming)} impacts (a disturbance grows by "
-            f"{growth:.1e}): there is no reference; measure over fewer periods"
+            f"{system.name}: exact and rk4 differ by {doubt:.1e} after {periods} periods (a "
+            f"disturbance grows by {growth:.1e}): there is no reference; measure over fewer periods"
         )
     try:
         label = classify(system, quiet=True).label
     except IntegrationError:
         label = "unknown: it ends later on"
-    return Reference(system, periods, label, finest.state, _count(finest), doubt, growth)
+    return Reference(system, periods, label, state, doubt, growth)
 
 
 def measured(known: Reference, contenders: Methods) -> Iterator[Result]:
@@ -211,7 +193,7 @@ def measured(known: Reference, contenders: Methods) -> Iterator[Result]:
     for method, (settings, follow) in contenders.items():
         for setting in settings:
             try:
-                state, count = follow(setting, None, known.periods)
+                state = follow(setting, None, known.periods)
                 error = float(np.abs(state - known.state).max())
                 if not math.isfinite(error):
                     raise ArithmeticError("the state is not finite")
@@ -219,7 +201,7 @@ def measured(known: Reference, contenders: Methods) -> Iterator[Result]:
             except (ArithmeticError, ValueError, IntegrationError) as failure:
                 yield Result(method, setting, failure=str(failure))
             else:
-                yield Result(method, setting, error, known.impacts - count, seconds)
+                yield Result(method, setting, error, seconds)
 
 
 def seconds_of(follow: Follow, setting: float, start: Any, periods: int) -> float:
@@ -241,5 +223,5 @@ def seconds_of(follow: Follow, setting: float, start: Any, periods: int) -> floa
 
 def advised(results: Sequence[Result], want: float) -> Result | None:
     """Return the cheapest of our settings with an error of at most `want`, if there is one."""
-    ours = (r for r in results if r.method in ("exact", "rk4") and r.is_sound and r.error <= want)
+    ours = (r for r in results if r.method in ("exact", "rk4") and r.error <= want)
     return min(ours, key=lambda result: result.seconds, default=None)

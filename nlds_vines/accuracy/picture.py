@@ -22,24 +22,16 @@ _LOOKS: dict[str, dict[str, Any]] = {
 
 @styled()
 def draw(known: Reference, results: Sequence[Result]) -> Figure:
-    """Return the picture: of each method the settings of which no other has less of both.
-
-    Hollow marks: impacts were missed or invented.
-    """
+    """Return the picture: of each method the settings of which no other has less of both."""
     figure = Figure(figsize=(ONE_COLUMN.width, _HEIGHT), layout="constrained")
     axes = figure.subplots()
     for method, look in _LOOKS.items():
-        mine = [r for r in results if r.method == method and not r.failure]
-        sound = sorted((r.seconds, max(r.error, known.doubt)) for r in mine if r.is_sound)
-        best = np.minimum.accumulate([error for _, error in sound])
-        front = [p for i, p in enumerate(sound) if i == 0 or best[i] < best[i - 1]]
+        mine = (r for r in results if r.method == method and not r.failure)
+        points = sorted((r.seconds, max(r.error, known.doubt)) for r in mine)
+        best = np.minimum.accumulate([error for _, error in points])
+        front = [p for i, p in enumerate(points) if i == 0 or best[i] < best[i - 1]]
         if front:
             axes.loglog(*np.array(front).T, markersize=3.2, label=method, **look)
-        blind = [(r.seconds, r.error) for r in mine if not r.is_sound]
-        if blind:
-            hollow = {**look, "linestyle": "", "fillstyle": "none", "alpha": 0.6}
-            text = f"{method}: impacts missed or invented"
-            axes.loglog(*np.array(blind).T, markersize=3.2, label=text, **hollow)
     if known.doubt > 0.0:
         axes.axhline(known.doubt, color="#bbbbbb", linewidth=0.6, zorder=0, label="doubt")
     axes.set_title(known.system.name, fontsize=STYLE["axes.labelsize"], loc="left")

@@ -6,7 +6,7 @@ one regime the later ones are darker, then paler.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,14 +47,18 @@ _NOT_KNOWN = "not known"
 
 
 class _Look(NamedTuple):
-    """What an attractor is called, and its color."""
+    """The name of an attractor, its color and its regime; the regime is empty if not known."""
 
     name: str
     color: str
+    label: str
+
+
+_UNKNOWN = _Look(_NOT_KNOWN, OTHERS[HATCHED], "")
 
 
 def drawable(view: ArchiveView) -> bool:
-    """Tell whether an archive has basins that can be drawn: planes, or shares along a parameter."""
+    """Return True if an archive has basins to be drawn: planes, or shares over a parameter."""
     return not _why_not(view)
 
 
@@ -63,17 +67,18 @@ def _why_not(view: ArchiveView) -> str:
         return "scan with --record attractor"
     if "attractor_share" not in view:
         return "no attractor was found"
-    varied = [name for name in view.axes if name not in INITIAL]
+    varied = _parameters(view)
     if len(varied) == 1 or (len(view.axes) == 2 and not varied):
         return ""
     return "vary two initial conditions, or one parameter"
 
 
+def _parameters(view: ArchiveView) -> list[str]:
+    return [name for name in view.axes if name not in INITIAL]
+
+
 @styled()
-def basin_picture(
-    view: ArchiveView,
-    page: Page = TWO_COLUMNS,
-) -> Figure:
+def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     """Return the basins of a scan: over two initial conditions, or their shares along a parameter.
 
     Over a parameter and an initial condition there are both, one above the other.
@@ -81,179 +86,126 @@ def basin_picture(
     """
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
-    varied = [name for name in view.axes if name not in INITIAL]
-    map_, shares = len(view.axes) == 2, len(varied) == 1
-    figure, grid = new_figure(page, [page.map_height] * (map_ + shares))
+    varied, has_map = _parameters(view), len(view.axes) == 2
+    figure, grid = new_figure(page, [page.map_height] * (has_map + len(varied)))
     panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
-    if map_:
-        fill_basins(panels[0], view, page, legend=not shares)
-    if shares:
+    if has_map:
+        handles = fill_basins(panels[0], view)
+    if varied:
         handles = fill_shares(panels[-1], view)
-        add_map_legend(panels[0 if page.beside else -1], handles, "attractor", page)
+    add_map_legend(panels[0 if page.beside else -1], handles, "attractor", page)
     if len(panels) > 1 and view.axes[0] == varied[0]:
         panels[1].set_xlim(panels[0].get_xlim())
     write_letters(panels)
     finish(figure, grid, view.text("title"))
-    if map_:
+    if has_map:
         name_basins(panels[0], view)
     return figure
 
 
-def fill(
-    axes: Axes,
-    view: ArchiveView,
-    page: Page,
-) -> None:
+def fill(axes: Axes, view: ArchiveView, page: Page) -> None:
     """Draw one panel of it into axes: the map, or else the shares; errors as `basin_picture`."""
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
-    if len(view.axes) == 2:
-        fill_basins(axes, view, page)
+    has_map = len(view.axes) == 2
+    handles = fill_basins(axes, view) if has_map else fill_shares(axes, view)
+    add_map_legend(axes, handles, "attractor", page)
+    if has_map:
         name_basins(axes, view)
-    else:
-        add_map_legend(axes, fill_shares(axes, view), "attractor", page)
 
 
-def fill_basins(
-    axes: Axes,
-    view: ArchiveView,
-    page: Page,
-    *,
-    legend: bool = True,
-) -> None:
-    """Fill every cell of a map with the color of its attractor; mark their points."""
-    looks = _looks(view)
-    labels, numbers = _labels_of_cells(view), view["attractor"][..., 0]
-    keys = [(int(k), str(label)) for k, label in zip(numbers.flat, labels.flat, strict=True)]
-    present = sorted(set(keys))
-    place = {key: i for i, key in enumerate(present)}
-    classes = np.array([place[key] for key in keys]).reshape(numbers.shape)
-    shades = [looks[key].color for key in present]
-    norm = BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
-    fill_cells(axes, view, classes, cmap=ListedColormap(shades), norm=norm)
+def fill_basins(axes: Axes, view: ArchiveView) -> list[Any]:
+    """Fill the cells of a map with the colors of their attractors, mark points; return handles."""
+    looks, classes = _looks_of_cells(view)
+    norm = BoundaryNorm(np.arange(len(looks) + 1) - 0.5, len(looks))
+    fill_cells(axes, view, classes, cmap=ListedColormap([x.color for x in looks]), norm=norm)
     label_axes(axes, view)
-    handles: list[Any] = [*_patches([looks[key] for key in present])]
-    if begins_at_sections(view) and not [name for name in view.axes if name not in INITIAL]:
-        handles += _mark_points(axes, view, looks)
-    if legend:
-        add_map_legend(axes, handles, "attractor", page)
+    handles: list[Any] = _patches(looks)
+    if begins_at_sections(view) and not _parameters(view):
+        handles += _mark_points(axes, view)
+    return handles
 
 
 def name_basins(axes: Axes, view: ArchiveView) -> None:
     """Write the names of attractors into a map whose size is final."""
-    looks = _looks(view)
-    labels, numbers = _labels_of_cells(view), view["attractor"][..., 0]
-    cells = np.empty(numbers.shape, object)
-    for place, k in np.ndenumerate(numbers):
-        cells[place] = looks[int(k), str(labels[place])]
-    names = np.vectorize(lambda look: look.name, otypes=[object])(cells)
-    known = {look.name: look.color for look in {*cells.flat} if look.name != _NOT_KNOWN}
-    name_regions(axes, view, names, known)
+    looks, classes = _looks_of_cells(view)
+    names = np.array([look.name for look in looks], object)[classes]
+    name_regions(axes, view, names, {x.name: x.color for x in looks if x != _UNKNOWN})
 
 
-def fill_shares(axes: Axes, view: ArchiveView) -> list[Patch]:
+def fill_shares(axes: Axes, view: ArchiveView) -> list[Any]:
     """Draw the shares of the attractors along the one parameter, one upon the other.
 
-    Returns the entries of a legend.
+    Returns the handles of a legend.
     """
-    (name,) = (axis for axis in view.axes if axis not in INITIAL)
-    looks, labels, shares = _looks(view), view["attractor_label"], view["attractor_share"]
-    edges = inner_edges(view[name])
-    floor = np.zeros(len(labels))
-    for k in range(labels.shape[1]):
-        height = np.nan_to_num(shares[:, k])
-        colors = [looks[k, str(label)].color if label else "none" for label in labels[:, k]]
-        axes.bar(edges[:-1], height, np.diff(edges), floor, color=colors, align="edge", lw=0)
-        floor += height
-    unknown = OTHERS[HATCHED]
-    axes.bar(edges[:-1], 1 - floor, np.diff(edges), floor, color=unknown, align="edge", lw=0)
-    axes.set_xlim(edges[0], edges[-1])
-    axes.set_ylim(0, 1)
-    axes.set_xlabel(axis_label(name))
-    axes.set_ylabel("share of the starts")
-    seen = {looks[k, str(labels[i, k])] for i, k in np.argwhere(labels != "")}
-    rest = [_Look(_NOT_KNOWN, unknown)] if (floor < 1 - 1e-12).any() else []
-    return _patches([*seen, *rest])
+    (name,), (looks, table), shares = _parameters(view), _looks(view), view["attractor_share"]
+    edges, floor = inner_edges(view[name]), np.zeros(len(shares))
+    style: dict[str, Any] = {"align": "edge", "lw": 0}
+    for column, codes in zip(np.nan_to_num(shares).T, table.T, strict=True):
+        colors = [looks[code].color if code else "none" for code in codes]
+        axes.bar(edges[:-1], column, np.diff(edges), floor, color=colors, **style)
+        floor += column
+    axes.bar(edges[:-1], 1 - floor, np.diff(edges), floor, color=_UNKNOWN.color, **style)
+    axes.set(xlim=(edges[0], edges[-1]), ylim=(0, 1))
+    axes.set(xlabel=axis_label(name), ylabel="share of the starts")
+    return _patches(looks if (floor < 1 - 1e-12).any() else looks[1:])
 
 
-def _labels_of_cells(view: ArchiveView) -> np.ndarray:
-    """Return the regime of each cell's attractor, empty where it is not known."""
-    numbers, labels = view["attractor"][..., 0], view["attractor_label"]
-    varied = [place for place, name in enumerate(view.axes) if name not in INITIAL]
-    where = [np.indices(numbers.shape)[place] for place in varied]
-    found = labels[(*where, np.maximum(numbers, 0))]
-    return np.where(numbers >= 0, found, "")
+def _looks(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
+    """Return the different looks, `_UNKNOWN` first, and which of them each row of the table has.
 
-
-def _looks(view: ArchiveView) -> Mapping[tuple[int, str], _Look]:
-    """Return name and color by number and regime; with the number where one regime has several."""
+    The name has the number where one regime has several; long periods share a name and a color.
+    """
     labels = view["attractor_label"]
-    table = labels.reshape(-1, labels.shape[-1])
-    numbers: dict[str, list[int]] = {}
-    for k in range(table.shape[1]):
-        for label in dict.fromkeys(str(label) for label in table[:, k] if label):
-            numbers.setdefault(label, []).append(k)
-    found = {(-1, ""): _Look(_NOT_KNOWN, OTHERS[HATCHED])}
-    for label, own in numbers.items():
-        long = drawn_as(label) != label  # these share one color, and one name
-        for i, k in enumerate(own):
-            name = drawn_as(label) if long or len(own) == 1 else f"{label} ({k})"
-            shade = _SHADES[0 if long else i % len(_SHADES)]
-            found[k, label] = _Look(name, mixed(color_of(label), *shade))
-    return found
+    looks, table = [_UNKNOWN], np.zeros(labels.shape, int)
+    for label in sorted({str(label) for label in labels.flat if label}):
+        numbers = [k for k in range(labels.shape[-1]) if (labels[..., k] == label).any()]
+        is_long = drawn_as(label) != label
+        for i, k in enumerate(numbers):
+            name = drawn_as(label) if is_long or len(numbers) == 1 else f"{label} ({k})"
+            shade = _SHADES[0 if is_long else i % len(_SHADES)]
+            look = _Look(name, mixed(color_of(label), *shade), drawn_as(label))
+            looks += [look] * (look not in looks)
+            table[..., k][labels[..., k] == label] = looks.index(look)
+    return looks, table
 
 
-def _patches(looks: Iterable[_Look]) -> list[Patch]:
-    """Return the entries of a legend, by period; what is not known stands last."""
-    by_name = {look.name: look.color for look in looks}
-    places = {
-        word: i for i, word in enumerate(in_order(map(_label, by_name.keys() - {_NOT_KNOWN})))
-    }
+def _looks_of_cells(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
+    """Return the looks that occur in a map, and which of them each cell has."""
+    looks, table = _looks(view)
+    numbers, varied = view["attractor"][..., 0], _parameters(view)
+    places = zip(view.axes, np.indices(numbers.shape), strict=True)
+    where = [place for name, place in places if name in varied]
+    codes = np.where(numbers >= 0, table[(*where, np.maximum(numbers, 0))], 0)
+    present, classes = np.unique(codes, return_inverse=True)
+    return [looks[code] for code in present], classes.reshape(numbers.shape)
 
-    def place(name: str) -> tuple[int, str]:
-        return places.get(_label(name), len(places)), name
 
-    return [
-        Patch(label=name, **patch_look(example_of(_label(name)), by_name[name]))
-        if name != _NOT_KNOWN
-        else Patch(label=name, facecolor=by_name[name], linewidth=0)
-        for name in sorted(by_name, key=place)
+def _patches(looks: Iterable[_Look]) -> list[Any]:
+    """Return the handles of a legend, by period; what is not known stands last."""
+    order = in_order({look.label for look in looks if look.label})
+    ordered = sorted(looks, key=lambda x: (order.index(x.label) if x.label else len(order), x.name))
+    styles = [
+        patch_look(example_of(look.label), look.color)
+        if look.label
+        else {"facecolor": look.color, "linewidth": 0}
+        for look in ordered
     ]
+    return [Patch(label=x.name, **style) for x, style in zip(ordered, styles, strict=True)]
 
 
-def _label(name: str) -> str:
-    """Return the regime of a name: T,1 of `T,1 (3)`."""
-    return name.partition(" (")[0]
-
-
-def _mark_points(
-    axes: Axes, view: ArchiveView, looks: Mapping[tuple[int, str], _Look]
-) -> list[Line2D]:
-    """Mark the points of attractors in the plane, or above it; return the entry of the legend."""
+def _mark_points(axes: Axes, view: ArchiveView) -> list[Line2D]:
+    """Mark the points of attractors that lie in a plane, or above it; return a legend's handle."""
     style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black"}
     style |= {"markersize": 5.0, "markeredgewidth": 0.9}
-    found = False
-    for k, label in enumerate(view["attractor_label"]):
-        for point in _within(view, view["attractor_point"][k : k + 1]):
-            color = mixed(looks[k, str(label)].color, "#ffffff", 0.5)
-            axes.plot(*point, markerfacecolor=color, zorder=5, **style)
-            found = True
-    text = "points of attractors" + _projected(view)
-    return [Line2D([], [], markerfacecolor="white", label=text, **style)] if found else []
-
-
-def _within(view: ArchiveView, points: np.ndarray) -> list[np.ndarray]:
-    """Return points (count, components) as they lie in the plane of a map, where it has them."""
-    names = view["component"].tolist()
+    names, (looks, table) = view["component"].tolist(), _looks(view)
     columns = [names.index(component_of(name)) for name in view.axes]
-    spans = [(view[name][0], view[name][-1]) for name in view.axes]
-    return [
-        point
-        for point in points[:, columns]
-        if all(a <= value <= b for value, (a, b) in zip(point, spans, strict=True))
-    ]
-
-
-def _projected(view: ArchiveView) -> str:
-    """Return what is said of points that need not lie in the plane of a map."""
-    return "" if view["component"].size == 2 else ",\nprojected"
+    spans = np.array([view[name][[0, -1]] for name in view.axes]).T
+    points = view["attractor_point"][:, columns]
+    inside = np.flatnonzero(((points >= spans[0]) & (points <= spans[1])).all(axis=1))
+    for k in inside.tolist():
+        color = mixed(looks[table[k]].color, "#ffffff", 0.5)
+        axes.plot(*points[k], markerfacecolor=color, zorder=5, **style)
+    text = "points of attractors" + (",\nprojected" if len(names) > 2 else "")
+    handle = Line2D([], [], markerfacecolor="white", label=text, **style)
+    return [handle] * bool(inside.size)

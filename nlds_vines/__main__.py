@@ -9,12 +9,16 @@ from importlib import import_module
 from nlds_vines.cli.commands import COMMANDS, UPKEEP, USUAL
 from nlds_vines.cli.terminal import DONE, WRONG_REQUEST, complain, ended, say
 from nlds_vines.errors import unknown
+from nlds_vines.runs import interrupts
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command that the first of the arguments names; returns its exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
-    return ended("", lambda: _run(arguments))
+    status = ended("", lambda: _run(arguments))
+    if argv is None:  # this process is the command
+        interrupts.exit_status = status
+    return status
 
 
 def _run(arguments: Sequence[str]) -> int:

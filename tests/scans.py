@@ -2,8 +2,10 @@
 
 import numpy as np
 
-from nlds_vines.bifurcation.block_files import Block, Parts
+from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.runs.store import Blocks
 
 
 def scan_of(system, want, vary=None, start="rest", title="a test", given=None, **sampling):
@@ -39,9 +41,32 @@ def computed(scan, settings=None):
 
 def archived(path, scan, found):
     """Write an archive of a scan that holds these arrays; return its path."""
-    with Parts.open(path, scan) as parts:
-        parts.write(whole(scan), found)
-        return parts.consolidate([whole(scan)], {})
+    return written(path, scan, [whole(scan)], lambda block: found)
+
+
+def stored(scan, found):
+    """Return the arrays of a block as its file holds them."""
+    kinds = {name: entry.dtype for name, entry in scan.table.datasets.items()}
+    return {name: np.asarray(found[name], kind) for name, kind in kinds.items()}
+
+
+def written(path, scan, blocks, results, missing=(), **how):
+    """Do a run of a scan whose blocks have these results; return the path of its archive.
+
+    The blocks in `missing` are computed by others.
+    """
+    from nlds_vines.bifurcation.run import writer_of  # which loads the kernels
+
+    store, keys = Blocks(path, scan), [block.index for block in blocks]
+
+    def work():
+        for block in blocks:
+            if store.load(block.index) is None and block.index not in missing:
+                store.save(block.index, stored(scan, results(block)))
+        return None if store.missing(keys) else writer_of(scan, store, blocks)
+
+    store.carry_out(RunOptions(**how), work)
+    return path
 
 
 def unfilled(scan):

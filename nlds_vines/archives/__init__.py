@@ -6,5 +6,4 @@ In reading order:
     dataset          the description of datasets and dimensions
     provenance       where an archive comes from: request, versions, sources, machine
     archive          the archive, written and read; its path; for xarray, pandas and as CSV
-    durable          part files with a checksum, and locks
 """

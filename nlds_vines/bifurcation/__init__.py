@@ -9,7 +9,6 @@ In reading order:
     attractor_table   the attractors as datasets of the archive
     blocks            the rectangles of cells that are computed as one; whether there is room
     compute           one block through the kernels
-    block_files       the part files of a scan under way
     orbit_counts      counts of orbits: done, failed, of each regime
     observation_time  for how long chaos was watched, in words
     run               block after block, from request to archive

@@ -36,6 +36,8 @@ from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.progress import size
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from nlds_vines.bifurcation.run import Report
 
 _EXAMPLES = """\
@@ -68,6 +70,7 @@ def scan(
     resume: bool = False,
     overwrite: bool = False,
     scheduler: str | None = None,
+    executor: Executor | None = None,
     quiet: bool = False,
     **tables: Any,
 ) -> ScanArchive:
@@ -80,6 +83,8 @@ def scan(
         threads: how many; by default as many as the machine has processors.
         resume, overwrite: continue or replace an archive that exists; not both.
         scheduler: `local:N`, or the address of a Dask scheduler whose workers are to compute.
+        executor: of `concurrent.futures`, whose workers are to compute: a pool of processes, one of
+            MPI or submitit.
         quiet: whether to show no progress.
         tables: tables of a scan file laid over the source, as `vary={"omega": {"start": 5.0,
             "stop": 8.0, "num": 1201}}`, `sampling={"transient": 600}`; `record` may be a list of
@@ -93,7 +98,7 @@ def scan(
     if isinstance(document.get("start"), str):
         document["start"] = {"policy": document["start"]}
     archive = ScanArchive.for_result(to, "scan", resume, overwrite)
-    how = RunOptions(threads, resume, overwrite, None, scheduler, quiet)
+    how = RunOptions(threads, resume, overwrite, None, scheduler, quiet, executor)
     Job.compute(load_scan(source, document, "scan"), source, archive, how)
     return ScanArchive.of(archive)
 

@@ -1,35 +1,43 @@
 """A scan from request to archive, block after block.
 
-Blocks run on the threads of this machine, or on the workers of a cluster (`cluster`).  Here, a
-block is stored while the next one is being computed.
+Blocks are computed here one after the other, each on all threads, or by any executor, whose workers
+return arrays; this process saves them, and makes the archive when all are there.
 """
 
 from __future__ import annotations
 
+import platform
 import time
-from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass, field
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from nlds_vines.archives import archive, provenance
-from nlds_vines.bifurcation.block_files import Parts
-from nlds_vines.bifurcation.blocks import Block, blocks_of, share_in_words
+from nlds_vines.archives.files import parse_toml
+from nlds_vines.bifurcation.blocks import Block, block_bytes, blocks_of, share_in_words
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.observation_time import of_chaos
-from nlds_vines.bifurcation.orbit_counts import COUNTED, Note, Tally
-from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.orbit_counts import COUNTED, Tally
+from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import CHAOS
 from nlds_vines.orbits.compilation import Compilation
+from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts
-from nlds_vines.runs.executors import Shard, use_threads
-from nlds_vines.runs.journal import resumable, tell_discarded
+from nlds_vines.runs.executors import Shard, as_finished, use_threads
 from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.store import Blocks, Write
+
+AHEAD_BYTES = 1 << 30
+"""Bytes of finished blocks (1 GB) that may wait for this process to save them."""
 
 
 @dataclass
@@ -86,7 +94,8 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     """Compute a scan into the archive `output` and return a `Report`.
 
     Arguments: `how` the run goes, None for the defaults of `RunOptions`.  With a shard, only its
-    parts are computed; the shard that finds all parts of the scan joins them into the archive.
+    blocks are computed; the shard that finds all blocks of the scan makes the archive.  Workers
+    of a scheduler or an executor compute each block on `how.threads` threads, by default one.
 
     Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every finished block kept for
     --resume, and `RequestError` where the archive cannot be written.
@@ -95,106 +104,151 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     began, waited = time.perf_counter(), Compilation.waited
     watched = most_watched(scan.transient, scan.periods, scan.effort)
     report = Report(Path(output), how.shard, watched)
-    if how.scheduler is None or how.scheduler.startswith("local:"):
-        use_threads(how.threads)  # at once: what Numba lacks is known before anything is begun
-    opened = Parts.open(output, scan, resume=how.resume, overwrite=how.overwrite, shard=how.shard)
-    with opened as parts, interrupts.stop_on_signals() as stop:
-        if parts.complete:
-            report.note_archive()
-            return report
-        blocks = blocks_of(scan, how.shard)
-        if how.shard is not None and not blocks:
-            report.empty = share_in_words(scan, how.shard)
+    use_threads(how.threads)  # at once: what Numba lacks is known before anything is begun
+    every, own, store = blocks_of(scan), blocks_of(scan, how.shard), Blocks(output, scan)
+    store.keys = [block.index for block in own]
+    if how.shard is not None and not own:
+        report.empty = share_in_words(scan, how.shard)
 
-        def kept() -> str:
-            return f"{len(parts.files.there(blocks))} of {len(blocks)} blocks are"
+    def work() -> Write | None:
+        left = []
+        for block in own:
+            arrays = store.load(block.index)
+            if arrays is None:
+                left.append(block)
+            else:
+                report.tally.note(arrays)
+        lanes = scan.starts * sum(block.cells for block in own)
+        with Progress(lanes, "orbit", done=report.tally.lanes, quiet=how.quiet) as progress:
+            computer = Computer(scan, tell=progress.wait)
+            if how.executor is None and how.scheduler is None:
+                _save(store, ((b, *_timed(computer, b)) for b in left), report.tally, progress)
+            elif left:
+                with _pool(how) as pool:
+                    results = _by_workers(scan, left, pool, how.threads or 1)
+                    _save(store, results, report.tally, progress)
+                use_threads(how.threads)  # workers that are threads of this process took others
+        report.missing = len(store.missing(block.index for block in every))
+        if report.missing and how.shard is None and not store.is_delivered():
+            text = "blocks have vanished: --resume computes them again"
+            raise RequestError(f"{store.folder}: {report.missing} {text}")
+        return None if report.missing else writer_of(scan, store, every)
 
-        with resumable(parts, stop, kept):
-            left = _left(parts, blocks, report.tally)
-            lanes = scan.starts * sum(block.cells for block in blocks)
-            done = report.tally.lanes
-            with Progress(lanes, "orbit", done=done, quiet=how.quiet) as progress:
-                note = partial(report.tally.follow, progress)
-                computer = Computer(scan, tell=progress.wait)
-                if how.scheduler is None:
-                    _compute(parts, computer, left, how, note, stop)
-                else:
-                    from nlds_vines.bifurcation import cluster
-
-                    cluster.compute(parts, left, how.scheduler, how.threads, note, stop)
-            if how.shard is not None:
-                whole = blocks_of(scan)
-                report.missing = len(whole)
-                if parts.is_alone():
-                    report.missing -= len(parts.files.there(whole))
-                blocks = whole
-            if not report.missing:
-                parts.consolidate(blocks, check=stop.check)
+    if not store.carry_out(how, work):
+        report.note_archive()
+        return report
+    if report.missing and store.is_delivered():
+        report.missing = 0
     report.seconds = time.perf_counter() - began - (Compilation.waited - waited)
     return report
 
 
-def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
-    """Return the blocks still to be computed; count the orbits of the others."""
-    done = set()
-    for block, part in parts.sound(blocks):
-        done.add(block.index)
-        tally.note(part.arrays)
-    tell_discarded(parts)
-    return [block for block in blocks if block.index not in done]
-
-
-def _compute(
-    parts: Parts,
-    computer: Computer,
-    blocks: list[Block],
-    how: RunOptions,
-    note: Note,
-    stop: interrupts.Stop,
+def _save(
+    store: Blocks,
+    results: Iterator[tuple[Block, dict[str, np.ndarray], float]],
+    tally: Tally,
+    progress: Progress,
 ) -> None:
-    """Compute the missing blocks here, one after the other, and store each."""
-    used = use_threads(how.threads)
-    with _Storing(parts, note) as storing:
-        began = time.perf_counter()
+    """Save and count each block, while the next one is being computed."""
+    with ThreadPoolExecutor(1) as writer:
+        writer.submit(provenance.commit)  # asking git takes a moment: now, beside the first block
+        saving = None
+        for block, arrays, seconds in results:
+            if saving is not None:
+                saving.result()
+            saving = writer.submit(store.save, block.index, arrays, seconds)
+            tally.follow(progress, arrays)
+        if saving is not None:
+            saving.result()
+
+
+def _timed(computer: Computer, block: Block) -> tuple[dict[str, np.ndarray], float]:
+    """Compute a block; return its datasets as an archive has them, and the seconds it took."""
+    interrupts.check()
+    began, arrays = time.perf_counter(), computer.block(block)
+    for name, entry in computer.scan.table.datasets.items():
+        dtype = np.str_ if entry.dtype == "str" else entry.dtype
+        arrays[name] = np.ascontiguousarray(arrays[name], dtype)
+    return arrays, time.perf_counter() - began
+
+
+# ---- on workers ----------------------------------------------------------------------------------
+
+
+def _pool(how: RunOptions) -> Any:
+    """Return what gives the executor within a `with` block: that of Python stays open after it."""
+    if how.executor is not None:
+        return nullcontext(how.executor)
+    from nlds_vines.bifurcation.cluster import workers
+
+    assert how.scheduler is not None
+    return workers(how.scheduler, how.threads)
+
+
+def _by_workers(
+    scan: Scan, blocks: Sequence[Block], pool: Executor, threads: int
+) -> Iterator[tuple[Block, dict[str, np.ndarray], float]]:
+    """Yield each block with its datasets and the seconds it took, as workers finish them."""
+    compute = partial(compute_block, scan.to_toml(), threads, provenance.makers())
+    ahead = max(2, min(1000, AHEAD_BYTES // max(1, block_bytes(scan))))
+    by_index = {block.index: block for block in blocks}
+    for index, (arrays, seconds) in as_finished(pool, compute, by_index, ahead):
+        yield by_index[index], arrays, seconds
+
+
+def compute_block(
+    toml: str, threads: int, asked_by: Mapping[str, str], index: int
+) -> tuple[dict[str, np.ndarray], float]:
+    """Compute a block of the scan in a text, on a worker; return it as `_timed` does.
+
+    Arguments: the `threads` to use; the versions of who asks.
+
+    Raises `RequestError`, before anything is computed, if other versions are here.
+    """
+    here = provenance.makers()
+    if different := [f"{k} {here[k]}, not {v}" for k, v in asked_by.items() if here.get(k) != v]:
+        text = "; ".join(different)
+        raise RequestError(f"a worker on {platform.node()} is of another version: {text}")
+    computer = _computer(toml)
+    use_threads(threads)
+    return _timed(computer, blocks_of(computer.scan)[index])
+
+
+@lru_cache(maxsize=2)
+def _computer(toml: str) -> Computer:
+    return Computer(load_scan(parse_toml(toml, "the scan")), helped=False)
+
+
+# ---- the archive ---------------------------------------------------------------------------------
+
+
+def writer_of(scan: Scan, store: Blocks, blocks: Sequence[Block]) -> Write:
+    """Return what writes the archive of all blocks, holding one of them in memory at a time."""
+
+    def saved() -> Iterator[tuple[Block, dict[str, np.ndarray]]]:
         for block in blocks:
-            stop.check()
-            arrays = computer.block(block)
-            now = time.perf_counter()
-            storing.put(block, arrays, now - began, used)
-            began = now
+            interrupts.check()
+            arrays = store.load(block.index)
+            if arrays is None:
+                raise FileNotFoundError(f"block {block.index} is missing")
+            yield block, arrays
 
+    table, scales, attractors = scan.table, list(scan.scales()), None
+    if ATTRACTOR in scan.want:
+        from nlds_vines.bifurcation.attractor_table import AttractorTable
 
-class _Storing:
-    """Stores a block while the next one is being computed, which so does not wait for the disk."""
+        attractors = AttractorTable(scan, saved(), interrupts.check)
+        table, scales = attractors.joined(), attractors.scales()
 
-    def __init__(self, parts: Parts, note: Note) -> None:
-        self._parts, self._note = parts, note
-        self._pool = ThreadPoolExecutor(1)
-        self._pending: tuple[Future[None], Mapping[str, np.ndarray]] | None = None
+    def pieces() -> Iterator[archive.Piece]:
+        for block, arrays in saved():
+            patched = arrays if attractors is None else attractors.patched(block, arrays)
+            for name, array in patched.items():
+                yield name, block.selection, array
+        if attractors is not None:
+            yield from attractors.pieces()
 
-    def __enter__(self) -> _Storing:
-        # asking git for the commit takes a moment: now, while the first block is computed
-        self._pool.submit(provenance.commit)
-        return self
+    def attributes() -> dict[str, provenance.Value]:
+        return provenance.attributes(scan, scan.about | store.spent)
 
-    def __exit__(self, *_: object) -> None:
-        try:
-            self._settle()
-        finally:
-            self._pool.shutdown()
-
-    def put(
-        self, block: Block, arrays: Mapping[str, np.ndarray], seconds: float, threads: int
-    ) -> None:
-        """Begin to store a block once the one before is stored; raises the error of that one."""
-        self._settle()
-        stored = self._pool.submit(self._parts.write, block, arrays, seconds, threads)
-        self._pending = stored, arrays
-
-    def _settle(self) -> None:
-        """Wait until the block before is stored, and count it as done."""
-        pending, self._pending = self._pending, None
-        if pending is not None:
-            stored, arrays = pending
-            stored.result()
-            self._note(arrays)
+    return lambda path: archive.write(path, table, scales, pieces(), attributes)

@@ -33,6 +33,7 @@ from nlds_vines.cli.task_registry import TASKS
 from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, ended, program, say
 from nlds_vines.errors import LeftAside, RequestError, at, from_text, refuse_bytes, shown
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
+from nlds_vines.runs import interrupts
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,10 @@ class Command:
             with _told_aside(self.name, getattr(options, "quiet", False)):
                 return self.carry_out(options)
 
-        return ended(self.name, work)
+        status = ended(self.name, work)
+        if argv is None:  # this process is the command
+            interrupts.exit_status = status
+        return status
 
 
 @contextmanager

@@ -130,11 +130,9 @@ def refuse_begun(archive: Path, request: Request, how: RunOptions) -> None:
     Arguments: the `archive` to be; the `request`; `how` it runs.
     """
     refuse_existing(archive, how)
-    if os.path.lexists(archive) or os.path.lexists(f"{archive}.parts"):
-        from nlds_vines.runs.folder import RunFolder
+    from nlds_vines.runs.store import Blocks
 
-        folder = RunFolder(archive, request, how.shard)
-        folder.refuse(resume=how.resume, overwrite=how.overwrite)
+    Blocks(archive, request).begin(how)
 
 
 def refuse_replacing(what: str, path: Path | None, how: RunOptions, own: str = "") -> None:

@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 import re
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.runs.executors import MOST_THREADS, Shard, check_environment
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 _MOST_WORKERS = 1024  # processes of --scheduler local:N, for the same reason
 
@@ -20,8 +24,9 @@ class RunOptions:
     Arguments:
         threads: how many; None for as many as there are processors.
         resume, overwrite: continue or replace what exists; not both.
-        shard: compute this share of the parts only.
+        shard: compute this share of the blocks only.
         scheduler: `local:N`, or the address of a Dask scheduler whose workers are to compute.
+        executor: of `concurrent.futures`, whose workers are to compute; for Python alone.
         quiet: show no progress.
 
     A command without one of these options leaves it at its default.
@@ -33,6 +38,7 @@ class RunOptions:
     shard: Shard | None = None
     scheduler: str | None = None
     quiet: bool = True
+    executor: Executor | None = None
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for values out of range and options that exclude each other.
@@ -47,6 +53,8 @@ class RunOptions:
             raise RequestError("--shard and --overwrite exclude each other: others may be at work")
         if self.shard is not None and self.scheduler is not None:
             raise RequestError("--shard and --scheduler exclude each other: give one of them")
+        if self.executor is not None and self.scheduler is not None:
+            raise RequestError("scheduler and executor exclude each other: give one of them")
         if self.scheduler is not None:
             _check_scheduler(self.scheduler)
         check_environment()
@@ -68,7 +76,7 @@ def _check_scheduler(text: str) -> None:
 def add_run_options(parser: Parser) -> None:
     """Declare all options of a run, --dry-run beside them."""
     group = add_local_options(parser)
-    group.add_argument("--shard", metavar="i/n", help="only this share of the parts; or slurm")
+    group.add_argument("--shard", metavar="i/n", help="only this share of the blocks; or slurm")
     group.add_argument("--scheduler", metavar="WHERE", help="Dask: an address, or local:N")
 
 

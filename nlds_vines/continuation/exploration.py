@@ -27,7 +27,8 @@ from nlds_vines.continuation.branch_arm import (
 )
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 from nlds_vines.continuation.special_points import Special, doubled, other_branch
-from nlds_vines.continuation.whole_branch import Arrays, Switch, Track, packed, unpacked
+from nlds_vines.continuation.whole_branch import Piece, Switch, Track, made_now, packed, unpacked
+from nlds_vines.runs.interrupts import check
 
 EVERY = 16
 """Every so many points, a branch is compared with those that are known."""
@@ -74,18 +75,11 @@ class Explorer:
         section_map: SectionMap,
         bounds: Bounds,
         search: Search,
-        recall: Callable[[], Arrays | None] = lambda: None,
-        note: Callable[[Arrays], None] = lambda arrays: None,
-        check: Callable[[], None] = lambda: None,
+        piece: Piece = made_now,
     ) -> None:
-        """Take the map, the interval, and where tracks are kept.
-
-        Arguments: `recall` returns what `note` was given next in an earlier run, None where there
-        is no more; `note` takes every new track in arrays; `check` is called at every point, and
-        may raise.
-        """
+        """Take the map, the interval, what is followed, and where tracks are saved."""
         self._map, self._bounds, self._search = section_map, bounds, search
-        self._recall, self._note, self._check = recall, note, check
+        self._piece = piece
         self.tracks: list[Track] = []
 
     def run(self, seeds: Sequence[Seed]) -> list[Track]:
@@ -104,11 +98,8 @@ class Explorer:
         return self.tracks
 
     def _keep(self, make: Callable[[], Track | Switch]) -> Switch:
-        """Add the next track, if there is one: that which is recalled, or else that made."""
-        arrays = self._recall()
-        made = make() if arrays is None else unpacked(arrays)
-        if arrays is None:
-            self._note(packed(made))
+        """Add the next track, if there is one: that which an earlier run saved, or that made."""
+        made = unpacked(self._piece(lambda: packed(make())))
         if isinstance(made, Switch):
             return made
         self._share_points(made)
@@ -136,7 +127,7 @@ class Explorer:
 
         def followed(point: Point) -> bool:
             nonlocal count
-            self._check()
+            check()
             count += 1
             if count % EVERY:
                 return False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_curves import ENDS, Curve, Tracer, trace_curve
 from nlds_vines.continuation.special_points import KINDS, Special
 from nlds_vines.continuation.start_orbits import states_of
-from nlds_vines.continuation.whole_branch import Arrays
+from nlds_vines.continuation.whole_branch import Piece
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.runs.store import Arrays
 
 CURVED = ("LP", "PD", "NS", "GR")
 """The special points that a plane has curves of."""
@@ -29,14 +30,12 @@ END_FLAGS = {word: number for number, word in enumerate(ENDS)}
 def curves_through(
     request: Continuation,
     specials: Sequence[Special],
-    recall: Callable[[], Arrays | None],
-    keep: Callable[[Arrays], None],
-    check: Callable[[], None],
+    piece: Piece,
 ) -> dict[str, np.ndarray]:
     """Follow the curves of special points in the plane of both parameters; return their tables.
 
-    Arguments: the `specials` that were found along the first; `recall`, `keep` and `check` as
-    `run.compute` has them.  A special point on a curve that is known has no curve of its own.
+    Arguments: the `specials` that were found along the first; `piece` as `run.compute`
+    has it.  A special point on a curve that is known has no curve of its own.
     """
     plane = request.plane
     assert plane is not None
@@ -48,15 +47,14 @@ def curves_through(
     for special in specials:
         if special.kind not in CURVED or any(_holds(arrays, special, own) for arrays in found):
             continue
-        check()
-        arrays = recall()
-        if arrays is None:
+
+        def follow(special: Special = special) -> Arrays:
             tracer = Tracer(section_map, special.kind, low, high)
             place = np.append(special.point.cycle.place, own)
             curve = trace_curve(tracer, place, special.point.cycle.n, special.impacts)
-            arrays = _arrays_of(request, section_map, special, curve)
-            keep(arrays)
-        found.append(arrays)
+            return _arrays_of(request, section_map, special, curve)
+
+        found.append(piece(follow))
     return _tables(request, [arrays for arrays in found if len(arrays["values"])])
 
 

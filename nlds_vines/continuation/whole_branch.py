@@ -5,7 +5,7 @@ What is found of a track is kept in arrays, from which it is made again to the l
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any
@@ -16,6 +16,7 @@ from nlds_vines.continuation.arclength import Point
 from nlds_vines.continuation.branch_arm import ENDS, Arm
 from nlds_vines.continuation.section_map import Cycle
 from nlds_vines.continuation.special_points import KINDS, Special
+from nlds_vines.runs.store import Arrays
 
 
 class Switch(IntEnum):
@@ -98,7 +99,13 @@ def _turned_special(special: Special, index: int) -> Special:
 # ---- a track in arrays ---------------------------------------------------------------------------
 
 
-Arrays = Mapping[str, np.ndarray]
+Piece = Callable[[Callable[[], Arrays]], Arrays]
+"""Returns the arrays of the next track or curve: those saved by an earlier run, or made now."""
+
+
+def made_now(make: Callable[[], Arrays]) -> Arrays:
+    """Return what is made, and save nothing."""
+    return make()
 
 
 def packed(track: Track | Switch) -> Arrays:

@@ -21,9 +21,9 @@ from nlds_vines.orbits.load_batch import LoadBatch
 from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.runs.executors import in_pieces
-from nlds_vines.runs.interrupts import Stop, stoppable
-from nlds_vines.runs.numbered_parts import Arrays
+from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.progress import Tell
+from nlds_vines.runs.store import Arrays
 
 PIECE_BYTES = 1 << 26
 """Bytes of the loads of a piece of a scan, on each thread, if no two cases share theirs."""
@@ -35,9 +35,7 @@ Made = Callable[[range, np.ndarray], list[Cells]]
 """Makes the loads of some lanes, whose cells may be so long (lanes,) [s]."""
 
 
-def arrays_of(
-    request: HistoryRequest, cases: range, stop: Stop, tell: Tell | None = None
-) -> Arrays:
+def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -> Arrays:
     """Return what a range of cases tells, by name: arrays (cases, ...).
 
     The numbers of `OF_LOADS` and `status`; without a scan histories, too (`fall.HISTORIES`, what is
@@ -49,7 +47,7 @@ def arrays_of(
     for which, numbers in groupby(cases, lambda case: case // each):
         scan = _Scan(request, request.systems[which], [number % each for number in numbers])
         found.append(
-            _flown(request, scan.scene, scan.cells, scan.starts, scan.loads, history, stop, tell)
+            _flown(request, scan.scene, scan.cells, scan.starts, scan.loads, history, tell)
         )
     return {name: np.concatenate([one[name] for one in found]) for name in found[0]}
 
@@ -80,7 +78,7 @@ def numbers_of(
             found.append(made[key])
         return found
 
-    return _flown(request, system.scene, cells, starts, loads, False, tell=tell)
+    return _flown(request, system.scene, cells, starts, loads, False, tell)
 
 
 class _Scan:
@@ -159,7 +157,7 @@ def _start(request: HistoryRequest, system: System) -> np.ndarray:
 @stoppable
 def _flown(
     request: HistoryRequest, scene: Scene, cells: np.ndarray, starts: np.ndarray, loads: Made,
-    history: bool, stop: Stop | None = None, tell: Tell | None = None,
+    history: bool, tell: Tell | None = None,
 ) -> Arrays:  # fmt: skip
     """Follow an orbit for each of the cells (lanes,) of a scene, and return what they tell.
 
@@ -170,8 +168,7 @@ def _flown(
     asked = of_orbit.Asked(np.array(SHARES), request.settle)
 
     def some(begin: int, end: int) -> None:
-        if stop is not None:
-            stop.check()
+        check()
         own = slice(begin, end)
         made = loads(range(begin, end), reach[own])
         told = batch.run(cells[own], made, starts[own], asked, histories=history)

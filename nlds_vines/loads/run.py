@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from functools import partial
 from pathlib import Path
 
@@ -18,10 +17,8 @@ from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.orbits.status_words import STATUS_FLAGS
 from nlds_vines.runs.executors import use_threads
-from nlds_vines.runs.interrupts import Stop
-from nlds_vines.runs.journal import Made, complete
-from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
 from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.store import Arrays, Blocks, Write
 
 BLOCK = 256
 """Orbits of a scan that are kept together."""
@@ -34,26 +31,24 @@ def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) ->
     --resume, and `RequestError` where the archive cannot be written.
     """
     how = RunOptions() if how is None else how
-    threads, began = use_threads(how.threads), time.monotonic()
+    use_threads(how.threads)
     size = BLOCK if request.vary else 1
     blocks = [range(i, min(i + size, request.cases)) for i in range(0, request.cases, size)]
 
-    def work(folder: NumberedParts, progress: Progress, stop: Stop) -> Made:
-        found = []
-        for number, cases in enumerate(blocks):
-            orbits = partial(arrays_of, request, cases, stop, progress.wait)
-            found.append(folder.piece(number, orbits, threads))
-            progress.note(len(cases), request.case(cases[0])[0].name)
-        seconds = round(time.monotonic() - began, 3)
-        arrays = {name: np.concatenate([one[name] for one in found]) for name in found[0]}
-        return Made(*contents(request, arrays), {"threads": threads, "seconds": seconds})
+    store = Blocks(output, request)
+    store.keys = range(len(blocks))
 
-    complete(
-        NumberedParts.open(output, request, resume=how.resume, overwrite=how.overwrite),
-        work,
-        Progress(request.cases, "orbit", quiet=how.quiet),
-        lambda _: "the orbits that are complete are",
-    )
+    def work() -> Write:
+        found = []
+        with Progress(request.cases, "orbit", quiet=how.quiet) as progress:
+            for number, cases in enumerate(blocks):
+                orbits = partial(arrays_of, request, cases, progress.wait)
+                found.append(store.piece(number, orbits))
+                progress.note(len(cases), request.case(cases[0])[0].name)
+        arrays = {name: np.concatenate([one[name] for one in found]) for name in found[0]}
+        return store.writer(*contents(request, arrays))
+
+    store.carry_out(how, work)
 
 
 def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:

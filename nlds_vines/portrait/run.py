@@ -17,10 +17,8 @@ from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import Column, PortraitRequest, Window, span
 from nlds_vines.portrait.view_table import contents
 from nlds_vines.portrait.window_view import View
-from nlds_vines.runs.folder import RunFolder
-from nlds_vines.runs.interrupts import Stop, check, stoppable
-from nlds_vines.runs.journal import Made, complete
-from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.interrupts import check, stoppable
+from nlds_vines.runs.store import Blocks, Write
 
 
 def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -> None:
@@ -30,18 +28,14 @@ def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -
     early, and `RequestError` where the archive cannot be written.
     """
     how, began = RunOptions() if how is None else how, time.monotonic()
+    store = Blocks(output, request)
 
-    def work(folder: RunFolder, progress: Progress, stop: Stop) -> Made:
+    def work() -> Write:
         views = views_of(request, quiet=how.quiet)
-        stop.check()
-        return Made(*contents(request, views), {"seconds": round(time.monotonic() - began, 3)})
+        seconds = round(time.monotonic() - began, 3)
+        return store.writer(*contents(request, views), seconds=seconds)
 
-    complete(
-        RunFolder.open(output, request, resume=how.resume, overwrite=how.overwrite),
-        work,
-        Progress(len(request.columns), "window", quiet=True),
-        lambda _: "no state is",
-    )
+    store.carry_out(how, work)
 
 
 @stoppable

@@ -1,4 +1,4 @@
-"""Threads that run the kernels; the share of a scan that a shard computes; what this machine has.
+"""Who computes: threads of this process, other workers, one of several shards; what it has.
 
 Compiled kernels release the lock of Python's interpreter, so plain threads run them side by side.
 """
@@ -8,13 +8,20 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.runs.interrupts import abandoned
+from nlds_vines.runs import interrupts
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor, Future
 
 MOST_THREADS = 4096
 """Threads that may be asked for: more than any machine has, so that a typing error is noticed."""
@@ -24,6 +31,18 @@ MOST_SHARDS = 10_000
 
 SHARE = 4
 """A piece is at most this part of one thread's share of the lanes that are left."""
+
+POLL_SECONDS = 0.2
+"""Seconds between two looks at what other workers do."""
+
+STALL_SECONDS = 60.0
+"""Seconds without a finished block until a line says so, again and again."""
+
+MOST_TRIES = 4
+"""Tries of one block, after which the run ends."""
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 _used: int | None = None  # as `use_threads` was asked; None for all
 
@@ -88,7 +107,12 @@ def in_pieces(
     if threads < 2:
         work(0, lanes)
         return
-    lock, errors, is_abandoned, taken = threading.Lock(), list[BaseException](), abandoned(), 0
+    lock, errors, is_abandoned, taken = (
+        threading.Lock(),
+        list[BaseException](),
+        interrupts.abandoned(),
+        0,
+    )
 
     def run() -> None:
         nonlocal taken
@@ -113,6 +137,60 @@ def in_pieces(
         helper.join()
     if errors:
         raise errors[0]
+
+
+# ---- other workers -------------------------------------------------------------------------------
+
+
+def as_finished(
+    executor: Executor, work: Callable[[Item], Result], items: Iterable[Item], ahead: int
+) -> Iterator[tuple[Item, Result]]:
+    """Yield each item with `work(item)`, as an executor of `concurrent.futures` finishes them.
+
+    At most `ahead` are under way.  What fails is tried again, as a worker may be lost.
+
+    Raises `RequestError` if a worker refuses an item, if one fails `MOST_TRIES` times or if no
+    worker is left, `CancelledError` where the executor gives up, `Stopped` on a signal.
+    """
+    from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
+
+    waiting, failures = deque(items), Counter[Item]()
+    under_way: dict[Future[Result], Item] = {}
+    moved = told = time.monotonic()
+    try:
+        while waiting or under_way:
+            while waiting and len(under_way) < ahead:
+                item = waiting.popleft()
+                under_way[executor.submit(work, item)] = item
+            interrupts.check()
+            done, _ = wait(under_way, POLL_SECONDS, FIRST_COMPLETED)
+            for future in done:
+                item = under_way.pop(future)
+                try:
+                    result = future.result()
+                except (RequestError, CancelledError):
+                    raise
+                except BrokenExecutor as error:
+                    raise RequestError(f"a worker has died: {error}; --resume goes on") from error
+                except Exception as error:
+                    failures[item] += 1
+                    if failures[item] == MOST_TRIES:
+                        text = f"block {item} has failed {MOST_TRIES} times"
+                        reason = f"{type(error).__name__}: {error}"
+                        raise RequestError(
+                            f"{text}, at last: {reason}; --resume tries again"
+                        ) from error
+                    waiting.appendleft(item)
+                else:
+                    moved = told = time.monotonic()
+                    yield item, result
+            if time.monotonic() - told > STALL_SECONDS:
+                told = time.monotonic()
+                text = f"no block has been finished for {told - moved:.0f} s"
+                print(text, file=sys.stderr, flush=True)
+    finally:
+        for future in under_way:
+            future.cancel()
 
 
 # ---- shards --------------------------------------------------------------------------------------

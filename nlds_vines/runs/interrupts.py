@@ -1,36 +1,40 @@
 """Ctrl-C and SIGTERM end a run within two seconds, SIGUSR1 after the piece of work under way.
 
-After Ctrl-C or SIGTERM the work under way has `GRACE` to end; then an alarm raises `Stopped` in the
-main thread, wherever that is.  Compiled loops and the compiler see no signals, so they run in a
-thread beside the main one (`stoppable`), which is abandoned if it does not end.
+Compiled loops and the compiler see no signals.  So work runs in a thread beside the main one
+(`stoppable`), which waits for it and looks at the clock.  After Ctrl-C or SIGTERM the work has
+`GRACE` to end; then it is abandoned.
 """
 
 from __future__ import annotations
 
 import atexit
 import contextvars
-import ctypes
 import functools
+import math
 import os
 import signal
+import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import ParamSpec, TypeVar
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 _ANSWER = b"stopping: what is under way has a second to end; press Ctrl-C again to stop at once\n"
 _NOTICE = b"stopping: this block is finished first\n"
 
 GRACE = 1.0
 """Seconds [s] that the work under way has to end after Ctrl-C or SIGTERM before it is abandoned."""
 
-Arguments = ParamSpec("Arguments")
-Result = TypeVar("Result")
+NOTICE = getattr(signal, "SIGUSR1", None)
+"""The signal by which SLURM gives notice of the end of a job; None where there is none."""
 
 INTERRUPTED, TERMINATED = 130, 143
-"""Exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1, by which SLURM gives notice of it."""
+"""Exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1."""
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 
 class Stopped(BaseException):
@@ -68,37 +72,25 @@ def terminated_like_interrupted() -> Iterator[None]:
 
 
 class Stop:
-    """Whether a signal has asked to stop, and the exit status that belongs to it."""
+    """Whether a signal has asked to stop, until when the work may end, and the exit status."""
 
-    def __init__(self) -> None:
-        """Begin without a signal."""
-        self.asked = False
-        self.status = INTERRUPTED
-        self._is_stopping = False  # in the main thread: what follows puts things away
+    asked, deadline, status = False, math.inf, INTERRUPTED
 
     def check(self) -> None:
         """Raise `Stopped` if a signal has asked to stop."""
         if self.asked:
-            self._is_stopping |= _in_main_thread()
             raise Stopped
 
     def handle(self, number: int, frame: FrameType | None) -> None:
         """Take a signal; the second one raises `KeyboardInterrupt` at once."""
         self.status = INTERRUPTED if number == signal.SIGINT else TERMINATED
         if self.asked:
-            self._is_stopping = True
             raise KeyboardInterrupt
         self.asked = True
-        if number != signal.SIGUSR1:
-            signal.signal(signal.SIGALRM, self._end_grace)
-            signal.setitimer(signal.ITIMER_REAL, GRACE)
+        if number != NOTICE:
+            self.deadline = time.monotonic() + GRACE
         # the signal may have come within a call of `print`
-        os.write(2, _NOTICE if number == signal.SIGUSR1 else _ANSWER)
-
-    def _end_grace(self, number: int, frame: FrameType | None) -> None:
-        """Raise `Stopped`, unless the main thread is stopping already or the run has ended."""
-        if self in _taking and not self._is_stopping:
-            self.check()
+        os.write(2, _NOTICE if number == NOTICE else _ANSWER)
 
 
 _taking: list[Stop] = []
@@ -126,15 +118,13 @@ def stop_on_signals() -> Iterator[Stop]:
     if not _in_main_thread():
         yield stop
         return
-    before = {number: signal.signal(number, stop.handle) for number in _SIGNALS}
-    before[signal.SIGALRM] = signal.getsignal(signal.SIGALRM)
+    numbers = [signal.SIGINT, signal.SIGTERM, *([] if NOTICE is None else [NOTICE])]
+    before = {number: signal.signal(number, stop.handle) for number in numbers}
     _taking.append(stop)
     try:
         yield stop
     finally:
         _taking.remove(stop)
-        if stop.asked:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in before.items():
             signal.signal(number, handler)
 
@@ -142,23 +132,19 @@ def stop_on_signals() -> Iterator[Stop]:
 # ---- work that signals end -----------------------------------------------------------------------
 
 
-class _Thread(threading.local):
-    """Of each thread, the event that says that nobody waits for its results any more."""
-
-    abandoned: threading.Event | None = None
-
-
-_thread = _Thread()
+_given_up: contextvars.ContextVar[threading.Event | None] = contextvars.ContextVar(
+    "the event that says that nobody waits for the results of this thread", default=None
+)
 
 
 def abandoned() -> Callable[[], bool]:
     """Return a function that tells whether the work of this thread has been abandoned."""
-    event = _thread.abandoned
+    event = _given_up.get()
     return (lambda: False) if event is None else event.is_set
 
 
 def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """Let signals end a function that computes and compiles: it may write no file.
+    """Let signals end a function that computes and compiles: of files, it may write blocks alone.
 
     Called in the main thread, it runs in a thread beside it.  If a signal has asked to stop and
     `GRACE` is over, the call raises `Stopped`; if no run takes signals, `KeyboardInterrupt` ends it
@@ -175,7 +161,7 @@ def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
         errors: list[BaseException] = []
 
         def carry_out() -> None:
-            _thread.abandoned = given_up
+            _given_up.set(given_up)
             try:
                 results.append(work(*args, **keywords))
             except BaseException as error:
@@ -188,10 +174,11 @@ def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
         thread.start()
         try:
             while not ended.wait(0.1):  # another thread may have got the signal: look again
-                pass
+                if any(time.monotonic() > stop.deadline for stop in _taking):
+                    raise Stopped
         except BaseException:
             given_up.set()
-            atexit.register(lambda: exit_without_destructors() if thread.is_alive() else None)
+            _alive.append(thread.is_alive)
             raise
         if errors:
             raise errors[0]
@@ -200,12 +187,34 @@ def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     return beside
 
 
+# ---- the end of a process ------------------------------------------------------------------------
+
+
+_alive: list[Callable[[], bool]] = []  # of each thread that was abandoned, whether it is alive
+
+exit_status: int | None = None
+"""The exit status of this process, if it carries out a command."""
+
+
 def exit_without_destructors() -> None:
-    """Let this process end without C++ destructors, because a thread may still compile then.
+    """Let this process end as if a thread were abandoned that compiles."""
+    _alive.append(lambda: True)
+
+
+@atexit.register
+def _leave() -> None:
+    """End this process without C++ destructors where an abandoned thread may still compile.
 
     They destroy what LLVM is working on: 2 of 4 calls of C's `exit` during a compilation crashed.
-    Python finalizes as usual, and the exit status is the same.
+    A command leaves at once.  Elsewhere the exit status is not known here, so what is being
+    compiled is waited for, and nothing else can be compiled from then on.
     """
-    with suppress(AttributeError):  # glibc alone has on_exit
-        libc = ctypes.CDLL(None)
-        libc.on_exit(libc._exit, None)
+    if not any(is_alive() for is_alive in _alive):
+        return
+    if exit_status is not None:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError, AttributeError):
+                stream.flush()
+        os._exit(exit_status)
+    if compiling := sys.modules.get("nlds_vines.kernels.numerics.compiling"):
+        compiling.global_compiler_lock.acquire()

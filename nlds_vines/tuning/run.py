@@ -9,11 +9,10 @@ import numpy as np
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.runs.executors import use_threads
-from nlds_vines.runs.interrupts import Stop
-from nlds_vines.runs.journal import Made, complete, tell_discarded
 from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.store import Blocks, Write
 from nlds_vines.tuning import tuning_table
-from nlds_vines.tuning.evaluations import Journal, Log
+from nlds_vines.tuning.evaluations import Log
 from nlds_vines.tuning.free_parameter import units_of, values_of
 from nlds_vines.tuning.objective import Trials
 from nlds_vines.tuning.optima import distinct, over_finer_bands, perturbed
@@ -33,23 +32,20 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     and `RequestError` where the archive cannot be written.
     """
     how = RunOptions() if how is None else how
-    threads = use_threads(how.threads)
+    use_threads(how.threads)
+    store = Blocks(output, tuning)
 
-    def work(journal: Journal, progress: Progress, stop: Stop) -> Made:
-        known = journal.begin(threads)
-        tell_discarded(journal)
-        try:
-            found = _findings(tuning, Log(tuning, journal, progress, stop))
-        finally:
-            journal.flush()
-        return _made(tuning, found, journal, known)
+    def work() -> Write:
+        most = tuning.most_evaluations
+        with Progress(most, "design", quiet=how.quiet, at_most=True) as progress:
+            log = Log(tuning, store, progress)
+            found = _findings(tuning, log)
+        derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
+        free = (*tuning.names, *derived)  # what is free has no value of its own
+        scales, contents = tuning_table.scales(tuning, found), tuning_table.contents(tuning, found)
+        return store.writer(scales, contents, free, replayed=log.replayed)
 
-    complete(
-        Journal.open(output, tuning, resume=how.resume, overwrite=how.overwrite),
-        work,
-        Progress(tuning.most_evaluations, "design", quiet=how.quiet, at_most=True),
-        lambda journal: f"{journal.length} evaluations are",
-    )
+    store.carry_out(how, work)
 
 
 def _findings(tuning: Tuning, log: Log) -> tuning_table.Findings:
@@ -119,11 +115,3 @@ def _surface(
         points[:, first], points[:, second] = value, up
         rows.append(log.evaluate(Trials.at_rest(points), "surface", tuning.search.seed))
     return across, up, np.array(rows)
-
-
-def _made(tuning: Tuning, found: tuning_table.Findings, journal: Journal, known: int) -> Made:
-    """Return what the archive holds; what is free has no value of its own."""
-    spent = {"threads": journal.threads, "seconds": round(journal.seconds, 3), "replayed": known}
-    derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
-    scales, contents = tuning_table.scales(tuning, found), tuning_table.contents(tuning, found)
-    return Made(scales, contents, spent, (*tuning.names, *derived))

@@ -567,10 +567,15 @@ def test_what_is_recalled_is_not_computed_again():
     kept = []
     arguments = LOGISTIC, Bounds(1.5, 3.5), Search(doublings=1)
     seeds = [Seed(np.array([0.5, 2.0]), 1)]
-    tracks = Explorer(*arguments, note=kept.append).run(seeds)
+
+    def note(make):
+        kept.append(make())
+        return kept[-1]
+
+    tracks = Explorer(*arguments, note).run(seeds)
     LOGISTIC.calls.clear()
     left = iter(kept)
-    again = Explorer(*arguments, recall=lambda: next(left, None)).run(seeds)
+    again = Explorer(*arguments, lambda make: next(left)).run(seeds)
     assert len(LOGISTIC.calls) < 40
     assert [t.values.tolist() for t in again] == [t.values.tolist() for t in tracks]
     assert [(t.origin, t.parent, t.at, t.ends) for t in again] == [

@@ -25,6 +25,7 @@ from nlds_vines.continuation.result import continued
 from nlds_vines.continuation.whole_branch import packed, unpacked
 from nlds_vines.model.linear_response import response
 from nlds_vines.runs.interrupts import Interrupted, Stopped
+from nlds_vines.runs.store import Blocks
 
 pytestmark = pytest.mark.kernels
 
@@ -83,7 +84,13 @@ def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
 def test_tracks_are_the_same_from_their_arrays():
     request = load_continuation("ssul-set6", {"along": {"omega": {"start": 7.3, "stop": 7.5}}})
     kept = []
-    running.compute(request, keep=kept.append)
+
+    def note(make):
+        kept.append(make())
+        return kept[-1]
+
+    running.compute(request, note)
+    assert kept
     for arrays in kept:
         again = packed(unpacked(arrays))
         assert arrays.keys() == again.keys()
@@ -94,15 +101,15 @@ def test_tracks_are_the_same_from_their_arrays():
 def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
     """Stopped after each branch in turn, and resumed, it ends with the same results."""
     path, count = tmp_path / "branches.h5", 0
-    plain = running.TrackFolder.keep
+    plain = Blocks.save
 
-    def keep(self, arrays):
+    def save(self, *block):
         nonlocal count
-        plain(self, arrays)
+        plain(self, *block)
         count += 1
         raise Stopped
 
-    monkeypatch.setattr(running.TrackFolder, "keep", keep)
+    monkeypatch.setattr(Blocks, "save", save)
     request = continued(archive).request
     for _ in range(20):
         try:
@@ -120,8 +127,7 @@ def test_a_signal_stops_it_and_resume_finishes(tmp_path):
     path = tmp_path / "branches.h5"
     command = [sys.executable, "-m", "nlds_vines.continuation", "--doublings", "4", "-o", str(path)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-        folder = tmp_path / "branches.h5.parts"
-        while len(list(folder.glob("block-*"))) < 2 and process.poll() is None:
+        while len(list(tmp_path.glob("*.blocks/*.npz"))) < 2 and process.poll() is None:
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate()

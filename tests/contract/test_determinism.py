@@ -21,6 +21,7 @@ from nlds_vines.orbits import batch
 from nlds_vines.orbits.status_words import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.store import Blocks
 
 ONE_AXIS = {"omega": {"start": 7.3, "stop": 7.6, "num": 13}}
 TWO_AXES = {"C": {"values": [0.05, 0.06233, 0.07]}, "omega": {"start": 7.3, "stop": 7.6, "num": 5}}
@@ -171,13 +172,14 @@ def test_a_resumed_scan_ends_in_the_same_bits(vary, start, tmp_path, monkeypatch
         nv.scan(scan, to=path)
     assert f"{done} of {blocks} blocks" in str(stop.value)
     assert not path.exists()
-    kept = sorted((tmp_path / "stopped.h5.parts").glob("block-*"))
+    folder = Blocks(path, scan).folder
+    kept = sorted(folder.glob("*"))
     assert len(kept) == done
-    for part in kept[:1]:
-        part.unlink()
+    for block in kept[:1]:
+        block.unlink()
     go_on()
     assert compute(path, scan, resume=True) == whole
-    assert not (tmp_path / "stopped.h5.parts").exists()
+    assert not folder.exists()
 
 
 @pytest.mark.kernels

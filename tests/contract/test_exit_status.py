@@ -18,6 +18,7 @@ USUAL = {
     "overwrite": False,
     "shard": None,
     "scheduler": None,
+    "executor": None,
     "quiet": True,
 }
 

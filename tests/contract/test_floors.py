@@ -33,6 +33,7 @@ WORDS = {"request", "run", "result", "picture", "command", "__main__", "__init__
 """The words that stand in every wing; any other file name is used once."""
 
 WIDE = {
+    "bifurcation.command.scan",
     "continuation.command.continue_branch",
     "orbits.simulation.simulate",
     "transients.command.transient_lifetimes",
@@ -97,7 +98,7 @@ FOR_TYPES = (
 
 
 BROKEN = {  # where an import is hidden -> what it imports, and what is said
-    "runs/partfile.py": (("runs", "folder"), "No cycles are allowed in nlds_vines.runs"),
+    "runs/executors.py": (("runs", "store"), "No cycles are allowed in nlds_vines.runs"),
     "cli/paths.py": (
         ("plotting.save", "FORMATS"),
         "nlds_vines.cli is not allowed to import nlds_vines.plotting",

@@ -1,4 +1,4 @@
-"""Files that this program has not written so: archives, parts, what has taken their names."""
+"""Files that this program has not written so: archives, blocks, what has taken their names."""
 
 import errno
 import io
@@ -7,15 +7,15 @@ import sys
 
 import numpy as np
 import pytest
-from made_up import MAP, arrays, cut, fill, finished, make_scan, results, write
+from made_up import MAP, arrays, cut, make_scan, results, write
 
 import nlds_vines as nv
 from nlds_vines.bifurcation import blocks as cutting
-from nlds_vines.bifurcation.block_files import Parts
-from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.cli.terminal import say
 from nlds_vines.errors import RequestError
+from nlds_vines.runs.store import Blocks
+from scans import written
 
 ESCAPE = "red \x1b[31m, \x9b2J, \u202edlo, \u2028 and a bell \a"
 """What moves a cursor, changes colors, hides text or breaks a line."""
@@ -40,34 +40,37 @@ def test_what_comes_into_being_meanwhile_is_kept(path, monkeypatch, links, kind)
             raise OSError(errno.EPERM, "Operation not permitted")
 
         monkeypatch.setattr(os, "link", refuse)
-    with Parts.open(path, scan) as parts:
-        fill(parts, scan, cut(scan))
-        if kind == "file":
-            path.write_bytes(b"precious")
-        elif kind == "link":
-            path.symlink_to("nowhere")
-        else:
-            path.mkdir()
-        with pytest.raises(RequestError, match=r"meanwhile.*scan\.h5\.parts.*--resume"):
-            parts.consolidate(cut(scan), {})
+
+    def meanwhile(block):
+        if block.index == 2:
+            if kind == "file":
+                path.write_bytes(b"precious")
+            elif kind == "link":
+                path.symlink_to("nowhere")
+            else:
+                path.mkdir()
+        return results(scan, block)
+
+    with pytest.raises(RequestError, match=r"meanwhile.*scan\.h5\..*\.blocks.*--resume"):
+        written(path, scan, cut(scan), meanwhile)
     if kind == "file":
         assert path.read_bytes() == b"precious"
     assert path.is_symlink() == (kind == "link")
     assert not (path.parent / "nowhere").exists()
     path.rename(path.with_name("moved"))
-    with Parts.open(path, scan, resume=True) as parts:
-        assert finished(parts, cut(scan)) == {0, 1, 2}
-        parts.consolidate(cut(scan), {})
+    written(path, scan, cut(scan), None, resume=True)
     assert arrays(path)
     assert sorted(os.listdir(path.parent)) == ["moved", "scan.h5"]
 
 
 def test_a_run_with_overwrite_replaces_what_came_meanwhile(path):
     scan = make_scan()
-    with Parts.open(path, scan, overwrite=True) as parts:
-        fill(parts, scan, cut(scan))
+
+    def meanwhile(block):
         path.write_bytes(b"old")
-        parts.consolidate(cut(scan), {})
+        return results(scan, block)
+
+    written(path, scan, cut(scan), meanwhile, overwrite=True)
     assert arrays(path)
 
 
@@ -103,36 +106,23 @@ def test_a_picture_is_drawn_through_a_link(path):
     assert target.read_bytes()[1:4] == b"PNG"
 
 
-# ---- parts ---------------------------------------------------------------------------------------
+# ---- what has taken the name of a block ----------------------------------------------------------
 
 
-@pytest.fixture
-def begun(path):
-    scan = make_scan()
-    with Parts.open(path, scan) as parts:
-        fill(parts, scan, blocks_of(scan))
-    return parts.folder
+def test_a_folder_in_the_place_of_a_block_is_named_and_kept(path):
+    place = Blocks(path, make_scan()).file(0)
+    (place / "precious").mkdir(parents=True)
+    with pytest.raises(RequestError, match=r"cannot write a block in .*directory"):
+        write(path, make_scan(), resume=True)
+    assert (place / "precious").is_dir()
 
 
-def test_a_folder_in_the_place_of_a_part_is_named_and_kept(begun, path):
-    part = min(begun.glob("block-*"))
-    part.unlink()
-    (part / "precious").mkdir(parents=True)
-    with (
-        Parts.open(path, make_scan(), resume=True) as parts,
-        pytest.raises(RequestError, match=r"block-000000\.part is a folder"),
-    ):
-        list(parts.sound(blocks_of(make_scan())))
-    assert (part / "precious").is_dir()
-
-
-def test_a_pipe_in_the_place_of_a_part_is_computed_again(begun, path):
-    part = min(begun.glob("block-*"))
-    part.unlink()
-    os.mkfifo(part)
-    with Parts.open(path, make_scan(), resume=True) as parts:
-        assert finished(parts, blocks_of(make_scan())) == {1, 2}
-        assert "no regular file" in parts.discarded[0]
+def test_a_pipe_in_the_place_of_a_block_is_computed_again(path, capsys):
+    place = Blocks(path, make_scan()).file(0)
+    place.parent.mkdir()
+    os.mkfifo(place)
+    write(path, make_scan(), resume=True)
+    assert "0.npz is computed again: it is no regular file" in capsys.readouterr().err
 
 
 # ---- archives ------------------------------------------------------------------------------------
@@ -157,13 +147,14 @@ def test_a_title_is_drawn_letter_by_letter(path, title):
 @pytest.mark.parametrize("vary", [None, MAP])
 def test_a_picture_copes_with_the_largest_numbers(path, value, vary):
     scan = make_scan(("energy", "regime", "lyapunov"), vary=vary)
-    with Parts.open(path, scan) as parts:
-        for block in cut(scan):
-            found = results(scan, block)
-            for entry in scan.table.datasets.values():
-                if entry.dtype == "float64":
-                    found[entry.name] = np.full_like(found[entry.name], value)
-            parts.write(block, found)
-        parts.consolidate(cut(scan), {})
+
+    def largest(block):
+        found = results(scan, block)
+        for entry in scan.table.datasets.values():
+            if entry.dtype == "float64":
+                found[entry.name] = np.full_like(found[entry.name], value)
+        return found
+
+    written(path, scan, cut(scan), largest)
     for show in (None,) if vary is None else ("E1max", "lyapunov", "reduction"):
         PICTURE.save(path, path.with_suffix(".png"), show)

@@ -12,7 +12,6 @@ import nlds_vines as nv
 from nlds_vines.errors import MOST_CHARACTERS
 from nlds_vines.model.system import System
 from nlds_vines.runs.executors import check_environment
-from nlds_vines.runs.manifest import Manifest
 from paper.request import load_figure
 
 ODD = "a\udcff"  # how Python keeps the bytes a\xff
@@ -65,7 +64,6 @@ def test_an_archive_made_from_a_program_with_an_odd_name_can_be_written(tmp_path
     path = write(tmp_path / "a.h5", make_scan())
     with nv.read(path) as view:
         assert json.loads(view.attrs["argv"]) == sys.argv
-    assert Manifest.of(make_scan()).argv == sys.argv
 
 
 @pytest.mark.parametrize("name", ["../../escaped", "/tmp/escaped", "a/b", "ω" * 900, ".hidden"])

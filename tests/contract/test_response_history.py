@@ -20,7 +20,6 @@ from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.runs.executors import use_threads
-from nlds_vines.runs.interrupts import Stop
 from nlds_vines.upkeep.rerun import differing
 
 SHORT = {"duration": 12.0, "quiet": True}
@@ -433,9 +432,9 @@ def test_threads_and_blocks_leave_all_bits_as_they_are():
     }
     request = load_response_history(document)
     use_threads(1)
-    whole = arrays_of(request, range(6), Stop())
+    whole = arrays_of(request, range(6))
     use_threads(None)
-    parts = [arrays_of(request, cases, Stop()) for cases in (range(1), range(1, 4), range(4, 6))]
+    parts = [arrays_of(request, cases) for cases in (range(1), range(1, 4), range(4, 6))]
     pairs = [request.case(case) for case in range(6)]
     grid = {"C": np.array([system.parameters["C"] for system, _ in pairs])}
     listed = numbers_of(request, request.systems[0], grid, [load for _, load in pairs])
@@ -509,7 +508,7 @@ def test_the_variance_under_noise_is_that_of_its_density(name):
         "vary": {"noise.seed": {"values": list(range(1, seeds + 1))}},
         "sampling": {"duration": 600.0, "settle": 40.0, "samples": 16},
     })  # fmt: skip
-    found = arrays_of(request, range(seeds), Stop())
+    found = arrays_of(request, range(seeds))
     density = request.load.noise[0].density
     band, white = variance_in_a_band(system, density, high)
     if name == "none":

@@ -1,28 +1,30 @@
 """One scan on many machines: shards side by side, workers killed, and the same bits."""
 
 import json
+import multiprocessing
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Timer as Later
-from types import SimpleNamespace
 
 import pytest
-from made_up import cut, fill, make_scan, run_python
 from test_determinism import bits, document, surroundings
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives.provenance import makers
-from nlds_vines.bifurcation import cluster
-from nlds_vines.bifurcation.block_files import Parts
+from nlds_vines.bifurcation import blocks as cutting
+from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.executors import Shard
+from nlds_vines.runs import executors
+from nlds_vines.runs.executors import Shard, threads_in_use
 
 SCAN = document(
     {"omega": {"start": 6.0, "stop": 7.6, "num": 400}}, sampling={"transient": 5000, "periods": 24}
@@ -80,24 +82,6 @@ def test_shards_share_all_blocks_and_none_twice():
         assert max(map(len, shares)) - min(map(len, shares)) <= 1
 
 
-def test_the_last_of_several_shards_is_alone(tmp_path):
-    scan, path = make_scan(), tmp_path / "a.h5"
-    with (
-        Parts.open(path, scan, shard=Shard(1, 2)) as one,
-        Parts.open(path, scan, shard=Shard(2, 2)) as two,
-    ):
-        assert not one.is_alone()
-        assert two.is_alone()
-        assert not one.is_alone()
-        with pytest.raises(RequestError, match="another run"):
-            Parts.open(path, scan, shard=Shard(3, 3))
-
-
-def begin(path, scan, shard):
-    with Parts.open(path, scan, shard=shard) as parts:
-        fill(parts, scan, cut(scan)[shard.blocks])
-
-
 @pytest.mark.kernels
 def test_a_shard_without_blocks_says_so(here, capsys, answer):
     scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:3", "--transient", "1"]
@@ -110,30 +94,6 @@ def test_a_shard_without_blocks_says_so(here, capsys, answer):
         answer(*scan, "--shard", "1/7", "--dry-run").splitlines()[-1] == "shard 1/7: 1 of 1 block"
     )
     assert "empty" not in answer(*scan, "--shard", "1/7")
-
-
-def test_a_shard_never_shares_its_share_nor_a_folder_held_by_a_run(tmp_path):
-    scan, path = make_scan(), tmp_path / "a.h5"
-    with Parts.open(path, scan, shard=Shard(1, 2)):
-        with Parts.open(path, scan, shard=Shard(2, 2)):
-            pass
-        for how in ({"shard": Shard(1, 2)}, {"resume": True}, {"overwrite": True}):
-            with pytest.raises(RequestError, match="another run"):
-                Parts.open(path, scan, **how)
-    with (
-        Parts.open(path, scan, resume=True),
-        pytest.raises(RequestError, match="another run"),
-    ):
-        Parts.open(path, scan, shard=Shard(1, 2))
-
-
-def test_a_shard_refuses_the_parts_of_another_scan_by_name(tmp_path):
-    path = tmp_path / "a.h5"
-    begin(path, make_scan(), Shard(1, 2))
-    with pytest.raises(RequestError, match=r"another scan.*a test"):
-        Parts.open(path, make_scan(P=801.0), shard=Shard(2, 2))
-    with pytest.raises(RequestError, match="exclude"):
-        Parts.open(path, make_scan(), shard=Shard(2, 2), overwrite=True)
 
 
 ARRAY = {f"SLURM_ARRAY_TASK_{name}": "7" for name in ("ID", "MIN", "MAX", "COUNT")}
@@ -158,27 +118,90 @@ def test_a_task_that_does_not_know_its_shard_is_refused(environment):
         Shard.parse("slurm", environment)
 
 
-BOTH = """
-import sys
-sys.path.insert(0, {tests!r})
-from test_shards import *
-sys.stdin.readline()
-begin(Path({path!r}), make_scan(P=float({P})), Shard({i}, 2))
-"""
+# ---- executors -----------------------------------------------------------------------------------
 
 
-def test_shards_of_two_scans_that_begin_at_once_do_not_mix(tmp_path):
-    path, tests = tmp_path / "a.h5", os.path.dirname(__file__)
-    programs = [BOTH.format(tests=tests, path=str(path), P=800 + i, i=i) for i in (1, 2)]
-    running = [run_python(program, stdin=subprocess.PIPE) for program in programs]
-    said = [None, None]
-    for each in running:
-        each.stdin.write("\n")
-        each.stdin.flush()
-    for i, each in enumerate(running):
-        said[i] = each.communicate()[1]
-    assert sorted(bool(text) for text in said) == [False, True], said
-    assert "another scan" in "".join(said)
+@pytest.fixture
+def small(monkeypatch):
+    """Return a scan of seven blocks, of two cells but for the last."""
+    monkeypatch.setattr(cutting, "BLOCK_PERIODS", 80)
+    return nv.load_scan(document())
+
+
+class Elsewhere(Executor):
+    """Computes what it is sent as bytes alone, and sends back what can be sent as bytes."""
+
+    def __init__(self):
+        self.sent = []
+
+    def submit(self, work, /, *arguments):
+        self.sent.append(pickle.dumps((work, arguments)))
+        work, arguments = pickle.loads(self.sent[-1])
+        future = Future()
+        try:
+            future.set_result(pickle.loads(pickle.dumps(work(*arguments))))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+def test_workers_need_nothing_of_the_client_s_disk(small, tmp_path):
+    whole = bits(nv.scan(small, to=tmp_path / "whole.h5"))
+    threads, elsewhere = threads_in_use(), Elsewhere()
+    assert bits(nv.scan(small, to=tmp_path / "a.h5", executor=elsewhere)) == whole
+    assert len(elsewhere.sent) == len(cutting.blocks_of(small))
+    assert not any(str(tmp_path).encode() in text for text in elsewhere.sent)
+    assert threads_in_use() == threads
+    with ThreadPoolExecutor(3) as pool:
+        assert bits(nv.scan(small, to=tmp_path / "b.h5", executor=pool)) == whole
+
+
+def test_a_worker_of_another_version_is_refused_before_it_computes(small, tmp_path, monkeypatch):
+    other = {**makers(), "source_hash": "another", "numpy_version": "1.0"}
+    monkeypatch.setattr(scan_run, "_computer", lambda toml: pytest.fail("it computes"))
+    monkeypatch.setattr("nlds_vines.archives.provenance.makers", lambda: other)
+    sent = Elsewhere()
+    real = sent.submit
+
+    def submit(work, /, *arguments):
+        monkeypatch.undo()  # the worker has what is installed here
+        monkeypatch.setattr(scan_run, "_computer", lambda toml: pytest.fail("it computes"))
+        return real(work, *arguments)
+
+    sent.submit = submit
+    with pytest.raises(RequestError, match=r"another version: .*numpy_version .*, not 1\.0"):
+        nv.scan(small, to=tmp_path / "a.h5", executor=sent)
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.kernels
+def test_processes_of_a_pool_end_in_the_same_bits_and_a_dead_one_is_one_line(here):
+    scan = nv.load_scan(SCAN)
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        whole = bits(nv.scan(scan, to="a.h5", threads=1))
+        assert bits(nv.scan(scan, to="b.h5", executor=pool)) == whole
+        for process in pool._processes.values():
+            process.kill()
+        with pytest.raises(RequestError, match=r"a worker has died: .*; --resume goes on"):
+            nv.scan(scan, to="c.h5", executor=pool)
+
+
+def test_what_fails_now_and_then_is_tried_again():
+    tries = []
+
+    def work(item):
+        tries.append(item)
+        if len(tries) % 4:
+            raise OSError("the network is down")
+        return item**2
+
+    def refused(item):
+        raise KeyError("no")
+
+    with ThreadPoolExecutor(1) as pool:
+        assert list(executors.as_finished(pool, work, [3, 5], 1)) == [(3, 9), (5, 25)]
+        with pytest.raises(RequestError, match="block 3 has failed 4 times, at last: KeyError"):
+            list(executors.as_finished(pool, refused, [3], 5))
 
 
 # ---- a Dask cluster ------------------------------------------------------------------------------
@@ -206,7 +229,7 @@ def test_workers_killed_three_times_end_in_the_same_bits(folder, whole):
     running = start("--scheduler", "local:2")
     kills, seen = 0, 0
     while kills < 3 and running.poll() is None:
-        parts = len(list(folder.glob("scan.h5.parts/block-*.part")))
+        parts = len(list(folder.glob("scan.h5.*.blocks/*.npz")))
         workers = workers_of(running)
         if workers and parts >= seen:
             os.kill(workers[kills % len(workers)], signal.SIGKILL)
@@ -230,7 +253,7 @@ def test_a_cluster_that_is_not_there_is_one_line(folder, monkeypatch, refusal):
 @dask
 def test_a_stopped_cluster_run_can_be_resumed_without_a_cluster(folder, whole):
     running = start("--scheduler", "local:1")
-    while not list(folder.glob("scan.h5.parts/block-*.part")):
+    while not list(folder.glob("scan.h5.*.blocks/*.npz")):
         assert running.poll() is None, running.stderr.read()
         time.sleep(0.05)
     running.send_signal(signal.SIGTERM)
@@ -248,7 +271,7 @@ def scheduling(tmp_path):
     command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0"]
     options = ["--no-dashboard", "--no-show", "--scheduler-file", str(file)]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    running = subprocess.Popen([*command, *options], **quiet)
+    running = subprocess.Popen([*command, *options], env=surroundings(), **quiet)
     while not file.exists() or not file.read_text():
         assert running.poll() is None
         time.sleep(0.05)
@@ -268,67 +291,44 @@ def scheduler(scheduling):
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
 def test_a_scheduler_that_dies_is_one_line(folder, scheduling, how, capfd, monkeypatch):
     running, address = scheduling
-    met = cluster._refuse_others
+    submitted = scan_run.as_finished
 
-    def doomed(client):
-        met(client)
+    def doomed(*arguments):
         Later(0.5, running.send_signal, [how]).start()
+        return submitted(*arguments)
 
-    monkeypatch.setattr(cluster, "_refuse_others", doomed)
+    monkeypatch.setattr(scan_run, "as_finished", doomed)
     assert main(["bifurcation", "scan.toml", "--scheduler", address, "--quiet"]) == 2
     err = capfd.readouterr().err
     assert err.count("\n") == 1
     assert f"--scheduler {address!r} is gone; --resume goes on" in err
 
 
-@dask
-def test_a_worker_of_another_version_is_refused_before_it_computes(folder):
-    from nlds_vines.bifurcation import cluster
-
-    other = {**makers(), "source_hash": "another", "numpy_version": "1.0"}
-    client = SimpleNamespace(run=lambda asked: {"tcp://n1:1": asked(), "tcp://n2:1": other})
-    with pytest.raises(RequestError, match=r"the worker tcp://n2:1 .* source_hash another, here"):
-        cluster._refuse_others(client)
-    with pytest.raises(RequestError, match=r"asked by another version: .*numpy_version 1\.0"):
-        cluster.work(str(folder), "0", Block(0, ((0, 1),)), None, other)
-
-    def without(asked):
-        raise ModuleNotFoundError("No module named 'nlds_vines'")
-
-    with pytest.raises(RequestError, match="a worker has not what it needs: No module named"):
-        cluster._refuse_others(SimpleNamespace(run=without))
-
-
 @pytest.mark.kernels
 @dask
-def test_a_cluster_without_workers_is_waited_for_and_given_up(
-    folder, scheduler, whole, monkeypatch, ask
-):
-    for name, value in {"STALL_SECONDS": 0.3, "MOST_STALLS": 1, "POLL_SECONDS": 0.1}.items():
-        monkeypatch.setattr(f"nlds_vines.bifurcation.cluster.{name}", value)
-    said = ask("bifurcation", "scan.toml", "--scheduler", scheduler, status=2).err.splitlines()
-    assert said[0] == "no progress: 0 workers; submitting again"
-    assert "--resume goes on" in said[1]
-    assert len(said) == 2
-    monkeypatch.setattr(
-        "nlds_vines.bifurcation.cluster.MOST_STALLS", 20
-    )  # it takes a worker more to load
+def test_a_cluster_without_workers_is_waited_for(folder, scheduler, whole):
+    running = start("--scheduler", scheduler, "--quiet")
+    time.sleep(3.0)
     command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "2"]
+    (folder / "elsewhere").mkdir()
     with open("worker.log", "w") as log:
         worker = subprocess.Popen(
-            [*command, "--no-dashboard", "--no-nanny"], env=surroundings(), stdout=log, stderr=log
-        )
+            [*command, "--no-dashboard", "--no-nanny"],
+            env=surroundings(), stdout=log, stderr=log, cwd=folder / "elsewhere",
+        )  # fmt: skip
     try:
-        assert main(["bifurcation", "scan.toml", "--resume", "--scheduler", scheduler]) == 0
+        finish(running)
     finally:
         worker.terminate()
         worker.wait()
     assert bits("scan.h5") == whole
 
 
-@dask
-def test_workers_that_do_not_see_the_folder_are_told(folder, monkeypatch):
-    from nlds_vines.bifurcation.cluster import work
-
-    with pytest.raises(RequestError, match="is the folder shared"):
-        work(str(folder), "0", Block(0, ((0, 1),)), None, makers())
+def test_waiting_is_said_again_and_again(monkeypatch, capsys):
+    monkeypatch.setattr(executors, "POLL_SECONDS", 0.02)
+    monkeypatch.setattr(executors, "STALL_SECONDS", 0.1)
+    with ThreadPoolExecutor(1) as pool:
+        list(executors.as_finished(pool, time.sleep, [0.5], 1))
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "no block has been finished for 0 s"
+    assert 2 <= len(lines) <= 5

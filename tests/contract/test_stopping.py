@@ -113,11 +113,10 @@ def test_a_task_ends_within_two_seconds(task, number, tmp_path):
             env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, check=False,
         )  # fmt: skip
         assert done.returncode in (0, 1), done.stderr
-    parts = tmp_path / "long.h5.parts"
-    process = begun([*words, *long, "-o", "long.h5"], tmp_path, parts.exists)
+    process = begun([*words, *long, "-o", "long.h5"], tmp_path, lambda: True)
     status, said = ended(process, number)
     assert status == (130 if number == signal.SIGINT else 143)
-    assert "kept in long.h5.parts" in said
+    assert "kept in long.h5." in said
     assert not (tmp_path / "long.h5").exists()
 
 
@@ -202,6 +201,7 @@ def test_ctrl_c_ends_a_call_in_python_and_the_session_goes_on(call, tmp_path):
 
 ABANDONED = """
 import ctypes, os, signal, sys, threading, time
+from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import stoppable
 libc = ctypes.CDLL(None)
 libc.on_exit(libc.abort, None)
@@ -211,6 +211,8 @@ try:
 except KeyboardInterrupt:
     pass
 time.sleep(0.3)
+print("said")
+interrupts.exit_status = 7  # as a command does
 sys.exit(7)
 """
 
@@ -223,6 +225,35 @@ def test_c_functions_at_exit_are_skipped_where_an_abandoned_thread_is_alive(seco
         env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == status, done.stderr
+    assert done.stdout == "said\n"
+
+
+COMPILING = """
+import os, signal, sys, threading, time
+from numba.core.compiler_lock import global_compiler_lock
+from nlds_vines.runs.interrupts import stoppable
+
+def compiling():
+    with global_compiler_lock:
+        time.sleep(1.0)
+        open("compiled", "w").close()
+    time.sleep(60.0)
+
+threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+try:
+    stoppable(compiling)()
+except KeyboardInterrupt:
+    sys.exit(7)
+"""
+
+
+def test_a_program_in_python_ends_when_nothing_is_being_compiled(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILING], cwd=tmp_path, timeout=30,
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 7, done.stderr
+    assert (tmp_path / "compiled").exists()
 
 
 # ---- the mechanism -------------------------------------------------------------------------------
@@ -261,14 +292,12 @@ def test_what_is_under_way_is_abandoned_after_its_time(soon, number, capfd):
     assert "a second" in capfd.readouterr().err
 
 
-def test_python_that_never_asks_is_stopped_after_its_time(soon, capfd):
-    began, handler = time.monotonic(), signal.getsignal(signal.SIGALRM)
+def test_python_that_never_asks_is_abandoned_after_its_time(soon, capfd):
+    began = time.monotonic()
     asked(0.1, signal.SIGINT)
     with stop_on_signals(), pytest.raises(Stopped):
-        busy(began + 5.0)
+        stoppable(busy)(began + 5.0)
     assert time.monotonic() - began < 2.0
-    assert signal.getsignal(signal.SIGALRM) == handler
-    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
 
 def test_what_is_put_away_after_a_stop_is_not_stopped_again(soon, capfd):

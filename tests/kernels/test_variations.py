@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 from support import linear_flow, references, system_of
 
-from nlds_vines.bifurcation.block_files import Block
+from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.kernels.cells import verdict as course

@@ -19,7 +19,6 @@ from nlds_vines.loads.request import load_response_history
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.load_flight import _checked, fly, longest_cell
 from nlds_vines.orbits.simulation import room_for_impacts
-from nlds_vines.runs.interrupts import Stop
 
 CHANGES = {
     "hertz": {"K": 1e7},
@@ -213,5 +212,5 @@ def test_the_last_time_at_a_rigid_impact_is_that_of_the_touch():
     request = load_response_history({
         "systems": ["bouncing-ball"], "load": {"impulse": 0.5}, "sampling": {"duration": 3.0},
     })  # fmt: skip
-    found = arrays_of(request, range(1), Stop())
+    found = arrays_of(request, range(1))
     assert [found[f"last_{share}"][0] for share in (50, 10, 1)] == [1.0, 1.0, 1.15]

@@ -11,7 +11,9 @@ from nlds_vines.archives.archive import ArchivePath, parse_toml
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.status_words import DIVERGED, OK, TOO_STIFF
-from nlds_vines.tuning.evaluations import Journal
+from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.store import Blocks
+from nlds_vines.tuning.evaluations import Log
 from nlds_vines.tuning.free_parameter import BOUNDS, Free, units_of, values_of
 from nlds_vines.tuning.objective import Objective, Trials, worst
 from nlds_vines.tuning.optima import distinct, perturbations, perturbed
@@ -282,19 +284,17 @@ def test_cma_finds_a_bowl_where_it_is_installed():
     assert np.abs(points - [0.2, 0.7]).sum(axis=1).min() < 1e-2
 
 
-def test_a_journal_that_fits_no_more_is_refused(tmp_path):
+def test_blocks_that_do_not_fit_a_search_are_refused(tmp_path):
     tuning = load_tuning("tmd")
-    asked, found = np.ones((2, 4)), np.zeros((2, 4))
-    with Journal.open(tmp_path / "a.h5", tuning) as journal:
-        assert journal.begin(1) == 0
-        journal.note(asked, found)
-        journal.flush()
-    with Journal.open(tmp_path / "a.h5", tuning, resume=True) as journal:
-        assert journal.begin(1) == 2
+    store, trials = Blocks(tmp_path / "a.h5", tuning), Trials.at_rest(np.ones((2, 2)))
+    found = np.zeros((2, 4))
+    store.save(0, {"asked": trials.table, "found": found})
+    with Progress(None, "design", quiet=True) as progress:
+        log = Log(tuning, store, progress)
+        assert log.evaluate(trials, "global", 0).tolist() == [0.0, 0.0]
+        assert log.replayed == 2
         with pytest.raises(RequestError, match="does not fit this search"):
-            journal.recall(2 * asked)
-        assert np.array_equal(journal.recall(asked), found)
-        assert journal.recall(asked) is None
+            Log(tuning, store, progress).evaluate(Trials.at_rest(2 * np.ones((2, 2))), "global", 0)
 
 
 @pytest.mark.long

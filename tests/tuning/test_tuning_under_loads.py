@@ -314,7 +314,7 @@ def test_a_tuning_under_a_load_gives_the_same_bits_resumes_and_says_what_it_foun
         return real(*arguments)
 
     monkeypatch.setattr(objective, "outcome_under", interrupted)
-    with pytest.raises(Interrupted, match="15 evaluations are kept"):
+    with pytest.raises(Interrupted, match="3 blocks are kept"):
         nv.tune("tmd", tmp_path / "b.h5", quiet=True, **tables)
     again = nv.tune("tmd", tmp_path / "b.h5", threads=2, resume=True, quiet=True, **tables)
     with nv.read(first.path) as one, nv.read(again.path) as other:

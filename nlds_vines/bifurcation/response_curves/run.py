@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -18,10 +17,9 @@ from nlds_vines.bifurcation.response_curves.request import CurveRequest
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.runs.executors import use_threads
-from nlds_vines.runs.interrupts import Stop
-from nlds_vines.runs.journal import Made, complete
-from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
+from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.store import Arrays, Blocks, Write
 
 CASE, WALL = "case", "wall"
 
@@ -42,32 +40,28 @@ def run(
     """
     how = RunOptions() if how is None else how
     known = {} if known is None else known
-    threads, began = use_threads(how.threads), time.monotonic()
+    use_threads(how.threads)
+    store = Blocks(output, request)
 
-    def work(folder: NumberedParts, progress: Progress, stop: Stop) -> Made:
+    def work() -> Write:
         results = []
-        for i, case in enumerate(request.cases):
-            compute = partial(_compute, case.scan, progress, stop)
-            if (arrays := known.get(case.scan.hash)) is None:
-                arrays = known[case.scan.hash] = folder.piece(i, compute, threads)
-            results.append(arrays)
-            progress.note(case.scan.lanes, f"case {i + 1} of {len(request.cases)}")
-        spent = {"threads": threads, "seconds": round(time.monotonic() - began, 3)}
-        return Made(scales_of(request), contents(request, results), spent)
+        with Progress(request.lanes, "orbit", quiet=how.quiet) as progress:
+            for i, case in enumerate(request.cases):
+                compute = partial(_compute, case.scan, progress)
+                if (arrays := known.get(case.scan.hash)) is None:
+                    arrays = known[case.scan.hash] = store.piece(i, compute)
+                results.append(arrays)
+                progress.note(case.scan.lanes, f"case {i + 1} of {len(request.cases)}")
+        return store.writer(scales_of(request), contents(request, results))
 
-    complete(
-        NumberedParts.open(output, request, resume=how.resume, overwrite=how.overwrite),
-        work,
-        Progress(request.lanes, "orbit", quiet=how.quiet),
-        lambda _: "the cases that are complete are",
-    )
+    store.carry_out(how, work)
 
 
-def _compute(scan: Scan, progress: Progress, stop: Stop) -> Arrays:
+def _compute(scan: Scan, progress: Progress) -> Arrays:
     """Return the arrays of a scan that have a number for each orbit, or for each wall."""
     computer, blocks = Computer(scan, tell=progress.wait), []
     for block in blocks_of(scan):
-        stop.check()
+        check()
         blocks.append(computer.block(block))
     arrays = {name: np.concatenate([block[name] for block in blocks]) for name in datasets_of(scan)}
     return {name: a.astype(str) if a.dtype == object else a for name, a in arrays.items()}

@@ -8,7 +8,6 @@ In reading order:
     run           from request to archive: damper by damper, or a scan block by block
     closed_form   what a structure without walls does, in closed form
     result        an archive read: `ResponseHistories`, or `LoadScan`
-    scan_picture  pictures of a scan: curves over one axis, maps over two
     picture       energies and motions over time, shares, sweeps
     load_options  options of the command line that mean a load
     command       `python -m nlds_vines.loads` and `nv.response_history`

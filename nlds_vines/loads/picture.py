@@ -1,47 +1,73 @@
-"""Pictures of response histories: energy, motion, where the energy went, and sweeps."""
+"""Pictures of response histories: energy, motion, where the energy went, sweeps; and of scans.
+
+A scan of loads is drawn as a number over one axis, of each damper, or as a map for each damper.
+"""
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError
-from nlds_vines.loads import scan_picture
+from nlds_vines.loads.closed_form import closed_form
 from nlds_vines.loads.fall import Fall
 from nlds_vines.loads.request import HistoryRequest, load_response_history, natural_period
 from nlds_vines.loads.result import LoadScan, ResponseHistories, histories_in, shares_of
+from nlds_vines.loads.run import axis_words
 from nlds_vines.model.linear_response import harmonic_energy, response
-from nlds_vines.model.load_quantities import SHARES, WAYS
+from nlds_vines.model.load_quantities import BY_NAME, OF_LOADS, SHARES, WAYS
 from nlds_vines.model.loads.waves import Sweep
+from nlds_vines.model.parameters import DESCRIBED
+from nlds_vines.model.quantity import ERROR
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.plotting.bands import edges, logarithmic
 from nlds_vines.plotting.chosen_panels import Picture
-from nlds_vines.plotting.notation import typeset
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled, write_letters
-from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE
+from nlds_vines.plotting.notation import in_latex, raised, typeset
+from nlds_vines.plotting.page import (
+    LETTER_ROOM,
+    TWO_COLUMNS,
+    Page,
+    add_legend,
+    finish,
+    new_figure,
+    styled,
+    write_letters,
+)
+from nlds_vines.plotting.palette import damper_colors
+from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE, SHADES, axis_label
 
-_HEIGHT = {"shares": 4.2 * CM}  # inches
-_USUAL = 6.2 * CM
+_PANEL, _BARS = 4.8 * CM, 0.75 * CM  # inches, heights of a panel and of the bar of a damper
+_MAP = 5.0 * CM  # inches
+_NAME = 18  # characters of a line of a name beside a bar
+_LINES = ("solid", "dashed", "dashdot", "dotted")
+_EXACT: dict[str, Any] = {"color": GRAY, "linewidth": 0.6, "zorder": 0}  # of a closed form
 _WAYS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
 SWEEP_ENERGY = "sweep_energy"
 """The panel beside whose sweeps branches are drawn: archives of branches have E1max."""
 
-_LEAST = 1e-4  # of the largest E1: the lower end of the axis
+_DOTS: dict[str, Any] = {"marker": "o", "markersize": 3.2, "linestyle": "none", "mfc": "white"}
+_OVER_TIME = {"energy", "motion", "damper"}  # panels
+_LEAST = 1e-4  # of the largest E1 of all dampers: the lower end of the axis
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
     """Return what the panels show, by name; of a scan its numbers."""
     request = view.request(RESPONSE_HISTORY, load_response_history)
     if request.vary:
-        return scan_picture.panels(view)
+        return {entry.name: entry.words for entry in OF_LOADS if entry.name in view}
     found = {
         "energy": "energy of the structure over time",
         "motion": "displacement of the structure over time",
@@ -55,37 +81,56 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
 
 
 def usual(view: ArchiveView) -> list[str]:
-    """Return the panels of the usual picture: the sweep's alone, of a scan the first number's."""
-    found, known = _drawable(view), [*panels(view)]
-    if found.request.vary:
-        return scan_picture.usual(view)
-    return ["sweep"] if "sweep" in known else ["energy", "shares"]
+    """Return the panels of the usual picture; of a scan the first number that changes over it."""
+    names = [*panels(view)]
+    if _drawable(view).request.vary:
+        changing = (n for n in names if np.ptp(view[n][np.isfinite(view[n])]) > 0.0)
+        return [next(changing, names[0])]
+    return ["sweep"] if "sweep" in names else ["energy", "shares"]
 
 
 @styled()
 def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
     """Return the figure of an archive with the panels that are `shown`."""
     found = _drawable(view)
-    if not isinstance(found, ResponseHistories):
-        return scan_picture.draw(found, shown, page)
-    heights = [_HEIGHT.get(name, _USUAL) for name in shown]
-    figure = Figure(figsize=(page.width, sum(heights) + 1.0 * CM), layout="constrained")
-    grid = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)
-    for name, axes in zip(shown, grid[:, 0], strict=True):
-        axes.set_label(name)
-        _FILL[name](axes, found)
-    write_letters([*grid[:, 0]])
-    scan_picture.entitle(figure, found.request.title)
+    request = found.request
+    if isinstance(found, LoadScan) and len(request.vary) == 2:
+        return _maps(found, shown, page)
+    bars = _BARS * (len(request.systems) + 0.4)
+    figure, grid = new_figure(page, [bars if name == "shares" else _PANEL for name in shown])
+    places = [figure.add_subplot(grid[i], label=name) for i, name in enumerate(shown)]
+    lift = LETTER_ROOM if len(places) > 1 else 0
+    for axes, name in zip(places, shown, strict=True):
+        _draw_panel(axes, found, name)
+    for above, below in pairwise(places):
+        if {above.get_label(), below.get_label()} <= _OVER_TIME:
+            below.sharex(above)
+            above.tick_params(labelbottom=False)
+            above.set_xlabel("")
+    if places[0].get_legend() is None:
+        handles, _ = places[0].get_legend_handles_labels()
+        add_legend(places[0], handles, "above", lift, handlelength=2.2)
+    write_letters(places)
+    finish(figure, grid, request.title)
     return figure
 
 
 def fill(axes: Axes, view: ArchiveView, name: str) -> None:
-    """Draw one panel into given axes."""
+    """Draw one panel into given axes; of maps that of the first damper."""
     found = _drawable(view)
+    if isinstance(found, LoadScan) and len(found.request.vary) == 2:
+        axes.figure.colorbar(_map(axes, found, name, 0), ax=axes, label=_label(name))
+    else:
+        _draw_panel(axes, found, name)
+        if axes.get_legend() is None:
+            axes.legend()
+
+
+def _draw_panel(axes: Axes, found: ResponseHistories | LoadScan, name: str) -> None:
     if isinstance(found, ResponseHistories):
         _FILL[name](axes, found)
     else:
-        scan_picture.fill(axes, found, name)
+        _curves(axes, found, name)
 
 
 def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
@@ -97,23 +142,34 @@ def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
     return found
 
 
+def _looks(request: HistoryRequest) -> Iterator[tuple[System, dict[str, Any]]]:
+    """Yield each system and how it is drawn."""
+    colors = damper_colors([system.name for system in request.systems])
+    for i, (system, color) in enumerate(zip(request.systems, colors, strict=True)):
+        look = {"color": color, "linestyle": _LINES[i % len(_LINES)], "linewidth": 1.0}
+        yield system, {"label": typeset(system_in_words(system)), **look}
+
+
 def _each(found: ResponseHistories) -> Iterator[tuple[System, Fall, dict[str, Any]]]:
-    """Yield each system, what became of it, and how it is drawn."""
-    pairs = zip(found.request.systems, found.results.values(), strict=True)
-    for i, (system, fall) in enumerate(pairs):
-        label = typeset(system_in_words(system))
-        yield system, fall, {"label": label, "linewidth": 1.0, **scan_picture.look(i)}
+    """Yield each system, its response, and how it is drawn."""
+    for (system, look), fall in zip(_looks(found.request), found.results.values(), strict=True):
+        yield system, fall, look
 
 
 def _energy(axes: Axes, found: ResponseHistories) -> None:
-    """Draw E1 relative to the largest of each damper, on a logarithmic axis."""
+    """Draw E1 on a logarithmic axis, with dots at the last times at shares of its largest."""
+    shares = ", ".join(f"{100 * share:g}" for share in reversed(SHARES))
+    words = f"last time at {shares} % of its largest"
+    largest = 0.0
     for _, fall, look in _each(found):
-        axes.semilogy(fall.time, fall.E1 / fall.numbers["E1max"], **look)
-    for share in SHARES:
-        axes.axhline(share, color=GRAY, linewidth=0.6, zorder=0)
-    axes.set(ylim=(_LEAST, 1.5), ylabel="$E_1$ by its largest")
+        axes.semilogy(fall.time, fall.E1, **look)
+        top = fall.numbers["E1max"]
+        largest = max(largest, top)
+        dots = {**_DOTS, "color": look["color"], "label": None}
+        axes.plot(fall.last, top * np.array(SHARES), **dots)
+    axes.plot([], [], color=GRAY, **{**_DOTS, "label": words})
+    axes.set(ylim=(_LEAST * largest, 2.0 * largest), ylabel="energy $E_1$ [J]")
     _over_time(axes, found.request)
-    axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:g}%")
 
 
 def _motion(axes: Axes, found: ResponseHistories) -> None:
@@ -138,7 +194,6 @@ def _damper(axes: Axes, found: ResponseHistories) -> None:
 
 def _over_time(axes: Axes, request: HistoryRequest) -> None:
     axes.set(xlim=(0, request.duration), xlabel="time $t$ [s]")
-    axes.legend(loc="upper right")
 
 
 def _sweep(axes: Axes, found: ResponseHistories) -> None:
@@ -168,16 +223,18 @@ def _over_frequency(axes: Axes, found: ResponseHistories, energy: bool) -> None:
             down = sweep.last < sweep.first
             axes.plot(omega, largest, **{**look, **({"linestyle": ":"} if down else {})})
             look["label"] = None
+    if len({sweep.last < sweep.first for sweep in request.load.sweeps}) > 1:
+        axes.plot([], [], color=GRAY, linestyle=":", linewidth=1.0, label="sweep down")
+    for system, _, _ in _each(found):
         if not system.scene.walls and not request.load.shaken:
             sweep = request.load.sweeps[0]
             omega = np.linspace(min(sweep.first, sweep.last), max(sweep.first, sweep.last), 400)
             steady = np.abs(response(system.with_(P=request.load.force_of(sweep)), omega).X1)
             m1, k1, _ = system.structure
             values = harmonic_energy(m1, k1, omega, steady) if energy else steady
-            axes.plot(omega, values, label=steady_words, **scan_picture.EXACT)
+            axes.plot(omega, values, label=steady_words, **_EXACT)
             steady_words = None
     axes.set(xlabel="frequency $\\omega$ of the sweep [rad/s]", ylim=(0, None))
-    axes.legend(loc="upper right")
 
 
 def envelope(
@@ -191,14 +248,15 @@ def envelope(
 
 def _shares(axes: Axes, found: ResponseHistories) -> None:
     """Draw a bar for each damper: the shares of the energy by what has dissipated them."""
-    names = [typeset(system_in_words(system)) for system in found.request.systems]
+    words = map(system_in_words, found.request.systems)
+    names = ["\n".join(map(typeset, textwrap.wrap(name, _NAME))) for name in words]
     shares = [shares_of(fall) for fall in found.results.values()]
     left = [0.0] * len(names)
     for way in WAYS:
         widths = [max(0.0, one.get(way, 0.0)) for one in shares]
         if any(width > 0.0005 for width in widths):
-            words = {"c1": "dashpot $c_1$", "c2": "dashpot $c_2$", "contact": "contacts"}[way]
-            axes.barh(names, widths, left=left, color=HUES[_WAYS[way]], label=words)
+            kind = {"c1": "dashpot $c_1$", "c2": "dashpot $c_2$", "contact": "contacts"}[way]
+            axes.barh(names, widths, left=left, color=HUES[_WAYS[way]], label=kind)
             left = [a + b for a, b in zip(left, widths, strict=True)]
     still = [max(0.0, 1.0 - done) for done in left]
     if any(share > 0.0005 for share in still):
@@ -206,7 +264,95 @@ def _shares(axes: Axes, found: ResponseHistories) -> None:
     axes.invert_yaxis()
     axes.set(xlim=(0, 1), xlabel="share of the energy that came in")
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
+    add_legend(axes, axes.get_legend_handles_labels()[0], "above", LETTER_ROOM)
+
+
+# ---- scans ---------------------------------------------------------------------------------------
+
+
+def _maps(found: LoadScan, shown: Sequence[str], page: Page) -> Figure:
+    """Return a figure with a map for each number and damper, those of a number side by side."""
+    count = len(found.request.systems)
+    across = min(count, 2 if page.beside else 1)
+    rows = -(-count // across)
+    figure, grid = new_figure(page, [_MAP] * (rows * len(shown)), across)
+    places: list[Axes] = []
+    for number, name in enumerate(shown):
+        cells = [divmod(place, across) for place in range(count)]
+        row = [figure.add_subplot(grid[number * rows + r, c]) for r, c in cells]
+        meshes = [_map(axes, found, name, damper) for damper, axes in enumerate(row)]
+        for place, axes in enumerate(row):
+            if place + across < count:
+                axes.tick_params(labelbottom=False)
+                axes.set_xlabel("")
+            if place % across:
+                axes.tick_params(labelleft=False)
+                axes.set_ylabel("")
+        figure.colorbar(
+            meshes[0], ax=row, label=_label(name), pad=0.02, fraction=0.06, aspect=20 * rows
+        )
+        places += row
+    write_letters(places)
+    finish(figure, grid, found.request.title)
+    return figure
+
+
+def _curves(axes: Axes, found: LoadScan, name: str) -> None:
+    """Draw a number over the axis of a scan, of each damper; in closed form if there is one."""
+    request = found.request
+    (axis,) = request.vary
+    words: str | None = "in closed form"
+    pairs = zip(_looks(request), found.numbers[name], strict=True)
+    for i, ((_, look), values) in enumerate(pairs):
+        axes.plot(axis.values, values, **look)
+        cases = (request.case(i * axis.values.size + j) for j in range(axis.values.size))
+        exact = [closed_form(*case).get(name, np.nan) for case in cases if not request.state]
+        if np.isfinite(exact).any():
+            axes.plot(axis.values, exact, label=words, **_EXACT)
+            words = None
+    axes.set(xlabel=_axis(found, 0), ylabel=_label(name))
+    if logarithmic(axis.values):
+        axes.set_xscale("log")
+    if BY_NAME[name].scale == ERROR:
+        axes.set_yscale("log")
+
+
+def _map(axes: Axes, found: LoadScan, name: str, damper: int) -> QuadMesh:
+    """Fill a map of a damper; all maps of a number have the same shades."""
+    x, y = found.request.vary
+    values, every = found.numbers[name][damper], found.numbers[name]
+    told = every[np.isfinite(every)]
+    low, high = (told.min(), told.max()) if told.size else (0.0, 1.0)
+    norm: dict[str, Any] = {"vmin": low, "vmax": high}
+    if BY_NAME[name].scale == ERROR and low > 0.0:
+        norm = {"norm": LogNorm(low, high)}
+    axes.set_facecolor(NO_VALUE)
+    mesh = axes.pcolormesh(
+        edges(x.values), edges(y.values), np.ma.masked_invalid(values.T), cmap=SHADES,
+        rasterized=True, **norm,
+    )  # fmt: skip
+    for axis, values_of_it in (("x", x.values), ("y", y.values)):
+        if logarithmic(values_of_it):
+            getattr(axes, f"set_{axis}scale")("log")
+    axes.set(xlabel=_axis(found, 0), ylabel=_axis(found, 1))
+    axes.set_title(typeset(system_in_words(found.request.systems[damper])), fontsize=9)
+    return mesh
+
+
+def _axis(found: LoadScan, number: int) -> str:
+    """Return what stands along an axis."""
+    name = found.request.vary[number].name
+    if name in DESCRIBED:
+        return axis_label(name)
+    unit, words = axis_words(found.request, name)
+    return words + (f" [{raised(unit)}]" if unit != "1" else "")
+
+
+def _label(name: str) -> str:
+    """Return label, symbol and unit of a number."""
+    entry = BY_NAME[name]
+    symbol = f" ${in_latex(entry.symbol)}$" if entry.symbol else ""
+    return entry.label + symbol + (f" [{raised(entry.unit)}]" if entry.unit != "1" else "")
 
 
 _FILL: Mapping[str, Callable[[Axes, ResponseHistories], None]] = {

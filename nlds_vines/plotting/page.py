@@ -28,7 +28,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.gridspec import GridSpec
+from matplotlib.gridspec import GridSpec, GridSpecBase
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.textpath import TextPath
@@ -43,6 +43,9 @@ from nlds_vines.plotting.style import CM, LEFT, RIGHT, STYLE, WIDTH
 _PAD = 0.1 * CM  # inches around each panel with its labels, and around the page
 _LEFT, _RIGHT = 1.45 * CM, 0.3 * CM  # inches beside panels, before their labels are measured
 _LEGEND_BELOW, _LEGEND_ABOVE, _LEGEND_BESIDE = 29, 4, 6  # points between a panel and its legend
+LETTER_ROOM = 12
+"""Points above a panel that its letter takes: the offset of a legend there."""
+
 _HANDLE = 26  # points, width of a legend's mark and of the space around it
 _DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 and 10
 _FEWEST = 3  # numbers along a logarithmic axis
@@ -170,9 +173,8 @@ def new_figure(page: Page, heights: Sequence[float], columns: int = 1) -> tuple[
     Until then the grid has the heights asked for and about the final width, so that names and
     ticks can be chosen by the size of their panel.
     """
-    engine = ConstrainedLayoutEngine(w_pad=_PAD, h_pad=_PAD, wspace=0.0, hspace=0.0)
     tall = sum(heights) + 2.0
-    figure = Figure(figsize=(page.width, tall), layout=engine)
+    figure = Figure(figsize=(page.width, tall), layout=_engine())
     margins: dict[str, float] = {
         "left": page.left / page.width,
         "right": 1.0 - page.right / page.width,
@@ -189,18 +191,29 @@ def finish(figure: Figure, grid: GridSpec, title: str, below: str = "") -> None:
     """
     parts, width = [typeset(title), *filter(None, [below])], figure.get_figwidth()
     lines = [line for part in parts for line in lines_of(part, width - _LEFT)]
-    text = figure.suptitle("\n".join(lines), ha="left", fontsize=rcParams["font.size"])
-    engine, ratios = figure.get_layout_engine(), np.asarray(grid.get_height_ratios(), float)
-    assert engine is not None
+    figure.suptitle("\n".join(lines), ha="left", fontsize=rcParams["font.size"])
+    fit(figure, grid)
+
+
+def fit(figure: Figure, grid: GridSpecBase) -> None:
+    """Give all rows of the grid their heights, the labels and legends their room."""
+    engine, ratios = _engine(), np.asarray(grid.get_height_ratios(), float)
+    figure.set_layout_engine(engine)
     engine.execute(figure)
     panels = [(axes, spec) for axes in figure.axes if (spec := axes.get_subplotspec())]
-    text.set_x(min(axes.get_position().x0 for axes, _ in panels))
+    if title := figure.get_suptitle() and figure.texts[0]:
+        left = min(axes.get_position().x0 for axes, _ in panels)
+        title.set_x(min(left, _LEFT / figure.get_figwidth()))
     tall, (axes, spec) = figure.get_figheight(), panels[0]
     wanted = ratios[spec.get_topmost_subplotspec().rowspan].sum()
     missing = 1.0 - axes.get_position().height * tall / wanted
     figure.set_figheight(tall + missing * ratios.sum())
     engine.execute(figure)
     figure.set_layout_engine("none")
+
+
+def _engine() -> ConstrainedLayoutEngine:
+    return ConstrainedLayoutEngine(w_pad=_PAD, h_pad=_PAD, wspace=0.0, hspace=0.0)
 
 
 def lines_of(text: str, width: float) -> list[str]:

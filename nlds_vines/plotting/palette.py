@@ -8,12 +8,12 @@ green or blue cones too: their distances in CIELAB are measured by `tests/plotti
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf, sqrt
 from typing import Any
 
 from nlds_vines.model.labels import TRANSIENT, final
-from nlds_vines.plotting.style import GRAY
+from nlds_vines.plotting.style import GRAY, HUES
 
 RAMP = ("#44559f", "#1c7f9b", "#3fb769", "#88cb52", "#b4ee24", "#fff06e")
 """Colors of T, 2T, 3T, 4T, 5T, and of 6T and longer."""
@@ -26,6 +26,19 @@ OTHERS: Mapping[str, str] = {
     "failed": "#d7191c",
 }
 """Colors of regimes that are not periodic."""
+
+DAMPERS: Mapping[str, str] = {
+    "none": HUES["gray"],
+    "tmd": HUES["blue"],
+    "ssbl": HUES["green"],
+    "ssul-set1": HUES["black"],
+    "ssul-set2": HUES["orange"],
+    "ssul-set3": HUES["sky"],
+    "ssul-set4": HUES["pink"],
+    "ssul-set5": "#8c564b",
+    "ssul-set6": HUES["vermillion"],
+}
+"""Colors of dampers by the names of their systems, those of the paper's figures."""
 
 LONG = f"{len(RAMP)}T and longer"
 """The name of the regimes that share the ramp's last color."""
@@ -90,6 +103,21 @@ def color_of(label: str) -> str:
         return mixed(color_of(final(label)), "#000000", _DARKER)
     periodic = period_and_impacts(label)
     return _tinted(*periodic) if periodic else OTHERS[_kind(label)]
+
+
+def damper_colors(systems: Sequence[str]) -> list[str]:
+    """Return a color for each damper, by the name of its system: the same in every picture.
+
+    Systems without a color of their own, and further ones of one name, take in order the colors
+    that are not in use; then the colors repeat.
+    """
+    used = {DAMPERS[name] for name in systems if name in DAMPERS}
+    others = [color for color in DAMPERS.values() if color not in used] or [*DAMPERS.values()]
+    found: list[str] = []
+    for place, name in enumerate(systems):
+        known = name in DAMPERS and name not in systems[:place]
+        found.append(DAMPERS[name] if known else others[len(found) % len(others)])
+    return found
 
 
 def drawn_as(label: str) -> str:

@@ -12,17 +12,22 @@ from matplotlib.ticker import FuncFormatter, PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.plotting.chosen_panels import Picture
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, size_of, styled, write_letters
+from nlds_vines.plotting.page import (
+    TWO_COLUMNS,
+    Page,
+    add_legend,
+    finish,
+    new_figure,
+    size_of,
+    styled,
+    write_letters,
+)
 from nlds_vines.plotting.palette import OTHERS, colors, patch_look
-from nlds_vines.plotting.panels import add_panel, write_title
 from nlds_vines.plotting.style import CM, HUES, NAVY, STYLE
 from nlds_vines.transients.ensemble import Ensemble, ensemble_of
 from nlds_vines.transients.survival import DELAY, Decay, Survival
 
-_LEFT, _RIGHT = 2.16 * CM, 0.72 * CM  # inches: room for the names of regimes, and for a tick label
 _PANEL, _NARROW_PANEL, _BAR = 7.2 * CM, 5.4 * CM, 0.58 * CM  # inches, heights
-_FOOT, _HEAD, _LINE = 1.1 * CM, 1.1 * CM, 0.4 * CM  # inches, heights; of a line of a label
-_ENTRIES, _ENTRY = 4, 0.42 * CM  # entries of a legend below the curve, inches of each
 _CURVE, _LAW = NAVY, HUES["vermillion"]
 _WIDEST, _NARROW_WIDEST = 1.5, 2.1  # upper end of the axis of shares: words beside a full bar
 _NARROW = 260  # points, width of axes below which bars and labels are those of one column
@@ -41,26 +46,14 @@ def draw_ensemble(
     Arguments: the ensemble, the title, the `page`, the panels that are `shown` (by default all).
     """
     names = shown or list(panels_of(found))
-    below = 0.0 if page.beside else _LINE  # a label of two lines
-    heights = {
-        _SURVIVAL: _PANEL if page.beside else _NARROW_PANEL,
-        _SHARES: (len(found.shares) + 0.2) * _BAR,
-    }
-    feet = {
-        _SURVIVAL: _FOOT + (0.0 if page.beside else _ENTRIES * _ENTRY),
-        _SHARES: _FOOT + below,
-    }
-    room = sum(heights[name] + feet[name] for name in names)
-    figure = Figure(figsize=(page.width, _HEAD + room + _LINE * (len(names) - 1)))
-    panels, top = [], figure.get_figheight() - _HEAD
-    for name in names:
-        bottom = top - heights[name]
-        box = (_LEFT, bottom, page.width - _LEFT - _RIGHT, heights[name])
-        panels.append(add_panel(figure, box))
-        _PANELS[name](panels[-1], found, page)
-        top = bottom - feet[name] - _LINE
+    heights = {_SURVIVAL: _PANEL if page.beside else _NARROW_PANEL}
+    heights[_SHARES] = (len(found.shares) + 0.2) * _BAR
+    figure, grid = new_figure(page, [heights[name] for name in names])
+    panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
+    for name, panel in zip(names, panels, strict=True):
+        _PANELS[name](panel, found, page)
     write_letters(panels)
-    write_title(figure, title, _LEFT / page.width if page.beside else page.left / page.width)
+    finish(figure, grid, title)
     return figure
 
 
@@ -94,10 +87,7 @@ def _draw_survival(axes: Axes, found: Ensemble, page: Page = TWO_COLUMNS) -> Non
     if page.beside:
         axes.legend(loc="lower left", frameon=True, framealpha=0.85, edgecolor="none")
         return
-    below = 72 * (_FOOT - 0.05 * CM) / size_of(axes)[1]
-    aside = 72 * (_LEFT - page.left) / size_of(axes)[0]
-    look: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (-aside, -below)}
-    axes.legend(borderaxespad=0, borderpad=0, **look)
+    add_legend(axes, axes.get_legend_handles_labels()[0], "below", handlelength=2.2)
 
 
 def _steps(estimate: Survival, last: float) -> tuple[np.ndarray, ...]:

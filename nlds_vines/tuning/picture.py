@@ -8,7 +8,6 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
-from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
@@ -17,20 +16,21 @@ from matplotlib.patheffects import Normal, Stroke
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import DESCRIBED, described
+from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.plotting.bands import drawable, evenly_spaced, inner_edges
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import latex_symbol, raised
 from nlds_vines.plotting.page import (
     TWO_COLUMNS,
     Page,
+    add_legend,
+    finish,
     logarithmic_ticks,
-    size_of,
+    new_figure,
     styled,
     write_out_ticks,
 )
-from nlds_vines.plotting.panels import add_color_bar, add_panel, write_title
 from nlds_vines.plotting.style import (
-    CM,
     NAVY,
     NO_VALUE,
     SHADES,
@@ -39,14 +39,11 @@ from nlds_vines.plotting.style import (
     quantity_label,
 )
 
-_FOOT, _HEAD, _LINE = 1.35 * CM, 1.25 * CM, 0.45 * CM  # inches; of a line above the frame
-_ASIDE = 0.3 * CM  # inches that numbers of four digits take more than others do
 _WIDE = 8.0  # ratio of the largest to the smallest value from which shades are logarithmic
 _SMALL = 7.5  # points, numbers on contours
 _APART = 0.3  # inches, the least distance of two of them
 _OUTLINE = "#202020"
 _CONTOUR: dict[str, Any] = {"colors": "white", "linewidths": 0.5}
-_WIDE_LEGEND = 200  # points, width of axes above which two entries stand side by side
 _FEW_LINES = 8  # contours where shades are linear
 _OPTIMUM = "optimum_"
 _MARK = "#d7191c"  # a red that neither the shades nor the contours have
@@ -58,16 +55,10 @@ def tuning_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     free = _free(view)
     if "surface" in view or len(free) != 1:
         return tuning_surface(view, page)
-    figure, axes = _frame(page, page.across - _ASIDE, 0)
-    _draw_curve(axes, view, free[0])
-    write_title(figure, view.text("title"), page.left / page.width)
+    figure, grid = new_figure(page, [page.map_height])
+    _draw_curve(figure.add_subplot(grid[0]), view, free[0])
+    finish(figure, grid, view.text("title"))
     return figure
-
-
-def _frame(page: Page, width: float, more: int) -> tuple[Figure, Axes]:
-    """Return a figure and its axes, so many inches wide, below title, legend and `more` lines."""
-    figure = Figure(figsize=(page.width, _HEAD + more * _LINE + page.map_height + _FOOT))
-    return figure, add_panel(figure, (page.left + _ASIDE, _FOOT, width, page.map_height))
 
 
 def _fill(axes: Axes, view: ArchiveView, name: str) -> None:
@@ -76,8 +67,7 @@ def _fill(axes: Axes, view: ArchiveView, name: str) -> None:
     if "surface" not in view and len(free) == 1:
         _draw_curve(axes, view, free[0])
     else:
-        mesh, label = _fill_surface(axes, view)
-        _explain(axes.figure.colorbar(mesh, ax=axes, label=label))
+        _fill_surface(axes, view)
 
 
 def _free(view: ArchiveView) -> list[str]:
@@ -107,7 +97,7 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
     axes.tick_params(top=True, right=True, which="both")
     axes.set_xlabel(axis_label(name))
     axes.set_ylabel(_objective(view))
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderpad=0)
+    add_legend(axes, axes.get_legend_handles_labels()[0], "above")
 
 
 def _best(view: ArchiveView) -> str:
@@ -126,17 +116,14 @@ def tuning_surface(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     Raises `RequestError` for a tuning without a surface.
     """
     _refuse_without_surface(view)
-    held, several = _held(view), view["optimum_objective"].size > 1
-    more = bool(held) + (several and not page.beside)
-    figure, axes = _frame(page, page.map_width - _ASIDE, more)
-    mesh, label = _fill_surface(axes, view)
-    _explain(add_color_bar(figure, mesh, axes.get_position(), label))
-    write_title(figure, view.text("title"), page.left / page.width, held)
+    figure, grid = new_figure(page, [page.map_height])
+    _fill_surface(figure.add_subplot(grid[0]), view)
+    finish(figure, grid, view.text("title"), _held(view))
     return figure
 
 
-def _fill_surface(axes: Axes, view: ArchiveView) -> tuple[QuadMesh, str]:
-    """Draw surface, optima and labels into axes, and return the shades and what they are.
+def _fill_surface(axes: Axes, view: ArchiveView) -> None:
+    """Draw surface, optima, labels and the bar of shades into axes.
 
     Raises `RequestError` for a tuning without a surface.
     """
@@ -145,18 +132,15 @@ def _fill_surface(axes: Axes, view: ArchiveView) -> tuple[QuadMesh, str]:
     _mark_optima(axes, view)
     for name, axis in zip(_names(view), (axes.xaxis, axes.yaxis), strict=True):
         axis.set_label_text(axis_label(name))
-    return mesh, _objective(view)
+    look: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
+    bar = axes.figure.colorbar(mesh, ax=axes, label=_objective(view), **look)
+    if isinstance(bar.norm, LogNorm):
+        write_out_ticks(bar.ax.yaxis)
 
 
 def _refuse_without_surface(view: ArchiveView) -> None:
     if "surface" not in view:
         raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
-
-
-def _explain(bar: Colorbar) -> None:
-    """Write out the numbers on a bar of logarithmic shades."""
-    if isinstance(bar.norm, LogNorm):
-        write_out_ticks(bar.ax.yaxis)
 
 
 def _names(view: ArchiveView) -> list[str]:
@@ -218,10 +202,12 @@ def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None
 
 def _objective(view: ArchiveView) -> str:
     """Return what stands along an axis or a bar: the objective with its unit."""
-    text, unit = view.long_name("optimum_objective"), view.units("objective")
-    if text == "largest E1max of all cases":
-        return quantity_label("E1max", unit, body=body_of(view.attrs.get("kind")))
-    return f"{text} [{raised(unit)}]" if unit != "1" else text
+    judged, unit = view.long_name("optimum_objective").partition(":")[0], view.units("objective")
+    name = judged.removeprefix("largest ").removesuffix(" of all cases")
+    if name in BY_NAME:
+        cases = "" if name == judged else ", largest of all cases"
+        return quantity_label(name, unit, body=body_of(view.attrs.get("kind"))) + cases
+    return f"{judged} [{raised(unit)}]" if unit != "1" else judged
 
 
 def _norm(found: np.ma.MaskedArray) -> Normalize:
@@ -241,10 +227,8 @@ def _mark_optima(axes: Axes, view: ArchiveView) -> None:
     if x.size > 1:
         label = "nearly as good, perhaps off the surface"
         axes.plot(x[1:], y[1:], marker="o", markersize=6, label=label, **ring, **style)
-    # above the frame, where it hides nothing
-    place: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderpad": 0, "borderaxespad": 0.4}
-    columns = 2 if size_of(axes)[0] > _WIDE_LEGEND else 1
-    axes.legend(loc="lower left", ncols=columns, handletextpad=0.2, **place)
+    handles, _ = axes.get_legend_handles_labels()
+    add_legend(axes, handles, "above")  # where it hides nothing
 
 
 PICTURE = Picture(

@@ -267,11 +267,11 @@ class Tuning(Request):
     def judged_by(self, draws: int) -> str:
         """Return by what a design is judged over so many draws, in words."""
         name = self.search.objective
-        worst = f"largest {name} of all cases"
+        worst = name if self.case_count == 1 else f"largest {name} of all cases"
         if not self.draws:
             return worst
         by = "mean" if self.search.quantile is None else f"{100 * self.quantile:g} % quantile"
-        return f"{by} of {name if self.case_count == 1 else f'the {worst}'} over {draws} draws"
+        return f"{by} of {'the ' * (self.case_count > 1)}{worst} over {draws} draws"
 
     @property
     def first_design(self) -> np.ndarray | None:

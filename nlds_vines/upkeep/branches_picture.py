@@ -9,7 +9,7 @@ import numpy as np
 
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError
-from nlds_vines.plotting.page import styled
+from nlds_vines.plotting.page import add_legend, fit, styled
 from nlds_vines.plotting.style import GRAY
 
 if TYPE_CHECKING:
@@ -31,11 +31,14 @@ _UNSTABLE: dict[str, Any] = {
 
 
 @styled()
-def draw_branches(figure: Figure, view: ArchiveView, path: str | os.PathLike[str]) -> None:
+def draw_branches(
+    figure: Figure, view: ArchiveView, path: str | os.PathLike[str], alone: bool = False
+) -> None:
     """Draw E1max of branches over omega in the panels of a sweep's energy.
 
     Arguments: the `figure` of a response history under a sweep; its open archive; the path of a
-    continuation along omega of one of its dampers under the force of the sweep.
+    continuation along omega of one of its dampers under the force of the sweep; whether the
+    panel stands `alone`, in axes of the user.
 
     Raises `RequestError` for another system or parameter, and if no panel shows energies of a
     sweep.
@@ -58,7 +61,16 @@ def draw_branches(figure: Figure, view: ArchiveView, path: str | os.PathLike[str
                 words = None if look["label"] in named else look["label"]
                 axes.plot(branch.parameter, energy, zorder=0, **{**look, "label": words})
         axes.set_xlim(min(sweep.first, sweep.last), max(sweep.first, sweep.last))
-        axes.legend(loc="upper right")
+        if legend := axes.get_legend():
+            legend.remove()
+        handles, _ = axes.get_legend_handles_labels()
+        if alone:
+            axes.legend()
+        else:
+            add_legend(axes, handles, "above", handlelength=2.2)
+    spec = panels[0].get_subplotspec()
+    if spec is not None and not alone:
+        fit(figure, spec.get_gridspec())
 
 
 def _refuse_other(request: HistoryRequest, found: Continued, path: str | os.PathLike[str]) -> None:

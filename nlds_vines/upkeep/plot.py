@@ -94,7 +94,7 @@ def plot(
         figure = drawn(view, lambda opened: picture.figure(opened, show, page, ax))
         count_in(figure, frequency, view)
         for other in others:
-            draw_branches(figure, view, other)
+            draw_branches(figure, view, other, ax is not None)
         return figure
 
 

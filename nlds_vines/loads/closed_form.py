@@ -8,8 +8,8 @@ import numpy as np
 
 from nlds_vines.loads.request import struck
 from nlds_vines.model.linear_response import flow_matrix
+from nlds_vines.model.loads.courses import Noise
 from nlds_vines.model.loads.loading import Loading
-from nlds_vines.model.loads.waves import Noise
 from nlds_vines.model.system import System
 
 

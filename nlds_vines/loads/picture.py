@@ -27,7 +27,7 @@ from nlds_vines.loads.result import LoadScan, ResponseHistories, histories_in, s
 from nlds_vines.loads.run import axis_words
 from nlds_vines.model.linear_response import harmonic_energy, response
 from nlds_vines.model.load_quantities import BY_NAME, OF_LOADS, SHARES, WAYS
-from nlds_vines.model.loads.waves import Sweep
+from nlds_vines.model.loads.courses import Sweep
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantity import ERROR
 from nlds_vines.model.system import System

@@ -13,10 +13,8 @@ from scipy.interpolate import CubicSpline
 
 from nlds_vines.errors import RequestError
 from nlds_vines.model.loads import record as records
-from nlds_vines.model.loads import samples
+from nlds_vines.model.loads.courses import TERMS, Sweep, tones
 from nlds_vines.model.loads.loading import Cells, Struck, loading_of
-from nlds_vines.model.loads.series import TERMS, tones
-from nlds_vines.model.loads.waves import Sweep
 
 STRUCK = Struck(mass=1000.0)
 
@@ -345,7 +343,6 @@ def test_a_unit_may_stand_apart_from_its_name(tmp_path):
 
 
 def test_a_heading_is_no_sample(tmp_path, monkeypatch, error_of):
-    monkeypatch.setattr(samples, "MOST_SAMPLES", 4)
     monkeypatch.setattr(records, "MOST_SAMPLES", 4)
     four = "t, y [N]\n0, 1\n1, 2\n2, 1\n3, 0\n"
     assert len(loading_of(saved(tmp_path, four)).record[0].times) == 4

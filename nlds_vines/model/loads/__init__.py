@@ -2,11 +2,7 @@
 
 In reading order:
 
-    series   Taylor coefficients of sines, exponentials and polynomials over cells
-    load     `Load`: what every load says of itself, and its unit
-    pulses   half-sine, triangular, rectangular, Friedlander, once or repeated
-    waves    a harmonic, a sweep, band-limited noise
-    samples  two columns of a file, CSV or HDF5
-    record   samples with lines or a spline between them
+    courses  `Load` and `Course`: Taylor coefficients, pulses, a harmonic, a sweep, noise
+    record   samples with lines or a spline between them, from two columns of a file
     loading  `Loading`, the table `[load]`: a sum of these, and its cells
 """

@@ -9,11 +9,23 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from nlds_vines.errors import RequestError, number, shown, table
-from nlds_vines.model.loads.load import TIME, Course, Load, Size
-from nlds_vines.model.loads.pulses import Friedlander, HalfSine, Rectangular, Triangular
+from nlds_vines.model.loads.courses import (
+    REACH,
+    TERMS,
+    TIME,
+    Course,
+    Friedlander,
+    HalfSine,
+    Load,
+    Noise,
+    Rectangular,
+    Size,
+    Sweep,
+    Tone,
+    Triangular,
+    values_of,
+)
 from nlds_vines.model.loads.record import Record
-from nlds_vines.model.loads.series import REACH, TERMS, values_of
-from nlds_vines.model.loads.waves import Noise, Sweep, Tone
 from nlds_vines.model.setting import (
     Checked,
     Real,
@@ -75,7 +87,6 @@ class Blow(Load):
     kind: ClassVar[str] = "blow"
 
     def check(self) -> None:
-        """Refuse several at one time."""
         if self.repeat > 1 and self.every <= 0.0:
             raise RequestError(f"every = {self.every:g} s between {self.repeat} blows must be > 0")
 
@@ -85,7 +96,6 @@ class Blow(Load):
         return self.at + self.every * np.arange(self.repeat)
 
     def kinks(self, end: float) -> np.ndarray:
-        """Return those times."""
         return self.times[(self.times > 0.0) & (self.times < end)]
 
 
@@ -153,7 +163,6 @@ class Loading:
     noise: tuple[Course, ...] = _of("noise")
 
     def __post_init__(self) -> None:
-        """Check everything."""
         check_settings(self)
         if self.shaken and (self.impulse or self.blow or self.harmonic):
             what = "harmonic" if self.harmonic else "impulse"
@@ -191,7 +200,6 @@ class Loading:
 
     @property
     def sweeps(self) -> tuple[Sweep, ...]:
-        """The sweeps among them."""
         return tuple(one for one in self.sweep if isinstance(one, Sweep))
 
     def force_of(self, sweep: Sweep) -> float:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from math import prod
 
 import numpy as np
@@ -37,7 +38,7 @@ sizes of a cloud; the greater counts."""
 CLOUD = 120
 """Section points of a cloud."""
 
-PAIRS = 60
+PAIRS = 30
 """Clouds that are compared in pairs at a time."""
 
 CLOUDS = 10
@@ -118,12 +119,21 @@ class System:
             elif n == 0:
                 self._add_clouds(label, states[chosen], lanes[chosen])
         for one in self.attractors:
-            tree, one.margin = one.tree(self.unit), 1.0 / max(one.within, 1e-300)
+            one.margin = 1.0 / max(one.within, 1e-300)
             for other in self.attractors:
                 if other is not one and one.is_comparable(other):
-                    gaps = tree.query(_scaled(other.points, self.unit))[0]
-                    gap = gaps.min() if one.period else np.median(gaps)
-                    one.margin = min(one.margin, float(gap) / one.cut)
+                    one.margin = min(one.margin, self._gap(one, other) / one.cut)
+
+    def _gap(self, one: Attractor, other: Attractor) -> float:
+        """Return the distance of two attractors: the least of cycles, the median of clouds.
+
+        Of the medians in both directions it is the smaller one.
+        """
+        there = one.tree(self.unit).query(_scaled(other.points, self.unit))[0]
+        back = other.tree(self.unit).query(_scaled(one.points, self.unit))[0]
+        if one.period:
+            return float(min(there.min(), back.min()))
+        return float(min(np.median(there), np.median(back)))
 
     def _add_periodic(self, label: str, n: int, states: np.ndarray, lanes: np.ndarray) -> None:
         left = np.arange(lanes.size)
@@ -154,6 +164,20 @@ class System:
                 new = self._clustered(label, states[few], lanes[few])
                 self.attractors += new
                 left = np.setdiff1d(left, few)
+        self._merge(label)
+
+    def _merge(self, label: str) -> None:
+        """Join attractors of a label that are nearer than `cut`, as orbits found later may show."""
+        same = [attractor for attractor in self.attractors if attractor.label == label]
+        for one, other in combinations(same, 2):
+            gap, cut = self._gap(one, other), max(one.cut, other.cut)
+            if gap <= cut:
+                one.lanes = np.concatenate([one.lanes, other.lanes])
+                one.points = np.concatenate([one.points, other.points])
+                one.cut, one.within = cut, max(one.within, other.within, gap / cut)
+                self.attractors.remove(other)
+                self._merge(label)
+                return
 
     def _gaps(self, attractors: Sequence[Attractor], states: np.ndarray) -> np.ndarray:
         """Return the median distances (n, attractors) of the clouds of states to attractors."""

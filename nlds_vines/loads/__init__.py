@@ -2,13 +2,9 @@
 
 In reading order:
 
-    request       `HistoryRequest`: the dampers, the load, what varies, how long
-    fall          what becomes of one structure: histories, last times, where the energy goes
-    cases         its orbits: systems and loads in cells, flown by the kernels, and what they tell
-    run           from request to archive: damper by damper, or a scan block by block
-    closed_form   what a structure without walls does, in closed form
-    result        an archive read: `ResponseHistories`, or `LoadScan`
-    picture       energies and motions over time, shares, sweeps
-    load_options  options of the command line that mean a load
-    command       `python -m nlds_vines.loads` and `nv.response_history`
+    request  `HistoryRequest`: the dampers, the load, what varies, how long
+    run      from request to archive; orbits flown by the kernels, and their numbers
+    result   an archive read: `ResponseHistories`, or `LoadScan`; closed forms beside them
+    picture  energies and motions over time, shares, sweeps; scans as curves and maps
+    command  `python -m nlds_vines.loads` and `nv.response_history`
 """

@@ -7,17 +7,17 @@ In Python: `nlds_vines.response_history(system, impulse=1000.0)`.
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from nlds_vines.cli import command as commands
-from nlds_vines.cli.options import SET, VARY, Option
+from nlds_vines.cli.options import SET, VARY, Option, assignments
 from nlds_vines.cli.run_options import RunOptions, add_local_options
-from nlds_vines.errors import at
-from nlds_vines.loads.load_options import LOAD
+from nlds_vines.errors import at, from_text, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.loads.loading import Loading
+from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.words import system_in_words
 
 if TYPE_CHECKING:
@@ -109,6 +109,46 @@ class Job(commands.Job):
             f"archive:  {self.archive}",
             *([] if self.plot is None else [f"picture:  {self.plot}"]),
         ]
+
+
+def _loads(texts: Sequence[str]) -> dict[str, Any]:
+    """Return the document of loads, each KIND:KEY=VALUE,... or the path of a record."""
+    load: dict[str, list[Any]] = {}
+    for text in texts:
+        kind, entry = _load(text)
+        load.setdefault(kind, []).append(entry)
+    return {"load": load}
+
+
+def _load(text: str) -> tuple[str, dict[str, Any]]:
+    """Return the kind and the table that KIND:KEY=VALUE,... or the path of a record means."""
+    kind, colon, rest = text.partition(":")
+    if not colon or kind not in ALL:
+        if colon and kind.isidentifier() and not os.path.exists(text):
+            raise unknown("load", kind, ALL)
+        return "record", {"file": text}
+    pairs = assignments(f"--load {kind}:", rest.split(","), "KEY=VALUE")
+    words = {"true": True, "false": False}
+    return kind, {
+        key: words.get(value, _number_in(f"--load {kind}: {key}", value))
+        for key, value in pairs.items()
+    }
+
+
+def _number_in(what: str, text: str) -> int | float | str:
+    """Return the number that a text means, a whole one as such; another text as it is."""
+    if text.isascii() and text.isdigit():
+        return from_text(int, what, text)
+    return text if text[:1].isalpha() else from_text(float, what, text)
+
+
+LOAD = Option(
+    "--load",
+    "LOAD",
+    "a record (CSV, HDF5), or KIND:KEY=VALUE,...; once for each of a sum",
+    _loads,
+    repeated=True,
+)
 
 
 def _systems(names: list[str]) -> dict[str, Any]:

@@ -20,11 +20,20 @@ from matplotlib.ticker import PercentFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError
-from nlds_vines.loads.closed_form import closed_form
-from nlds_vines.loads.fall import Fall
-from nlds_vines.loads.request import HistoryRequest, load_response_history, natural_period
-from nlds_vines.loads.result import LoadScan, ResponseHistories, histories_in, shares_of
-from nlds_vines.loads.run import axis_words
+from nlds_vines.loads.request import (
+    HistoryRequest,
+    axis_words,
+    load_response_history,
+    natural_period,
+)
+from nlds_vines.loads.result import (
+    Fall,
+    LoadScan,
+    ResponseHistories,
+    closed_form,
+    histories_in,
+    shares_of,
+)
 from nlds_vines.model.linear_response import harmonic_energy, response
 from nlds_vines.model.load_quantities import BY_NAME, OF_LOADS, SHARES, WAYS
 from nlds_vines.model.loads.courses import Sweep

@@ -16,7 +16,8 @@ from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, numb
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import as_system, load_system, system_from
 from nlds_vines.model.load_quantities import OF_LOADS
-from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
+from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck, words_of_number
+from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -252,6 +253,13 @@ def objectives_of_loads(scene: Scene, shaken: bool) -> dict[str, str]:
     contacts = () if scene.walls else _OF_CONTACTS
     never = (*_NEVER, *contacts, *(() if shaken else ("drift_max",)))
     return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in never}
+
+
+def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
+    """Return the unit and the meaning of an axis."""
+    if name in DESCRIBED:
+        return DESCRIBED[name].unit, DESCRIBED[name].meaning
+    return words_of_number(request.load, name)
 
 
 def mass_of(system: System) -> str:

@@ -1,7 +1,11 @@
-"""Response histories read from an archive: a result for each damper, or the numbers of a scan."""
+"""Response histories read from an archive: a result for each damper, or the numbers of a scan.
+
+Beside them stand closed forms, for structures without walls under a blow or noise.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -11,14 +15,51 @@ import numpy as np
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.loads.closed_form import closed_form, energy_after_blow
-from nlds_vines.loads.fall import HISTORIES, Fall
-from nlds_vines.loads.request import HistoryRequest, load_response_history
+from nlds_vines.loads.request import HistoryRequest, load_response_history, struck
+from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
+from nlds_vines.model.loads.courses import Noise
+from nlds_vines.model.loads.loading import Loading
+from nlds_vines.model.representation import Outlined
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.status_words import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
+
+HISTORIES = {
+    "E1": ("J", "energy of the structure, its velocity relative to the ground"),
+    "E2": ("J", "energy of the damper, its velocity relative to the ground"),
+    "x1": ("m", "displacement of the structure, relative to the ground"),
+    "x2": ("m", "displacement of the damper, relative to the ground"),
+    "work": ("J", "energy that came in so far, by the start and by the load"),
+}
+"""What is told over time, with its unit and its meaning."""
+
+
+@dataclass(frozen=True, repr=False)
+class Fall(Outlined):
+    """What becomes of one structure under a load.
+
+    Arrays over `time` (n,) [s]: energies E1, E2 [J], displacements x1, x2 [m], `work`, the energy
+    [J] that came in so far, and `dissipated`, what is gone so far, by `WAYS`.  What there is not
+    without a damper, or without walls, is NaN.  `numbers`: those of `OF_LOADS`; `status`: how the
+    orbit ended, a code of `STATUS`; all else is NaN where it failed.
+    """
+
+    time: np.ndarray
+    E1: np.ndarray
+    E2: np.ndarray
+    x1: np.ndarray
+    x2: np.ndarray
+    work: np.ndarray
+    dissipated: Mapping[str, np.ndarray]
+    numbers: Mapping[str, float]
+    status: int = OK
+
+    @property
+    def last(self) -> np.ndarray:
+        """The last times (3,) [s] at which E1 exceeds `SHARES` of its largest; NaN: it does."""
+        return np.array([self.numbers[f"last_{100 * share:g}"] for share in SHARES])
 
 
 @dataclass(frozen=True, repr=False)
@@ -189,3 +230,81 @@ def _falls(view: ArchiveView, request: HistoryRequest) -> dict[str, Fall]:
         )
         for i, system in enumerate(request.systems)
     }
+
+
+# ---- closed forms --------------------------------------------------------------------------------
+
+
+def closed_form(system: System, load: Loading) -> dict[str, float]:
+    """Return numbers of `OF_LOADS` by name; none for walls, and for loads that have none here.
+
+    Of a blow at t = 0 on a structure at rest, in the end: E1max = I^2 / (2 m1), the energy that
+    came in; the shares that dashpots dissipate, z0^T P z0 with A^T P + P A = -Q (Lyapunov), where
+    z^T Q z is what a dashpot dissipates in a second; without a damper the largest displacement,
+    v0 / w exp(-z arccos(z) / sqrt(1 - z^2)), z the damping ratio.
+
+    Of noise, in the steady state: the rms of x1, sqrt(sum of rms^2 / N |H(i omega_i)|^2) over its
+    tones.
+
+    Source: A. Preumont, Random Vibration and Spectral Analysis (1994).
+    """
+    size = 4 if system.scene.damper else 2
+    A = flow_matrix(system)[:size, :size]
+    if system.scene.walls or load.harmonic or np.linalg.eigvals(A).real.max() >= 0.0:
+        return {}
+    blows, parts = load.blows, load.parts
+    if not parts and len(blows) == 1 and blows[0][0] == 0.0:
+        return _of_blow(system, A, blows[0][1] / struck(system).mass)
+    if parts and not blows and all(isinstance(one, Noise) for one in parts):
+        return {"x1_rms": _rms(system, A, load)}
+    return {}
+
+
+def _of_blow(system: System, A: np.ndarray, speed: float) -> dict[str, float]:
+    """Return the numbers after a blow that made v1 `speed` [m/s]."""
+    m1, k1, c1 = system.structure
+    energy, start = 0.5 * m1 * speed**2, np.zeros(len(A))
+    start[1] = speed
+    rates = {"c1": (c1, np.array([0.0, 1.0, 0.0, 0.0]))}
+    if system.scene.damper:
+        rates["c2"] = (system.parameters["c2"], np.array([0.0, 1.0, 0.0, -1.0]))
+    found = {"E1max": energy, "energy_in": energy}
+    unit = np.eye(len(A))
+    lyapunov = np.kron(A.T, unit) + np.kron(unit, A.T)
+    for way, (c, relative) in rates.items():
+        Q = c * np.outer(relative[: len(A)], relative[: len(A)])
+        P = np.linalg.solve(lyapunov, -Q.ravel()).reshape(Q.shape)
+        found[f"share_{way}"] = float(start @ P @ start) / energy
+    zeta = c1 / (2.0 * math.sqrt(k1 * m1))
+    if not system.scene.damper and zeta < 1.0:
+        shrunk = math.exp(-zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
+        found["x1_max"] = abs(speed) / math.sqrt(k1 / m1) * shrunk
+    return found
+
+
+def energy_after_blow(system: System, load: Loading, times: np.ndarray) -> np.ndarray:
+    """Return E1 [J] at times [s] where `closed_form` has the E1max of a blow: z = exp(A t) z0."""
+    from scipy.linalg import expm
+
+    m1, k1, _ = system.structure
+    size = 4 if system.scene.damper else 2
+    flows = expm(times[:, np.newaxis, np.newaxis] * flow_matrix(system)[:size, :size])
+    x1, v1 = load.blows[0][1] / struck(system).mass * flows[:, :2, 1].T
+    return 0.5 * (m1 * v1**2 + k1 * x1**2)
+
+
+def _rms(system: System, A: np.ndarray, load: Loading) -> float:
+    """Return the rms of x1 [m] in the steady state under noise."""
+    push = np.zeros(len(A))
+    if load.shaken:
+        push[1::2] = -1.0
+    else:
+        push[1] = 1.0 / struck(system).mass
+    square, unit = 0.0, np.eye(len(A))
+    for noise in load.noise:
+        assert isinstance(noise, Noise)
+        size = noise.rms * noise.factor * load.scale
+        rates = 1j * noise.omegas[:, np.newaxis, np.newaxis] * unit - A
+        x1 = np.linalg.inv(rates)[:, 0] @ push
+        square += size**2 / noise.tones * float(np.sum(np.abs(x1) ** 2))
+    return math.sqrt(square)

@@ -19,7 +19,7 @@ from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers, sp
 from nlds_vines.cli.paths import optional_path
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import from_text
-from nlds_vines.loads.load_options import LOAD
+from nlds_vines.loads.command import LOAD
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.system import System

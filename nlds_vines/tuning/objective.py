@@ -12,8 +12,8 @@ from math import ceil
 
 import numpy as np
 
-from nlds_vines.loads.cases import numbers_of
 from nlds_vines.loads.request import is_of_load, spring_of
+from nlds_vines.loads.run import numbers_of
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.orbits.batch import Batch, Outcome
 from nlds_vines.orbits.starts import random_states

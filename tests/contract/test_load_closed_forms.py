@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import nlds_vines as nv
-from nlds_vines.loads.closed_form import closed_form, energy_after_blow
 from nlds_vines.loads.picture import envelope
+from nlds_vines.loads.result import closed_form, energy_after_blow
 from nlds_vines.model.loads.loading import loading_of
 
 NOISE = {"rms": 0.5, "low": 2.0, "high": 40.0, "tones": 60, "unit": "m/s^2", "seed": 3}

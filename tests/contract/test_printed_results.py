@@ -13,8 +13,7 @@ import nlds_vines as nv
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.bifurcation.response_curves.request import load_curves
 from nlds_vines.bifurcation.response_curves.result import ResponseCurve, ResponseCurves
-from nlds_vines.loads.fall import Fall
-from nlds_vines.loads.result import LoadScan, ResponseHistories
+from nlds_vines.loads.result import Fall, LoadScan, ResponseHistories
 from nlds_vines.model.load_quantities import SHARES, WAYS
 from nlds_vines.model.representation import WIDTH
 from nlds_vines.model.setting import Request

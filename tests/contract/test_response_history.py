@@ -12,10 +12,9 @@ from support import linear_flow
 
 import nlds_vines as nv
 from nlds_vines.loads import run
-from nlds_vines.loads.cases import arrays_of, numbers_of
-from nlds_vines.loads.closed_form import closed_form
-from nlds_vines.loads.fall import HISTORIES
 from nlds_vines.loads.request import load_response_history, natural_period
+from nlds_vines.loads.result import HISTORIES, closed_form
+from nlds_vines.loads.run import arrays_of, numbers_of
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.orbits.status_words import STATUS

@@ -14,8 +14,8 @@ from nlds_vines.kernels.cells.load_orbit import buffers_for, fly_under
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.watch.observe import RELEASE, TOUCH
-from nlds_vines.loads.cases import arrays_of
 from nlds_vines.loads.request import load_response_history
+from nlds_vines.loads.run import arrays_of
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.load_flight import _checked, fly, longest_cell
 from nlds_vines.orbits.simulation import room_for_impacts

@@ -30,7 +30,7 @@ from scipy.linalg import expm
 
 from benchmarks.pages import fill
 from nlds_vines import load_system, simulate
-from nlds_vines.cli.markdown_tables import table
+from nlds_vines.cli.terminal import table
 from nlds_vines.model.linear_response import flow_matrix, response, steady_state
 from nlds_vines.model.system import System
 

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_bvp, solve_ivp
 
-from nlds_vines.cli.markdown_tables import table
+from nlds_vines.cli.terminal import table
 from nlds_vines.continuation.command import continue_branch
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System

@@ -20,7 +20,7 @@ import numpy as np
 
 from benchmarks.speed import spent
 from nlds_vines.archives.files import write_text
-from nlds_vines.cli.markdown_tables import table
+from nlds_vines.cli.terminal import table
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.classification import classify

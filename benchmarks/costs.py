@@ -18,9 +18,8 @@ import numpy as np
 
 from nlds_vines.accuracy.command import declare_system, system_of
 from nlds_vines.cli.command import Command
-from nlds_vines.cli.markdown_tables import table
 from nlds_vines.cli.options import Parser
-from nlds_vines.cli.terminal import DONE, say
+from nlds_vines.cli.terminal import DONE, say, table
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import possible_want

@@ -24,7 +24,7 @@ from benchmarks.accuracy import grazing as clear_by
 from benchmarks.accuracy import linear_sections, rest_state, scipy_orbit
 from benchmarks.pages import fill
 from nlds_vines import load_system, simulate
-from nlds_vines.cli.markdown_tables import table
+from nlds_vines.cli.terminal import table
 from nlds_vines.model.linear_response import response, steady_state
 from nlds_vines.model.system import System
 from nlds_vines.orbits.simulation import IntegrationError

@@ -18,7 +18,7 @@ from typing import Any
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurveRequest
-from nlds_vines.cli.command import Command
+from nlds_vines.cli.command import TASKS, Command
 from nlds_vines.cli.options import Parser
 from nlds_vines.cli.paths import (
     PLOT_SUFFIXES,
@@ -28,7 +28,6 @@ from nlds_vines.cli.paths import (
     refuse_replacing,
 )
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.cli.task_registry import TASKS
 from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, say
 from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.explore.command import refuse_without_bokeh

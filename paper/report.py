@@ -9,7 +9,7 @@ from pathlib import Path
 
 from nlds_vines.archives.files import write_text
 from nlds_vines.archives.provenance import version
-from nlds_vines.cli.markdown_tables import table
+from nlds_vines.cli.terminal import table
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.parameters import PARAMETERS
 from paper.claims import (

@@ -6,10 +6,7 @@ In reading order:
     options          the parser; options from settings, for tables of parameters; their texts
     run_options      the options that say how a run goes
     paths            checks of the paths that are written
-    task_registry    the tasks by the kind of their archives
-    command          a command from its arguments to its exit status; the commands of tasks
-    commands         the names of all commands, and where they are
-    markdown_tables  tables of pages and reports
+    command          a command from its arguments to its exit status; tasks and their jobs
     command_main     for modules that are not yet written anew, as these four
     job              ..
     parser           ..

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import suppress
 
 from nlds_vines.errors import RequestError, printable
@@ -109,3 +109,19 @@ def complain(name: str, message: str) -> None:
 def program(name: str) -> str:
     """Return how a command is called."""
     return name if name.startswith("python ") else f"nlds-vines {name}".strip()
+
+
+def table(
+    head: Sequence[str], rows: Iterable[Sequence[str]], right: Container[int] = ()
+) -> Iterator[str]:
+    """Yield the lines of a Markdown table, each row as soon as it is there.
+
+    Arguments: the cells of its `head`; its `rows`, where cells missing at the end are empty; the
+    columns, counted from 0, that are aligned to the `right`.  A bar would end a cell: a slash
+    stands for it.
+    """
+    yield f"| {' | '.join(head)} |"
+    yield f"|{'|'.join('---:' if i in right else '---' for i in range(len(head)))}|"
+    for row in rows:
+        cells = [*row, *[""] * (len(head) - len(row))]
+        yield f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.cli.markdown_tables import table
+from nlds_vines.cli.terminal import table
 from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.result import Branch, Continued, map_of

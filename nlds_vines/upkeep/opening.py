@@ -6,7 +6,7 @@ import os
 from typing import TYPE_CHECKING
 
 from nlds_vines.archives.archive import ArchivePath, read
-from nlds_vines.cli.task_registry import task_of
+from nlds_vines.cli.command import task_of
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves

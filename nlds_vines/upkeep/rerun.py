@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.cli.command import Command, Job
+from nlds_vines.cli.command import TASKS, Command, Job, content_of
 from nlds_vines.cli.options import Parser
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
-from nlds_vines.cli.task_registry import TASKS, content_of
 from nlds_vines.cli.terminal import DIFFERENT, DONE, LANES_FAILED, say
 from nlds_vines.errors import RequestError
 

@@ -5,7 +5,7 @@ from importlib import import_module
 
 import pytest
 
-from nlds_vines.cli.commands import COMMANDS
+from nlds_vines.__main__ import COMMANDS
 from nlds_vines.cli.options import Parser, comma_separated, ends, numbers_by_name, spaced
 
 

@@ -19,9 +19,8 @@ import pytest
 from made_up import MAP, make_scan, write
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main
+from nlds_vines.__main__ import COMMANDS, main
 from nlds_vines.archives.files import read_toml, toml_text
-from nlds_vines.cli.commands import COMMANDS
 from nlds_vines.cli.options import Parser
 
 pytestmark = pytest.mark.long

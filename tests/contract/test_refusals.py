@@ -15,8 +15,7 @@ import pytest
 from commands import contents, python
 from made_up import MAP, make_scan, write
 
-from nlds_vines.__main__ import main
-from nlds_vines.cli.commands import COMMANDS
+from nlds_vines.__main__ import COMMANDS, main
 from nlds_vines.errors import printable
 
 SLOW = 2.0  # s of computing: far less than what is refused would take, and kernels are not loaded

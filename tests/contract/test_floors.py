@@ -365,7 +365,7 @@ def test_threads_are_our_own():
         assert not any("parallel" in decorator for decorator in decorators(path)), path
         assert "prange(" not in path.read_text(encoding="utf-8"), path
     pools = {name for name, path in MODULES.items() if "in_pieces(" in path.read_text("utf-8")}
-    assert pools == {"runs.executors", "orbits.batch", "loads.cases"}
+    assert pools == {"runs.executors", "orbits.batch", "loads.run"}
 
 
 def test_no_fast_mathematics():

@@ -23,6 +23,7 @@ from nlds_vines.plotting.bands import bands, one_regime
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import setting_label, typeset
 from nlds_vines.plotting.page import (
+    LETTER_ROOM,
     TWO_COLUMNS,
     Page,
     add_legend,
@@ -48,7 +49,6 @@ REDUCTION = "reduction"
 
 _HEIGHTS = {1: 7.2 * CM, 2: 4.9 * CM, 3: 5.4 * CM, 4: 4.2 * CM}  # inches, of a panel, by columns
 _NARROW, _LOWER = 4.6 * CM, 3.6 * CM  # inches: a panel in one column of a paper; the reduction
-_NAME = 12.0  # points from a panel to the legend above its name
 _DOTTED = (0, (1, 1.6))  # the line of E2max: lengths of dot and gap
 _BOUND: dict[str, Any] = {
     "color": "#666666", "linewidth": 0.6, "linestyle": (0, (4, 2)), "zorder": 1,
@@ -116,7 +116,10 @@ def draw_curves(
             frame.set_ylabel("")
         if several:
             panel = request.panels[list(panels_of(request)).index(name)]
-            _write_panel_title(frame, panel.title, panel, index)
+            title = typeset(panel.title) or _in_latex(panel.settings)
+            title = f"{letter(index)}  {title}" + (" (tuning)" if panel.base else "")
+            color = BASE if panel.base else "black"
+            frame.set_title(title, loc="left", pad=3, fontsize=8.5, color=color)
         frames.append(frame)
     if alike and upper:
         _limit_ordinate(frames[0], frames[: len(upper)], request)
@@ -128,7 +131,7 @@ def draw_curves(
         top = figure.add_subplot(grid[0, :])
         top.set_axis_off()
     named = lettered or several
-    add_legend(top, [*legend_of(request)], "above", _NAME if named else 0.0, handlelength=2.2)
+    add_legend(top, [*legend_of(request)], "above", LETTER_ROOM if named else 0.0, handlelength=2.2)
     finish(figure, grid, request.title)
     return figure
 
@@ -299,13 +302,8 @@ def _mark_natural_frequencies(frame: Axes, cases: Sequence[Case]) -> None:
         frame.axvline(place, ymin=0.94, color=color, linewidth=1.2, zorder=2)
 
 
-def _write_panel_title(frame: Axes, title: str, panel: Any, index: int) -> None:
-    """Write a panel's letter and title above it; the title of the tuning has a color."""
-    settings = [setting_label(name, value) for name, value in (panel.settings or {}).items()]
-    text = f"{letter(index)}  {typeset(title) or ', '.join(settings)}"
-    text += " (tuning)" if panel.base else ""
-    color = BASE if panel.base else "black"
-    frame.set_title(text, loc="left", pad=3, fontsize=8.5, color=color)
+def _in_latex(settings: Mapping[str, Any] | None) -> str:
+    return ", ".join(setting_label(name, value) for name, value in (settings or {}).items())
 
 
 # ---- the legend ----------------------------------------------------------------------------------
@@ -322,8 +320,7 @@ def legend_of(request: CurveRequest) -> Iterator[Any]:
     cases = request.cases
     for case in cases:
         if case.panel in (None, 1):
-            settings = [setting_label(name, value) for name, value in (case.settings or {}).items()]
-            label = typeset(case.label) or ", ".join(settings) or typeset(case.title)
+            label = typeset(case.label) or _in_latex(case.settings) or typeset(case.title)
             yield Line2D([], [], label=label, **_look_of(case))
     if request.damper_energy:
         text = r"$E_2^{\,\mathrm{max}}$ of a damper"

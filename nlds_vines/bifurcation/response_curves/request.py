@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, TypeGuard
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -47,13 +47,14 @@ from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, system_in_words
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.starts import Start
+from nlds_vines.plotting.palette import damper_colors
 from nlds_vines.plotting.style import HUES
 
 LINES = ("solid", "dashed", "dashdot")
 """Line styles of curves; the damper's energy is dotted."""
 
-ALONE, ALONE_COLOR = "without damper", "#a8a8a8"
-"""Label and color of the structure alone; the color is the palest in gray print, too."""
+ALONE = "without damper"
+"""Label of the structure alone."""
 
 DAMPERS = ("ssul-set6", "ssbl", "tmd")
 """The dampers that are compared by default, those of the paper's Table 2."""
@@ -80,13 +81,10 @@ _DEFAULTS: Document = {
     "record": {"want": ["impacts", "energy"]},
     "figure": {"reduction": True},
 }
-_CYCLE = [HUES[name] for name in ("vermillion", "blue", "green", "orange", "pink", "sky", "black")]
 _HEX = re.compile(r"#[0-9a-f]{6}")
 
 
-def _unchecked(value: object) -> object:
-    """Return a system as it is written: the scan checks it, together with what is set."""
-    return value
+_SYSTEM = Checked(lambda system: system)  # the scan validates it, together with what is set
 
 
 def _color(value: object) -> str:
@@ -96,20 +94,12 @@ def _color(value: object) -> str:
     raise unknown("color", value, [*HUES, "#rrggbb"])
 
 
-def look_of(number: int) -> tuple[str, str]:
-    """Return color and line style of the curve of a number, from 0; after 21 they repeat.
-
-    Neighbors differ in both, so that a gray print distinguishes them.
-    """
-    return _CYCLE[number % len(_CYCLE)], LINES[number % len(LINES)]
-
-
 @dataclass(frozen=True)
 class Panel:
     """A panel of the picture; `base` marks that of the original tuning."""
 
     title: str = setting("", Text(), "[panels]", "what stands above it")
-    system: Any = setting(None, Checked(_unchecked), "[panels]", "of all its curves")
+    system: Any = setting(None, _SYSTEM, "[panels]", "of all its curves")
     settings: Mapping[str, Any] | None = setting(
         None, ParameterTable(), "[panels]", "parameters of all its curves", key="set"
     )
@@ -132,7 +122,7 @@ class Case:
     label: str = setting(
         "", Text(), "[curves]", "in the legend", usual="what it sets, or its system"
     )
-    system: Any = setting(None, Checked(_unchecked), "[curves]", "its system", usual="the page's")
+    system: Any = setting(None, _SYSTEM, "[curves]", "its system", usual="the page's")
     settings: Mapping[str, Any] | None = setting(
         None, ParameterTable(), "[curves]", "parameters of it", key="set"
     )
@@ -210,7 +200,15 @@ class CurveRequest(Request):
         if len(self.show) > 1 and len(self.panels) > 1:
             raise RequestError("show: several quantities need a page of one panel")
         for case in self.cases:
-            _refuse_unlike(case.scan, self.cases[0].scan)
+            (axis, *_), start = case.scan.axes, case.scan.start
+            if axis.name != self.axis or not np.array_equal(axis.values, self.values):
+                both = f"{self.axis} and {axis.name}"
+                raise RequestError(f"curves along {both}: give all the same values")
+            if start.policy not in CURVE_STARTS:
+                raise RequestError(
+                    f"start = {shown(start.policy)} begins {start.orbits} orbits at each value; "
+                    f"allowed: {', '.join(CURVE_STARTS)}"
+                )
         recorded = {name for case in self.cases for name in case.scan.table.datasets}
         for name in self.show:
             if name not in recorded:
@@ -299,18 +297,6 @@ class CurveRequest(Request):
         }
 
 
-def _refuse_unlike(scan: Scan, first: Scan) -> None:
-    """Raise `RequestError` for a scan whose curve cannot stand beside that of the first."""
-    (axis, *_), (other, *_) = scan.axes, first.axes
-    if axis.name != other.name or not np.array_equal(axis.values, other.values):
-        raise RequestError(f"curves along {other.name} and {axis.name}: give all the same values")
-    if scan.start.policy not in CURVE_STARTS:
-        raise RequestError(
-            f"start = {shown(scan.start.policy)} begins {scan.starts} orbits at each value; "
-            f"allowed: {', '.join(CURVE_STARTS)}"
-        )
-
-
 # ---- from a file, a document or systems ----------------------------------------------------------
 
 FORM = Form(
@@ -337,10 +323,14 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     """
     systems: Sequence[Any] = changes.get("systems", ())
     changes = {key: value for key, value in changes.items() if key != "systems"}
-    is_document = isinstance(source, CurveRequest | Mapping) or _has_curves(source)
+    is_file = isinstance(source, str | os.PathLike) and str(source).endswith(".toml")
+    is_document = isinstance(source, CurveRequest | Mapping)
+    if is_file and not is_document:  # of curves, or of a system
+        is_document = "curves" in read_toml(Path(str(source)))
     document: Any = source if is_document else _DEFAULTS
     if not is_document and not systems:
-        systems = DAMPERS if source is None else source if _is_list(source) else [source]
+        given = source if isinstance(source, list | tuple) else [source]
+        systems = DAMPERS if source is None else given
     if systems:
         changes |= {"curves": _rows(systems), "panels": [{}]}
     request = load_curves(document, changes, where)
@@ -352,23 +342,15 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     return with_structure_alone(request) if systems else request
 
 
-def _is_list(source: object) -> TypeGuard[Sequence[Any]]:
-    return isinstance(source, Sequence) and not isinstance(source, str)
-
-
-def _has_curves(source: Source) -> bool:
-    """Return True if a source is a request file of curves, and no system."""
-    is_file = isinstance(source, str | os.PathLike) and str(source).endswith(".toml")
-    return is_file and "curves" in read_toml(Path(str(source)))
-
-
 def _rows(systems: Sequence[Any]) -> list[dict[str, Any]]:
     """Return a table [[curves]] for each system, with a color and a line of its own."""
+    with at("--system"):
+        made = [as_system(str(one) if isinstance(one, os.PathLike) else one) for one in systems]
     rows = []
-    for number, name in enumerate(systems):
-        with at("--system"):
-            system = as_system(str(name) if isinstance(name, os.PathLike) else name)
-        color, line = look_of(number) if system.scene.damper else (ALONE_COLOR, "solid")
+    for i, (system, color) in enumerate(
+        zip(made, damper_colors([s.name for s in made]), strict=True)
+    ):
+        line = LINES[i % len(LINES)] if system.scene.damper else "solid"
         label = system_in_words(system)
         rows.append({"system": system, "label": label, "color": color, "line": line})
     return rows
@@ -451,7 +433,7 @@ def with_structure_alone(request: CurveRequest) -> CurveRequest:
     there = {case.scan.hash for case in request.cases}
     bare = {scan.hash: scan for scan in scans if scan.hash not in there}
     cases = [
-        Case(ALONE, None, {}, color=ALONE_COLOR, line=LINES[i % len(LINES)], panel=1, scan=scan)
+        Case(ALONE, None, {}, color=HUES["gray"], line=LINES[i % len(LINES)], panel=1, scan=scan)
         for i, scan in enumerate(bare.values())
     ]
     return replace(request, cases=(*cases, *request.cases))

@@ -42,6 +42,7 @@ def run(
     known = {} if known is None else known
     use_threads(how.threads)
     store = Blocks(output, request)
+    store.keys = range(len(request.cases))
 
     def work() -> Write:
         results = []

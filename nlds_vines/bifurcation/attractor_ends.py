@@ -1,6 +1,6 @@
 """Where the orbits of a scan end: with an early stop near cycles that a sample has come to.
 
-In each system some starts, spread evenly, are judged.  The others stop as soon as they come near a
+In each system some starts are judged.  The others stop as soon as they come near a
 cycle of these; what comes near none is judged, too.  So a cycle that the sample has missed costs
 time and is not lost.  To which attractor an end belongs is decided later (`attractor_table`).
 """
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from nlds_vines.bifurcation.attractors import System, period_of
-from nlds_vines.bifurcation.cell_start import begun
+from nlds_vines.bifurcation.cell_start import own_states
 from nlds_vines.kernels.cells import cycles as kernels
 from nlds_vines.kernels.cells.lanes import LAST_STATE
 from nlds_vines.kernels.scene import codes as ev
@@ -28,8 +28,6 @@ from nlds_vines.orbits.starts import (
     Start,
     given_states,
     length_unit,
-    random_states,
-    start_states,
     user_states,
 )
 from nlds_vines.runs.progress import Tell
@@ -52,10 +50,6 @@ TOGETHER = 500
 """Orbits that are judged in one call: about a second, and 80 MB of memory at most."""
 
 _FLOOR = 1e-6  # amplitudes below this share of the unit of length are not resolved
-
-_STEPS = (0.6180339887498949,), (0.7548776662466927, 0.5698402909980532)
-"""Steps of the additive sequences in one and in two dimensions that fill a box most evenly: the
-powers of 1 / g with g^2 = g + 1 and g^3 = g + 1."""
 
 
 class Ends(NamedTuple):
@@ -189,17 +183,28 @@ class OrbitEnds:
     def _learn(self, cells: np.ndarray, systems: np.ndarray) -> None:
         """Judge the samples of systems that are not known yet, and keep their cycles."""
         size = sample_size(self._scan)
-        new, first = np.unique(systems, return_index=True)
-        pairs = [pair for pair in zip(new, first, strict=True) if pair[0] not in self._known]
-        if not size or not pairs:
+        numbers, first = np.unique(systems, return_index=True)
+        is_new = np.array([number not in self._known for number in numbers.tolist()], bool)
+        if not size or not is_new.any():
             return
-        own = [cells[i : i + 1] for _, i in pairs]
-        starts = np.concatenate([self._sample(cell, size) for cell in own])
-        count = len(starts) // len(pairs)
-        ends = self.judged(np.repeat(np.concatenate(own), count), starts)
-        for i, (number, _) in enumerate(pairs):
-            some = Ends(*(column[i * count : (i + 1) * count] for column in ends))
-            self._known[int(number)] = self._cycles(own[i], some)
+        own = cells[first[is_new]]
+        ends = self.judged(np.repeat(own, size), self._sample(own, size))
+        for i, number in enumerate(numbers[is_new].tolist()):
+            some = Ends(*(column[i * size : (i + 1) * size] for column in ends))
+            self._known[number] = self._cycles(own[i : i + 1], some)
+
+    def _sample(self, cells: np.ndarray, size: int) -> np.ndarray:
+        """Return the starts (systems size, 4) that are judged in systems, given by one cell each.
+
+        They are drawn from the starts of the scan, the same ones in each system.
+        """
+        scan = self._scan
+        sides = [axis.values.size for axis in scan.axes if axis not in scan.parameters]
+        chosen = np.random.default_rng(0).permutation(prod(sides) * scan.starts)[:size]
+        *places, lanes = np.unravel_index(np.tile(chosen, len(cells)), (*sides, scan.starts))
+        along = iter(places)
+        where = [0 * lanes if axis in scan.parameters else next(along) for axis in scan.axes]
+        return own_states(scan, np.repeat(cells, size), where, lanes, tell=self._tell)
 
     def _cycles(self, cell: np.ndarray, ends: Ends) -> list[Cycle]:
         """Return the cycles that orbits of a system have ended on."""
@@ -262,17 +267,6 @@ class OrbitEnds:
         arrival[late] = self._stopped(cells[late], starts[late], late, cycles)[2]
         return arrival
 
-    def _sample(self, cell: np.ndarray, size: int) -> np.ndarray:
-        """Return the starts (n, 4) in a system, whose cell is an array (1,), that are judged."""
-        scan = self._scan
-        sides = tuple(axis.values.size for axis in scan.axes if axis not in scan.parameters)
-        if scan.start.policy == "random":
-            return random_states(cell, start_states(scan.start)[:size], self.scene)[0]
-        places = iter(spread_places(sides, size))
-        zeros = np.zeros(min(size, prod(sides)), np.int64)
-        where = [zeros if axis in scan.parameters else next(places) for axis in scan.axes]
-        return begun(scan, np.repeat(cell, zeros.size), scan.initial(where), self._tell)
-
 
 def _is_closed(ends: Ends) -> np.ndarray:
     """Return which orbits (n,) end on a cycle."""
@@ -299,14 +293,3 @@ def sample_size(scan: Scan) -> int:
 def kernel_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
     """Return user's states (n, components) as kernels take them: (n, 4), x1, v1, r, s."""
     return given_states(cells, Start(), dict(zip(scene.components, states.T, strict=True)), scene)
-
-
-def spread_places(sides: tuple[int, ...], count: int) -> tuple[np.ndarray, ...]:
-    """Return `count` places (count,) along one or two axes, spread evenly over their box.
-
-    If the box has no more places, they are all of them.
-    """
-    if prod(sides) <= count:
-        return tuple(np.unravel_index(np.arange(prod(sides)), sides))
-    shares = ((0.5 + step * np.arange(count)) % 1.0 for step in _STEPS[len(sides) - 1])
-    return tuple((share * n).astype(np.int64) for share, n in zip(shares, sides, strict=True))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import prod
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -54,6 +54,7 @@ class AttractorTable:
         names = (axis.name for axis in scan.parameters)
         self._cells = np.ravel(scan.system.cells(dict(zip(names, grid, strict=True))))
         self._number(*self._collected(blocks), check)
+        self._table = list(self._contents()) if self._count else []
 
     def joined(self) -> Table:
         """Return the datasets of the archive: those of the scan, and those of the attractors."""
@@ -61,7 +62,7 @@ class AttractorTable:
         if not self._count:
             return scan
         lengths = {NUMBER: self._count, "multiplier": size, "part": 2, "component": size}
-        datasets = [*scan.datasets.values(), *self._datasets()]
+        datasets = [*scan.datasets.values(), *(entry for entry, _ in self._table)]
         return Table.of(datasets, {**scan.length, **lengths})
 
     def scales(self) -> list[Scale]:
@@ -76,9 +77,7 @@ class AttractorTable:
 
     def pieces(self) -> Iterator[Piece]:
         """Yield the datasets of the attractors, each as one piece."""
-        if self._count:
-            values = self._values()
-            yield from whole((entry, values[entry.name]) for entry in self._datasets())
+        yield from whole(self._table)
 
     def _collected(
         self, blocks: Iterable[tuple[Block, Mapping[str, np.ndarray]]]
@@ -132,61 +131,50 @@ class AttractorTable:
         assert self._computer.ends is not None
         return self._computer.ends
 
-    def _datasets(self) -> Iterator[Dataset]:
-        """Yield the datasets of the attractors."""
-        dims = (*(axis.name for axis in self._scan.parameters), NUMBER)
-        scene = self._scan.system.scene
-        text = "regime of the attractor; empty where it does not exist"
-        yield Dataset.text("attractor_label", dims, text)
-        text = "n of nT of the attractor; 0 where it is not periodic, -1 where it does not exist"
-        yield Dataset.whole("attractor_period", dims, text, -1)
-        if scene.walls:
-            text = "impacts per nT of the attractor; -1 where it is not periodic"
-            yield Dataset.whole("attractor_impacts", dims, text, -1)
-        text = "a point of the attractor's section; NaN where it is not periodic"
-        yield Dataset.real("attractor_point", (*dims, "component"), "m, m/s", text)
-        dims_of_multipliers = (*dims, "multiplier", "part")
-        yield BY_NAME["multipliers"].dataset(dims_of_multipliers, scene, prefix="attractor_")
-        for name in ("E1max", "E2max") if scene.damper else ("E1max",):
-            yield BY_NAME[name].dataset(dims, scene, prefix="attractor_")
-        text = "share of the cells and starts that are drawn to the attractor"
-        yield Dataset.real("attractor_share", dims, "1", text)
-        text = "factor by which the distance that divides attractors may change without effect"
-        yield Dataset.real("attractor_margin", dims, "1", text)
-
-    def _values(self) -> dict[str, np.ndarray]:
-        """Return the arrays by name."""
+    def _contents(self) -> Iterator[tuple[Dataset, np.ndarray]]:
+        """Yield the datasets of the attractors with their arrays."""
         scene, attractors = self._scan.system.scene, [attractor for *_, attractor in self._rows]
         systems = np.array([system for system, *_ in self._rows])
         numbers = np.array([number for _, number, _ in self._rows])
         where = (*np.unravel_index(systems, self._shape), numbers) if self._shape else (numbers,)
-        periods = np.array([attractor.period for attractor in attractors])
-        labels = np.array([attractor.label for attractor in attractors], object)
-        impacts = np.array([impacts_of(label) for label in labels])
-        counts = [np.count_nonzero(attractor.lanes >= 0) for attractor in attractors]
+        dims = (*(axis.name for axis in self._scan.parameters), NUMBER)
         cells, states = self._cells[systems], np.array([one.state for one in attractors])
-        points = user_states(cells, states, scene)
-        points[periods == 0] = np.nan
-        energies = self._energies(attractors, cells, states)
+        periods = np.array([attractor.period for attractor in attractors])
 
-        def filled(values: np.ndarray, fill: object) -> np.ndarray:
-            table = np.full((*self._shape, self._count, *values.shape[1:]), fill, values.dtype)
+        def filled(entry: Dataset, values: Any) -> tuple[Dataset, np.ndarray]:
+            values = np.asarray(values, object if entry.dtype == "str" else None)
+            table = np.full(
+                (*self._shape, self._count, *values.shape[1:]), entry.fill, values.dtype
+            )
             table[where] = values
-            return table
+            return entry, table
 
-        return {
-            "attractor_label": filled(labels, ""),
-            "attractor_period": filled(periods, -1),
-            "attractor_impacts": filled(impacts, -1),
-            "attractor_point": filled(points, np.nan),
-            "attractor_multipliers": filled(self._multipliers(periods, cells, states), np.nan),
-            "attractor_E1max": filled(energies[:, 0], np.nan),
-            "attractor_E2max": filled(energies[:, 1], np.nan),
-            "attractor_share": filled(
-                np.array(counts) * prod(self._shape) / self._scan.lanes, np.nan
-            ),
-            "attractor_margin": filled(np.array([one.margin for one in attractors]), np.nan),
-        }
+        labels = [attractor.label for attractor in attractors]
+        text = "regime of the attractor; empty where it does not exist"
+        yield filled(Dataset.text("attractor_label", dims, text), labels)
+        text = "n of nT of the attractor; 0 where it is not periodic, -1 where it does not exist"
+        yield filled(Dataset.whole("attractor_period", dims, text, -1), periods)
+        if scene.walls:
+            text = "impacts per nT of the attractor; -1 where it is not periodic"
+            entry = Dataset.whole("attractor_impacts", dims, text, -1)
+            yield filled(entry, [impacts_of(label) for label in labels])
+        text = "a point of the attractor's section; NaN where it is not periodic"
+        entry = Dataset.real("attractor_point", (*dims, "component"), "m, m/s", text)
+        points = user_states(cells, states, scene)
+        yield filled(entry, np.where(periods[:, np.newaxis] > 0, points, np.nan))
+        own = (*dims, "multiplier", "part")
+        entry = BY_NAME["multipliers"].dataset(own, scene, prefix="attractor_")
+        yield filled(entry, self._multipliers(periods, cells, states))
+        energies = self._energies(attractors, cells, states)
+        for i, name in enumerate(("E1max", "E2max") if scene.damper else ("E1max",)):
+            yield filled(BY_NAME[name].dataset(dims, scene, prefix="attractor_"), energies[:, i])
+        counts = np.array([np.count_nonzero(one.lanes >= 0) for one in attractors])
+        text = "share of the cells and starts that are drawn to the attractor"
+        entry = Dataset.real("attractor_share", dims, "1", text)
+        yield filled(entry, counts * prod(self._shape) / self._scan.lanes)
+        text = "factor by which the distance that divides attractors may change without effect"
+        entry = Dataset.real("attractor_margin", dims, "1", text)
+        yield filled(entry, [one.margin for one in attractors])
 
     def _multipliers(
         self, periods: np.ndarray, cells: np.ndarray, states: np.ndarray

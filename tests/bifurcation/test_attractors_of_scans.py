@@ -9,7 +9,7 @@ from rigid import CASES
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.attractor_ends import sample_size, spread_places
+from nlds_vines.bifurcation.attractor_ends import sample_size
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.cell_columns import axes_of
@@ -222,13 +222,7 @@ def test_what_is_not_varied_is_at_rest():
     assert Computer(scan).orbits(np.arange(1))[1].tolist() == [[0.0, 0.0, 0.0, -0.5]]
 
 
-def test_the_sample_is_spread_evenly():
-    whole = spread_places((3, 4), 100)
-    assert len(set(zip(*(places.tolist() for places in whole), strict=True))) == 12
-    places = np.stack(spread_places((1000, 500), 400), axis=-1)
-    assert ((places >= 0) & (places < [1000, 500])).all()
-    boxes = np.unique(places // [100, 50], axis=0)
-    assert len(boxes) == 100  # of 10 x 10 boxes none is empty
+def test_a_sample_is_judged_where_it_is_less_than_half():
     assert sample_size(nv.load_scan(PLANE)) == 200
     # half of its 30 starts would be judged first
     assert sample_size(nv.load_scan(ALONG)) == 0

@@ -92,21 +92,15 @@ def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
 
 
 def _close(values: np.ndarray) -> np.ndarray:
-    """Return in which cells the points of two starts (cells, 2, many) lie on one another."""
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return np.ones(len(values), dtype=bool)
-    reach = _ALIKE * (known.max() - known.min())
-    return np.array([max(_apart(a, b), _apart(b, a)) <= reach for a, b in values])
-
-
-def _apart(points: np.ndarray, others: np.ndarray) -> float:
-    """Return the largest distance of one of the points to the nearest of the others."""
-    points, others = points[np.isfinite(points)], np.sort(others[np.isfinite(others)])
-    if not points.size or not others.size:
-        return 0.0 if points.size == others.size else np.inf
-    after = np.clip(np.searchsorted(others, points), 1, max(1, others.size - 1))
-    near = np.abs(points - others[after - 1])
-    if others.size > 1:
-        near = np.minimum(near, np.abs(points - others[after]))
-    return float(near.max())
+    """Return in which cells all points of each of two starts (cells, 2, m) lie near the other's."""
+    finite = values[np.isfinite(values)]
+    reach = _ALIKE * np.ptp(finite) if finite.size else np.inf
+    close = np.ones(len(values), dtype=bool)
+    for i, (one, other) in enumerate(values):
+        one, other = one[np.isfinite(one)], other[np.isfinite(other)]
+        if one.size and other.size:
+            gaps = np.abs(one[:, np.newaxis] - other)
+            close[i] = max(gaps.min(axis=0).max(), gaps.min(axis=1).max()) <= reach
+        else:
+            close[i] = one.size == other.size
+    return close

@@ -278,13 +278,14 @@ def follow_to_cycles(begin, end, parts, cells, starts, search, drawn):
     (orbits, 2) holds the first row of `cycles` of that system and the one after the last, and an
     orbit is given up after `most` periods. Fills `Drawn`.
     """
-    rows, cycles, most = search
+    rows, cycles, _ = search
     for lane in range(begin, end):
         flow, code = cell_flow(parts, cells[lane], PERIOD)
         state, p = new_state(), 0
         drawn.row[lane], drawn.arrival[lane] = int(NO_CYCLE), -1
         if code == OK:
             place_state(flow, starts[lane], state)
+        most = search[2] if rows[lane, 0] < rows[lane, 1] else -1
         while code == OK and p <= most:
             row, distance = nearest_row(cycles, rows[lane, 0], rows[lane, 1], state)
             if row == int(NO_CYCLE):

@@ -12,16 +12,9 @@ stand in `__init__.pyi`, which tells their types as well.
 from __future__ import annotations
 
 import re
-import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
-
-if sys.platform == "win32":  # which has neither fcntl nor resource nor SIGUSR1
-    _as_program = sys.argv[0] == "-m" or "nlds-vines" in sys.argv[0]  # then without a traceback
-    raise (SystemExit if _as_program else ImportError)(
-        "nlds_vines runs on Linux: on Windows, install it within WSL, which is one"
-    )
 
 _HOMES: dict[str, str] = {
     name: home

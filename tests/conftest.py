@@ -5,19 +5,24 @@ many tests share, and takes less than three seconds of the processor unless it i
 `slow("why")`.  One that breaks this fails, and is told which mark it wants.
 """
 
-import fcntl
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
+import time
 from collections import Counter
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+try:
+    import fcntl
+    import resource
+except ImportError:  # not on Windows
+    fcntl = resource = None
 
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # a shell begins `pytest &` like this
     signal.signal(signal.SIGINT, signal.default_int_handler)  # or no program could be interrupted
@@ -69,7 +74,8 @@ def in_a_tier(item):
 def alone(path):
     """Let one process at a time be within the block."""
     with path.open("a") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
+        if fcntl is not None:
+            fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
 
@@ -109,6 +115,8 @@ def followed():
 
 def spent():
     """Return the CPU time [s] of this process and of those that have ended in it."""
+    if resource is None:
+        return time.process_time()
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(one.ru_utime + one.ru_stime for one in used)
 

@@ -2,8 +2,8 @@
 
     python -m pytest tests/contract/endurance.py
 
-200 runs killed at random moments, a cut at every file operation of a run and at every system call
-(with strace), a million cells in one archive.  Some twenty minutes on two processors.
+105 runs of all tasks killed at random moments, a cut at every file operation of a run and at every
+system call (with strace), a million cells in one archive.  Some twenty minutes on two processors.
 """
 
 import os
@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from test_resumed_after_kill import (
-    DOCUMENT,
     FORKS,
+    TASKS,
     content,
-    kill_until,
+    kill_and_resume,
     replay,
     run_to,
     undisturbed_content,
@@ -28,10 +28,9 @@ from test_resumed_after_kill import (
 import nlds_vines as nv
 
 
-def test_two_hundred_runs_killed_at_random_moments(tmp_path):
-    whole = content(nv.scan(DOCUMENT, to=tmp_path / "whole.h5"))
-    (tmp_path / "killed").mkdir()
-    kill_until(200, tmp_path / "killed", whole)
+@pytest.mark.parametrize("task", TASKS)
+def test_fifteen_runs_of_each_task_killed_at_random_moments(task, tmp_path):
+    assert kill_and_resume(task, 15, tmp_path) > 0 or task in ("portrait", "transients")
 
 
 @FORKS

@@ -58,14 +58,21 @@ def test_without_the_compiler(files):
     run_plain(files)
 
 
-@pytest.mark.slow("a process, and as many seconds as thousands of steps of plain Python take")
+USUAL = sorted(LONG - LONGEST)
+
+
+@pytest.mark.slow("as many seconds as thousands of steps of plain Python take")
 @pytest.mark.kernels
 @pytest.mark.parametrize(
-    "file",
-    [pytest.param(f, marks=[pytest.mark.long] if f in LONGEST else []) for f in sorted(LONG)],
+    "files",
+    [
+        *(USUAL[i::3] for i in range(3)),
+        *(pytest.param([file], marks=pytest.mark.long) for file in sorted(LONGEST)),
+    ],
+    ids=["some", "others", "more", *sorted(LONGEST)],
 )
-def test_long_ones_without_the_compiler(file):
-    run_plain([file])
+def test_long_ones_without_the_compiler(files):
+    run_plain(files)
 
 
 def run_plain(files):

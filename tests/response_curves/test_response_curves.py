@@ -3,6 +3,7 @@
 import tomllib
 
 import numpy as np
+import paper_results
 import pytest
 from matplotlib.colors import to_hex
 
@@ -230,6 +231,23 @@ def test_irregular_responses_are_shaded(here):
     assert irregular == [False, False, True, False, False]
     (patch,) = patches
     assert patch.get_x() < 7.4 < patch.get_x() + patch.get_width()
+
+
+def test_any_archive_of_dampers_has_a_panel_of_reductions(tmp_path):
+    """Also that of a figure whose picture has none, as Figures 2 and 3 of the paper."""
+    document = {
+        "vary": {"omega": {"values": [6.0, 6.1, 6.2]}},
+        "curves": [{"system": "none"}, {"system": "tmd"}],
+    }
+    request = load_curves(document)
+    energies = {"E1max": np.array([3.0, 2.0, 1.0]), "reduction": np.array([0.1, 0.2, 0.3])}
+    path = paper_results.write_curves(tmp_path / "a.h5", request, [energies, energies])
+    found = nv.open_archive(path)
+    assert [axes.get_ylabel()[:6] for axes in found.plot().axes] == ["energy"]
+    (lower,) = found.plot(show="reduction").axes
+    assert lower.get_ylabel() == "reduction [%]"
+    _, curve = [line for line in lower.get_lines() if line.get_marker() != "o"]
+    assert curve.get_ydata().tolist() == [10.0, 20.0, 30.0]
 
 
 def axes_of(numbers, start=None, **figure):

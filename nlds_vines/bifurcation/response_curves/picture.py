@@ -83,7 +83,7 @@ def draw_curves(
     """Return the figure of response curves.
 
     Arguments: the `request`; the results along the curves of its cases, in their order; the `page`;
-    the panels to `show`, of `panels_of`, by default all.
+    the panels to `show`, of `panels_of`, by default `usual_of`.
 
     A line joins orbits of one regime alone, the others are dots.  A second sweep is a thinner line;
     where it differs from the first, and where a response is quasiperiodic or chaotic, the panel is
@@ -92,7 +92,7 @@ def draw_curves(
     panel is light yellow; its windows without impacts are white between dashed lines, and a thin
     line if they are too narrow for that.
     """
-    names = list(show or panels_of(request))
+    names = list(show or usual_of(request))
     upper = [name for name in names if name != REDUCTION]
     several, alike = len(request.panels) > 1, len(request.show) == 1
     columns = min(request.columns if page.beside else 1, len(upper) or 1)
@@ -141,12 +141,16 @@ def panels_of(request: CurveRequest) -> dict[str, str]:
     words = {name: BY_NAME[name].title(request.body) for name in request.show}
     if len(request.panels) > 1:
         title = words[request.show[0]]
-        words = {letter(i)[1:-1]: one.title or title for i, one in enumerate(request.panels)}
-    elif request.show == (ENERGY,):
+        return {letter(i)[1:-1]: one.title or title for i, one in enumerate(request.panels)}
+    if request.show == (ENERGY,):
         words = {"energies": "largest energies"}
     is_damped = any(case.scan.system.scene.damper for case in request.cases)
-    reduced = {REDUCTION: "reduction by each damper"} if request.reduction and is_damped else {}
-    return words | reduced
+    return words | ({REDUCTION: "reduction by each damper"} if is_damped else {})
+
+
+def usual_of(request: CurveRequest) -> list[str]:
+    """Return the panels that are drawn by default: the reduction if the request says so."""
+    return [name for name in panels_of(request) if name != REDUCTION or request.reduction]
 
 
 def _fill_panel(
@@ -366,5 +370,10 @@ def _fill(axes: Axes, view: ArchiveView, name: str) -> None:
     axes.legend(handles=[*legend_of(results.request)])
 
 
-PICTURE = Picture(panels=lambda view: panels_of(curves_of(view).request), draw=_draw, fill=_fill)
+PICTURE = Picture(
+    panels=lambda view: panels_of(curves_of(view).request),
+    draw=_draw,
+    fill=_fill,
+    usual=lambda view: usual_of(curves_of(view).request),
+)
 """Draws an archive of response curves."""

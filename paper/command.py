@@ -20,14 +20,14 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurveRequest
 from nlds_vines.cli.command import TASKS, Command
 from nlds_vines.cli.options import Parser
-from nlds_vines.cli.paths import (
+from nlds_vines.cli.running import (
     PLOT_SUFFIXES,
+    RunOptions,
     check_writable,
     optional_path,
     refuse_begun,
     refuse_replacing,
 )
-from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, say
 from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.explore.command import refuse_without_bokeh

@@ -14,7 +14,7 @@ import numpy as np
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves import run as running
 from nlds_vines.bifurcation.response_curves.request import CurveRequest
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import load_portrait

@@ -14,8 +14,13 @@ from typing import TYPE_CHECKING, Any
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import SET, SYSTEM, Parser, chosen_system, settings_in
-from nlds_vines.cli.paths import check_plot, optional_path, refuse_replacing, refuse_same
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import (
+    RunOptions,
+    check_plot,
+    optional_path,
+    refuse_replacing,
+    refuse_same,
+)
 from nlds_vines.cli.terminal import DONE, say, table
 from nlds_vines.errors import RequestError, from_text, shown, whole
 

@@ -10,6 +10,7 @@ import argparse
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -27,7 +28,7 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, VARY, Option, numbers
-from nlds_vines.cli.run_options import RunOptions, add_run_options
+from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, from_text
 from nlds_vines.model.system import System
 from nlds_vines.model.words import parameters_in_words
@@ -252,7 +253,7 @@ COMMAND = commands.of_task(
         ),
     ),
     (Scan,),
-    add_run=add_run_options,
+    add_run=partial(add_run_options, cluster=True),
     description="Scan one parameter or two: an archive (HDF5) and a picture.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --start --record --resume",

@@ -25,7 +25,7 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.observation_time import of_chaos
 from nlds_vines.bifurcation.orbit_counts import COUNTED, Tally
 from nlds_vines.bifurcation.request import Scan, load_scan
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import CHAOS
 from nlds_vines.orbits.compilation import Compilation

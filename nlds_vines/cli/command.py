@@ -28,7 +28,9 @@ from nlds_vines.archives.provenance import (
     TUNING,
 )
 from nlds_vines.cli.options import NO_VALUE, Option, Parser, add_settings, comma_separated
-from nlds_vines.cli.paths import (
+from nlds_vines.cli.running import (
+    RunOptions,
+    add_run_options,
     check_output,
     check_plot,
     optional_path,
@@ -36,8 +38,8 @@ from nlds_vines.cli.paths import (
     refuse_existing,
     refuse_replacing,
     request_path,
+    run_options,
 )
-from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, ended, program, say
 from nlds_vines.errors import LeftAside, RequestError, at, from_text, refuse_bytes, shown
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
@@ -327,7 +329,7 @@ def of_task(
     `owners` of the settings that have options; `about` the command, as `Command` takes it, and
     `add_run`, which declares the options of a run, `but` and `usual`, as `add_settings` takes them.
     """
-    add_run, but = about.pop("add_run", add_local_options), about.pop("but", ())
+    add_run, but = about.pop("add_run", add_run_options), about.pop("but", ())
     usual = about.pop("usual", {})
 
     def declare(parser: Parser) -> None:

@@ -16,8 +16,7 @@ import numpy as np
 
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers_by_name
-from nlds_vines.cli.paths import existing
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions, existing
 from nlds_vines.continuation.request import (
     STARTS,
     Begin,

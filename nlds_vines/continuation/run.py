@@ -6,7 +6,7 @@ from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.continuation.branch_arm import Bounds
 from nlds_vines.continuation.branch_table import Tables, datasets_of, scales_of, tables_of
 from nlds_vines.continuation.exploration import Explorer, Search

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.cli.command_main import DONE, Command, say
-from nlds_vines.cli.option_values import add_system_options, system_changes
-from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.command import Command, changes
+from nlds_vines.cli.options import SET, SYSTEM, Parser
+from nlds_vines.cli.running import RunOptions
+from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.explore.local_port import PORT, listening
 from nlds_vines.model.system import System
@@ -57,7 +57,7 @@ def _carry_out(options: argparse.Namespace) -> int:
             f"--system and --set beside {shown(str(source))}: an archive has its system; "
             "the page has a slider for every parameter"
         )
-    scan = None if archived else _scan(source, system_changes(options))
+    scan = None if archived else _scan(source, changes(options, (SYSTEM, SET), ()))
     refuse_without_bokeh(_NAME)
     RunOptions()  # refuses an environment in which no kernel can be loaded
     found = None
@@ -139,7 +139,8 @@ def _served(opened: Opened, place: socket.socket, browser: bool) -> int:
 def _declare(parser: Parser) -> None:
     add = parser.add_argument
     add("source", nargs="?", metavar="FILE.h5|SCAN.toml", help="by default Figure 8, computed now")
-    add_system_options(parser)
+    for option in (SYSTEM, SET):
+        option.add(parser)
     add("--port", type=int, default=PORT, metavar="N", help=f"[{PORT}]; 0: one that is free")
     add("--no-browser", action="store_true", help="only print the address")
     add("--dry-run", action="store_true", help="only say what would be shown")

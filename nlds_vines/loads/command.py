@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, VARY, Option, assignments
-from nlds_vines.cli.run_options import RunOptions, add_local_options
+from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import at, from_text, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.catalog import load_system
@@ -177,7 +177,7 @@ COMMAND = commands.of_task(
         LOAD,
     ),
     (Loading, HistoryRequest),
-    add_run=partial(add_local_options, threads=False),
+    add_run=partial(add_run_options, threads=False),
     description="Loads in time: how a structure's energy falls with each damper, where it goes.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --load --impulse --duration",

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_numbers import Told
 from nlds_vines.loads.request import HistoryRequest, axis_words, has, is_of_load

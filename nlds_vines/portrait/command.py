@@ -25,14 +25,16 @@ from nlds_vines.cli.options import (
     numbers,
     numbers_by_name,
 )
-from nlds_vines.cli.paths import (
+from nlds_vines.cli.running import (
     ARCHIVE_SUFFIXES,
+    RunOptions,
+    add_run_options,
     check_writable,
     optional_path,
     refuse_replacing,
     request_path,
+    run_options,
 )
-from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.terminal import LANES_FAILED, complain
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.setting import settings_of
@@ -287,7 +289,7 @@ COMMAND = commands.of_task(
         ),
     ),
     (Times, PortraitRequest),
-    add_run=partial(add_local_options, threads=False),
+    add_run=partial(add_run_options, threads=False),
     description="One orbit in full: histories, phase planes, forces, energies, spectrum.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --start --windows --panels --at",

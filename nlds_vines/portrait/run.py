@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.kernels.orbit.recurrence import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.impact_rows import IMPACT
 from nlds_vines.orbits.signals import SIGNALS

@@ -134,7 +134,7 @@ class Blocks:
     def begin(self, how: Any) -> bool:
         """Return True if the archive is there already; change nothing.
 
-        Arguments: `how` the run goes, a `cli.run_options.RunOptions`.
+        Arguments: `how` the run goes, a `cli.running.RunOptions`.
 
         Raises `RequestError` if another archive is there that is not to be replaced, or blocks of
         an earlier run that is not to be resumed.

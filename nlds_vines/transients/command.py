@@ -17,7 +17,7 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli.command import of_task
 from nlds_vines.cli.options import SET, SYSTEM, Option
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError, at, from_text, number
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.contact_laws import HERTZ

@@ -16,8 +16,7 @@ import numpy as np
 
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers, spaced
-from nlds_vines.cli.paths import optional_path
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions, optional_path
 from nlds_vines.errors import from_text
 from nlds_vines.loads.command import LOAD
 from nlds_vines.loads.request import HistoryRequest

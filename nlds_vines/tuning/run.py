@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress

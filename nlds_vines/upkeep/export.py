@@ -10,8 +10,13 @@ from pathlib import Path
 
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
-from nlds_vines.cli.paths import check_writable, file_path, refuse_replacing, refuse_same
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import (
+    RunOptions,
+    check_writable,
+    existing,
+    refuse_replacing,
+    refuse_same,
+)
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, shown
 
@@ -29,7 +34,7 @@ exit status: 0 done; 2 the request is wrong
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    source = file_path(options.file)
+    source = existing(options.file)
     target = source.with_suffix(".csv") if options.output is None else Path(options.output)
     if target.suffix.lower() not in SUFFIXES:
         raise RequestError(f"output {shown(str(target))} must end in {' or '.join(SUFFIXES)}")

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, SCAN
 from nlds_vines.cli.command import TASKS, Command, task_of
 from nlds_vines.cli.options import Parser
-from nlds_vines.cli.paths import check_plot, existing, refuse_replacing, refuse_same
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions, check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from nlds_vines.archives.provenance import SCAN
 from nlds_vines.cli.command import TASKS, Command, Job, content_of
 from nlds_vines.cli.options import Parser
-from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
+from nlds_vines.cli.running import RunOptions, add_run_options, run_options
 from nlds_vines.cli.terminal import DIFFERENT, DONE, LANES_FAILED, say
 from nlds_vines.errors import RequestError
 
@@ -82,7 +82,7 @@ def _compared(old: Path, new: Path, quiet: bool) -> int:
 def _declare(parser: Parser) -> None:
     parser.add_argument("file", metavar="FILE.h5", help="the archive to repeat")
     parser.add_argument("-o", "--output", metavar="NEW.h5", help="archive [FILE-rerun.h5]")
-    add_run_options(parser)
+    add_run_options(parser, cluster=True)
 
 
 COMMAND = Command(

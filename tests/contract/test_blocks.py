@@ -10,7 +10,7 @@ from made_up import arrays, cut, make_scan, results, run_python, same, write
 
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation.run import writer_of
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.runs import store as runs_store
 from nlds_vines.runs.executors import Shard

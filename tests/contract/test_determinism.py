@@ -16,7 +16,7 @@ from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.run import run
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.status_words import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 from nlds_vines.runs.executors import Shard

@@ -99,7 +99,7 @@ FOR_TYPES = (
 
 BROKEN = {  # where an import is hidden -> what it imports, and what is said
     "runs/executors.py": (("runs", "store"), "No cycles are allowed in nlds_vines.runs"),
-    "cli/paths.py": (
+    "cli/running.py": (
         ("plotting.save", "FORMATS"),
         "nlds_vines.cli is not allowed to import nlds_vines.plotting",
     ),

@@ -143,7 +143,7 @@ NEEDED = {"response-history": ["--impulse", "1"], "transients": ["--plot", "x.pn
 READERS = ("bifurcation", "response-curves", "portrait", "continuation", "tuning", "explore")
 UNREADABLE = {
     "nothing.toml": ["nothing.toml", "No such file"],
-    "folder.toml": ["folder.toml", "Is a directory"],
+    "folder.toml": ["folder.toml", "no regular file"],
     "pipe.toml": ["pipe.toml", "no regular file"],
     "scan.toml other.toml": ["too many", "other.toml"],
 }

@@ -21,7 +21,7 @@ from nlds_vines.bifurcation.response_curves.request import (
 )
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, VARY, Option
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import choice
 from nlds_vines.plotting.bands import refuse_undrawable
 

@@ -14,7 +14,7 @@ from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurveRequest
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import check

@@ -9,16 +9,17 @@ import argparse
 from pathlib import Path
 
 from nlds_vines.archives.files import write_text
-from nlds_vines.cli.command_main import DONE, Command, say
-from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import (
+from nlds_vines.cli.command import Command
+from nlds_vines.cli.options import Parser
+from nlds_vines.cli.running import (
+    RunOptions,
     check_writable,
     existing,
     optional_path,
     refuse_replacing,
     refuse_same,
 )
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.explore.command import refuse_without_bokeh
 
 _NAME = "report"

@@ -1,0 +1,241 @@
+"""Checks of the files of a command, before anything is computed, and the options of a run."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import tempfile
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nlds_vines.archives.files import open_regular, protection
+from nlds_vines.cli.options import Parser
+from nlds_vines.errors import RequestError, refuse_bytes, shown, whole
+from nlds_vines.runs.executors import MOST_THREADS, Shard, check_environment
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from nlds_vines.archives.provenance import Request
+
+PLOT_SUFFIXES = (".png", ".pdf", ".svg")
+"""The ends of the names of pictures, by which their kinds are chosen."""
+
+ARCHIVE_SUFFIXES = (".h5", ".hdf5", ".nc")
+"""The ends of the names of archives: HDF5 files, which netCDF-4 reads, too."""
+
+_MOST_BYTES = 1 << 28  # of a picture or a page (256 MB): what is larger is none of ours
+_MOST_WORKERS = 1024  # processes of --scheduler local:N
+
+_EXCLUSIVE = (
+    ("resume", "overwrite", "give one of them"),
+    ("shard", "overwrite", "others may be at work"),
+    ("shard", "scheduler", "give one of them"),
+    ("scheduler", "executor", "give one of them"),
+)
+"""The options of a run that exclude each other, and why."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a run goes; checked when made, before anything heavy is loaded.
+
+    Arguments:
+        threads: how many; None for as many as there are processors.
+        resume, overwrite: continue or replace what exists; not both.
+        shard: compute this share of the blocks only.
+        scheduler: `local:N`, or the address of a Dask scheduler whose workers are to compute.
+        executor: of `concurrent.futures`, whose workers are to compute; for Python alone.
+        quiet: show no progress.
+
+    A command without one of these options leaves it at its default.
+    """
+
+    threads: int | None = None
+    resume: bool = False
+    overwrite: bool = False
+    shard: Shard | None = None
+    scheduler: str | None = None
+    quiet: bool = True
+    executor: Executor | None = None
+
+    def __post_init__(self) -> None:
+        """Raise `RequestError` for values out of range and options that exclude each other.
+
+        Likewise for variables of the environment with which no kernel can be loaded.
+        """
+        if self.threads is not None:
+            whole("threads", self.threads, 1, MOST_THREADS)
+        for one, other, why in _EXCLUSIVE:
+            if getattr(self, one) and getattr(self, other):
+                raise RequestError(f"--{one} and --{other} exclude each other: {why}")
+        if self.scheduler is not None:
+            _check_scheduler(self.scheduler)
+        check_environment()
+
+
+def _check_scheduler(text: str) -> None:
+    if text.startswith("local:"):
+        count = text.removeprefix("local:")
+        number = int(count) if re.fullmatch(r"[0-9]{1,9}", count) else count
+        whole("N of --scheduler local:N", number, 1, _MOST_WORKERS)
+        return
+    address = re.fullmatch(r"(tcp|tls|ucx|ws|wss)://\S+:([0-9]{1,5})", text)
+    if not (address and 1 <= int(address[2]) <= 65535):
+        allowed = "local:N or an address such as tcp://node7:8786"
+        raise RequestError(f"--scheduler {shown(text)} must be {allowed}")
+
+
+def add_run_options(parser: Parser, threads: bool = True, cluster: bool = False) -> None:
+    """Declare the options of a run, --dry-run beside them.
+
+    Arguments: whether `threads` can be chosen; whether blocks may go to a `cluster`.
+    """
+    group = parser.add_argument_group("running")
+    if threads:
+        group.add_argument("--threads", type=int, metavar="N", help="by default all processors")
+    existing = group.add_mutually_exclusive_group()
+    existing.add_argument("--resume", action="store_true", help="continue an archive")
+    existing.add_argument("--overwrite", action="store_true", help="replace an archive")
+    group.add_argument("--dry-run", action="store_true", help="only say what it would take")
+    group.add_argument("--quiet", action="store_true", help="show no progress")
+    if cluster:
+        group.add_argument("--shard", metavar="i/n", help="only this share of the blocks; or slurm")
+        group.add_argument("--scheduler", metavar="WHERE", help="Dask: an address, or local:N")
+
+
+def run_options(options: argparse.Namespace) -> RunOptions:
+    """Return how the options of a command say that the run goes; `RequestError` as `RunOptions`."""
+    values = {f.name: getattr(options, f.name) for f in fields(RunOptions) if f.name in options}
+    if values.get("shard") is not None:
+        values["shard"] = Shard.parse(values["shard"])
+    return RunOptions(**values)
+
+
+# ---- paths ---------------------------------------------------------------------------------------
+
+
+def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
+    """Return the path of a file that may be left out; None for None."""
+    return None if value is None else Path(value)
+
+
+def existing(text: str | os.PathLike[str], option: str = "") -> Path:
+    """Return the path of a file that is there; `RequestError` without one, named by its option."""
+    path = Path(text)
+    if not path.is_file():
+        reason = "it is no regular file" if path.exists() else "there is no such file"
+        raise RequestError(f"{option} {shown(str(path))}: {reason}".strip())
+    return path
+
+
+def request_path(source: object) -> Path | None:
+    """Return the path of the request file that a source names, if it is one."""
+    is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")
+    return Path(str(source)) if is_path else None
+
+
+def check_writable(what: str, path: Path, *, archive: bool = False) -> None:
+    """Raise `RequestError` unless a file of this path can be written; nothing is left behind.
+
+    Of a symbolic link, what it points to must be writable as well.  Arguments: `archive` says
+    whether the file is to be one: nothing else replaces an archive, or takes an archive's name.
+    """
+    refuse_bytes(what, str(path))
+    named = f"{what} {shown(str(path))}"
+    if not archive and path.suffix.lower() in ARCHIVE_SUFFIXES:
+        raise RequestError(f"{named}: such a name is for archives alone")
+    for place in dict.fromkeys([path, Path(os.path.realpath(path))]):
+        if os.path.isdir(place):  # unlike `Path.is_dir`, never raises
+            raise RequestError(f"{named} is a folder: name a file")
+        if not os.path.isdir(place.parent):
+            raise RequestError(f"{named}: there is no folder {str(place.parent)!r}")
+        try:  # permission bits and the length of a name do not decide it on every file system
+            tempfile.NamedTemporaryFile(dir=place.parent, prefix=f"{place.name}.").close()
+            reason = protection(place, archive=archive)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+        if reason is not None:
+            raise RequestError(f"{named} cannot be written: {reason}")
+
+
+def check_output(archive: Path, *others: Path | None) -> None:
+    """Raise `RequestError` unless an archive of this path can be written.
+
+    Arguments: `others` are further files of the run, None for one that there is not: no two of them
+    and the archive may be the same.
+    """
+    check_writable("output", archive, archive=True)
+    if archive.suffix.lower() not in ARCHIVE_SUFFIXES:
+        raise RequestError(
+            f"output {shown(str(archive))} must end in .h5: archives are HDF5 files, of which "
+            "`nlds-vines export` makes CSV"
+        )
+    refuse_same(*others, archive)
+
+
+def check_plot(path: Path, what: str = "--plot") -> None:
+    """Raise `RequestError` unless a picture of this path can be drawn and written."""
+    if path.suffix.lower() not in PLOT_SUFFIXES:
+        raise RequestError(
+            f"{what} {shown(str(path))} must end in one of {', '.join(PLOT_SUFFIXES)}"
+        )
+    check_writable(what, path)
+
+
+def refuse_same(*paths: Path | None) -> None:
+    """Raise `RequestError` if two files of a run are the same, links included; None is no file."""
+    seen: list[Path] = []
+    for path in filter(None, paths):
+        for other in seen:
+            try:
+                same = os.path.realpath(path) == os.path.realpath(other)
+                same = same or os.path.samefile(path, other)
+            except (OSError, ValueError):  # one of them does not exist yet, or is none
+                same = False
+            if same:
+                raise RequestError(f"output {shown(str(path))} is another file of this run")
+        seen.append(path)
+
+
+def refuse_existing(archive: Path, how: RunOptions) -> None:
+    """Raise `RequestError` for an archive that exists, without --resume and --overwrite."""
+    if os.path.lexists(archive) and not (how.resume or how.overwrite or how.shard):
+        raise RequestError(
+            f"output {shown(str(archive))} exists: --resume continues it, "
+            "--overwrite replaces it, -o names another file"
+        )
+
+
+def refuse_begun(archive: Path, request: Request, how: RunOptions) -> None:
+    """Raise `RequestError` if a run would not begin, which --dry-run then says as well.
+
+    Arguments: the `archive` to be; the `request`; `how` it runs.
+    """
+    refuse_existing(archive, how)
+    from nlds_vines.runs.store import Blocks
+
+    Blocks(archive, request).begin(how)
+
+
+def refuse_replacing(what: str, path: Path | None, how: RunOptions, own: str = "") -> None:
+    """Raise `RequestError` for a file other than an archive that exists, without --overwrite.
+
+    With --resume one is made anew that shows the same request: it carries the text `own`, as a
+    picture the hash of its request.
+    Arguments: `what` file it is, its `path`, None for no such file; `how` the run goes.
+    """
+    if path is None or how.overwrite or not os.path.lexists(path):
+        return
+    if how.resume and own:
+        try:
+            with open_regular(path) as file:
+                if own.encode() in file.read(_MOST_BYTES):
+                    return
+        except (OSError, ValueError):
+            pass
+    raise RequestError(
+        f"{what} {shown(str(path))} exists: --overwrite replaces it, another name keeps it"
+    )

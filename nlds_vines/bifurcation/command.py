@@ -115,7 +115,6 @@ class Job(commands.Job):
     show: str | None = None
 
     def __post_init__(self) -> None:
-        """Raise `RequestError` unless archive and picture can be written, and the picture drawn."""
         super().__post_init__()
         if self.show is not None:
             datasets = self.request.table.datasets
@@ -127,14 +126,12 @@ class Job(commands.Job):
 
     @classmethod
     def asked(cls, request: Scan, options: argparse.Namespace) -> Job:
-        """Return the job that options ask for; the default scan has a picture."""
         job: Job = super().asked(request, options)
         if options.source or job.plot or job.how.shard or not _can_be_drawn(request):
             return job
         return replace(job, plot=job.archive.with_suffix(".png"))
 
     def check_picture(self) -> None:
-        """Raise `RequestError` where there will be nothing to draw."""
         if self.how.shard is not None:
             raise RequestError(
                 "a shard draws nothing: --resume --plot without --shard draws the archive"
@@ -147,26 +144,22 @@ class Job(commands.Job):
             refuse_undrawable(axis.name, axis.values)
 
     def refuse(self, dry_run: bool = False) -> None:
-        """Raise `RequestError` as any job, and where the scan does not fit the machine."""
         super().refuse()
         refuse_without_room(self.request, self.archive)
         if dry_run:
             super().refuse(dry_run)
 
-    def found(self) -> Report:
-        """Compute the scan, and return the report of the run."""
+    def results(self) -> Report:
         from nlds_vines.bifurcation.run import run
 
         return run(self.request, self.archive, self.how)
 
-    def draw(self, plot: Path, found: Report) -> None:
-        """Draw what is to be shown."""
+    def draw(self, plot: Path, results: Report) -> None:
         from nlds_vines.bifurcation.picture.drawing import PICTURE
 
         PICTURE.save(self.archive, plot, self.show)
 
     def plan(self) -> list[str]:
-        """Return what the scan would take, one fact a line."""
         scan = self.request
         grid = " x ".join(str(n) for n in scan.shape)
         each = scan.transient + scan.periods
@@ -182,35 +175,26 @@ class Job(commands.Job):
             *share,
         ]
 
-    def lines(self, found: Report) -> list[str]:
-        """Return the summary of the scan and remarks."""
-        return [found.summary(), *found.remarks(), *self._untouched(found), *self._compared(found)]
+    def lines(self, results: Report) -> list[str]:
+        lines = [results.summary(), *results.remarks()]
+        if self.request.system.scene.walls and results.tally.labels.keys() == {"T,0"}:
+            varied = [axis.name for axis in self.request.axes]
+            values = parameters_in_words(self.request.system, varied)
+            lines.append(f"no orbit has an impact; {values}")  # they may not be as expected
+        if "spectra_agree" in self.request.table.datasets and not results.missing:
+            from nlds_vines.archives.archive import read
+            from nlds_vines.bifurcation.orbit_counts import spectral_summary
 
-    def _untouched(self, found: Report) -> list[str]:
-        """Return the system's values where no orbit has an impact: they may not be as expected."""
-        if not self.request.system.scene.walls or found.tally.labels.keys() != {"T,0"}:
-            return []
-        varied = [axis.name for axis in self.request.axes]
-        return [f"no orbit has an impact; {parameters_in_words(self.request.system, varied)}"]
-
-    def _compared(self, found: Report) -> list[str]:
-        """Return a line on what spectra say of the verdicts, if both are recorded."""
-        if "spectra_agree" not in self.request.table.datasets or found.missing:
-            return []
-        from nlds_vines.archives.archive import read
-        from nlds_vines.bifurcation.orbit_counts import spectral_summary
-
-        with read(self.archive) as view:
-            return [spectral_summary(view)]
+            with read(self.archive) as view:
+                lines.append(spectral_summary(view))
+        return lines
 
     def paths(self) -> list[str]:
-        """Return where the results are, one line each."""
         there = self.how.shard is None or self.archive.exists()
         return super().paths() if there else ["the last shard to end writes the archive"]
 
-    def failure(self, found: Report) -> str:
-        """Return how many orbits failed, why, and what helps."""
-        return found.why_failed()
+    def failure(self, results: Report) -> str:
+        return results.why_failed()
 
 
 def _can_be_drawn(scan: Scan) -> bool:

@@ -267,34 +267,34 @@ class Job:
         Raises `RequestError` for an archive that exists, without --resume and --overwrite.
         """
         self.refuse()
-        found = self.found()
+        results = self.results()
         if self.plot is not None:
-            self.draw(self.plot, found)
-        return found
+            self.draw(self.plot, results)
+        return results
 
-    def found(self) -> Any:
+    def results(self) -> Any:
         """Compute the archive, and return what it holds."""
         task = TASKS[self.request.content]
         task.part("run").run(self.request, self.archive, self.how)
         return task.read(self.archive)
 
-    def draw(self, plot: Path, found: Any) -> None:
-        """Draw the picture of what was found."""
+    def draw(self, plot: Path, results: Any) -> None:
+        """Draw the picture of the results."""
         TASKS[self.request.content].picture.save(self.archive, plot)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""
         raise NotImplementedError
 
-    def lines(self, found: Any) -> list[str]:
-        """Return what was found, one thing a line."""
-        return list(found.lines())
+    def lines(self, results: Any) -> list[str]:
+        """Return the results in words, one thing a line."""
+        return list(results.lines())
 
     def paths(self) -> list[str]:
         """Return where the results are, one line each."""
         return [str(path) for path in (self.archive, self.plot) if path is not None]
 
-    def failure(self, found: Any) -> str:
+    def failure(self, results: Any) -> str:
         """Return in words what of the results has failed; empty for nothing."""
         return ""
 
@@ -304,10 +304,10 @@ class Job:
             self.refuse(dry_run=True)
             say(*self.plan(), *self.request.starts_inside())
             return DONE
-        found = self.run()
+        results = self.run()
         if not self.how.quiet:
-            say(*self.lines(found), *self.request.starts_inside(), *self.paths())
-        failure = self.failure(found)
+            say(*self.lines(results), *self.request.starts_inside(), *self.paths())
+        failure = self.failure(results)
         if failure:
             complain(name, failure)
         return LANES_FAILED if failure else DONE

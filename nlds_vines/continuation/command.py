@@ -165,33 +165,27 @@ class Job(commands.Job):
     over: Path | None = None
 
     def others(self) -> Sequence[Path | None]:
-        """Return the scan."""
         return (self.over,)
 
     def __post_init__(self) -> None:
-        """Check the paths."""
         super().__post_init__()
         if self.over is not None:
             object.__setattr__(self, "over", existing(self.over, "--over"))
 
-    def draw(self, plot: Path, found: Continued) -> None:
-        """Draw the branches."""
+    def draw(self, plot: Path, results: Continued) -> None:
         from nlds_vines.continuation.picture import picture
 
         picture(self.over).save(self.archive, plot)
 
-    def lines(self, found: Continued) -> list[str]:
-        """Return what was found, and what makes the borders of the scan."""
-        return [*found.lines(), *self.border_lines(found)]
+    def lines(self, results: Continued) -> list[str]:
+        return [*results.lines(), *self.border_lines(results)]
 
-    def failure(self, found: Continued) -> str:
-        """Return how many branches are not complete."""
-        incomplete = int(found.tables["status"].sum())
+    def failure(self, results: Continued) -> str:
+        incomplete = int(results.tables["status"].sum())
         words = "1 branch is" if incomplete == 1 else f"{incomplete} branches are"
         return f"{words} not complete: the ends say why" if incomplete else ""
 
     def plan(self) -> list[str]:
-        """Return what a continuation would do, one fact a line."""
         request = self.request
         along, begin = request.along, request.begin
         starts = {
@@ -209,7 +203,7 @@ class Job(commands.Job):
             f"archive:  {self.archive}",
         ]
 
-    def border_lines(self, found: Continued) -> list[str]:
+    def border_lines(self, results: Continued) -> list[str]:
         """Return what makes the borders of the scan that the branches lie over, a line each."""
         if self.over is None or self.request.plane is not None:
             return []
@@ -217,7 +211,7 @@ class Job(commands.Job):
         from nlds_vines.continuation.regime_borders import borders_of, report
 
         with read(self.over) as scan:
-            return list(report(found, scan, borders_of(found, scan)))
+            return list(report(results, scan, borders_of(results, scan)))
 
 
 def _begin(text: str) -> dict[str, Any]:

@@ -91,12 +91,10 @@ class Job(commands.Job):
 
     request: HistoryRequest
 
-    def failure(self, found: ResponseHistories) -> str:
-        """Return how many orbits failed."""
-        return f"{found.failed} of {self.request.cases} orbits failed" if found.failed else ""
+    def failure(self, results: ResponseHistories) -> str:
+        return f"{results.failed} of {self.request.cases} orbits failed" if results.failed else ""
 
     def plan(self) -> list[str]:
-        """Return what would be done, one fact a line."""
         request = self.request
         return [
             request.title,

@@ -154,7 +154,6 @@ class Job(commands.Job):
 
     @classmethod
     def asked(cls, request: PortraitRequest, options: argparse.Namespace) -> Job:
-        """Return the job that options ask for; without --plot, the picture has a name."""
         how = run_options(options)
         if how.resume and options.output is None:
             raise RequestError("--resume is for an archive: name it by -o FILE.h5")
@@ -167,7 +166,6 @@ class Job(commands.Job):
         return cls.of(request, request_path(options.source), options.output, plot, how, csv)
 
     def carry_out(self, name: str, dry_run: bool) -> int:
-        """Run for the command `name`; an orbit that ends early is one line."""
         if dry_run:
             return super().carry_out(name, dry_run)
         from nlds_vines.orbits.simulation import IntegrationError
@@ -179,7 +177,6 @@ class Job(commands.Job):
             return LANES_FAILED
 
     def __post_init__(self) -> None:
-        """Raise `RequestError` for files that cannot be written."""
         super().__post_init__()
         if self.csv is not None:
             if self.csv.suffix.lower() != ".csv":
@@ -187,36 +184,31 @@ class Job(commands.Job):
             check_writable("--csv", self.csv)
 
     def others(self) -> Sequence[Path | None]:
-        """Return the file of its histories."""
         return (self.csv,)
 
     def refuse(self, dry_run: bool = False) -> None:
-        """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
         super().refuse(dry_run)
         refuse_replacing("--csv", self.csv, RunOptions(overwrite=self.how.overwrite))
 
-    def found(self) -> Portrait:
-        """Follow the orbit, and return what was found."""
+    def results(self) -> Portrait:
         from nlds_vines.portrait.result import Portrait, histories_in
         from nlds_vines.portrait.run import views_of
 
         if ArchivePath.of(self.archive).named is None and self.csv is None:
             views = views_of(self.request, quiet=self.how.quiet)
             return Portrait(None, tuple(views), self.request)
-        found: Portrait = super().found()
+        results: Portrait = super().results()
         if self.csv is not None:
-            with found.archive.read() as view:
+            with results.archive.read() as view:
                 view.to_csv(self.csv, *histories_in(view), overwrite=self.how.overwrite)
-        return found
+        return results
 
-    def draw(self, plot: Path, found: Portrait) -> None:
-        """Draw the page of what was found."""
+    def draw(self, plot: Path, results: Portrait) -> None:
         from nlds_vines.plotting.save import save_figure
 
-        save_figure(found.page, plot, self.request.title, ("recipe_hash", self.request.hash))
+        save_figure(results.page, plot, self.request.title, ("recipe_hash", self.request.hash))
 
     def plan(self) -> list[str]:
-        """Return what would be computed and drawn, in words."""
         lines = [self.request.title]
         for run in self.request.runs():
             begin, end = span(run)
@@ -231,14 +223,13 @@ class Job(commands.Job):
         return [*lines, f"panels: {', '.join(self.request.panels)}", *files]
 
     def paths(self) -> list[str]:
-        """Return where the results are, one line each."""
         return [str(path) for _, path in self._files()]
 
     def _files(self) -> list[tuple[str, Path]]:
         """Return the files that are left, each with what it is."""
         named = ArchivePath.of(self.archive).named
-        found = {"archive": named, "histories": self.csv, "picture": self.plot}
-        return [(what, path) for what, path in found.items() if path is not None]
+        files = {"archive": named, "histories": self.csv, "picture": self.plot}
+        return [(what, path) for what, path in files.items() if path is not None]
 
 
 def _is_archive(source: object) -> bool:

@@ -109,7 +109,6 @@ class Job(bifurcation.Job):
     delay: float = DELAY
 
     def __post_init__(self) -> None:
-        """Check everything."""
         super().__post_init__()
         text: Any = self.delay
         delay = number(
@@ -121,23 +120,20 @@ class Job(bifurcation.Job):
 
     @classmethod
     def asked(cls, request: Scan, options: argparse.Namespace) -> Job:
-        """Return the job that options ask for, always with a picture."""
         job = super().asked(request, options)
         assert isinstance(job, Job)
         return job if job.plot else replace(job, plot=job.archive.with_suffix(".png"))
 
-    def draw(self, plot: Path, found: Report) -> None:
-        """Draw the ensemble."""
+    def draw(self, plot: Path, results: Report) -> None:
         from nlds_vines.transients.picture import picture
 
         picture(self.delay).save(self.archive, plot)
 
-    def lines(self, found: Report) -> list[str]:
-        """Return how long the starts took and where they ended."""
+    def lines(self, results: Report) -> list[str]:
         from nlds_vines.transients.ensemble import ensemble_of
 
         ensemble = ensemble_of(self.archive, delay=self.delay)
-        return [self.request.title, *ensemble.lines(), *found.tally.inadmissible()]
+        return [self.request.title, *ensemble.lines(), *results.tally.inadmissible()]
 
 
 def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:

@@ -93,7 +93,6 @@ class Job(commands.Job):
     request: Tuning
 
     def __post_init__(self) -> None:
-        """Check everything; a picture needs a surface, by default of the first two parameters."""
         check_installed(self.request.search.method)
         names = [item.name for item in self.request.free if not item.inert]
         if self.plot is not None and self.request.surface is None and len(names) > 1:
@@ -102,25 +101,21 @@ class Job(commands.Job):
         super().__post_init__()
 
     def check_picture(self) -> None:
-        """Raise `RequestError` for bounds of the surface that cannot be drawn."""
         surface = self.request.surface
         for item in self.request.free:
             if surface is not None and item.name in surface.parameters:
                 refuse_undrawable(item.name, np.array([item.low, item.high]))
 
-    def draw(self, plot: Path, found: Tuned) -> None:
-        """Draw the surface, if there is an optimum to draw it through."""
-        if found.optima:
-            super().draw(plot, found)
+    def draw(self, plot: Path, results: Tuned) -> None:
+        if results.optima:
+            super().draw(plot, results)
 
-    def failure(self, found: Tuned) -> str:
-        """Return where it is said why there is no design."""
-        if found.optima:
+    def failure(self, results: Tuned) -> str:
+        if results.optima:
             return ""
         return f"no design was admissible: `status` of {self.archive} says why"
 
     def plan(self) -> list[str]:
-        """Return what a tuning would do, one fact a line."""
         tuning = self.request
         search, each, history = tuning.search, tuning.transient + tuning.periods, tuning.history
         cases = [f"{axis.values.size} values of {axis.name}" for axis in tuning.over]

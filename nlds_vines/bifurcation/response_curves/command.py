@@ -87,24 +87,20 @@ class Job(commands.Job):
     request: CurveRequest
 
     def check_picture(self) -> None:
-        """Raise `RequestError` for values that cannot be drawn."""
         refuse_undrawable(self.request.axis, self.request.values)
 
     def refuse(self, dry_run: bool = False) -> None:
-        """Raise `RequestError` as any job, and if a case does not fit into the machine."""
         super().refuse(dry_run)
         for case in self.request.cases:
             refuse_without_room(case.scan, self.archive)
 
-    def failure(self, found: ResponseCurves) -> str:
-        """Return how many orbits failed, why, and what helps."""
+    def failure(self, results: ResponseCurves) -> str:
         from nlds_vines.orbits.status_words import failures_in, failures_in_words
 
-        statuses = np.concatenate([curve.numbers["status"].ravel() for curve in found.curves])
+        statuses = np.concatenate([curve.numbers["status"].ravel() for curve in results.curves])
         return failures_in_words(failures_in(statuses), self.request.lanes)
 
     def plan(self) -> list[str]:
-        """Return what would be done, one fact a line."""
         request, scan = self.request, self.request.cases[0].scan
         each = scan.transient + scan.periods
         return [

@@ -35,10 +35,20 @@ KNOWN = Path("/proc/self/stat")
 
 _SIZE = {"width": 1500, "height": 1130}
 _WITHIN = 60_000  # milliseconds after which something must have gone wrong
-_PLACES = """() => {
-    const fig = NV.model("map"), view = Bokeh.index.find_one_by_id(fig.id)
+_FRAME = """(name) => {
+    const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id)
+    view.el.scrollIntoView({block: "nearest"})
     const r = view.el.getBoundingClientRect(), b = view.frame.bbox
     return [r.x + b.left, r.y + b.top, b.width, b.height]
+}"""
+_LOADED = "window.Bokeh && Bokeh.documents.length && Bokeh.index.roots.length"
+_WATCH = """() => {
+    const source = Bokeh.documents[0].get_model_by_name("history data")
+    const note = () => requestAnimationFrame(() => requestAnimationFrame(() => {
+        window.drawn = performance.now()
+    }))
+    source.properties.data.change.connect(note)
+    if (source.data.t.length) note()
 }"""
 
 
@@ -117,9 +127,24 @@ class Served:
             self.end(signal.SIGKILL)
 
 
+def opened_page(page: Any, address: str) -> Any:
+    """Open the page at an address, and wait until its first orbit is drawn."""
+    page.goto(address)
+    page.wait_for_function(_LOADED)
+    page.evaluate(_WATCH)
+    drawn(page)
+    return page
+
+
 def drawn(page: Any) -> None:
     """Wait until the orbit that was asked for is drawn."""
     page.wait_for_function("window.drawn !== undefined")
+
+
+def frame_of(page: Any, name: str = "cells") -> tuple[float, float, float, float]:
+    """Return left, top, width and height [pixels] of the inside of a figure."""
+    left, top, width, height = page.evaluate(_FRAME, name)
+    return left, top, width, height
 
 
 def click_times(page: Any, clicks: int) -> list[float]:
@@ -127,7 +152,7 @@ def click_times(page: Any, clicks: int) -> list[float]:
     page.evaluate(
         "addEventListener('pointerdown', () => { window.down = performance.now() }, true)"
     )
-    left, top, width, height = page.evaluate(_PLACES)
+    left, top, width, height = frame_of(page)
     times = []
     for number in range(WARM + clicks):
         # all over the map, in no order: multiples of irrational numbers
@@ -135,7 +160,7 @@ def click_times(page: Any, clicks: int) -> list[float]:
         page.evaluate("window.drawn = undefined")
         page.mouse.click(left + (0.01 + 0.98 * x) * width, top + (0.01 + 0.98 * y) * height)
         drawn(page)
-        times.append(page.evaluate("window.drawn.time - window.down"))
+        times.append(page.evaluate("window.drawn - window.down"))
     return times[WARM:]
 
 
@@ -144,13 +169,12 @@ def measure(archive: Path, clicks: int, picture: Path | None, history: str) -> l
     with Served(str(archive)) as served, opened_browser() as browser:
         page = new_page(browser)
         opened = time.perf_counter()
-        page.goto(served.address)
-        drawn(page)
+        opened_page(page, served.address)
         usable = time.perf_counter() - opened
         used = f"{served.processor_seconds():.2f} s" if KNOWN.exists() else "unknown"
         if history:
             page.evaluate("window.drawn = undefined")
-            page.select_option("#history", history)
+            page.locator("#orbit select").select_option(label=history)
             drawn(page)
         times = sorted(click_times(page, clicks))
         if picture is not None:
@@ -172,7 +196,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explore", description=__doc__)
     parser.add_argument("archive", nargs="?", type=Path)
     parser.add_argument("--clicks", type=int, default=50)
-    parser.add_argument("--history", default="", help="of the menu: short, long, whole")
+    parser.add_argument(
+        "--history", default="", help="as in the menu: `all periods from the start`"
+    )
     parser.add_argument("--picture", type=Path)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

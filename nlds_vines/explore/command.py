@@ -124,10 +124,10 @@ def _serve(found: Stored | None, scan: Scan | None, port: int, browser: bool) ->
 
 
 def _served(opened: Opened, place: socket.socket, browser: bool) -> int:
-    from nlds_vines.explore.server import PageServer
-    from nlds_vines.explore.session import Session
+    from nlds_vines.explore.live_page import Page
+    from nlds_vines.explore.page_server import PageServer
 
-    server = PageServer(lambda document: Session(document, opened), place)
+    server = PageServer(lambda document: Page(document, opened), place)
     say(
         opened.found.scan.title,
         f"open {server.address}",

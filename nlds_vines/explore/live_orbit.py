@@ -6,15 +6,14 @@ of the archive for the same start and the same sampling.  The kernels are import
 
 from __future__ import annotations
 
+import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.histories import MOST_POINTS, SETTLED, SHOW, Arrays, history_of
@@ -82,35 +81,38 @@ def live_orbit(
     system: System,
     start: Sequence[float] | None,
     sampling: Sampling,
-    title: str = "",
     history: str = SETTLED,
 ) -> LiveOrbit:
     """Follow the orbit of a system from a start (x1, v1, x2, v2) and return what is seen of it.
 
     Arguments: `history`, one of `histories.HISTORIES`.
 
-    Raises `RequestError` for a start that is not possible, `IntegrationError` where the orbit ends
-    early.  Cost: 4 ms for a periodic orbit of an SSul NES, once compiled; up to 0.1 s for chaos; a
-    history from the start takes 0.02 s more for each thousand periods.
+    Raises `RequestError` for a start that is not possible and for an orbit that ends early.  Cost:
+    4 ms for a periodic orbit of an SSul NES, once compiled; up to 0.1 s for chaos; a history from
+    the start takes 0.02 s more for each thousand periods.
     """
+    from nlds_vines.orbits.simulation import IntegrationError
     from nlds_vines.portrait.run import views_of
 
-    request = request_of(system, start, sampling, title)
-    with _one_at_a_time:
-        (view,) = views_of(request)
-        regime, trouble = _verdict(system, start, sampling)
-        found = {"history": history_of(request, view, history)} | panels(view, regime)
+    request = request_of(system, start, sampling)
+    try:
+        with _one_at_a_time:
+            (view,) = views_of(request)
+            regime, trouble = _verdict(system, start, sampling)
+            found = {"history": history_of(request, view, history)} | panels(view, regime)
+    except IntegrationError as error:
+        raise RequestError(str(error)) from None
     return LiveOrbit(request, view, regime, trouble, found)
 
 
 def request_of(
-    system: System, start: Sequence[float] | None, sampling: Sampling, title: str = ""
+    system: System, start: Sequence[float] | None, sampling: Sampling
 ) -> PortraitRequest:
     """Return the portrait of an orbit: the periods that the scan sampled, after its transient."""
     end = sampling.transient + max(sampling.periods, SHOW)
     column = Column(system, Window(sampling.transient, end))
     return PortraitRequest(
-        title or system.title or system.name,
+        system.title or system.name,
         (column,),
         start=None if start is None else tuple(start),
         samples=SAMPLES,
@@ -210,70 +212,64 @@ def has(system: System) -> tuple[str, ...]:
     return panels_of([system.scene])
 
 
-# ---- orbits that a page asks for -----------------------------------------------------------------
+# ---- orbits in words -----------------------------------------------------------------------------
 
 
-Show = Callable[["Wanted", LiveOrbit | None, str], object]
-"""What shows an orbit, or None and why there is none."""
+def words_of(regime: Regime) -> str:
+    """Return what an orbit is, in one sentence."""
+    if regime.kind == "periodic":
+        return f"{_cycle(regime)} with {_impacts(regime)}"
+    if regime.kind == "transient_chaos":
+        return f"chaos that ended: now {_cycle(regime)} with {_impacts(regime)}"
+    return {
+        "quasiperiodic": "a motion on a torus",
+        "chaotic": "neighboring orbits part, for all the periods that were followed",
+        "undetermined": "no test of a regime was met",
+    }.get(regime.kind, regime.kind)
 
 
-class Wanted(NamedTuple):
-    """An orbit that is asked for: its system, its start, how it is followed, the message's number.
-
-    `history` is one of `histories.HISTORIES`.
-    """
-
-    system: System
-    start: CellStart
-    sampling: Sampling
-    number: int = 0
-    history: str = SETTLED
+def evidence_of(regime: Regime) -> list[tuple[str, str]]:
+    """Return the evidence, a (quantity, value in words) each; what does not apply is left out."""
+    return list(_evidence(regime))
 
 
-class OrbitQueue:
-    """Computes orbits; of several that are asked for meanwhile only the last one.
-
-    Attributes: `busy`, whether an orbit is under way.
-    """
-
-    def __init__(self, later: Callable[[Callable[[], object]], object], show: Show) -> None:
-        """Take what calls something in the thread of the page, and what shows an orbit there."""
-        self.busy = False
-        self._later, self._show = later, show
-        self._wanted: Wanted | None = None
-
-    def ask(self, wanted: Wanted) -> None:
-        """Compute an orbit after the one that is under way."""
-        self._wanted = wanted
-        if not self.busy:
-            self._begin()
-
-    def _begin(self) -> None:
-        wanted, self._wanted, self.busy = self._wanted, None, True
-        assert wanted is not None
-        aside(self._compute, wanted)
-
-    def _compute(self, wanted: Wanted) -> None:
-        """Follow an orbit, in a thread of its own."""
-        from nlds_vines.orbits.simulation import IntegrationError
-
-        orbit, trouble = None, ""
-        try:
-            orbit = live_orbit(
-                wanted.system, wanted.start.state, wanted.sampling, history=wanted.history
-            )
-        except (RequestError, IntegrationError, MemoryError) as error:
-            trouble = str(error) or type(error).__name__
-        self._later(partial(self._done, wanted, orbit, trouble))
-
-    def _done(self, wanted: Wanted, orbit: LiveOrbit | None, trouble: str) -> None:
-        """Show what came of an orbit, and begin with the next that is wanted."""
-        self.busy = False
-        if self._wanted is not None:
-            self._begin()
-        self._show(wanted, orbit, trouble)
+def _evidence(regime: Regime) -> Iterator[tuple[str, str]]:
+    if regime.period:
+        yield "repeats to", f"{regime.residual:.1e} (relative)"
+        assert regime.multipliers is not None
+        largest = float(np.abs(regime.multipliers[0]))
+        stands = "stable" if largest < 1 else "unstable"
+        yield "largest multiplier", f"|μ| = {largest:.4g}: {stands}"
+    yield from _exponents(regime)
+    if regime.settling >= 0:
+        yield "settled after", f"{regime.settling} periods"
+    if math.isfinite(regime.clearance):
+        yield "nearest miss", f"{regime.clearance:.3g} m"
+    if math.isfinite(regime.softest):
+        yield "softest impact", f"{regime.softest:.3g} m/s"
+    if not regime.period and math.isfinite(regime.averaging):
+        yield "averages over time converge to", f"{regime.averaging:.1f} digits"
+    yield "followed for", f"{regime.watched} periods"
+    if math.isfinite(regime.least_lifetime):
+        yield "if transient", f"a mean life of {regime.least_lifetime:.0f} periods at least (95 %)"
 
 
-def aside(call: Callable[..., object], *arguments: object) -> None:
-    """Call something in a thread of its own, which does not keep the process alive."""
-    threading.Thread(target=call, args=arguments, daemon=True).start()
+def _exponents(regime: Regime) -> Iterator[tuple[str, str]]:
+    """Yield the largest exponent, with its interval where it is an estimate."""
+    if not math.isfinite(regime.lyapunov):
+        return
+    width = f" ± {regime.lyapunov_width:.1g}" if regime.lyapunov_width else ""
+    yield "exponent λ₁", f"{regime.lyapunov:.4g}{width} 1/s"
+    if math.isfinite(regime.transient_lyapunov):
+        width = f" ± {regime.transient_lyapunov_width:.1g}"
+        yield "before it settled", f"{regime.transient_lyapunov:.4g}{width} 1/s"
+
+
+def _cycle(regime: Regime) -> str:
+    n = regime.period
+    return "repeats every forcing period" if n == 1 else f"repeats every {n} forcing periods"
+
+
+def _impacts(regime: Regime) -> str:
+    k = regime.impacts
+    return "no impact" if k == 0 else f"{k} impact{'s' * (k > 1)} in each"

@@ -63,7 +63,7 @@ class Stored:
     about: Mapping[str, Any] = field(default_factory=dict)
     path: Path | None = None
     _known: dict[str, tuple[int, Any]] = field(default_factory=dict, compare=False, repr=False)
-    _puts: list[Block] = field(default_factory=list, compare=False, repr=False)
+    puts: list[Block] = field(default_factory=list, compare=False, repr=False)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -113,7 +113,7 @@ class Stored:
 
     def once(self, name: str, make: Callable[[], Any]) -> Any:
         """Return what `make` makes of the results: made again only after more of them came."""
-        puts = len(self._puts)
+        puts = len(self.puts)
         known = self._known.get(name)
         if known is None or known[0] != puts:
             self._known[name] = known = puts, make()
@@ -126,7 +126,7 @@ class Stored:
             if name == "section":
                 found = found[..., -values.shape[-2] :, :]
             values[block.selection] = found
-        self._puts.append(block)
+        self.puts.append(block)
 
 
 def stored(path: str | os.PathLike[str]) -> Stored:

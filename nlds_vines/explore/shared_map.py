@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
@@ -40,6 +41,7 @@ class Opened:
             self.job = Job(scan, self._changed)
             found = self.job.found
         self.found = found
+        self.pool = ThreadPoolExecutor(1, "orbits")
         self._warming = threading.Thread(target=self._warm, name="warming", daemon=True)
 
     def begin(self) -> None:

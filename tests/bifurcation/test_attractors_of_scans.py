@@ -12,9 +12,8 @@ from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.attractor_ends import sample_size
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.cell_columns import axes_of
+from nlds_vines.explore.chosen import sliders_of
 from nlds_vines.explore.map_data import stored
-from nlds_vines.explore.page_document import sliders_of
 from nlds_vines.model.labels import finals
 from nlds_vines.transients.survival import share_interval
 from nlds_vines.upkeep.rerun import differing
@@ -310,5 +309,5 @@ def test_the_page_of_an_archive_begins_orbits_where_the_axes_say(plane):
     with nv.read(plane) as view:
         assert start.state == (view["x_0"][3], view["v_0"][7])
     assert start.words == f"x_0 = {start.state[0]:g}, v_0 = {start.state[1]:g}"
-    assert [axis["name"] for axis in axes_of(found)] == ["x_0", "v_0"]
-    assert [entry["name"] for entry in sliders_of(found.scan)][:2] == ["x_0", "v_0"]
+    assert [axis.name for axis in found.scan.axes] == ["x_0", "v_0"]
+    assert [spec.name for spec in sliders_of(found.scan)][:2] == ["x_0", "v_0"]

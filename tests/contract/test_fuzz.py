@@ -6,7 +6,6 @@ Whatever is asked, an error is one line, no file is changed, and it takes ten se
 import contextlib
 import hashlib
 import io
-import json
 import random
 import time
 import tomllib
@@ -215,45 +214,41 @@ def test_no_call_breaks_the_rule(here):
     assert_none_is_broken(here, 4, call)
 
 
-# ---- messages of a page --------------------------------------------------------------------------
+# ---- what a browser sends ------------------------------------------------------------------------
 
-WORDS = ("ready", "cell", "original", "slider", "finer", "history", "save", "plane", "cancel", "x")
-KEYS = ("cell", "start", "number", "name", "value", "ranges", "what", "plane", "x", "v", "do")
+CALLBACKS = ("press", "set_value", "slide", "choose", "choose_history", "refine")
 
 
 @pytest.fixture
 def page(here, monkeypatch):
-    """A page that is told what is wrong, and computes nothing."""
+    """A page that shows what is wrong, and computes nothing."""
     pytest.importorskip("bokeh", reason="Bokeh is not installed")
     from bokeh.document import Document
 
     from nlds_vines.explore import live_orbit, map_computation
+    from nlds_vines.explore.live_page import Page
     from nlds_vines.explore.map_data import stored
-    from nlds_vines.explore.session import Session
     from nlds_vines.explore.shared_map import Opened
 
-    monkeypatch.setattr(live_orbit, "aside", lambda *_: None)
+    monkeypatch.setattr(live_orbit, "live_orbit", lambda *_: None)
     monkeypatch.setattr(map_computation.Job, "begin", lambda _: None)
-    session = Session(Document(), Opened(stored(write(here / "a.h5", make_scan(vary=MAP)))))
-    yield session
-    session.close()
+    page = Page(Document(), Opened(stored(write(here / "a.h5", make_scan(vary=MAP)))))
+    page.later = lambda *_: None
+    yield page
+    page.close()
 
 
-def test_no_message_breaks_the_rule(page, here):
-    told = []
-    page._data["told"].on_change("data", lambda _, old, new: told.extend(new["message"]))
-
+def test_nothing_that_a_browser_sends_ends_a_page(page, here):
     def question(rng):
-        message = {key: rng.choice([*VALUES, *STRANGE]) for key in KEYS if rng.random() < 0.4}
-        text = json.dumps({**message, "do": rng.choice([*WORDS, *WORDS, *WORDS, *VALUES])})
-        text = text if rng.random() < 0.8 else text[: rng.randrange(len(text))]
+        name, values = rng.choice(CALLBACKS), [rng.choice([*VALUES, *STRANGE]) for _ in range(2)]
 
         def ask():
-            told.clear()
-            page._data["asked"].data = {"message": [text]}
-            troubles = [each["trouble"] for each in map(json.loads, told) if each.get("trouble")]
-            return (2, "\n".join(troubles)) if troubles else (0, "")
+            page.say_trouble("")
+            page.guarded(
+                getattr(page, name), *values[: 1 + (name in ("set_value", "slide", "refine"))]
+            )
+            return (2, page.trouble.text) if page.trouble.text else (0, "")
 
-        return text, ask
+        return (name, values), ask
 
     assert_none_is_broken(here, 5, question)

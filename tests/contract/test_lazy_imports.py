@@ -73,7 +73,8 @@ def test_nor_by_a_program_itself(program, tmp_path):
 
 def test_the_page_of_explore_is_made_before_kernels_are_loaded(tmp_path):
     pytest.importorskip("bokeh", reason="Bokeh is not installed")
-    parts = ", ".join(f"nlds_vines.explore.{part}" for part in ("shared_map", "server", "session"))
+    names = "shared_map", "page_server", "live_page"
+    parts = ", ".join(f"nlds_vines.explore.{name}" for name in names)
     found = loaded("-c", f"import {parts}", cwd=tmp_path)
     assert "bokeh" in found
     assert not found & {"numba", "scipy", "matplotlib"}

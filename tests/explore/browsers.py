@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from benchmarks.explore import BROWSERS, browser_path, drawn, new_page, opened_browser
+from benchmarks.explore import BROWSERS, browser_path, drawn, frame_of, new_page, opened_browser
 
 
 @contextmanager
@@ -38,27 +38,50 @@ def acted(page, act):
     drawn(page)
 
 
-def place_of(page, cell):
-    """Return where a cell of the map is on the screen."""
-    box = page.locator("#stage .bk-Figure").first.bounding_box()
+def value_of(page, expression):
+    """Return what an expression says of the model of a name, called `m(name)`."""
     return page.evaluate(
-        """([box, cell]) => {
-            const fig = NV.model("map"), view = Bokeh.index.find_one_by_id(fig.id)
-            const f = view.frame, [a, b] = NV.at.meta.axes
-            return [box.x + f.x_scale.compute(a.places[cell[0]]),
-                    box.y + f.y_scale.compute(b.places[cell[1]])]
-        }""",
-        [box, list(cell)],
+        f"() => {{ const m = (name) => Bokeh.documents[0].get_model_by_name(name); "
+        f"return {expression} }}"
     )
 
 
+def place_of(page, *at):
+    """Return where a point of the map or diagram, in its own coordinates, is on the screen."""
+    left, top, width, height = frame_of(page)
+    ends = value_of(page, "[m('cells').x_range, m('cells').y_range].map((r) => [r.start, r.end])")
+    (x0, x1), (y0, y1) = ends
+    x, y = at
+    return left + (x - x0) / (x1 - x0) * width, top + (y1 - y) / (y1 - y0) * height
+
+
+def text_of(page, name):
+    """Return the text of the part of the page that has a name."""
+    return page.locator(f".{name} .bk-clearfix").first.text_content() or ""
+
+
+def seen_text(page):
+    """Return all text of a page, also that within its components."""
+    return page.evaluate("""() => {
+        const of = (node) => node.nodeType === 3 ? node.textContent
+            : ["STYLE", "SCRIPT"].includes(node.nodeName) ? ""
+            : [...(node.shadowRoot?.childNodes ?? []), ...node.childNodes].map(of).join(" ")
+        return of(document.body)
+    }""")
+
+
+def wait_for_text(page, name, words):
+    """Wait until a part of the page says some words."""
+    page.locator(f".{name} .bk-clearfix", has_text=words).first.wait_for(state="attached")
+
+
 def rectangle_computed(page, first, last):
-    """Drag a rectangle from one cell to another, and wait until that part is computed."""
-    (x0, y0), (x1, y1) = place_of(page, first), place_of(page, last)
+    """Drag a rectangle from one point to another, and wait until that part is computed."""
+    (x0, y0), (x1, y1) = place_of(page, *first), place_of(page, *last)
     page.mouse.move(x0, y0)
     page.mouse.down()
     page.mouse.move((x0 + x1) / 2, (y0 + y1) / 2, steps=4)
     page.mouse.move(x1, y1, steps=4)
     page.mouse.up()
-    page.wait_for_function("!document.getElementById('back').disabled")
-    page.wait_for_function("document.getElementById('progress').hidden")
+    page.locator("button:not([disabled])", has_text="back").wait_for()
+    page.locator(".progress progress").wait_for(state="detached")

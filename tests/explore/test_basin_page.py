@@ -1,9 +1,17 @@
 """The page of a map over initial conditions, in a real browser."""
 
 import pytest
-from browsers import acted, browser_or_skip, place_of, rectangle_computed, watched_page
+from browsers import (
+    acted,
+    browser_or_skip,
+    place_of,
+    rectangle_computed,
+    text_of,
+    value_of,
+    watched_page,
+)
 
-from benchmarks.explore import Served, drawn
+from benchmarks.explore import Served, opened_page
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import stored
 from nlds_vines.portrait.request import load_portrait
@@ -17,52 +25,53 @@ pytest.importorskip("bokeh", reason="Bokeh is not installed")
 def page(small_basin):
     with browser_or_skip() as browser, Served(str(small_basin)) as served:
         page = watched_page(browser, accept_downloads=True)
-        page.goto(served.address)
-        drawn(page)
-        yield page
+        yield opened_page(page, served.address)
         assert served.end() == (130, "")
         assert page.faults == []
+
+
+def clicked(page, found, cell):
+    values = found.values_of(cell)
+    acted(page, lambda: page.mouse.click(*place_of(page, values["x_0"], values["v_0"])))
+    return values
 
 
 @pytest.mark.parametrize("cell", [(0, 0), (7, 6), (3, 11), (12, 4), (13, 3), (13, 11)])
 def test_a_click_begins_where_the_axes_say(page, small_basin, cell):
     found = stored(small_basin)
-    acted(page, lambda: page.mouse.click(*place_of(page, cell)))
-    values = found.values_of(cell)
-    where = f"from x_0 = {values['x_0']:g}, v_0 = {values['v_0']:g}"
-    assert page.text_content("#where") == where
-    assert page.text_content("#label") == found.arrays["label"][(*cell, 0)]
-    assert page.text_content("#trouble") == ""
+    values = clicked(page, found, cell)
+    words = text_of(page, "verdict")
+    assert f"from x_0 = {values['x_0']:g}, v_0 = {values['v_0']:g}" in words
+    assert words.startswith(found.arrays["label"][(*cell, 0)] + " ")
+    assert text_of(page, "trouble") == ""
 
 
 def test_a_slider_moves_the_start_alone(page, small_basin):
-    acted(page, lambda: page.mouse.click(*place_of(page, (7, 6))))
-    acted(page, lambda: page.select_option("#history", "short"))
-    acted(page, lambda: page.fill("#slider-x_0", "900"))
-    assert page.text_content("#where") == "from the start of the sliders"
-    moved = -2.0 + 0.9 * 3.25
-    assert page.evaluate("NV.model('history data').data.x1[0]") == pytest.approx(moved, abs=0.01)
-    command = page.text_content("#command")
+    found = stored(small_basin)
+    clicked(page, found, (7, 6))
+    acted(page, lambda: page.locator("#orbit select").select_option(label="the first 12 periods"))
+    exact = page.locator("#parameters input").first
+    acted(page, lambda: (exact.fill("0.925"), exact.press("Enter")))
+    assert "from the start of the sliders" in text_of(page, "verdict")
+    assert value_of(page, "m('history data').data.x1[0]") == pytest.approx(0.925, abs=0.01)
+    command = page.locator(".files code").text_content()
     assert "--start=0.925,0.0 " in command
     assert "--set P=0.6" in command
-    acted(page, lambda: page.click("#original"))
-    middle = stored(small_basin).values_of((7, 6))["x_0"]
-    assert page.evaluate("NV.model('history data').data.x1[0]") == pytest.approx(middle, abs=0.01)
+    acted(page, lambda: page.locator("button", has_text="as in the map").click())
+    middle = found.values_of((7, 6))["x_0"]
+    assert value_of(page, "m('history data').data.x1[0]") == pytest.approx(middle, abs=0.01)
 
 
-def test_a_rectangle_of_starts_is_computed_finer_and_saved(page, tmp_path):
-    rectangle_computed(page, (2, 2), (6, 7))
-    inside = page.evaluate("NV.at.meta.axes.map((a) => [a.values[0], a.values[a.n - 1]])")
-    assert inside == [pytest.approx([-1.5, -0.5], abs=0.02), pytest.approx([-2, 0.5], abs=0.02)]
-    labels = set(page.evaluate("Array.from(NV.at.lanes.label, (code) => NV.at.meta.labels[code])"))
-    assert labels == {"T,0", "T,1"}
-    acted(page, lambda: page.mouse.click(*place_of(page, (5, 5))))
-    assert page.text_content("#label") in labels
-    page.click("summary:has-text('Save')")
+def test_a_rectangle_of_starts_is_computed_finer_and_saved(page, small_basin, tmp_path):
+    rectangle_computed(page, (-1.5, -2.0), (-0.5, 0.5))
+    ends = value_of(page, "[m('cells').x_range, m('cells').y_range].map((r) => [r.start, r.end])")
+    assert ends == [pytest.approx([-1.5, -0.5], abs=0.06), pytest.approx([-2, 0.5], abs=0.2)]
+    acted(page, lambda: page.mouse.click(*place_of(page, -1.0, -1.0)))
+    assert text_of(page, "verdict")[:4] in ("T,0 ", "T,1 ")
     path = tmp_path / "saved.toml"
     for what in ("scan", "portrait"):
         with page.expect_download() as download:
-            page.click(f"[data-save={what}]")
+            page.locator(".files a", has_text=what).click()
         download.value.save_as(path)
         if what == "scan":
             assert [axis.name for axis in load_scan(path).axes] == ["x_0", "v_0"]
@@ -71,5 +80,5 @@ def test_a_rectangle_of_starts_is_computed_finer_and_saved(page, tmp_path):
             x, v = load_portrait(path).start
             assert -1.5 < x < -0.5
             assert -2 < v < 0.5
-    page.click("#back")
-    page.wait_for_function("NV.at.meta.axes[0].values[0] === -2")
+    page.locator("button", has_text="back").click()
+    page.wait_for_function("Bokeh.documents[0].get_model_by_name('cells').x_range.start < -2")

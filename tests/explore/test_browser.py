@@ -1,15 +1,27 @@
-"""The pages in a real browser: click, keys, sliders, a rectangle, files; and without a network."""
+"""The page in a real browser: click, keys, sliders, a rectangle, files, themes."""
 
 import time
 
 import pytest
-from browsers import acted, browser_or_skip, place_of, rectangle_computed, watched_page
+from browsers import (
+    acted,
+    browser_or_skip,
+    place_of,
+    rectangle_computed,
+    text_of,
+    value_of,
+    wait_for_text,
+    watched_page,
+)
 from conftest import MAP, made_up
 
-from benchmarks.explore import KNOWN, Served, drawn
+from benchmarks.explore import KNOWN, Served, frame_of, opened_page
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.explore.chosen import sliders_of
+from nlds_vines.explore.histories import HISTORIES
 from nlds_vines.explore.map_data import stored
+from nlds_vines.plotting.style import HUES
 from nlds_vines.portrait.request import load_portrait
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
@@ -33,136 +45,188 @@ def server(small_map):
 @pytest.fixture(scope="module")
 def page(browser, server):
     page = watched_page(browser, accept_downloads=True)
-    page.goto(server.address)
-    drawn(page)
-    yield page
+    yield opened_page(page, server.address)
     assert page.faults == []
     page.context.close()
 
 
-def test_three_cells_are_clicked(page, small_map):
+@pytest.fixture
+def click(page, small_map):
+    """Return what clicks a cell and waits for its orbit."""
+    axes = stored(small_map).scan.axes
+
+    def click(*cell, page=page):
+        at = [axis.values[i] for axis, i in zip(axes, cell, strict=True)]
+        acted(page, lambda: page.mouse.click(*place_of(page, *at)))
+
+    return click
+
+
+def label(page):
+    return page.locator(".verdict .label").text_content()
+
+
+def test_three_cells_are_clicked(page, click, small_map):
     labels = stored(small_map).arrays["label"]
     for cell in ((0, 0), (4, 2), (2, 3)):
-        acted(page, lambda cell=cell: page.mouse.click(*place_of(page, cell)))
-        assert page.text_content("#label") == labels[(*cell, 0)]
-        assert page.text_content("#trouble") == ""
-    assert page.evaluate("NV.model('history data').data.t.length") > 100
-    assert "P = " in page.text_content("#readout")
+        click(*cell)
+        assert label(page) == labels[(*cell, 0)]
+        assert text_of(page, "trouble") == ""
+    assert value_of(page, "m('history data').data.t.length") > 100
+    assert "P = " in text_of(page, "readout")
 
 
-def test_the_arrow_keys_choose_a_cell(page, small_map):
-    acted(page, lambda: page.mouse.click(*place_of(page, (1, 1))))
+def test_the_second_of_two_quick_clicks_counts(page, small_map):
+    found = stored(small_map)
+    at = [place_of(page, found.scan.axes[0].values[i], 800.0) for i in (1, 2)]
+    page.mouse.click(*at[0])
+    page.mouse.click(*at[1])
+    wait_for_text(page, "readout", f"ω = {found.scan.axes[0].values[2]:.6g}")
+
+
+def test_the_arrow_keys_choose_a_cell(page, click, small_map):
+    click(1, 1)
     acted(page, lambda: page.keyboard.press("ArrowRight"))
     acted(page, lambda: page.keyboard.press("ArrowUp"))
-    assert page.evaluate("NV.at.cell") == [2, 2]
-    assert page.text_content("#label") == stored(small_map).arrays["label"][2, 2, 0]
+    values = stored(small_map).values_of((2, 2))
+    assert text_of(page, "readout").startswith(f"ω = {values['omega']:.6g} rad/s, P = ")
+    assert label(page) == stored(small_map).arrays["label"][2, 2, 0]
+    acted(page, lambda: page.keyboard.press("Shift+ArrowLeft"))
+    assert text_of(page, "readout").startswith("ω = 7.3 rad/s")
 
 
 def test_hovering_shows_label_and_evidence(page, small_map):
-    page.mouse.move(*place_of(page, (3, 1)))
-    page.wait_for_function("!document.getElementById('tip').hidden")
-    text = page.text_content("#tip")
-    assert stored(small_map).arrays["label"][3, 1, 0] in text
-    assert "E₁max" in text
+    values = stored(small_map).values_of((3, 1))
+    page.mouse.move(*place_of(page, values["omega"], values["P"]))
+    wait_for_text(page, "tip", "E₁max")
+    assert stored(small_map).arrays["label"][3, 1, 0] in text_of(page, "tip")
+    assert page.locator(".tip .bk-clearfix").is_visible()
+    page.mouse.move(2, 2)
+    page.locator(".tip .bk-clearfix").wait_for(state="hidden")
 
 
-def test_another_start_is_chosen(page, small_map):
-    acted(page, lambda: page.mouse.click(*place_of(page, (4, 3))))
-    acted(page, lambda: page.select_option("#start", "1"))
-    assert page.text_content("#label") == stored(small_map).arrays["label"][4, 3, 1]
-    acted(page, lambda: page.select_option("#start", "0"))
+def test_another_start_is_chosen(page, click, small_map):
+    click(4, 3)
+    start = page.locator("#map select").nth(1)
+    acted(page, lambda: start.select_option(label="random 1"))
+    assert label(page) == stored(small_map).arrays["label"][4, 3, 1]
+    acted(page, lambda: start.select_option(label="random 0"))
 
 
-@pytest.mark.parametrize("show", ["coexisting", "E1max", "share:T,1", "regimes of a start"])
+IMAGE = "m('cells').renderers[1].data_source.data.image[0]"
+
+
+@pytest.mark.parametrize(
+    "show",
+    [
+        "how many regimes coexist", "energy of the structure E₁max", "share of the starts in T,1",
+        "regimes of a start",
+    ],
+)  # fmt: skip
 def test_every_show_is_painted(page, show):
-    page.select_option("#show", show)
-    pixels = page.evaluate("Array.from(new Set(NV.model('picture').data.image[0]))")
-    assert pixels
-    assert 0 not in pixels  # no cell is left clear
-    assert page.locator("#legend li").count() >= 1
-    page.select_option("#show", "regimes")
+    before = text_of(page, "legend")
+    page.locator("#map select").first.select_option(label=show)
+    page.locator(".legend .bk-clearfix", has_text=before).wait_for(state="detached")
+    codes = value_of(page, f"Array.from(new Set({IMAGE}))")
+    assert codes
+    assert show.startswith("how many") or 0 not in codes  # no cell is left clear
+    page.locator("#map select").first.select_option(label="regimes, most frequent")
+    wait_for_text(page, "legend", before)
 
 
-def test_a_slider_moves_the_orbit(page):
-    acted(page, lambda: page.mouse.click(*place_of(page, (0, 0))))
-    before = page.evaluate("NV.model('history data').data.x1[100]")
-    page.evaluate("document.getElementById('slider-C').scrollIntoView()")
-    acted(page, lambda: page.fill("#slider-C", "600"))
-    assert page.evaluate("NV.model('history data').data.x1[100]") != before
-    assert page.locator(".slider.changed").count() == 1
-    acted(page, lambda: page.click("#original"))
-    assert page.evaluate("NV.model('history data').data.x1[100]") == before
+def test_a_slider_moves_the_orbit(page, click, small_map):
+    click(0, 0)
+    state = "m('history data').data.x1[100]"
+    before = value_of(page, state)
+    place = [spec.name for spec in sliders_of(stored(small_map).scan)].index("C")
+    exact = page.locator("#parameters input").nth(place)
+    handle = page.locator("#parameters .noUi-handle").nth(place)
+    acted(page, lambda: handle.press("ArrowRight"))
+    assert value_of(page, state) != before
+    assert float(exact.input_value()) != pytest.approx(0.06233)
+    assert page.locator(".bk-Slider.changed").count() == 1
+    acted(page, lambda: page.locator("button", has_text="as in the map").click())
+    assert value_of(page, state) == before
+    page.keyboard.press("Escape")
 
 
-def test_the_history_begins_at_the_start_where_that_is_chosen(page):
-    acted(page, lambda: page.mouse.click(*place_of(page, (1, 2))))
-    seen = "[NV.model('displacement').x_range.start, NV.model('displacement').x_range.end]"
-    assert page.evaluate("NV.model('history data').data.t[0]") > 60
-    acted(page, lambda: page.select_option("#history", "whole"))
-    page.wait_for_function(f"{seen}[0] < 1")
-    assert page.evaluate(seen)[1] > 70
-    acted(page, lambda: page.select_option("#history", "settled"))
-    page.wait_for_function(f"{seen}[0] >= 60")
+def test_the_history_begins_at_the_start_if_that_is_chosen(page, click):
+    click(1, 2)
+    history, seen = page.locator("#orbit select"), "m('displacement').x_range"
+    assert value_of(page, "m('history data').data.t[0]") > 60
+    acted(page, lambda: history.select_option(label=HISTORIES["whole"]))
+    assert value_of(page, f"{seen}.start") == 0
+    assert value_of(page, f"{seen}.end") > 70
+    acted(page, lambda: history.select_option(label=HISTORIES["settled"]))
+    assert value_of(page, f"{seen}.start") == 60
 
 
 def test_a_click_in_a_phase_plane_begins_there(page):
-    box = page.evaluate("""() => {
-        const view = Bokeh.index.find_one_by_id(NV.model("phase2").id)
-        view.el.scrollIntoView({block: "center"})
-        const r = view.el.getBoundingClientRect(), f = view.frame.bbox
-        return [r.x + f.left + 0.6 * f.width, r.y + f.top + 0.4 * f.height]
-    }""")
-    acted(page, lambda: page.mouse.click(*box))
-    assert page.text_content("#where") == "from a start of your own"
+    left, top, width, height = frame_of(page, "phase2")
+    acted(page, lambda: page.mouse.click(left + 0.6 * width, top + 0.4 * height))
+    assert "from a start of your own" in text_of(page, "verdict")
 
 
 def test_a_rectangle_is_computed_finer_and_one_goes_back(page):
-    page.evaluate("scrollTo(0, 0)")
-    rectangle_computed(page, (1, 1), (3, 2))
-    inside = page.evaluate("NV.at.meta.axes[0].values")
-    assert 7.35 < inside[0] < inside[-1] < 7.65
-    assert "0" not in {str(c) for c in page.evaluate("Array.from(NV.at.lanes.label)")}
-    page.click("#back")
-    page.wait_for_function("NV.at.meta.axes[0].values[0] === 7.3")
-    page.click("#forward")
-    page.wait_for_function("NV.at.meta.axes[0].values[0] > 7.35")
-    page.click("#back")
-    page.wait_for_function("NV.at.meta.axes[0].values[0] === 7.3")
+    start = "Bokeh.documents[0].get_model_by_name('cells').x_range.start"
+    rectangle_computed(page, (7.38, 766.0), (7.54, 834.0))
+    assert 7.3 < page.evaluate(start) < 7.4
+    assert 0 not in value_of(page, f"Array.from({IMAGE})")
+    page.locator("button", has_text="back").click()
+    page.wait_for_function(f"{start} < 7.3")
+    page.locator("button", has_text="forward").click()
+    page.wait_for_function(f"{start} > 7.3")
+    page.locator("button", has_text="back").click()
+    page.wait_for_function(f"{start} < 7.3")
 
 
 def test_files_are_saved(page, tmp_path):
-    page.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true })")
+    path = tmp_path / "saved"
     for what, read in (("portrait", load_portrait), ("scan", load_scan)):
         with page.expect_download() as download:
-            page.click(f"[data-save={what}]")
-        path = tmp_path / download.value.suggested_filename
+            page.locator(".files a", has_text=what).click()
         download.value.save_as(path)
         assert read(path).title
+    page.locator("button", has_text="as a picture").click()
     with page.expect_download() as download:
-        page.click("[data-save=picture]")
-    path = tmp_path / "picture.png"
+        page.locator(".files a", has_text="picture").click()
     download.value.save_as(path)
     assert path.read_bytes().startswith(b"\x89PNG")
-    assert "nlds-vines portrait" in page.text_content("#command")
+    assert "nlds-vines portrait" in page.locator(".files code").text_content()
+
+
+def color_in(page, name="displacement"):
+    """Return the color of the page and that of the background of a figure, as painted."""
+    return page.evaluate(
+        """(name) => {
+        const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id)
+        const canvas = view.canvas_view.primary.canvas, at = view.frame.bbox
+        const ratio = canvas.width / view.bbox.width
+        const pixel = canvas.getContext("2d").getImageData(
+            ratio * (at.left + 5), ratio * (at.top + 3), 1, 1).data
+        return [getComputedStyle(document.body).backgroundColor, [...pixel].slice(0, 3)]
+    }""",
+        name,
+    )
 
 
 def test_both_themes_are_there(page):
-    page.click("#theme")
-    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
-    assert page.evaluate("NV.model('map').background_fill_color") == "#1a1e25"
-    page.click("#theme")
-    assert page.evaluate("NV.model('map').background_fill_color") == "#ffffff"
+    light, dark = ["rgb(247, 246, 242)", [255, 255, 255]], ["rgb(18, 21, 26)", [26, 30, 37]]
+    assert color_in(page) == light
+    page.locator("button", has_text="◐").click()
+    assert color_in(page) == dark
+    page.locator("button", has_text="◐").click()
+    assert color_in(page) == light
 
 
-def test_a_second_page_of_the_same_archive_is_its_own(page, server):
-    acted(page, lambda: page.mouse.click(*place_of(page, (0, 0))))
-    label = page.text_content("#readout")
+def test_a_second_page_of_the_same_archive_is_its_own(page, server, click):
+    click(0, 0)
+    words = text_of(page, "readout")
     other = page.context.new_page()
     other.set_default_timeout(60_000)
-    other.goto(server.address)
-    drawn(other)
-    acted(other, lambda: other.mouse.click(*place_of(other, (5, 3))))
-    assert page.text_content("#readout") == label != other.text_content("#readout")
+    opened_page(other, server.address)
+    click(5, 3, page=other)
+    assert text_of(page, "readout") == words != text_of(other, "readout")
     other.close()
 
 
@@ -174,12 +238,10 @@ def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folde
     }
     path = made_up({**MAP, "vary": vary}, folder / "large.h5")
     served = Served(str(path))
-    page = watched_page(browser)
-    page.goto(served.address)
-    drawn(page)
-    page.evaluate("EXPLORE.ask('finer', {ranges: [[7.3, 7.7], [700, 900]]})")
-    page.wait_for_function("document.getElementById('progress').value > 0")
-    assert page.is_visible("#cancel")
+    page = opened_page(watched_page(browser), served.address)
+    page.locator("button", has_text="seen finer").click()
+    page.locator(".progress progress").wait_for()
+    assert page.locator("button", has_text="cancel").is_visible()
     page.context.close()
     end = time.monotonic() + 60
     used = served.processor_seconds()
@@ -189,10 +251,7 @@ def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folde
         if used - before < 0.2:
             break
         assert time.monotonic() < end, "it goes on although nobody looks"
-    again = watched_page(browser)
-    again.goto(served.address)
-    drawn(again)
-    again.context.close()
+    opened_page(watched_page(browser), served.address).context.close()
     assert served.end() == (130, "")
 
 
@@ -203,56 +262,75 @@ def report(request, small_map, small_diagram, folder):
     return request.param, output
 
 
-def test_the_report_opens_without_a_network(browser, report, small_map, small_diagram):
+@pytest.fixture
+def opened(browser):
+    """Return what opens a report without a network; no page may have asked for anything else."""
+    pages = []
+
+    def opened(path, **settings):
+        page = watched_page(browser, offline=True, **settings)
+        page.asked = []
+        page.on("request", lambda request: page.asked.append(request.url))
+        page.goto(path.as_uri())
+        page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
+        pages.append((page, path))
+        return page
+
+    yield opened
+    for page, path in pages:
+        assert page.asked == [path.as_uri()]
+        assert page.faults == []
+        page.context.close()
+
+
+def test_the_report_opens_without_a_network(opened, report, small_map, small_diagram):
     name, path = report
     found = stored({"map": small_map, "diagram": small_diagram}[name])
-    page = watched_page(browser, offline=True)
-    asked = []
-    page.on("request", lambda request: asked.append(request.url))
-    page.goto(path.as_uri())
-    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
-    page.evaluate("NV.choose(3, 0, 0)")
-    cell = (3, 0, 0)[: len(found.scan.axes)]
-    assert page.text_content("#label") == found.arrays["label"][(*cell, 0)]
-    section = page.evaluate("NV.model('section').data.x2")
+    page, axes = opened(path), found.scan.axes
+    low, high = value_of(page, "[m('cells').y_range.start, m('cells').y_range.end]")
+    y = axes[1].values[0] if len(axes) == 2 else (low + high) / 2
+    page.mouse.click(*place_of(page, axes[0].values[3], y))
+    cell = (3, 0)[: len(axes)]
+    wait_for_text(page, "verdict", f"ω = {axes[0].values[3]:.6g}")
+    assert text_of(page, "verdict").startswith(found.arrays["label"][(*cell, 0)])
+    section = value_of(page, "m('section').data.x2")
     assert section == pytest.approx(found.arrays["section"][(*cell, 0)][:, 2], abs=1e-4)
     page.keyboard.press("ArrowRight")
-    cell = (4, 0)[: len(found.scan.axes)]
-    assert page.text_content("#label") == found.arrays["label"][(*cell, 0)]
-    assert "from 7.3 to 7.7" in page.text_content("#text")
-    energy = found.arrays["E1max"][(*cell, 0)]
-    assert f"{energy:.4g}" in page.text_content("#evidence")
-    assert asked == [path.as_uri()]
-    assert page.faults == []
+    cell = (4, 0)[: len(axes)]
+    wait_for_text(page, "verdict", f"ω = {axes[0].values[4]:.6g}")
+    assert text_of(page, "verdict").startswith(found.arrays["label"][(*cell, 0)])
+    assert f"{found.arrays['E1max'][(*cell, 0)]:.4g}" in text_of(page, "verdict")
+    page.mouse.move(*place_of(page, axes[0].values[1], y))
+    wait_for_text(page, "tip", f"ω = {axes[0].values[1]:.6g}")
+    before = text_of(page, "legend")
+    page.locator("#map select").first.select_option(label="energy of the structure E₁max")
+    if name == "map":
+        page.locator(".legend .bk-clearfix", has_text=before).wait_for(state="detached")
+        assert text_of(page, "legend").endswith("J")
 
 
-def test_a_diagram_of_two_sweeps_names_their_colors(browser, small_sweeps, folder):
+def test_a_diagram_of_two_sweeps_names_their_colors(opened, small_sweeps, folder):
     path = folder / "sweeps.html"
     assert main(["report", str(small_sweeps), "-o", str(path), "--quiet"]) == 0
-    page = watched_page(browser, offline=True)
-    page.goto(path.as_uri())
-    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
-    entries = page.locator("#legend li").all_text_contents()
-    assert entries[:2] == ["up", "down"]
-    page.evaluate("NV.choose(5, 0, 1)")
-    assert page.input_value("#start") == "1"
-    assert page.text_content("#label") == stored(small_sweeps).arrays["label"][5, 1]
-    assert len(set(page.evaluate("Array.from(NV.model('picture').data.image[0])"))) == 3
-    assert page.faults == []
+    page = opened(path)
+    assert text_of(page, "legend").startswith("updown")
+    page.locator("#map select").nth(1).select_option(label="down")
+    wait_for_text(page, "verdict", "(down)")
+    label = stored(small_sweeps).arrays["label"][4, 1]
+    assert text_of(page, "verdict").startswith(f"{label} (down)")
+    colors = value_of(
+        page, "m('cells').renderers.map((r) => r.glyph?.fill_color?.value).filter((c) => c)"
+    )
+    assert {HUES["blue"], HUES["vermillion"]} <= set(colors)
 
 
-def test_a_dark_report_is_printed_light(browser, small_map, folder):
+def test_a_dark_report_is_printed_light(opened, small_map, folder):
     path = folder / "printed.html"
     assert main(["report", str(small_map), "-o", str(path), "--quiet"]) == 0
-    page = watched_page(browser, color_scheme="dark")
-    page.goto(path.as_uri())
-    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
-    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
-    page.evaluate("""addEventListener("beforeprint", () => {
-        const {theme} = document.documentElement.dataset
-        window.printed = [theme, NV.model("map").background_fill_color]
-    })""")
+    page = opened(path, color_scheme="dark")
+    assert color_in(page, "plane x1")[1] == [26, 30, 37]
+    page.evaluate("addEventListener('beforeprint', () => { window.printed = "
+                  "document.documentElement.dataset.theme })")  # fmt: skip
     assert len(page.pdf()) > 10_000
-    assert page.evaluate("window.printed") == ["light", "#ffffff"]
-    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
-    assert page.faults == []
+    assert page.evaluate("window.printed") == "light"
+    assert color_in(page, "plane x1") == ["rgb(18, 21, 26)", [26, 30, 37]]

@@ -11,11 +11,10 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import recipes
-from nlds_vines.explore.answers import evidence_of, words_of
+from nlds_vines.explore.chosen import sliders_of
 from nlds_vines.explore.histories import LONG, MOST_POINTS, SHOW
-from nlds_vines.explore.live_orbit import Sampling, live_orbit
+from nlds_vines.explore.live_orbit import Sampling, evidence_of, live_orbit, words_of
 from nlds_vines.explore.map_computation import FEWEST, MOST_ORBITS, Job, finer
-from nlds_vines.explore.page_document import sliders_of
 from nlds_vines.portrait.request import load_portrait
 
 SAMPLING = Sampling(60, 30, effort="quick")
@@ -233,18 +232,18 @@ def test_a_cancelled_job_ends_with_its_block(monkeypatch):
 
 def test_there_is_a_slider_for_every_parameter():
     entries = sliders_of(SCAN)
-    assert {entry["name"] for entry in entries} == set(SCAN.system.parameters)
-    assert [entry["name"] for entry in entries[:2]] == ["P", "omega"] or [
-        entry["name"] for entry in entries[:2]
+    assert {entry.name for entry in entries} == set(SCAN.system.parameters)
+    assert [entry.name for entry in entries[:2]] == ["P", "omega"] or [
+        entry.name for entry in entries[:2]
     ] == ["omega", "P"]
     for entry in entries:
-        assert entry["low"] <= entry["value"] <= entry["high"], entry
-        SCAN.system.with_(**{entry["name"]: entry["low"]})
-        SCAN.system.with_(**{entry["name"]: entry["high"]})
+        assert entry.low <= entry.value <= entry.high, entry
+        SCAN.system.with_(**{entry.name: entry.low})
+        SCAN.system.with_(**{entry.name: entry.high})
 
 
 def test_a_varied_stiffness_has_a_slider_in_place_of_the_constants():
     scan = load_scan({"system": "ssul-set6", "vary": {"K": {"start": 1e7, "stop": 9e7, "num": 5}}})
-    names = [entry["name"] for entry in sliders_of(scan)]
+    names = [entry.name for entry in sliders_of(scan)]
     assert names[0] == "K"
     assert "E1" not in names

@@ -7,10 +7,10 @@ import pytest
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.explore.cell_columns import columns, section_points
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
-from nlds_vines.explore.map_choices import classes_of, label_words, shows_of
 from nlds_vines.explore.map_data import empty, stored
+from nlds_vines.explore.map_view import classes_of, column, label_codes, shows_of
+from nlds_vines.explore.report.report_page import section_points
 from nlds_vines.orbits.status_words import NOT_COMPUTED, OK, STATUS
 
 
@@ -30,13 +30,13 @@ def test_the_arrays_are_those_of_the_archive(small_map):
 
 def test_the_columns_stand_start_by_start_and_cell_by_cell(small_map):
     found = stored(small_map)
-    column, words = columns(found), label_words(found)
+    words = label_codes(found)[0]
     for i, j, k in ((0, 0, 0), (5, 3, 1), (2, 1, 0)):
-        row = (i * 4 + j) * 2 + k
-        assert words[column["label"][row]] == found.arrays["label"][i, j, k]
-        assert column["E1max"][row] == np.float32(found.arrays["E1max"][i, j, k])
-    never = found.lanes("settling").ravel() < 0
-    np.testing.assert_array_equal(np.isnan(column["settling"]), never)
+        place = i * 4 + j, k
+        assert words[column(found, "label")[place]] == found.arrays["label"][i, j, k]
+        assert column(found, "E1max")[place] == np.float32(found.arrays["E1max"][i, j, k])
+    never = found.lanes("settling") < 0
+    np.testing.assert_array_equal(np.isnan(column(found, "settling")), never)
 
 
 @pytest.mark.kernels
@@ -71,7 +71,7 @@ def test_a_sweep_without_states_says_that_it_begins_at_rest(small_sweeps):
 def test_a_scan_under_way_ends_as_its_archive(small_map):
     whole = stored(small_map)
     growing = empty(whole.scan)
-    assert set(columns(growing)["label"]) == {0}
+    assert set(column(growing, "label").ravel()) == {0}
     computer = Computer(whole.scan, helped=False)
     for block in blocks_of(whole.scan):
         growing.put(block, computer.block(block))
@@ -122,7 +122,7 @@ def test_the_colors_are_those_of_the_pictures(small_map):
     from nlds_vines.plotting.palette import colors
 
     found = stored(small_map)
-    words = label_words(found)[1:]
+    words = label_codes(found)[0][1:]
     shades = colors(words)
     classes = classes_of(found)[1:]
     assert [shade for _, shade, _ in classes] == [shades[word] for word in words]
@@ -137,5 +137,5 @@ def test_a_map_of_sections_alone_shows_what_is_computed(small_map):
     arrays["status"][0, 0, 0], arrays["status"][1, 0, 0] = NOT_COMPUTED, failed
     bare = type(found)(found.scan, arrays)
     assert [show.name for show in shows_of(bare)] == ["status"]
-    codes = columns(bare)["computed"].reshape(6, 4, 2)
+    codes = column(bare, "computed").reshape(6, 4, 2)
     assert (codes[0, 0, 0], codes[1, 0, 0], codes[2, 2, 1]) == (0, 2, 1)

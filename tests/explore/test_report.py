@@ -1,9 +1,10 @@
 """The page without a server: its size, its numbers, its words; branches and claims on it."""
 
 import base64
+import gzip
 import json
 import re
-import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,26 +13,43 @@ from conftest import MAP
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.explore.cell_columns import columns
-from nlds_vines.explore.map_choices import label_words
 from nlds_vines.explore.map_data import Stored, stored
+from nlds_vines.explore.map_view import column, label_codes, painted, shows_of
 from scans import unfilled
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
-from nlds_vines.explore.report.report_page import MOST_BYTES, coded, packed, report_page, rounded
+from nlds_vines.explore.report.report_page import MOST_BYTES, coded, report_page, rounded
 
 
-def unpacked(html):
-    """Return the header of a page and its columns, as a browser unpacks them."""
-    meta = json.loads(re.search(r'id="meta">(.*?)</script>', html, re.DOTALL)[1])
-    texts = re.search(r'id="packed">(.*?)</script>', html, re.DOTALL)[1].split()
-    found = {}
-    for entry, text in zip(meta["entries"], texts, strict=True):
-        dtype, planes = np.dtype(f"<{entry['kind']}"), zlib.decompress(base64.b64decode(text))
-        bytes_ = np.frombuffer(planes, np.uint8).reshape(dtype.itemsize, entry["length"]).T
-        found[entry["name"]] = np.ascontiguousarray(bytes_).view(dtype).ravel()
-    return meta, found
+def arguments_of(html):
+    """Return the arguments of the script of a page by name, arrays as a browser decodes them."""
+    text = re.search(r'application/json" id="[^"]*">(.*?)</script>', html, re.DOTALL)[1]
+    models = {}
+
+    def decoded(value):
+        if isinstance(value, list):
+            return [decoded(one) for one in value]
+        if not isinstance(value, dict):
+            return value
+        kind = value.get("type")
+        if kind == "ndarray":
+            data = gzip.decompress(base64.b64decode(value["array"]["data"]))
+            return np.frombuffer(data, value["dtype"]).reshape(value["shape"])
+        if kind == "map":
+            return {decoded(key): decoded(one) for key, one in value.get("entries", ())}
+        if kind == "number":
+            return float(value["value"])
+        if kind == "object":
+            models[value["id"]] = made = {"name": value["name"], "id": value["id"]}
+            made |= {key: decoded(one) for key, one in value.get("attributes", {}).items()}
+            return made
+        if "id" in value:
+            return models[value["id"]]
+        return {key: decoded(one) for key, one in value.items()}
+
+    decoded(json.loads(text))
+    return next(m["args"] for m in models.values() if "shows" in m.get("args", {}))
 
 
 def test_numbers_keep_four_digits():
@@ -46,21 +64,9 @@ def test_numbers_keep_four_digits():
 def test_states_keep_sixteen_bits_of_their_range():
     states = np.random.default_rng(1).normal(size=(50, 3, 4))
     states[7, 1] = np.nan
-    codes, ranges = coded(states)
-    low, high = np.array(ranges).T
-    found = np.where(codes == 65535, np.nan, low + codes * ((high - low) / 65534))
-    np.testing.assert_allclose(found, states, atol=0.51 * np.max(high - low) / 65534)
-
-
-@pytest.mark.parametrize(
-    "values",
-    [np.arange(5, dtype="u2"), np.array([1.5, np.nan], "f4"), np.array([-1, 7], "i1")],
-)
-def test_a_packed_column_is_unpacked(values):
-    one = packed("a", values)
-    meta = json.dumps({"entries": [one.entry]})
-    _, found = unpacked(f'id="meta">{meta}</script> id="packed">{one.text}</script>')
-    np.testing.assert_array_equal(found["a"], values)
+    codes, low, step = coded(states)
+    found = np.where(codes == 65535, np.nan, low + codes * step)
+    np.testing.assert_allclose(found, states, atol=0.51 * np.max(step))
 
 
 @pytest.fixture(scope="module")
@@ -69,24 +75,31 @@ def page(small_map):
 
 
 def test_the_page_holds_what_the_archive_does(page, small_map):
-    meta, found = unpacked(page)
-    archive = stored(small_map)
-    assert meta["labels"] == label_words(archive)
-    everything = columns(archive)
-    np.testing.assert_array_equal(found["label"], everything["label"])
-    np.testing.assert_allclose(found["E1max"], everything["E1max"], rtol=2e-4)
-    (low, high) = np.array(meta["ranges"]).T
-    states = low + found["section"].reshape(-1, 30, 4) * ((high - low) / 65534)
+    known = arguments_of(page)
+    archive, columns = stored(small_map), known["columns"]["data"]
+    assert known["labels"] == label_codes(archive)[0]
+    np.testing.assert_array_equal(columns["label"], column(archive, "label").ravel())
+    np.testing.assert_allclose(columns["E1max"], column(archive, "E1max").ravel(), rtol=2e-4)
+    states = known["low"] + known["codes"].reshape(-1, 30, 4) * np.array(known["step"])
     expected = archive.lanes("section").reshape(-1, 30, 4)
-    np.testing.assert_allclose(states, expected, atol=1e-4 * np.max(high - low))
+    np.testing.assert_allclose(states, expected, atol=1.1 * max(known["step"]))
+    images = known["images"]["data"]
+    (show,) = [one for one in shows_of(archive) if one.name == "E1max"]
+    np.testing.assert_array_equal(images["E1max:1"][0], painted(archive, show, 1).codes)
 
 
 def test_each_figure_has_its_place_on_the_page(page):
     roots = json.loads(re.search(r'"roots":(\{[^}]*\})', page)[1])
-    assert len(roots) == 3  # the map and two phase planes
+    assert len(roots) == 9  # controls, tip, map, legend, hint, key, words, two phase planes
     assert all(f'id="{place}"' in page for place in roots.values())
-    for name in ("label", "where", "evidence"):  # what the script fills for the chosen cell
-        assert f'id="{name}"' in page
+
+
+def test_the_page_tells_nothing_of_the_machine_of_its_author(page, small_map):
+    about = stored(small_map).about
+    for name in ("machine", "history"):
+        assert str(about[name]) not in page
+    assert str(Path.home()) not in page
+    assert str(small_map.parent) not in page
 
 
 def test_the_page_asks_for_nothing_from_outside(page):
@@ -136,9 +149,10 @@ def test_a_large_map_fits_into_a_mail(sides, count):
     want = ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]
     report = report_page(big(sides, count, want))
     assert report.size <= MOST_BYTES
-    _, found = unpacked(report.html)
-    assert found["label"].size == 90_000
-    assert {"E1max", "section"} <= set(found)
+    known = arguments_of(report.html)
+    assert known["columns"]["data"]["label"].size == 90_000
+    assert "E1max" in known["columns"]["data"]
+    assert known["kept"] >= 1
     assert "holds" in report.left_out
 
 

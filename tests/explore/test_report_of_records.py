@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 import pytest
-from browsers import browser_or_skip, watched_page
+from browsers import browser_or_skip, seen_text, text_of, watched_page
 
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import Stored
@@ -82,15 +82,16 @@ def check(browser, folder, results):
     path.write_text(report_page(results).html, encoding="utf-8")
     page = watched_page(browser)
     page.goto(path.as_uri())
-    page.wait_for_function("document.body.innerText.includes('7.33')")  # the middle one is chosen
-    assert "a report" in page.inner_text("body")
+    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
+    assert "7.33" in text_of(page, "verdict")  # the middle one is chosen
+    assert "a report" in seen_text(page)
     box = largest_figure(page)
     assert painted(page, box) > (0.15 if len(results.scan.axes) == 2 else 1e-4)
     page.mouse.click(box["x"] + 0.51 * box["width"], box["y"] + 0.45 * box["height"])
     page.keyboard.press("ArrowRight")
-    page.wait_for_function("document.body.innerText.includes('7.44')")
-    assert "NaN" not in page.inner_text("body")
-    assert "undefined" not in page.inner_text("body")
+    page.locator(".verdict .bk-clearfix", has_text="7.44").wait_for()
+    assert "NaN" not in seen_text(page)
+    assert "undefined" not in seen_text(page)
     assert page.faults == []
     page.context.close()
 

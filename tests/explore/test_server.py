@@ -13,7 +13,7 @@ from benchmarks.explore import Served
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
 from nlds_vines.explore.local_port import listening
-from nlds_vines.explore.server import MOST_PAGES
+from nlds_vines.explore.page_server import MOST_PAGES
 
 
 class Asked(Served):
@@ -21,7 +21,7 @@ class Asked(Served):
 
     def __init__(self, *arguments):
         super().__init__(*map(str, arguments))
-        _, _, self.host, self.token, _ = self.address.split("/")
+        self.host, self.token = self.address.removeprefix("http://").split("/enter?token=")
         self.port = int(self.host.rpartition(":")[2])
         self.headers = {}
 
@@ -48,8 +48,8 @@ class Patient(Asked):
 
     program = (
         "-c",
-        "import sys; from nlds_vines import __main__; from nlds_vines.explore import server;"
-        "server.LEFT_SECONDS = 600.0; sys.exit(__main__.main(sys.argv[1:]))",
+        "import sys; from nlds_vines import __main__; from nlds_vines.explore import page_server;"
+        "page_server.LEFT_SECONDS = 600.0; sys.exit(__main__.main(sys.argv[1:]))",
     )
 
 
@@ -60,12 +60,11 @@ def server(small_map):
 
 
 def test_the_address_leads_to_the_page_and_leaves_a_cookie(server):
-    for path in (f"/{server.token}", f"/{server.token}/"):
-        assert server.get(path, cookie=False)[0] == 302
-        assert server.headers["Location"] == "/"
-        cookie = server.headers["Set-Cookie"]
-        assert cookie.startswith(f"nlds_vines_{server.port}={server.token};")
-        assert {"HttpOnly", "Path=/", "SameSite=Lax"} <= set(cookie.split("; "))
+    assert server.get(f"/enter?token={server.token}", cookie=False)[0] == 302
+    assert server.headers["Location"] == "/"
+    cookie = server.headers["Set-Cookie"]
+    assert cookie.startswith(f"nlds_vines_{server.port}={server.token};")
+    assert {"HttpOnly", "Path=/", "SameSite=Lax"} <= set(cookie.split("; "))
     status, text = server.get("/")
     assert status == 200
     assert "a small map" in text
@@ -84,12 +83,18 @@ def test_without_the_cookie_everything_is_refused(server, path):
 
 
 def test_a_token_that_is_almost_right_is_refused(server):
-    for path in (f"/{server.token}x/", f"/{server.token[:-1]}", f"/{server.token}/ws"):
+    asked = (f"={server.token}x", f"={server.token[:-1]}", "=", "", f"={server.token}&token=x")
+    for path in (*(f"/enter?token{one}" for one in asked), f"/{server.token}/", "/enter/x"):
         assert server.get(path, cookie=False)[0] == 403
 
 
 def test_every_answer_says_what_a_browser_may_load(server):
-    for path, cookie in (("/", True), ("/", False), (f"/{server.token}/", False), ("/no", True)):
+    for path, cookie in (
+        ("/", True),
+        ("/", False),
+        (f"/enter?token={server.token}", False),
+        ("/no", True),
+    ):
         server.get(path, cookie)
         policy = server.headers["Content-Security-Policy"]
         assert "default-src 'none'" in policy
@@ -101,7 +106,7 @@ def test_every_answer_says_what_a_browser_may_load(server):
 
 @pytest.mark.parametrize("host", ["evil.example", "localhost:{port}", "127.0.0.1"])
 def test_under_another_name_everything_is_refused(server, host):
-    for path in ("/", f"/{server.token}/"):
+    for path in ("/", f"/enter?token={server.token}"):
         assert server.get(path, Host=host.replace("{port}", str(server.port)))[0] == 403
 
 

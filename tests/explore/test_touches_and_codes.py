@@ -4,8 +4,8 @@ import numpy as np
 from conftest import DIAGRAM, MAP
 
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.explore.answers import payload
 from nlds_vines.explore.map_data import empty
+from nlds_vines.explore.map_view import column, diagram_values, shows_of
 from nlds_vines.explore.report.report_page import report_page
 from nlds_vines.orbits.modulation import FLAGS
 
@@ -16,14 +16,12 @@ def test_a_diagram_shows_the_section_at_impact():
     speeds = found.arrays["impact_speed"]
     assert speeds.shape == (9, 1, 4 * 30)  # room for four impacts a period
     speeds[...] = np.arange(speeds.size).reshape(speeds.shape)
-    meta, sources = payload(found)
-    shows = {show["name"]: show for show in meta["shows"]}
+    shows = {show.name: show for show in shows_of(found)}
     assert list(shows)[:4] == ["x2", "x1", "impact_speed", "impact_phase"]
-    assert shows["impact_speed"]["points"]
-    assert shows["impact_speed"]["unit"] == "m/s"
-    np.testing.assert_array_equal(sources["touched"]["impact_speed"], np.arange(speeds.size))
-    assert sources["touched"].keys() == {"impact_speed", "impact_phase"}
-    assert '"name": "impact_speed"' not in report_page(found).html  # it holds nothing of touches
+    assert (shows["impact_speed"].points, shows["impact_speed"].unit) == (True, "m/s")
+    drawn = diagram_values(found, shows["impact_speed"])
+    np.testing.assert_array_equal(drawn.ravel(), np.arange(speeds.size))
+    assert '"impact_speed"' not in report_page(found).html  # it holds nothing of touches
 
 
 def test_a_map_shows_the_kind_of_modulation():
@@ -31,11 +29,9 @@ def test_a_map_shows_the_kind_of_modulation():
     found = empty(load_scan(twice))
     codes = found.arrays["capture"]
     codes[...] = np.arange(codes.size).reshape(codes.shape) % 5 - 1
-    meta, sources = payload(found)
-    (show,) = [one for one in meta["shows"] if one["name"] == "capture"]
-    words = [word for word, *_ in show["classes"]]
+    (show,) = [one for one in shows_of(found) if one.name == "capture"]
+    words = [word for word, *_ in show.classes]
     assert words[1:] == ["no impacts", "strongly modulated", "sustained 1:1", "more impacts"]
     assert len(words) == len(FLAGS) + 1
-    np.testing.assert_array_equal(sources["lanes"]["capture"], np.arange(codes.size) % 5)
-    assert not sources["touched"]  # a map has no room for them
-    assert "impact_phase" not in found.arrays
+    np.testing.assert_array_equal(column(found, "capture").ravel(), np.arange(codes.size) % 5)
+    assert "impact_phase" not in found.arrays  # a map has no room for touches

@@ -13,30 +13,19 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource
 
 from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.explore.page_elements import FONT, roled
-from nlds_vines.plotting.style import HUES
+from nlds_vines.plotting.style import GRAY, HUES
 
 _MARKERS = {"o": "circle", "^": "triangle", "s": "square", "X": "x", "D": "diamond"}
 _MARKERS["v"] = "inverted_triangle"
 
 KINDS = {kind: (look["color"], _MARKERS[look["marker"]]) for kind, look in MARKS.items()}
 """Color and marker of each kind of special point: those of pictures."""
-
-_PATHS = {
-    "circle": "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z",
-    "triangle": "M0-4L4 4L-4 4z",
-    "square": "M-4-4H4V4H-4z",
-    "x": "M-4-2L-2-4L0-2L2-4L4-2L2 0L4 2L2 4L0 2L-2 4L-4 2L-2 0z",
-    "diamond": "M0-5L4 0L0 5L-4 0z",
-    "inverted_triangle": "M0 4L4-4L-4-4z",
-}  # of the markers in a legend, as SVG draws them
 
 ENERGIES = ("E1max", "E2max")
 
@@ -85,31 +74,28 @@ def special_table(result: Continued) -> Table:
     return Table("Special points of the branches", head, rows)
 
 
-def marks_of(result: Continued) -> list[dict[str, str]]:
-    """Return the entries of a legend of special points: path, color and words of each kind."""
-    curves = {curve.kind for curve in result.curves}
-    return [
-        {"path": _PATHS[marker], "color": shade, "words": f"{kind} {WORDS[kind]}"}
-        for kind, (shade, marker) in KINDS.items()
-        if kind in result.special_points.kind or kind in curves
-    ]
+def words_of_kinds(result: Continued) -> str:
+    """Return the kinds of special points that there are: `LP fold, PD period doubling`."""
+    kinds = {*map(str, result.special_points.kind), *(curve.kind for curve in result.curves)}
+    return ", ".join(f"{kind} {words}" for kind, words in WORDS.items() if kind in kinds)
 
 
-def draw_branches(figure: Any, result: Continued, found: Stored) -> None:
-    """Draw a continuation over the figure of a map or a diagram."""
+def draw_branches(figure: Any, result: Continued, found: Stored) -> dict[str, list[Any]]:
+    """Draw a continuation over the figure of a map or a diagram.
+
+    Returns what belongs to each number that a diagram shows; under "" what is always seen.
+    """
     if len(found.scan.axes) == 1:
         components = found.scan.system.scene.components
-        for show in ("x2", "x1", "x", *ENERGIES):
-            if show in components or show in ENERGIES:
-                _draw_values(figure, result, show)
-    elif result.curves:
-        _draw_curves(figure, result, [axis.name for axis in found.scan.axes])
-    else:
-        _draw_points(figure, result, found)
+        shows = [show for show in ("x2", "x1", "x") if show in components]
+        return {show: _draw_values(figure, result, show) for show in (*shows, *ENERGIES)}
+    if result.curves:
+        return {"": _draw_curves(figure, result, [axis.name for axis in found.scan.axes])}
+    return {"": _draw_points(figure, result, found)}
 
 
-def _draw_values(figure: Any, result: Continued, show: str) -> None:
-    """Draw the values of all branches over their parameter; seen where the diagram shows them."""
+def _draw_values(figure: Any, result: Continued, show: str) -> list[Any]:
+    """Draw the values of all branches over their parameter, full where they are stable."""
     components = result.request.system.scene.components
 
     def values(branch: Branch) -> np.ndarray:
@@ -117,6 +103,7 @@ def _draw_values(figure: Any, result: Continued, show: str) -> None:
             return branch.E1max if show == "E1max" else branch.E2max
         return branch.sections[:, :, components.index(show)]
 
+    drawn = []
     for stable, dash in ((True, "solid"), (False, (5, 3))):
         xs, ys = [], []
         for branch in result.branches:
@@ -124,13 +111,13 @@ def _draw_values(figure: Any, result: Continued, show: str) -> None:
                 for part in _runs(branch.stable == stable):
                     xs.append(branch.parameter[part])
                     ys.append(one[part])
-        line = figure.multi_line(xs, ys, line_width=1.6, line_dash=dash, visible=False)
-        roled(line, "wall", f"of {show}")
+        color = HUES["vermillion"]
+        drawn.append(figure.multi_line(xs, ys, line_width=1.6, line_dash=dash, line_color=color))
     rows = [
         row for row in result.special_points if row.index + 1 < len(result.branches[row.branch])
     ]
     at = [_at(values(result.branches[row.branch]), int(row.index)) for row in rows]
-    _mark(figure, [r.kind for r in rows], [r.value for r in rows], at, f"of {show}")
+    return drawn + _mark(figure, [r.kind for r in rows], [r.value for r in rows], at)
 
 
 def _at(values: np.ndarray, index: int) -> float:
@@ -147,7 +134,7 @@ def _runs(chosen: np.ndarray) -> Iterator[slice]:
             yield slice(int(first), int(stop) + 1)
 
 
-def _draw_curves(figure: Any, result: Continued, axes: list[str]) -> None:
+def _draw_curves(figure: Any, result: Continued, axes: list[str]) -> list[Any]:
     """Draw the curves of special points in the plane of the map."""
     names = [item.name for item in result.request.free]
     if sorted(names) != sorted(axes):
@@ -156,18 +143,22 @@ def _draw_curves(figure: Any, result: Continued, axes: list[str]) -> None:
             f"{', '.join(axes)}"
         )
     first, second = (names.index(name) for name in axes)
+    drawn = []
     for curve in result.curves:
         shade, _ = KINDS.get(curve.kind, (HUES["black"], "circle"))
         for width, color in ((4.5, "#ffffff"), (2.2, shade)):  # seen on any color
-            figure.line(
-                curve.values[:, first], curve.values[:, second], line_color=color,
-                line_width=width, legend_label=curve.kind,
+            drawn.append(
+                figure.line(
+                    curve.values[:, first], curve.values[:, second], line_color=color,
+                    line_width=width, legend_label=curve.kind,
+                )
             )  # fmt: skip
         for name, *place in curve.meetings:
-            _mark(figure, [name], [place[first]], [place[second]])
+            drawn += _mark(figure, [name], [place[first]], [place[second]])
+    return drawn
 
 
-def _draw_points(figure: Any, result: Continued, found: Stored) -> None:
+def _draw_points(figure: Any, result: Continued, found: Stored) -> list[Any]:
     """Draw the special points of branches on the line of the map along which they were found."""
     axes, name = [axis.name for axis in found.scan.axes], result.request.along.name
     other = next(axis for axis in axes if axis != name)
@@ -175,11 +166,11 @@ def _draw_points(figure: Any, result: Continued, found: Stored) -> None:
     values = [float(value) for value in result.special_points.value]
     places = [values, [across] * len(values)]
     first, second = places if axes[0] == name else places[::-1]
-    _mark(figure, list(result.special_points.kind), first, second)
+    return _mark(figure, list(result.special_points.kind), first, second)
 
 
-def _mark(figure: Any, kinds: list[Any], x: list[Any], y: list[Any], *tags: str) -> None:
-    """Mark special points by their kind's marker and name."""
+def _mark(figure: Any, kinds: list[Any], x: list[Any], y: list[Any]) -> list[Any]:
+    """Mark special points by the marker and the name of their kind."""
     look = [KINDS.get(str(kind), (HUES["black"], "circle")) for kind in kinds]
     source = ColumnDataSource(
         {
@@ -187,16 +178,11 @@ def _mark(figure: Any, kinds: list[Any], x: list[Any], y: list[Any], *tags: str)
             "shade": [shade for shade, _ in look], "marker": [marker for _, marker in look],
         }
     )  # fmt: skip
-    seen = not tags
     dots = figure.scatter(
-        "x", "y", marker="marker", size=9, fill_color="shade", line_color="#ffffff", source=source,
-        visible=seen,
-    )  # fmt: skip
-    dots.tags = list(tags)
-    if set(source.data["name"]) <= set(KINDS):  # the legend of the page has their names
-        return
+        "x", "y", marker="marker", size=9, fill_color="shade", line_color="#ffffff", source=source
+    )
     words = figure.text(
-        "x", "y", text="name", x_offset=6, y_offset=-4, source=source, visible=seen,
-        text_font=value(FONT), text_font_size="11px", text_font_style="bold",
+        "x", "y", text="name", x_offset=6, y_offset=-4, source=source, text_color=GRAY,
+        text_font_size="11px", text_font_style="bold",
     )  # fmt: skip
-    roled(words, "text", *tags)
+    return [dots, words]

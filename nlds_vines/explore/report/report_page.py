@@ -1,33 +1,54 @@
-"""A map as one page: figures, numbers, words and script in one file."""
+"""A map as one page: figures, numbers, words and script in one file, without a server."""
 
 from __future__ import annotations
 
-import base64
-import json
-import zlib
+import gzip
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
 from bokeh.document import Document
 from bokeh.embed import file_html
-from bokeh.models import ColumnDataSource, CustomJS, Range1d
+from bokeh.events import DocumentReady
+from bokeh.layouts import row
+from bokeh.models import ColumnDataSource, CustomJS, Select
 from bokeh.resources import Resources
 
 from nlds_vines.continuation.result import Continued
-from nlds_vines.explore.cell_columns import columns, meta_of, section_points
-from nlds_vines.explore.map_choices import STATUS_SHOW
+from nlds_vines.explore.figures import (
+    WALL,
+    WIDE,
+    MapFigure,
+    frame,
+    page_file,
+    plain_figure,
+    text,
+    theme_button,
+)
 from nlds_vines.explore.map_data import NUMBERS, Stored
-from nlds_vines.explore.map_figure import map_figures
-from nlds_vines.explore.page_elements import frame, page_file, plain_figure, roled
+from nlds_vines.explore.map_view import (
+    STATUS_SHOW,
+    Places,
+    Show,
+    column,
+    diagram_colors,
+    diagram_values,
+    in_brackets,
+    label_codes,
+    painted,
+    painted_diagram,
+    shows_of,
+    told,
+    values_in_words,
+)
 from nlds_vines.explore.report.branch_lines import (
     Table,
     draw_branches,
-    marks_of,
     special_table,
+    words_of_kinds,
 )
-from nlds_vines.explore.shared_map import middle
 
 MOST_BYTES = 5_000_000
 """The most bytes of a page, so that it can be sent by mail."""
@@ -35,15 +56,24 @@ MOST_BYTES = 5_000_000
 POINTS = (1000, 240, 120, 48, 24, 12, 6, 3, 1)
 """How many states of each section a page holds: the most for which it is small enough."""
 
+MOST_DOTS = 100_000
+"""The most dots of a diagram that a browser draws at once."""
+
+BITS = 12
+"""Bits that a number keeps after the leading one."""
+
+_LAST, _NONE = 65534, 65535  # the code of the largest value of a component; there is no state
 _SECTION_SHARE = 0.4  # of the room, which sections may take from numbers
-_MOST_PACKED = 100  # times smaller than its numbers is a column at best
 _SYMBOLS = {"x": "x", "v": "ẋ", "x1": "x₁", "v1": "ẋ₁", "x2": "x₂", "v2": "ẋ₂"}
-_PLANE = 250  # pixels, height of a phase plane
 _PROVENANCE = (
-    ("source", "made by"), ("commit", "commit"), ("history", "history"), ("scan_hash", "hash"),
-    ("system", "system"), ("kind", "kind"), ("machine", "machine"),
-    ("python_version", "Python"), ("numba_version", "Numba"), ("numpy_version", "NumPy"),
+    ("source", "made by"), ("commit", "commit"), ("scan_hash", "hash"), ("system", "system"),
+    ("kind", "kind"), ("python_version", "Python"), ("numba_version", "Numba"),
+    ("numpy_version", "NumPy"),
 )  # fmt: skip
+_POLICY = (
+    '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; script-src '
+    "'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:\">"
+)
 
 
 @dataclass(frozen=True)
@@ -59,123 +89,225 @@ class Report:
         return len(self.html.encode())
 
 
+class Section(NamedTuple):
+    """The last states of all sections, (lanes, points, components), as codes; low + code step."""
+
+    codes: np.ndarray
+    low: np.ndarray
+    step: np.ndarray
+
+
 def report_page(
     found: Stored, branches: Continued | None = None, tables: Sequence[Table] = ()
 ) -> Report:
-    """Return the page of a map, with branches and further tables where there are any.
+    """Return the page of a map, with branches and further tables if there are any.
 
     It holds as many states of the sections, and as many of the recorded numbers, as `MOST_BYTES`
     allow, the most telling first.
     """
     special = [] if branches is None else [special_table(branches)]
     tables = [table for table in (*special, *tables) if table.rows]
-    bare = _page(found, branches, tables, _Content([], 0, []))
-    return _page(found, branches, tables, _chosen(found, MOST_BYTES - bare.size))
+    empty = Section(np.empty((found.scan.lanes, 0, 0), "<u2"), np.empty(0), np.empty(0))
+    bare = _page(found, branches, tables, empty, [])
+    room = MOST_BYTES - bare.size
+    known = filter(found.__contains__, NUMBERS)
+    numbers = {name: _bytes(rounded(column(found, name))) * 3 // 2 for name in known}
+    section = _section(found, max(room - sum(numbers.values()), int(_SECTION_SHARE * room)), empty)
+    room -= _bytes(section.codes)
+    names = []
+    for name, size in numbers.items():
+        if size * (1.1 if len(found.scan.axes) == 2 else 1) <= room:
+            names.append(name)
+            room -= size
+    return _page(found, branches, tables, section, names)
 
 
-class _Content(NamedTuple):
-    """The columns of a page, how many states of each section, the ranges of their components."""
-
-    columns: list[Packed]
-    points: int
-    ranges: list[list[float]]
+def _bytes(values: np.ndarray) -> int:
+    """Return the bytes of an array on a page, where Bokeh compresses it."""
+    return len(gzip.compress(np.ascontiguousarray(values).tobytes(), 6)) * 4 // 3 + 200
 
 
-def _chosen(found: Stored, room: int) -> _Content:
-    """Return what of an archive fits into so many bytes."""
-    every = [packed(name, values) for name, values in columns(found).items()]
-    numbers = [one for one in every if one.name in NUMBERS]
-    chosen = [one for one in every if one.name not in NUMBERS]
-    room -= sum(map(_bytes, chosen))
-    spare = room - sum(map(_bytes, numbers))
-    section = _sections(found, max(spare, int(_SECTION_SHARE * room)))
-    room -= sum(map(_bytes, section.columns))
-    for one in numbers:
-        if _bytes(one) <= room:
-            chosen.append(one)
-            room -= _bytes(one)
-    return section._replace(columns=[*chosen, *section.columns])
-
-
-def _sections(found: Stored, room: int) -> _Content:
+def _section(found: Stored, room: int, empty: Section) -> Section:
     """Return the most states of all sections that fit into so many bytes."""
+    most = MOST_DOTS // found.scan.lanes if len(found.scan.axes) == 1 else POINTS[0]
     for count in POINTS:
-        states = section_points(found, count)
-        if states.size and 2 * states.size < _MOST_PACKED * max(room, 0):
-            codes, ranges = coded(states)
-            one = packed("section", codes)
-            if _bytes(one) <= room:
-                return _Content([one], states.shape[1], ranges)
-    return _Content([], 0, [])
+        states = section_points(found, min(count, max(1, most)))
+        if states.size and states.size < 50 * max(room, 0):
+            section = coded(states)
+            if _bytes(section.codes) <= room:
+                return section
+    return empty
 
 
-def _bytes(one: Packed) -> int:
-    """Return the bytes of a column on a page, with its entry."""
-    return len(one.text) + 80
+def section_points(found: Stored, count: int) -> np.ndarray:
+    """Return the last `count` states of each section, (lanes, count, components).
+
+    If no section was recorded, the point of the periodic orbit; without either, an empty array.
+    """
+    if "section" in found:
+        states = found.lanes("section")
+        return states[:, :, -count:].reshape(-1, min(count, states.shape[2]), states.shape[-1])
+    if "orbit_point" in found:
+        states = found.lanes("orbit_point")
+        return states.reshape(-1, 1, states.shape[-1])
+    return np.empty((0, 0, 0))
+
+
+def rounded(values: np.ndarray) -> np.ndarray:
+    """Return float32 with `BITS` bits after the leading one, rounded to the nearest."""
+    bits = np.ascontiguousarray(values, "<f4").view("<u4")
+    drop = 23 - BITS
+    with np.errstate(over="ignore"):
+        near = (bits + np.uint32(1 << (drop - 1))) >> np.uint32(drop) << np.uint32(drop)
+    result = np.where(np.isfinite(values), near, bits).astype("<u4").view("<f4")
+    return np.where(np.isnan(result), np.float32(np.nan), result)  # one NaN: it packs best
+
+
+def coded(states: np.ndarray) -> Section:
+    """Return states as 16-bit codes; 65535 means that there is no state."""
+    finite = np.isfinite(states)
+    low = np.where(finite, states, np.inf).min(axis=(0, 1))
+    high = np.where(finite, states, -np.inf).max(axis=(0, 1))
+    low, high = np.where(low <= high, low, 0.0), np.where(low <= high, high, 1.0)
+    step = np.where(high > low, high - low, 1.0) / _LAST
+    codes = np.rint((np.where(finite, states, low) - low) / step)
+    return Section(np.where(finite, codes, _NONE).astype("<u2"), low, step)
+
+
+# ---- the page ------------------------------------------------------------------------------------
 
 
 def _page(
-    found: Stored, branches: Continued | None, tables: Sequence[Table], content: _Content
-) -> Report:
+    found: Stored, branches: Continued | None, tables: Sequence[Table], section: Section,
+    names: Sequence[str],
+) -> Report:  # fmt: skip
     """Return the page of a map with so much content."""
-    kept = [one.name for one in content.columns]
-    meta = meta_of(found, content.points)
-    points = content.points > 0
-    components = found.scan.system.scene.components  # of touches the page holds nothing
-    held = [s for s in meta["shows"] if not s["points"] or s["name"] in components]
-    shows = [s for s in held if (points if s["points"] else s["column"] in kept)]
-    meta |= {
-        "shows": shows or [STATUS_SHOW.plain()],
-        "cell": list(middle(found)),
-        "ranges": content.ranges,
-    }
-    meta["components"] = list(components)
-    meta |= {"entries": [one.entry for one in content.columns], "rows": found.scan.lanes}
-    left_out = _left_out(found, content.points, kept)
-    variables = {
-        "css": page_file("page.css"),
-        "script": page_file("page.js") + page_file("report.js"),
-        "meta": _script_json(meta),
-        "packed": "\n".join(one.text for one in content.columns),
-        "provenance": _provenance(found),
-        "request": found.scan.to_toml(),
-        "left_out": left_out,
-        "branches": branches is not None,
-        "marks": [] if branches is None else marks_of(branches),
-        "tables": tables,
-        "planes": ("plane 1", "plane 2"),
-    }
+    kept, components = section.codes.shape[1], found.scan.system.scene.components
+    shows = [
+        show for show in shows_of(found)
+        if (kept and show.name in components if show.points else show.column in names)
+        or (show.classes and show.column != "computed")
+    ] or [STATUS_SHOW]  # fmt: skip
+    document, figure = Document(), MapFigure(found, False)
+    figure.show_axes([Places.of(axis) for axis in found.scan.axes])
+    figure.put_strip(found)
+    arguments = _arguments(found, figure, shows, section, names)
+    lines = {} if branches is None else draw_branches(figure.main, branches, found)
+    planes = _planes(components, section)
+    section_source = planes[0].renderers[0].data_source
+    show = Select(title="show", options=[(one.name, one.title) for one in shows], width=260)
+    show.value = shows[0].name
+    starts = [(str(k), name) for k, name in enumerate(found.starts)]
+    start = Select(title="start", options=starts, value="0", visible=len(starts) > 1)
+    verdict, tip = text(css_classes=["verdict"]), text(css_classes=["tip"], visible=False)
+    key, legend = text(visible=False), text(css_classes=["legend"])
+    for select in (show, start):
+        select.stylesheets = WIDE["stylesheets"]
+    hints = ["Click a cell or use the arrow keys, with Shift ten cells further."]
+    if branches is not None:
+        hints.append("Lines: branches of a continuation, dashed if they are unstable.")
+        if kinds := words_of_kinds(branches):
+            hints.append(f"Marks: special points, {kinds}.")
+    parts = {
+        "map": [
+            row(show, start, theme_button(), **WIDE), *figure.figures[:-1], tip, figure.main,
+            legend, text(text=" ".join(hints), css_classes=["hint"]), key,
+        ],
+        "orbit": [verdict, *(planes if kept else [])],
+    }  # fmt: skip
+    arguments |= {
+        "show": show, "start": start, "legend": legend, "verdict": verdict, "tip": tip, "key": key,
+        "branches": lines, "section": section_source,
+    }  # fmt: skip
+    left_out = _left_out(found, kept, names)
+    more = "".join(map(_table, tables)) + _provenance(found, left_out)
+    frame(document, found.scan.title, parts, policy=_POLICY, more=more)
+    keys = CustomJS(args={"target": key}, code=page_file("keys.js"))
+    document.js_on_event(DocumentReady, keys, CustomJS(args=arguments, code=page_file("report.js")))
     html = file_html(
-        _document(found, branches), Resources(mode="inline"), title=found.scan.title,
-        template=frame("report.html"), template_variables=variables,
+        document, Resources(mode="inline"),
+        title=found.scan.title, template=document.template,
+        template_variables=document.template_variables,
     )  # fmt: skip
     return Report(html, left_out)
 
 
-def _document(found: Stored, branches: Continued | None) -> Document:
-    """Return the figures: the map, and the phase planes of the chosen cell's section."""
-    maps = map_figures(len(found.scan.axes), len(found.starts), "label" in found, False)
-    if branches is not None:
-        draw_branches(maps[0], branches, found)
-    document = Document()
-    for root in (*maps, *_planes(found)):
-        document.add_root(root)
-    document.js_on_event("document_ready", CustomJS(code="REPORT.start()"))
-    return document
+def _arguments(
+    found: Stored, figure: MapFigure, shows: Sequence[Show], section: Section, names: Sequence[str]
+) -> dict[str, Any]:
+    """Return what the script of the page knows by name."""
+    is_map, count = figure.is_map, len(found.starts)
+    components = [*found.scan.system.scene.components]
+    columns = {name: rounded(column(found, name)).ravel() for name in names}
+    if "multipliers" in found:
+        columns["multiplier"] = rounded(column(found, "multiplier")).ravel()
+    labels: list[str] = []
+    if "label" in found:
+        labels, codes, _ = label_codes(found)
+        columns["label"] = codes.ravel()
+    if shows[0] == STATUS_SHOW and not is_map:
+        columns["status"] = column(found, "computed").ravel()
+    images: dict[str, list[np.ndarray]] = {}
+    entries = []
+    for show in shows:
+        each = show.of_start and count > 1
+        label = in_brackets(show.title, show.unit)
+        entry: dict[str, Any] = {"name": show.name, "each": each and is_map, "label": label}
+        if is_map:
+            pictures = [painted(found, show, k) for k in range(count if each else 1)]
+            for k, picture in enumerate(pictures):
+                images[f"{show.name}:{k}" if each else show.name] = [picture.codes]
+            entry["legends"] = [picture.legend for picture in pictures]
+            entry["palette"] = pictures[0].palette
+            figure.put(pictures[0])
+            entry["hatch"] = [figure.hatched(picture) for picture in pictures]
+        else:
+            figure.show_values(diagram_values(found, show), "")
+            entry["span"] = [figure.main.y_range.start, figure.main.y_range.end]
+            entry["component"] = components.index(show.name) if show.points else -1
+            entry["legends"] = [painted_diagram(found, show, (0, 1, 0, 1), (1, 1)).legend]
+        entries.append(entry)
+    dots = [] if is_map else [_dots(figure, color) for color in diagram_colors(found)]
+    first, *second = figure.places
+    _, kept, parts = section.codes.shape
+    return {
+        "shows": entries, "images": ColumnDataSource(images), "columns": ColumnDataSource(columns),
+        "labels": labels, "told": told(found), "names": [*found.starts], "starts": count,
+        "codes": section.codes.ravel(), "kept": kept, "parts": parts, "low": section.low.tolist(),
+        "step": section.step.tolist(), "components": components,
+        "first": first.at.tolist(), "second": second[0].at.tolist() if second else [0.0],
+        "places": [values_in_words(one.axis) for one in figure.places],
+        "box": [*figure.box()] if is_map else [first.low, first.high, 0, 0],
+        "lines": figure.lines, "homes": figure.figures, "dots": dots,
+        "picture": figure.picture.source, "mapper": figure.picture.mapper, "hatch": figure.hatch,
+        "mark": figure.mark,
+        "span": figure.main.y_range, "ordinate": figure.main.yaxis[0],
+    }  # fmt: skip
 
 
-def _planes(found: Stored) -> list[Any]:
-    """Return the phase planes of structure and damper, with the section alone."""
-    components = found.scan.system.scene.components
+def _dots(figure: MapFigure, color: str) -> ColumnDataSource:
+    source = ColumnDataSource({"x": [], "y": []})
+    dots = figure.main.scatter("x", "y", source=source, size=2, line_color=None, fill_color=color)
+    dots.nonselection_glyph = None
+    return source
+
+
+def _planes(components: Sequence[str], section: Section) -> list[Any]:
+    """Return the phase planes of structure and damper, with the section alone.
+
+    A single point stands in a tenth of the range of all.
+    """
+    spans = section.step * _LAST / 10 if len(section.step) else np.ones(len(components))
     source = ColumnDataSource({name: [] for name in components}, name="section")
-    pairs = [components[i : i + 2] for i in range(0, len(components), 2)]
     figures = []
-    for i, (x, v) in enumerate(pairs, start=1):
-        made = plain_figure(f"plane {i}", _PLANE, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
-        dots = made.scatter(x, v, source=source, size=6, line_color=None)
-        roled(dots, "wall")
+    for i in range(0, len(components), 2):
+        x, v = components[i : i + 2]
+        made = plain_figure(f"plane {x}", 250)
+        made.scatter(x, v, source=source, size=6, line_color=None, fill_color=WALL)
         made.xaxis.axis_label, made.yaxis.axis_label = f"{_SYMBOLS[x]} [m]", f"{_SYMBOLS[v]} [m/s]"
         made.xaxis.ticker.desired_num_ticks = 4
+        for one, span in zip((made.x_range, made.y_range), spans[i : i + 2], strict=True):
+            one.default_span, one.range_padding = float(span), 0.2
         figures.append(made)
     return figures
 
@@ -188,88 +320,28 @@ def _left_out(found: Stored, points: int, kept: Sequence[str]) -> str:
     missing = [name for name in NUMBERS if name in found and name not in kept]
     if missing:
         words.append(f"not {', '.join(missing)}")
-    text = "Numbers are rounded to about four digits"
-    return f"{text}; this page holds {'; '.join(words)}." if words else f"{text}."
+    line = "Numbers are rounded to about four digits"
+    return f"{line}; this page holds {'; '.join(words)}." if words else f"{line}."
 
 
-def _provenance(found: Stored) -> list[tuple[str, str]]:
-    """Return where the archive comes from, (quantity, value) each."""
-    name = [("archive", found.path.name)] if found.path is not None else []
-    rows = [(words, str(found.about[key])) for key, words in _PROVENANCE if key in found.about]
-    return [*name, *rows]
+def _table(table: Table) -> str:
+    head = "".join(f"<th>{escape(name)}</th>" for name in table.head)
+    rows = [
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+        for cells in table.rows
+    ]
+    body = f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
+    return f'<section class="full"><h2>{escape(table.title)}</h2><table>{body}</table></section>'
 
 
-def _script_json(value: Any) -> str:
-    """Return a value as JSON that may stand in a script of a page."""
-    return json.dumps(value).replace("<", "\\u003c")
-
-
-# ---- numbers in few bytes ------------------------------------------------------------------------
-
-
-BITS = 12
-"""Bits that a number keeps after the leading one."""
-
-_LAST = 65534  # the code of a component's largest value; the next one means that there is no state
-_NONE = 65535
-_LEVEL = 6  # of `deflate`: beyond, a page takes far longer and becomes little smaller
-
-
-class Packed(NamedTuple):
-    """A column packed: its name, its kind (f4, u2, u1, i1), how many values, the text in base64."""
-
-    name: str
-    kind: str
-    length: int
-    text: str
-
-    @property
-    def entry(self) -> dict[str, Any]:
-        """What a browser must know to unpack it."""
-        return {"name": self.name, "kind": self.kind, "length": self.length}
-
-
-def packed(name: str, values: np.ndarray) -> Packed:
-    """Pack a column of float32, int8, uint8 or uint16, of any shape."""
-    kind = values.dtype.str.lstrip("|<")
-    if kind == "f4":
-        values = rounded(values)
-    text = base64.b64encode(zlib.compress(_shuffled(values), _LEVEL)).decode()
-    return Packed(name, kind, int(values.size), text)
-
-
-def rounded(values: np.ndarray) -> np.ndarray:
-    """Return float32 with `BITS` bits after the leading one, rounded to the nearest."""
-    bits = np.ascontiguousarray(values, "<f4").view("<u4")
-    drop = 23 - BITS
-    with np.errstate(over="ignore"):
-        near = (bits + np.uint32(1 << (drop - 1))) >> np.uint32(drop) << np.uint32(drop)
-    special = ~np.isfinite(values.ravel())
-    found = np.where(special, bits, near).astype("<u4").view("<f4")
-    return np.where(np.isnan(found), np.float32(np.nan), found)  # one NaN: it packs best
-
-
-def coded(states: np.ndarray) -> tuple[np.ndarray, list[list[float]]]:
-    """Return states (lanes, points, components) as 16-bit codes, and the range of each component.
-
-    A code c means low + c (high - low) / 65534; 65535 means that there is no state.
-    """
-    codes = np.full(states.shape, _NONE, "<u2")
-    ranges = []
-    for i in range(states.shape[-1]):
-        values = states[..., i]
-        known = np.isfinite(values)
-        low, high = (
-            (float(values[known].min()), float(values[known].max())) if known.any() else (0.0, 1.0)
-        )
-        size = high - low or 1.0
-        places = np.rint((values[known] - low) * (_LAST / size))
-        codes[..., i][known] = places.astype("<u2")
-        ranges.append([low, low + size])
-    return codes, ranges
-
-
-def _shuffled(values: np.ndarray) -> bytes:
-    """Return the first bytes of all values, then the second ones, and so on."""
-    flat = np.ascontiguousarray(values).ravel()
-    return flat.view(np.uint8).reshape(flat.size, flat.itemsize).T.tobytes()
+def _provenance(found: Stored, left_out: str) -> str:
+    """Return where the archive comes from, and nothing of its author's machine and paths."""
+    rows = [("archive", found.path.name)] if found.path is not None else []
+    rows += [(words, str(found.about[key])) for key, words in _PROVENANCE if key in found.about]
+    cells = (f"<tr><th>{escape(one)}</th><td>{escape(value)}</td></tr>" for one, value in rows)
+    request = escape(found.scan.to_toml())
+    return (
+        '<section class="full"><h2>Where this comes from</h2><table>'
+        f"{''.join(cells)}</table><p>{escape(left_out)}</p><details><summary>The request (TOML)"
+        f"</summary><pre>{request}</pre></details></section>"
+    )

@@ -1,0 +1,417 @@
+"""The Bokeh figures of a page: the map or diagram, and the panels of one orbit.
+
+Colors that depend on the theme are variables of `assets/look.css`; all others suit both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.models import (
+    BoxSelectTool,
+    Button,
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTickFormatter,
+    Div,
+    FixedTicker,
+    LinearColorMapper,
+    Model,
+    Range1d,
+    Span,
+)
+from bokeh.plotting import figure
+
+from nlds_vines.explore.live_orbit import Arrays, has
+from nlds_vines.explore.map_data import Stored
+from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, painted_strip
+from nlds_vines.model.system import System
+from nlds_vines.plotting.style import GRAY, HUES
+
+BODY, WALL, FORCE = GRAY, HUES["vermillion"], HUES["sky"]
+"""The colors of the structure, of what is struck, and of the harmonic force."""
+
+MAP_HEIGHT, DIAGRAM_HEIGHT, STRIP_HEIGHT = 520, 430, 14
+"""Heights [pixels] of a map, of a diagram, and of a row of regimes above a diagram."""
+
+_LEFT, _RIGHT = 76, 12  # pixels beside the axes, so that figures one above another are aligned
+_MOST_BOXES = 20_000  # hatched boxes that a browser draws at once
+
+
+def page_file(name: str) -> str:
+    """Return the text of a file of the pages: `look.css`, `keys.js` ..."""
+    return (files("nlds_vines.explore") / "assets" / name).read_text(encoding="utf-8")
+
+
+_WIDGET = page_file("widget.css")
+WIDE = {"sizing_mode": "stretch_width", "stylesheets": [_WIDGET]}
+"""The settings of a widget as wide as its part of the page."""
+
+
+def text(**settings: Any) -> Div:
+    """Return an empty line of text."""
+    return Div(margin=(1, 5), **WIDE, **settings)
+
+
+def theme_button() -> Button:
+    """Return the button that turns a page dark or light."""
+    made = Button(label="◐", width=34, stylesheets=[_WIDGET], css_classes=["noprint"])
+    made.js_on_click(CustomJS(code="TURN()"))
+    return made
+
+
+def frame(
+    document: Document, title: str, parts: Mapping[str, Sequence[Model]], **variables: Any
+) -> None:
+    """Put the parts of a page, and the models in each, into the frame that all pages share.
+
+    Each model is laid out alone: none is drawn again because another one changes its size.
+    """
+    with document.models.freeze():  # otherwise each root makes Bokeh count all models again
+        for part, models in parts.items():
+            for model in models:
+                model.tags = [part, *model.css_classes]
+                document.add_root(model)
+    document.title = title
+    document.template = page_file("frame.html")
+    document.template_variables.update(
+        css=page_file("look.css"), script=page_file("theme.js"), parts=[*parts], **variables
+    )
+
+
+def plain_figure(name: str, height: int, **settings: Any) -> Any:
+    """Return an empty figure with a name and a height [pixels]."""
+    options = {
+        "tools": "pan,box_zoom,wheel_zoom,reset,save",
+        "active_drag": None,
+        "active_scroll": None,
+        "toolbar_location": None,
+        "sizing_mode": "stretch_width",
+        "border_fill_color": None,
+        "min_border_left": _LEFT,
+        "min_border_right": _RIGHT,
+        "min_border_top": 4,
+        "min_border_bottom": 4,
+    } | settings
+    made = figure(name=name, height=height, **options)
+    made.toolbar.logo = None
+    made.stylesheets = [".bk-events:focus:not(:focus-visible) { outline: none; }"]
+    for axis in made.axis:
+        axis.axis_label_text_font_style = "normal"
+        axis.axis_label_text_font_size = "12px"
+        axis.axis_label_standoff = 4
+        axis.minor_tick_line_color = None
+    return made
+
+
+# ---- the map -------------------------------------------------------------------------------------
+
+
+class Layer:
+    """An image of codes in a figure."""
+
+    def __init__(self, home: Any) -> None:
+        """Add an empty image to a figure."""
+        nothing = np.zeros((1, 1), np.uint8)
+        data = {"image": [nothing], "x": [0.0], "y": [0.0], "dw": [1.0], "dh": [1.0]}
+        self.source = ColumnDataSource(data)
+        self.mapper = LinearColorMapper(palette=[CLEAR], low=-0.5, high=0.5)
+        home.image(
+            "image", "x", "y", "dw", "dh", source=self.source, color_mapper=self.mapper,
+            level="image",
+        )  # fmt: skip
+
+    def put(self, picture: Picture, box: tuple[float, float, float, float]) -> None:
+        """Show a picture in a box (x0, x1, y0, y1); in the same box only its codes are sent."""
+        x0, x1, y0, y1 = box
+        data = {"x": [x0], "y": [y0], "dw": [x1 - x0], "dh": [y1 - y0]}
+        before, codes = self.source.data, picture.codes
+        if self.mapper.palette != picture.palette:
+            high = len(picture.palette) - 0.5
+            self.mapper.update(palette=picture.palette, low=-0.5, high=high)
+        same = all(before[name] == value for name, value in data.items())
+        old = before["image"][0]
+        if same and (old.shape, old.dtype) == (codes.shape, codes.dtype):
+            self.source.patch({"image": [(0, codes)]})
+        else:
+            self.source.data = {"image": [codes], **data}
+
+
+class MapFigure:
+    """The figure of a map or a diagram: its cells, those beneath, the mark of the chosen cell.
+
+    Attributes: `main`, the figure; `strip`, the regimes above a diagram, None if there are none.
+    """
+
+    def __init__(self, found: Stored, refining: bool) -> None:
+        """Make the figures of a scan; `refining` if a rectangle can be computed finer."""
+        self.is_map = len(found.scan.axes) == 2
+        drag = "box_select" if refining else "box_zoom"
+        tools = "tap,pan,wheel_zoom,box_zoom,reset,save" + (",box_select" if refining else "")
+        self.main = plain_figure(
+            "cells", MAP_HEIGHT if self.is_map else DIAGRAM_HEIGHT, tools=tools, active_drag=drag,
+            toolbar_location="above", x_range=Range1d(0, 1), y_range=Range1d(0, 1),
+        )  # fmt: skip
+        self.main.grid.visible = not self.is_map  # lines across cells would hide them
+        self.beneath, self.picture = Layer(self.main), Layer(self.main)
+        self.hatch = ColumnDataSource({"left": [], "right": [], "bottom": [], "top": []})
+        self.main.quad(
+            "left", "right", "bottom", "top", source=self.hatch, fill_color=None, line_color=None,
+            hatch_pattern="/", hatch_color=GRAY, hatch_scale=6, hatch_weight=0.7, level="image",
+        )  # fmt: skip
+        dimensions = ("height", "width")[: len(found.scan.axes)]
+        self.lines = [Span(dimension=one, line_color=GRAY, line_width=1) for one in dimensions]
+        for line in self.lines:
+            self.main.add_layout(line)
+        self.mark = ColumnDataSource({"x": [], "y": []})
+        for shade, width in (("#ffffff", 4.0), ("#000000", 1.6)):  # seen on any color
+            self.main.scatter(
+                "x", "y", source=self.mark, size=13, fill_color=None, line_color=shade,
+                line_width=width, nonselection_alpha=1.0,
+            )  # fmt: skip
+        if refining:
+            box = self.main.select_one(BoxSelectTool)
+            box.description = "compute a rectangle finer"
+            box.dimensions = "both" if self.is_map else "width"
+        self.strip = self.regimes = None
+        if not self.is_map and "label" in found:
+            height = 10 + STRIP_HEIGHT * min(len(found.starts), 4)
+            self.strip = plain_figure(
+                "strip", height, tools="tap", x_range=self.main.x_range, y_range=Range1d(0, 1)
+            )
+            self.strip.axis.visible = self.strip.grid.visible = False
+            self.regimes = Layer(self.strip)
+
+    @property
+    def figures(self) -> list[Any]:
+        """The strip, if there is one, and the map or diagram."""
+        return [self.main] if self.strip is None else [self.strip, self.main]
+
+    def show_axes(self, places: Sequence[Places]) -> None:
+        """Show the axes of a scan from their first cell to their last."""
+        self.places = places
+        ranges = (self.main.x_range, self.main.y_range)
+        for one, span, axis in zip(
+            places, ranges, (*self.main.below, *self.main.left), strict=False
+        ):
+            _set_range(span, one.low, one.high)
+            axis.axis_label = one.label
+            if not one.even:
+                every = one.at[:: -(-one.at.size // 8)].astype(int).tolist()
+                axis.ticker = FixedTicker(ticks=every)
+                values = one.axis.values
+                axis.major_label_overrides = {i: f"{values[i]:.4g}" for i in every}
+
+    def show_values(self, values: np.ndarray, label: str) -> None:
+        """Let the ordinate of a diagram hold all finite values."""
+        known = values[np.isfinite(values)]
+        low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+        room = 0.04 * ((high - low) or abs(high) or 1.0)
+        _set_range(self.main.y_range, low - room, high + room)
+        self.main.yaxis.axis_label = label
+
+    def box(self) -> tuple[float, float, float, float]:
+        """Return the edges (x0, x1, y0, y1) of all cells of a map."""
+        first, second = self.places
+        return first.low, first.high, second.low, second.high
+
+    def put(self, picture: Picture) -> None:
+        """Show a map."""
+        self.picture.put(picture, self.box())
+        self.hatch.data = self.hatched(picture)
+
+    def hatched(self, picture: Picture) -> dict[str, np.ndarray]:
+        """Return the edges of the boxes that are hatched: runs of cells one above another."""
+        mask = np.pad(picture.codes == picture.hatched, ((1, 1), (0, 0))).astype(np.int8)
+        steps = np.diff(mask, axis=0).T
+        (columns, bottoms), (_, tops) = (np.nonzero(steps == step) for step in (1, -1))
+        if columns.size > _MOST_BOXES:
+            columns = bottoms = tops = np.empty(0, int)
+        x0, x1, y0, y1 = self.box()
+        wide, high = (x1 - x0) / picture.codes.shape[1], (y1 - y0) / picture.codes.shape[0]
+        edges = {"left": x0 + wide * columns, "right": x0 + wide * (columns + 1)}
+        edges |= {"bottom": y0 + high * bottoms, "top": y0 + high * tops}
+        return {name: values.astype(np.float32) for name, values in edges.items()}
+
+    def put_strip(self, found: Stored) -> None:
+        """Show the regimes above a diagram."""
+        if self.regimes is not None:
+            (first,) = self.places
+            self.regimes.put(painted_strip(found), (first.low, first.high, 0.0, 1.0))
+
+    def choose(self, cell: tuple[int, int]) -> None:
+        """Mark a cell."""
+        where = [float(one.at[i]) for one, i in zip(self.places, cell, strict=False)]
+        for line, place in zip(self.lines, where, strict=True):
+            line.location = place
+        if self.is_map:
+            self.mark.data = {"x": where[:1], "y": where[1:]}
+
+    def cell_at(self, x: float, y: float) -> tuple[int, int] | None:
+        """Return the cell at a place of the figure; None beside the cells."""
+        where = [one.nearest(at) for one, at in zip(self.places, (x, y), strict=False)]
+        first, second = (*where, 0)[:2]
+        return None if first is None or second is None else (first, second)
+
+
+def _set_range(span: Range1d, low: float, high: float) -> None:
+    span.update(start=low, end=high, reset_start=low, reset_end=high)
+
+
+# ---- one orbit -----------------------------------------------------------------------------------
+
+_TIME, _PLANE, _LOW, _CIRCLE = 132, 230, 196, 146  # pixels
+
+
+class OrbitFigures:
+    """The panels of one orbit: histories, force, phase planes, sections, spectrum, multipliers.
+
+    Attributes: `wide` and `narrow`, the figures as wide as the page and half of it; `planes`, the
+    phase planes by the index of their displacement in a state.
+    """
+
+    def __init__(self, system: System) -> None:
+        """Make the panels that a system can fill."""
+        history, section = ["t", "x1", "v1", "force", "harmonic"], ["x1", "v1"]
+        if system.scene.damper:
+            history, section = [*history, "x2", "u"], [*section, "x2", "v2"]
+        columns = {
+            "history": history, "phase1": ["x", "v"], "phase2": ["x", "v"], "section": section,
+            "touches": ["phase", *system.scene.walls], "spectrum": ["order", "amplitude"],
+            "multipliers": ["re", "im"],
+        }  # fmt: skip
+        self.sources = {
+            panel: ColumnDataSource({name: np.empty(0) for name in names}, name=f"{panel} data")
+            for panel, names in columns.items()
+        }
+        self.walls: list[list[Span]] = [[] for _ in system.scene.obstacle(system.parameters)]
+        known = has(system)
+        self.time = Range1d(0, 1)
+        self.wide = [self._displacement(system)]
+        self.wide += [self._relative()] if "relative" in known else []
+        self.wide += [self._force()] if "force" in known else []
+        self.wide[-1].xaxis.axis_label = "t / T [forcing periods]"
+        self.planes = {0: self._phase(system, "phase1")}
+        if "phase2" in known:
+            self.planes[2] = self._phase(system, "phase2")
+        self.narrow = [*self.planes.values()]
+        if "impact-section" in known:
+            self.narrow.append(self._touches(system))
+        self.narrow += [self._spectrum(), self._multipliers()]
+        for made in self.narrow:
+            made.css_classes = ["half"]
+
+    def put(self, panels: Mapping[str, Arrays], walls: Iterable[float]) -> None:
+        """Show the arrays of an orbit, and what is struck at its places; nothing without arrays."""
+        if panels and len(times := panels["history"]["t"]):
+            begin, end = float(np.floor(times[0])), float(np.ceil(times[-1]))
+            if (begin, end) != (self.time.reset_start, self.time.reset_end):
+                _set_range(self.time, begin, end)
+        for name, source in self.sources.items():
+            empty = {column: np.empty(0, np.float32) for column in source.data}
+            with np.errstate(over="ignore"):
+                arrays = {c: v.astype(np.float32) for c, v in panels.get(name, empty).items()}
+            if len(next(iter(arrays.values()))) or len(next(iter(source.data.values()))):
+                source.data = arrays
+        for lines, place in zip(self.walls, walls, strict=False):
+            for line in lines:
+                line.location = float(place)
+
+    def _line(self, home: Any, x: str, y: str, source: str, color: str, width: float = 1.3) -> Any:
+        line = home.line(x, y, source=self.sources[source], line_color=color, line_width=width)
+        line.nonselection_glyph = None
+        return line
+
+    def _dots(self, home: Any, x: str, y: str, source: str, color: str, size: int = 5) -> Any:
+        dots = home.scatter(
+            x, y, source=self.sources[source], size=size, line_color=None, fill_color=color
+        )
+        dots.nonselection_glyph = None
+        return dots
+
+    def _add_walls(self, home: Any) -> None:
+        """Add a line for each thing that is struck."""
+        for lines in self.walls:
+            line = Span(dimension="width", line_width=1.5, line_color=WALL)
+            home.add_layout(line)
+            lines.append(line)
+
+    def _displacement(self, system: System) -> Any:
+        made = plain_figure("displacement", _TIME, x_range=self.time)
+        symbol = _symbols(system)[0]
+        damper = system.scene.damper
+        self._line(made, "t", "x1", "history", BODY if damper else INK)
+        if damper:
+            self._line(made, "t", "x2", "history", INK)
+        if system.scene.grounded:
+            self._add_walls(made)
+        made.yaxis.axis_label = f"{symbol}, x₂ [m]" if damper else f"{symbol} [m]"
+        return made
+
+    def _relative(self) -> Any:
+        made = plain_figure("relative", _TIME, x_range=self.time)
+        self._line(made, "t", "u", "history", INK)
+        self._add_walls(made)
+        made.yaxis.axis_label = "x₂ − x₁ [m]"
+        return made
+
+    def _force(self) -> Any:
+        made = plain_figure("force", _TIME, x_range=self.time)
+        self._line(made, "t", "harmonic", "history", FORCE, 1.0)
+        self._line(made, "t", "force", "history", INK)
+        made.yaxis.axis_label = "force [kN]"
+        made.yaxis.formatter = CustomJSTickFormatter(code="return String(tick / 1000)")
+        return made
+
+    def _phase(self, system: System, name: str) -> Any:
+        """Return a phase plane with its section."""
+        made = plain_figure(name, _PLANE, tools="tap,pan,wheel_zoom,reset,save")
+        first, damper = name == "phase1", system.scene.damper
+        color = BODY if first and damper else INK
+        self._line(made, "x", "v", name, color, 0.9).glyph.line_alpha = 0.8
+        self._dots(made, *(("x1", "v1") if first else ("x2", "v2")), "section", WALL)
+        x, v = _symbols(system) if first else ("x₂", "ẋ₂")
+        made.xaxis.axis_label, made.yaxis.axis_label = f"{x} [m]", f"{v} [m/s]"
+        made.xaxis.ticker.desired_num_ticks = 4
+        return made
+
+    def _touches(self, system: System) -> Any:
+        """Return the section at impact: the speed over the phase of the force, by wall."""
+        made = plain_figure("touches", _PLANE, x_range=Range1d(0.0, 2 * np.pi))
+        names, walls = system.scene.bodies_struck, system.scene.walls
+        for wall, color in zip(reversed(walls), (WALL, HUES["blue"]), strict=False):
+            self._dots(made, "phase", wall, "touches", color)
+        first = f"; {names[0]} in blue" if len(names) > 1 else ""
+        made.xaxis.axis_label = f"phase at touch φ [rad]{first}"
+        made.yaxis.axis_label = "approach speed [m/s]"
+        return made
+
+    def _spectrum(self) -> Any:
+        made = plain_figure("spectrum", _LOW, y_axis_type="log")
+        made.x_range.range_padding = 0
+        self._line(made, "order", "amplitude", "spectrum", INK, 1.0)
+        made.xaxis.axis_label, made.yaxis.axis_label = "frequency / ω", "amplitude [m]"
+        made.yaxis.ticker.desired_num_ticks = 4
+        return made
+
+    def _multipliers(self) -> Any:
+        """Return the unit circle with the Floquet multipliers in it."""
+        ends = (-1.25, 1.25)
+        made = plain_figure(
+            "multipliers", _LOW, x_range=Range1d(*ends), y_range=Range1d(*ends),
+            sizing_mode="fixed", width=_CIRCLE + _LEFT + _RIGHT,
+        )  # fmt: skip
+        angle = np.linspace(0, 2 * np.pi, 181)
+        made.line(np.cos(angle), np.sin(angle), line_width=1.2, line_color=GRAY)
+        self._dots(made, "re", "im", "multipliers", WALL, 8)
+        made.xaxis.axis_label, made.yaxis.axis_label = "Re μ", "Im μ"
+        return made
+
+
+def _symbols(system: System) -> tuple[str, str]:
+    """Return the symbols of displacement and velocity of the structure."""
+    return ("x₁", "ẋ₁") if "x1" in system.scene.components else ("x", "ẋ")

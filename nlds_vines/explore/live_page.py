@@ -1,0 +1,569 @@
+"""One browser's page: its widgets and figures, and what happens when one of them is used.
+
+Nothing is computed in the thread of the server: orbits wait in a pool of one thread, maps have a
+thread of their own, and both leave what they found for the next tick of the document.
+"""
+
+from __future__ import annotations
+
+import time
+from base64 import b64encode
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from html import escape
+from typing import Any
+
+from bokeh.document import Document
+from bokeh.events import (
+    ButtonClick,
+    DocumentReady,
+    DoubleTap,
+    MouseLeave,
+    MouseMove,
+    RangesUpdate,
+    SelectionGeometry,
+    Tap,
+)
+from bokeh.layouts import column, row
+from bokeh.models import Button, CustomJS, NumericInput, Select, Slider
+
+from nlds_vines.bifurcation.cell_start import CellStart
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.errors import RequestError, number, printable
+from nlds_vines.explore import live_orbit, recipes
+from nlds_vines.explore.chosen import Chosen, SliderSpec, sliders_of
+from nlds_vines.explore.figures import (
+    WIDE,
+    MapFigure,
+    OrbitFigures,
+    frame,
+    page_file,
+    text,
+    theme_button,
+)
+from nlds_vines.explore.histories import HISTORIES
+from nlds_vines.explore.live_orbit import LiveOrbit, Sampling, evidence_of, words_of
+from nlds_vines.explore.map_computation import Job
+from nlds_vines.explore.map_view import (
+    Places,
+    Show,
+    cell_in_words,
+    diagram_values,
+    in_brackets,
+    painted,
+    painted_diagram,
+    place_in_words,
+    shows_of,
+)
+from nlds_vines.explore.shared_map import COMPILING, READY, Opened
+
+PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
+"""Least time between two pictures of a map under way: seconds, and multiples of its painting."""
+
+MAP_SIZE = (700, 340)
+"""Pixels of a map or a diagram before the browser has told its size."""
+
+
+def in_words(error: Exception) -> str:
+    """Return an error in one line; of one that nobody expects its type, too."""
+    words = printable(str(error))
+    return (
+        words if isinstance(error, RequestError) and words else f"{type(error).__name__}: {words}"
+    )
+
+
+class Page:
+    """A page: its document, what is chosen on it, what it has under way."""
+
+    def __init__(self, document: Document, opened: Opened) -> None:
+        """Fill a document that shows what was opened."""
+        self.document, self.opened = document, opened
+        self.chosen = Chosen(opened.found)
+        self.job: Job | None = None
+        self.orbit: LiveOrbit | None = None
+        self.asked = 0  # orbits that were asked for
+        self.closed = self.telling = False
+        self.next_picture = 0.0
+        self.shows: dict[str, Show] = {}
+        self.shown_values: tuple[Any, ...] | None = None  # those that the ordinate was fitted to
+        self.size = [*MAP_SIZE]
+        self.build()
+        self.show_level()
+        self.say_state()
+        self.follow()
+        opened.listeners.append(self.changed)
+        document.on_session_destroyed(lambda _: self.close())
+
+    # ---- widgets
+
+    def build(self) -> None:
+        """Make the figures and the widgets, and lay them out in three parts."""
+        found = self.chosen.found
+        self.map, self.panels = MapFigure(found, True), OrbitFigures(found.scan.system)
+        self.show = self.select("show", lambda name: self.repaint())
+        self.start = self.select("start", self.choose_start)
+        self.history = self.select("time history", self.choose_history, [*HISTORIES.items()])
+        self.state, self.legend, self.readout, self.progress = (
+            text(css_classes=[name]) for name in ("state", "legend", "readout", "progress")
+        )
+        self.verdict, self.trouble, self.evidence, self.files = (
+            text(css_classes=[name]) for name in ("verdict", "trouble", "evidence", "files")
+        )
+        self.tip = text(css_classes=["tip"], visible=False)
+        self.key = text(visible=False)
+        self.on(self.key, "text", self.press)
+        self.back = self.button("← back", partial(self.step, -1))
+        self.forward = self.button("forward →", partial(self.step, 1))
+        self.cancel = self.button("cancel", self.cancel_job, visible=False)
+        here = self.button("compute what is seen finer", self.refine_here)
+        for made in self.map.figures:
+            for event in (Tap, DoubleTap):  # two quick clicks, often in two cells, are one of each
+                self.on_event(made, event, self.tap)
+            self.on_event(made, MouseMove, self.hover)
+            self.on_event(made, MouseLeave, lambda event: self.tip.update(visible=False))
+        self.on_event(self.map.main, SelectionGeometry, self.select_rectangle)
+        if not self.map.is_map:
+            self.on_event(self.map.main, RangesUpdate, lambda event: self.repaint())
+        for i, name in enumerate(("inner_width", "inner_height")):
+            self.on(self.map.main, name, partial(self.resize, i))
+        for plane, made in self.panels.planes.items():
+            self.on_event(made, Tap, partial(self.begin_in_plane, plane))
+        hint = "Click a cell or use the arrow keys; drag a rectangle to compute that part finer."
+        parts = {
+            "map": [
+                row(self.show, self.start, self.state, theme_button(), **WIDE),
+                *self.map.figures[:-1],
+                self.tip, self.map.main, self.legend, self.readout,
+                row(self.back, self.forward, here, self.cancel, **WIDE), self.progress,
+                text(text=hint, css_classes=["hint"]), self.key,
+            ],
+            "orbit": [
+                self.verdict, self.trouble, self.evidence, self.history, *self.panels.wide,
+                *self.panels.narrow, text(text=_ORBIT_HINT, css_classes=["hint"]), self.files,
+                self.button("draw the orbit as a picture", self.draw),
+            ],
+            "parameters": self.parameters(found.scan),
+        }  # fmt: skip
+        frame(self.document, found.scan.title, parts)
+        keys = CustomJS(args={"target": self.key}, code=page_file("keys.js"))
+        self.document.js_on_event(DocumentReady, keys)
+
+    def parameters(self, scan: Scan) -> list[Any]:
+        """Return a slider and an exact input for every parameter."""
+        self.sliders: dict[str, tuple[SliderSpec, Slider, NumericInput]] = {}
+        for spec in sliders_of(scan):
+            title = f"{in_brackets(spec.symbol, spec.unit)} · {spec.meaning}"
+            low, high, value = map(spec.position, (spec.low, spec.high, spec.value))
+            slider = Slider(
+                title=title, start=low, end=high, value=value, step=(high - low) / 1000,
+                show_value=False, tooltips=False, sizing_mode="stretch_width",
+                stylesheets=WIDE["stylesheets"],
+            )  # fmt: skip
+            exact = NumericInput(
+                mode="float", width=104, height=24, align="end", stylesheets=WIDE["stylesheets"]
+            )
+            self.on(slider, "value", partial(self.slide, spec.name))
+            self.on(exact, "value", partial(self.set_value, spec.name))
+            self.sliders[spec.name] = spec, slider, exact
+        rows = [row(*pair, sizing_mode="stretch_width") for _, *pair in self.sliders.values()]
+        original = self.button("as in the map", self.take_original)
+        recompute = self.button("compute the map with these", self.recompute)
+        sliders = column(*rows, css_classes=["sliders"], **WIDE)
+        head = text(text="<b>Parameters</b>")
+        return [head, row(original, recompute, **WIDE), sliders]
+
+    def select(self, title: str, call: Callable[[str], object], options: Any = ()) -> Select:
+        made = Select(
+            title=title, options=[*options], value=options[0][0] if options else "",
+            stylesheets=WIDE["stylesheets"], width=260,
+        )  # fmt: skip
+        self.on(made, "value", call)
+        return made
+
+    def button(self, label: str, call: Callable[[], object], **settings: Any) -> Button:
+        made = Button(label=label, stylesheets=WIDE["stylesheets"], **settings)
+        self.on_event(made, ButtonClick, lambda event: call())
+        return made
+
+    # ---- callbacks
+
+    def on(self, model: Any, name: str, call: Callable[[Any], object]) -> None:
+        """Call something when the browser changes a property, and show what it raises."""
+
+        def changed(attr: str, old: Any, new: Any) -> None:
+            if not self.telling:
+                self.guarded(call, new)
+
+        model.on_change(name, changed)
+
+    def on_event(self, model: Any, event: type, call: Callable[[Any], object]) -> None:
+        """Call something at an event, and show what it raises."""
+        model.on_event(event, partial(self.guarded, call))
+
+    def guarded(self, call: Callable[..., object], *arguments: Any) -> None:
+        """Call something and show in the page what it raises."""
+        try:
+            call(*arguments)
+        except Exception as error:
+            self.say_trouble(in_words(error))
+
+    @contextmanager
+    def tells(self) -> Iterator[None]:
+        """Set properties of widgets without answering these changes."""
+        before, self.telling = self.telling, True
+        try:
+            yield
+        finally:
+            self.telling = before
+
+    def later(self, call: Callable[..., object], *arguments: Any) -> None:
+        """Call something in the thread of the document, unless the page is closed by then."""
+        if not self.closed:
+            self.document.add_next_tick_callback(
+                lambda: None if self.closed else self.guarded(call, *arguments)
+            )
+
+    def say_trouble(self, words: str) -> None:
+        self.trouble.text = escape(words)
+
+    # ---- choosing
+
+    def tap(self, event: Any) -> None:
+        cell = self.map.cell_at(event.x, event.y)
+        if cell is not None:
+            self.choose(cell)
+
+    def choose(self, cell: tuple[int, int]) -> None:
+        self.chosen.choose(cell, int(self.start.value))
+        self.mark()
+        self.follow()
+
+    def choose_start(self, name: str) -> None:
+        self.choose(self.chosen.cell)
+        self.repaint()
+
+    def choose_history(self, name: str) -> None:
+        self.chosen.history = name
+        self.follow()
+
+    def press(self, pressed: str) -> None:
+        """Go from cell to cell by a key: `1 0 17` is a step right, the seventeenth key."""
+        (i, j), sides = self.chosen.cell, self.chosen.found.shape
+        right, up, _ = map(int, pressed.split())
+        self.choose((min(max(i + right, 0), sides[0] - 1), min(max(j + up, 0), sides[1] - 1)))
+
+    def hover(self, event: Any) -> None:
+        """Show what the archive holds of the cell under the pointer, beside it."""
+        cell = self.map.cell_at(event.x, event.y)
+        if cell is None:
+            self.tip.visible = False
+            return
+        words = cell_in_words(self.chosen.found, cell, int(self.start.value))
+        if words != self.tip.text:
+            self.tip.text = words
+        is_right = event.sx > self.size[0] / 2
+        self.tip.css_classes = ["tip", "left"] if is_right else ["tip"]
+        top = event.sy + 16 - (0 if event.model is self.map.main else event.model.height)
+        self.tip.styles = {"left": f"{event.sx:.0f}px", "top": f"{top:.0f}px"}
+        self.tip.visible = True
+
+    def slide(self, name: str, position: float) -> None:
+        spec = self.sliders[name][0]
+        self.set_value(name, float(f"{spec.value_at(position):.5g}"))
+
+    def set_value(self, name: str, value: float | None) -> None:
+        """Take the value of a parameter; one that the system refuses changes nothing."""
+        before = dict(self.chosen.free)
+        try:
+            self.chosen.free[name] = number(name, value)
+            self.follow()
+        except Exception:
+            self.chosen.free = before
+            self.show_values()
+            raise
+
+    def take_original(self) -> None:
+        self.chosen.free, self.chosen.own = {}, None
+        self.follow()
+
+    def begin_in_plane(self, plane: int, event: Any) -> None:
+        """Begin an orbit where a phase plane was clicked; the other body keeps its last state."""
+        if self.orbit is not None:
+            state = self.orbit.view.section[-1].tolist()
+            state[plane : plane + 2] = event.x, event.y
+            self.chosen.own = CellStart(tuple(state), "a start of your own")
+            self.follow()
+
+    # ---- orbits
+
+    def follow(self) -> None:
+        """Ask for the orbit of what is chosen; of several that wait only the last is computed."""
+        system = self.chosen.system()
+        begin = self.chosen.begins(system)
+        self.show_values()
+        self.asked += 1
+        arguments = system, begin.state, Sampling.of(self.chosen.scan), self.chosen.history
+        self.opened.pool.submit(self.compute, self.asked, begin.words, arguments)
+
+    def compute(self, number: int, words: str, arguments: Any) -> None:
+        """Follow an orbit, in the thread of the pool."""
+        if number != self.asked or self.closed:
+            return
+        try:
+            orbit = live_orbit.live_orbit(*arguments)
+        except Exception as error:
+            self.later(self.show_nothing, in_words(error))
+        else:
+            self.later(self.show_orbit, words, orbit)
+
+    def show_nothing(self, trouble: str) -> None:
+        """Show that there is no orbit, and why."""
+        self.orbit = None
+        self.verdict.text = '<span class="label">no orbit</span>'
+        self.evidence.text = self.files.text = ""
+        self.panels.put({}, ())
+        self.say_trouble(trouble)
+
+    def show_orbit(self, words: str, orbit: LiveOrbit) -> None:
+        """Show an orbit, its verdict and the evidence for it."""
+        self.orbit, regime = orbit, orbit.regime
+        is_word = "by recurrence alone" if regime is None else words_of(regime)
+        self.verdict.text = (
+            f'<span class="label">{escape(orbit.label)}</span> {escape(is_word)}'
+            f'<div class="words">from {escape(words)}</div>'
+        )
+        pairs = [] if regime is None else evidence_of(regime)
+        self.evidence.text = "".join(
+            f"<div><dt>{escape(one)}</dt><dd>{escape(value)}</dd></div>" for one, value in pairs
+        )
+        self.say_trouble(orbit.trouble)
+        self.offer_files()
+        system = orbit.view.column.system
+        self.panels.put(orbit.panels, system.scene.obstacle(system.parameters).values())
+
+    def show_values(self) -> None:
+        """Let sliders and inputs show the values of what is chosen."""
+        values = self.chosen.slider_values()
+        with self.tells():
+            for name, (spec, slider, exact) in self.sliders.items():
+                position = min(max(spec.position(values[name]), slider.start), slider.end)
+                if abs(position - slider.value) > 0.6 * slider.step:
+                    slider.value = position
+                if exact.value != (rounded := float(f"{values[name]:.7g}")):
+                    exact.value = rounded
+                changed = ["changed"] if values[name] != spec.value and not spec.axis else []
+                if slider.css_classes != changed:
+                    slider.css_classes = changed
+
+    # ---- maps
+
+    def show_level(self) -> None:
+        """Show the map that is chosen: its axes, what it can show, its cells."""
+        found, before = self.chosen.found, self.show.value
+        self.map.show_axes([Places.of(axis) for axis in found.scan.axes])
+        self.offer_shows()
+        with self.tells():
+            self.start.options = [(str(k), name) for k, name in enumerate(found.starts)]
+            self.start.value = str(self.chosen.start)
+        self.start.visible = len(found.starts) > 1
+        if not self.map.is_map or self.show.value != before:
+            self.shown_values = None
+        self.repaint()
+        self.mark()
+        self.say_job()
+
+    def offer_shows(self) -> None:
+        """Offer what the map can show by now, and keep the choice if it is still there."""
+        self.shows = {show.name: show for show in shows_of(self.chosen.found)}
+        options = [(name, show.title) for name, show in self.shows.items()]
+        with self.tells():
+            if self.show.options != options:
+                self.show.options = options
+            if self.show.value not in self.shows:
+                self.show.value = options[0][0]
+
+    def repaint(self) -> None:
+        """Paint what is shown of the map or of the part of the diagram that is seen."""
+        found, show, main = self.chosen.found, self.shows[self.show.value], self.map.main
+        if self.map.is_map:
+            picture = painted(found, show, int(self.start.value))
+            self.map.put(picture)
+        else:
+            fitted = found, show.name, len(found.puts)
+            if fitted != self.shown_values:
+                self.shown_values = fitted
+                self.map.show_values(
+                    diagram_values(found, show), in_brackets(show.title, show.unit)
+                )
+            x, y = main.x_range, main.y_range
+            window = float(x.start), float(x.end), float(y.start), float(y.end)
+            picture = painted_diagram(found, show, window, (self.size[0], self.size[1]))
+            self.map.picture.put(picture, window)
+            self.map.put_strip(found)
+        if self.legend.text != picture.legend:
+            self.legend.text = picture.legend
+
+    def resize(self, side: int, pixels: float) -> None:
+        """Take the size of the map in the browser, and paint a diagram in so many pixels."""
+        self.size[side] = max(int(pixels), 100)
+        if not self.map.is_map:
+            self.repaint()
+
+    def mark(self) -> None:
+        """Mark the chosen cell and name it."""
+        self.map.choose(self.chosen.cell)
+        self.readout.text = escape(place_in_words(self.chosen.found, self.chosen.cell))
+
+    def select_rectangle(self, event: Any) -> None:
+        if event.final and event.geometry["type"] == "rect":
+            g = event.geometry
+            self.refine((g["x0"], g["x1"]), (g["y0"], g["y1"]))
+
+    def refine_here(self) -> None:
+        x, y = self.map.main.x_range, self.map.main.y_range
+        self.refine((x.start, x.end), (y.start, y.end))
+
+    def refine(self, *sides: tuple[float, float]) -> None:
+        """Begin to compute a part of the map finer; its former cells stay beneath."""
+        ranges = [
+            (min(map(place.value, side)), max(map(place.value, side)))
+            for place, side in zip(self.map.places, sides, strict=False)
+        ]
+        self.compute_map(self.chosen.part(ranges), keep=True)
+
+    def recompute(self) -> None:
+        self.compute_map(self.chosen.part(), keep=False)
+
+    def compute_map(self, scan: Scan, keep: bool) -> None:
+        """Compute a map in the background and show it while it grows."""
+        if self.job is not None:
+            self.job.cancel()
+        self.job = job = Job(scan, self.changed)
+        if self.map.is_map:
+            source = self.map.picture.source.data if keep else {"image": [], "x": [], "y": []}
+            self.map.beneath.mapper.update(
+                palette=self.map.picture.mapper.palette, high=self.map.picture.mapper.high
+            )
+            self.map.beneath.source.data = {"dw": [], "dh": [], **source}
+        self.chosen.add(job.found)
+        self.show_level()
+        self.follow()
+        job.begin()
+
+    def changed(self) -> None:
+        """Show soon what was computed meanwhile; called in the threads of the work."""
+        self.later(self.show_progress)
+
+    def show_progress(self) -> None:
+        """Show the state of the work, and the map unless it was painted just now."""
+        found, now = self.chosen.found, time.monotonic()
+        jobs = [job for job in (self.job, self.opened.job) if job is not None]
+        job = next((job for job in jobs if job.found is found), None)
+        if job is not None and (job.share == 1 or now > self.next_picture):
+            self.offer_shows()
+            self.repaint()
+            took = time.monotonic() - now
+            self.next_picture = now + max(PROGRESS_SECONDS, PROGRESS_SHARE * took)
+        self.say_state()
+
+    def step(self, by: int) -> None:
+        """Go back to the map before, or forward again."""
+        if self.chosen.step(by):
+            self.map.beneath.source.data = {name: [] for name in self.map.beneath.source.data}
+            self.show_level()
+            self.follow()
+
+    def cancel_job(self) -> None:
+        if self.job is not None:
+            self.job.cancel()
+        self.say_job()
+
+    def say_state(self) -> None:
+        """Say what the kernels do, and how far the map is that is computed first."""
+        words, job = self.opened.kernels, self.opened.job
+        if words == COMPILING and self.opened.waited >= 1.0:
+            words = f"{words}: {self.opened.waited:.0f} s so far"
+        if words == READY:
+            words = ""
+            if job is not None and job.share < 1:
+                words = job.error or job.note or f"computing the map: {job.share:.0%}"
+        if self.state.text != (line := escape(words)):
+            self.state.text = line
+        self.say_job()
+
+    def say_job(self) -> None:
+        """Say how far the map is that this page computes, and where one can go back to."""
+        job, line = self.job, ""
+        running = job is not None and job.share < 1 and not (job.cancelled or job.error)
+        if job is not None and job.error:
+            line = escape(job.error)
+        elif job is not None and running:
+            words = job.note or f"{job.done} of {job.total} orbits"
+            line = f'<progress max="1" value="{job.share:.3f}"></progress> {escape(words)}'
+        elif job is not None and job.share < 1 and job.found is self.chosen.found:
+            line = f"cancelled at {job.share:.0%}"
+        if self.progress.text != line:
+            self.progress.text = line
+        self.cancel.visible = running
+        self.back.disabled = self.chosen.place == 0
+        self.forward.disabled = self.chosen.place == len(self.chosen.levels) - 1
+
+    # ---- files
+
+    def offer_files(self, picture: str = "") -> None:
+        """Offer what is seen as files, which the browser saves, and as a command."""
+        assert self.orbit is not None
+        toml = "application/toml"
+        files = [
+            (recipes.PORTRAIT, "portrait recipe", toml, encoded(self.orbit.request.to_toml())),
+            (recipes.SCAN, "scan file of the map", toml, encoded(self.chosen.part().to_toml())),
+        ]
+        if picture:
+            files.append((recipes.PICTURE, "picture of the orbit", "image/png", picture))
+        links = "".join(
+            f'<a download="{name}" href="data:{kind};base64,{code}">{words} ({name[-4:]})</a>'
+            for name, words, kind, code in files
+        ).replace("(toml)", "(.toml)")
+        command = escape(recipes.portrait_command(self.orbit.request))
+        self.files.text = f"<b>Save</b> {links}<code>{command}</code>"
+
+    def draw(self) -> None:
+        """Draw the orbit as `portrait` does, in a thread of the pool."""
+        if self.orbit is None:
+            raise RequestError("there is no orbit to draw yet")
+        self.say_trouble("drawing the picture ...")
+        self.opened.pool.submit(self.drawn, self.orbit)
+
+    def drawn(self, orbit: LiveOrbit) -> None:
+        try:
+            picture = recipes.picture(orbit.request, orbit.view)
+        except Exception as error:
+            self.later(self.say_trouble, in_words(error))
+        else:
+            self.later(self.offer_picture, orbit, picture)
+
+    def offer_picture(self, orbit: LiveOrbit, picture: str) -> None:
+        self.say_trouble("")
+        if orbit is self.orbit:
+            self.offer_files(picture)
+
+    def close(self) -> None:
+        """End everything that the page began."""
+        self.closed = True
+        if self.changed in self.opened.listeners:
+            self.opened.listeners.remove(self.changed)
+        if self.job is not None:
+            self.job.cancel()
+
+
+def encoded(words: str) -> str:
+    """Return a text in base64, as a link holds it."""
+    return b64encode(words.encode()).decode()
+
+
+_ORBIT_HINT = (
+    "Gray is the structure x₁, blue the damper x₂, orange what is struck; P cos ωt is light blue "
+    "beside the force of the contact; dots are the section. Click in a phase plane to start an "
+    "orbit there."
+)

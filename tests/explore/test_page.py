@@ -1,0 +1,351 @@
+"""A page without a browser: what its widgets do, what it shows, what ends with it."""
+
+import re
+import threading
+import time
+from base64 import b64decode
+from collections import deque
+
+import numpy as np
+import pytest
+
+bokeh = pytest.importorskip("bokeh", reason="Bokeh is not installed")
+
+from bokeh.document import Document  # noqa: E402
+from bokeh.events import DoubleTap, MouseMove, RangesUpdate, SelectionGeometry, Tap  # noqa: E402
+from conftest import MAP, made_up  # noqa: E402
+
+from nlds_vines.bifurcation.request import load_scan  # noqa: E402
+from nlds_vines.errors import RequestError  # noqa: E402
+from nlds_vines.explore import live_page as page_module  # noqa: E402
+from nlds_vines.explore.live_page import Page  # noqa: E402
+from nlds_vines.explore.map_data import stored  # noqa: E402
+from nlds_vines.explore.shared_map import COMPILING, LOADING, READY, Opened  # noqa: E402
+from nlds_vines.plotting.palette import short  # noqa: E402
+from nlds_vines.portrait.request import load_portrait  # noqa: E402
+
+
+class Seen:
+    """A page whose browser is this test."""
+
+    def __init__(self, opened):
+        self.document = Document()
+        self.calls = deque()  # in their order, as the loop of a server has them
+        self.document.add_next_tick_callback = self.calls.append
+        self.page = Page(self.document, opened)
+
+    def do(self, call, *arguments):
+        """Do what a callback does, and wait until its orbit is shown."""
+        self.page.guarded(call, *arguments)
+        self.settle()
+
+    def event(self, model, kind, **values):
+        """Let the browser send an event."""
+        model._trigger_event(kind(model, **values))
+
+    def settle(self, until=None, seconds=60.0):
+        """Run what threads have left for the document until a condition holds."""
+        if until is None:
+            waiting = self.page.opened.pool.submit(lambda: None)
+            until = lambda page: waiting.done() and not self.calls  # noqa: E731
+        end = time.monotonic() + seconds
+        while not until(self.page) or self.calls:
+            while self.calls:
+                self.calls.popleft()()
+            assert time.monotonic() < end, (self.page.trouble.text, self.page.progress.text)
+            time.sleep(0.005)
+
+    @property
+    def label(self):
+        return re.search('class="label">(.*?)<', self.page.verdict.text)[1]
+
+    def file(self, name):
+        """Return the bytes that a link of the page holds."""
+        code = re.search(f'download="{name}" href="data:[^,]*,([^"]*)"', self.page.files.text)[1]
+        return b64decode(code)
+
+
+@pytest.fixture
+def seen(small_map):
+    seen = Seen(Opened(stored(small_map)))
+    seen.settle()
+    yield seen
+    seen.page.close()
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("kind", [Tap, DoubleTap])
+def test_a_click_shows_the_orbit_of_the_cell(seen, small_map, kind):
+    found = stored(small_map)
+    seen.page.start.value = "1"
+    for cell in ((0, 0), (5, 3), (3, 2)):
+        at = [axis.values[i] for axis, i in zip(found.scan.axes, cell, strict=True)]
+        seen.event(seen.page.map.main, kind, x=at[0], y=at[1])
+        seen.settle()
+        assert seen.label == found.arrays["label"][(*cell, 1)]
+        slider = seen.page.sliders["omega"][2]
+        assert slider.value == pytest.approx(found.values_of(cell)["omega"])
+        assert seen.page.map.mark.data == {"x": [at[0]], "y": [at[1]]}
+        assert seen.page.trouble.text == ""
+
+
+@pytest.mark.kernels
+def test_of_many_clicks_the_last_one_is_shown(seen, small_map):
+    for i in range(20):
+        seen.page.choose((i % 6, 0))
+    seen.settle()
+    assert seen.label == stored(small_map).arrays["label"][1, 0, 0]
+    assert seen.page.asked == 21
+
+
+@pytest.mark.kernels
+def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(seen):
+    page = seen.page
+    seen.do(page.choose, (2, 2))
+    _, slider, exact = page.sliders["P"]
+    exact.value = 333.0
+    seen.settle()
+    assert page.orbit.view.column.system.parameters["P"] == 333.0
+    slider.value = 712.34
+    seen.settle()
+    assert page.orbit.view.column.system.parameters["P"] == 712.34
+    page.sliders["m1"][2].value = -1.0
+    assert "m1" in page.trouble.text
+    assert page.sliders["m1"][2].value > 0
+    assert page.sliders["m1"][1].css_classes == []
+    page.sliders["C"][2].value = 0.05
+    assert page.sliders["C"][1].css_classes == ["changed"]
+    seen.do(page.take_original)
+    assert page.orbit.view.column.system.parameters["P"] == page.chosen.found.values_of((2, 2))["P"]
+    assert page.sliders["C"][1].css_classes == []
+
+
+@pytest.mark.kernels
+def test_a_click_in_a_phase_plane_begins_an_orbit_there(seen):
+    seen.event(seen.page.panels.planes[2], Tap, x=0.3, y=-0.25)
+    seen.settle()
+    assert seen.page.orbit.request.start[2:] == (0.3, -0.25)
+    assert "from a start of your own" in seen.page.verdict.text
+
+
+@pytest.mark.kernels
+def test_a_history_from_the_start_is_shown_until_another_is_chosen(seen):
+    times = lambda: seen.page.panels.sources["history"].data["t"]  # noqa: E731
+    seen.page.history.value = "whole"
+    seen.settle()
+    assert times()[0] < 1
+    assert times()[-1] > 60
+    seen.do(seen.page.choose, (1, 1))
+    assert times()[0] < 1
+    assert seen.page.panels.time.start == 0
+    seen.page.history.value = "settled"
+    seen.settle()
+    assert times()[0] > 60
+    assert seen.page.panels.time.start == 60
+
+
+@pytest.mark.kernels
+def test_a_rectangle_is_computed_and_one_can_go_back(seen):
+    page = seen.page
+    before = page.map.picture.source.data["image"][0]
+    box = {"type": "rect", "x0": 7.5, "x1": 7.4, "y0": 800.0, "y1": 850.0}
+    seen.event(page.map.main, SelectionGeometry, geometry=box, final=False)
+    assert page.job is None
+    seen.event(page.map.main, SelectionGeometry, geometry=box, final=True)
+    assert page.map.beneath.source.data["image"][0] is before
+    seen.settle(lambda page: page.job.share == 1.0 and not page.cancel.visible)
+    assert page.chosen.scan.axes[0].values[0] == 7.4
+    assert (page.chosen.found.arrays["label"] != "").all()
+    assert page.map.picture.source.data["image"][0].min() > 0
+    page.step(-1)
+    assert page.chosen.scan.axes[0].values[0] == 7.3
+    assert (page.back.disabled, page.forward.disabled) == (True, False)
+    page.step(1)
+    assert page.chosen.scan.axes[0].values[0] == 7.4
+
+
+@pytest.mark.kernels
+def test_an_orbit_that_fails_is_told_and_nothing_of_the_one_before_remains(seen, monkeypatch):
+    def fails(*_, **__):
+        raise RequestError("it stuck to the wall")
+
+    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", fails)
+    seen.do(seen.page.choose, (1, 1))
+    assert seen.page.trouble.text == "it stuck to the wall"
+    assert seen.label == "no orbit"
+    assert all(
+        len(values) == 0
+        for source in seen.page.panels.sources.values()
+        for values in source.data.values()
+    )
+
+
+def test_what_a_callback_raises_is_shown_in_one_line(seen, monkeypatch):
+    def fails(*_):
+        raise ZeroDivisionError("a <b>fault</b>\nof two lines")
+
+    monkeypatch.setattr(page_module, "painted", fails)
+    seen.page.show.value = "E1max"
+    text = seen.page.trouble.text
+    assert text.startswith("ZeroDivisionError: a &lt;b&gt;fault")
+    assert "\n" not in text
+    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", fails)
+    seen.do(seen.page.choose, (1, 1))
+    assert "ZeroDivisionError" in seen.page.trouble.text
+
+
+def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):
+    monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 1)
+    opened = Opened(stored(small_map))
+    page = Seen(opened).page
+    page.refine((7.4, 7.5), (800.0, 850.0))
+    job = page.job
+    assert not job.cancelled
+    page.close()
+    assert job.cancelled
+    job.wait(20.0)
+    assert not job.running
+    assert opened.listeners == []
+    assert not [t for t in threading.enumerate() if t.name == "refining"]
+
+
+@pytest.mark.kernels
+def test_what_is_saved_is_what_is_seen(seen, tmp_path):
+    page, path = seen.page, tmp_path / "saved.toml"
+    page.start.value = "1"
+    seen.do(page.choose, (1, 2))
+    path.write_bytes(seen.file("portrait.toml"))
+    assert load_portrait(path).start == page.orbit.request.start
+    page.sliders["C"][2].value = 0.05
+    seen.settle()
+    path.write_bytes(seen.file("part.toml"))
+    assert load_scan(path).system.parameters["C"] == 0.05
+    assert load_scan(path).shape == (6, 4)
+    assert "nlds-vines portrait --system ssul-set6" in page.files.text
+    page.draw()
+    seen.settle(lambda page: "portrait.png" in page.files.text)
+    assert seen.file("portrait.png").startswith(b"\x89PNG")
+
+
+def test_the_page_says_what_the_kernels_do(small_map):
+    opened = Opened(stored(small_map))
+    seen = Seen(opened)
+    assert seen.page.state.text == LOADING
+    opened._compiles(None)
+    seen.settle()
+    assert seen.page.state.text == COMPILING
+    opened._wait(COMPILING, 7.3)
+    seen.settle()
+    assert seen.page.state.text == f"{COMPILING}: 7 s so far"
+    opened._warm()
+    seen.settle()
+    assert seen.page.state.text == ""
+    seen.page.close()
+
+
+def test_a_scan_is_computed_while_it_is_seen(small_diagram):
+    opened = Opened(None, stored(small_diagram).scan)
+    seen = Seen(opened)
+    opened.begin()
+    seen.settle(
+        lambda _: opened.job.share == 1.0 and opened.kernels == READY and not opened.job.running
+    )
+    seen.settle()
+    for label in stored(small_diagram).arrays["label"].ravel():
+        assert short(label) in seen.page.legend.text
+    assert opened.close()
+    seen.page.close()
+
+
+@pytest.fixture
+def idle(tmp_path, monkeypatch):
+    """A page that computes nothing."""
+    monkeypatch.setattr("nlds_vines.explore.map_computation.Job.begin", lambda _: None)
+    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
+    seen = Seen(Opened(stored(made_up(MAP, tmp_path / "map.h5"))))
+    seen.settle()
+    yield seen
+    seen.page.close()
+
+
+def test_the_pointer_shows_a_cell_and_nothing_beside_the_map(idle):
+    page, main = idle.page, idle.page.map.main
+    idle.event(main, MouseMove, x=7.3, y=700.0, sx=90, sy=30)
+    assert page.tip.visible
+    assert "undetermined (random 0)" in page.tip.text
+    assert "ω = 7.3 rad/s, P = 700 N" in page.tip.text
+    assert page.tip.styles["left"] == "90px"
+    idle.event(main, MouseMove, x=1.0, y=700.0, sx=0, sy=30)
+    assert not page.tip.visible
+
+
+def test_undetermined_cells_are_hatched_and_named(idle):
+    page = idle.page
+    hatch = page.map.hatch.data
+    assert len(hatch["left"]) == 6  # a box for each column
+    np.testing.assert_allclose(hatch["top"] - hatch["bottom"], 4 * 200 / 3, rtol=1e-5)
+    assert 'class="chip hatched"' in page.legend.text
+    page.show.value = "E1max"
+    assert len(page.map.hatch.data["left"]) == 0
+
+
+def test_a_number_of_the_same_map_is_patched(idle):
+    events = []
+    idle.page.document.on_change(events.append)
+    idle.page.show.value = "E1max"
+    idle.page.show.value = "regimes of a start"
+    image = idle.page.map.picture.source
+    sent = [event for event in events if getattr(event, "column_source", event.model) is image]
+    assert [type(event).__name__ for event in sent] == ["ColumnsPatchedEvent"] * 2
+
+
+ODD = {
+    "a key of no step": ("press", "x"),
+    "a key of one number": ("press", "1"),
+    "infinity for a parameter": ("set_value", "P", float("inf")),
+    "nothing for a parameter": ("set_value", "P", None),
+    "a parameter that there is not": ("set_value", "Q", 1.0),
+    "a cell beyond the last": ("choose", (6, 0)),
+    "a cell before the first": ("choose", (-1, 0)),
+    "no number for a start": ("choose_start", "x"),
+    "an empty part": ("refine", (7.4, 7.4), (800.0, 850.0)),
+    "no number in a part": ("refine", (float("nan"), 7.4), (800.0, 850.0)),
+    "a picture of no orbit": ("draw",),
+}
+
+
+@pytest.mark.parametrize("case", ODD)
+def test_an_odd_message_is_answered_in_one_line(idle, case):
+    page, (name, *arguments) = idle.page, ODD[case]
+    page.say_trouble("")
+    before = dict(page.chosen.free)
+    if name == "choose_start":
+        with page.tells():
+            page.start.value = arguments[0]
+    page.guarded(getattr(page, name), *arguments)
+    assert page.trouble.text
+    assert "\n" not in page.trouble.text
+    assert page.chosen.free == before
+    with page.tells():
+        page.start.value = "0"
+    page.choose((1, 1))
+    assert page.chosen.cell == (1, 1)
+
+
+def test_a_diagram_is_painted_in_the_pixels_that_are_seen(small_diagram, monkeypatch):
+    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
+    seen = Seen(Opened(stored(small_diagram)))
+    page = seen.page
+    page.resize(0, 500)
+    page.resize(1, 300)
+    image = page.map.picture.source.data["image"][0]
+    assert image.shape == (300, 500)
+    assert set(np.unique(image)) == {0, 1}
+    whole = int((image > 0).sum())
+    page.map.main.x_range.update(start=7.45, end=7.55)
+    seen.event(page.map.main, RangesUpdate, x0=7.45, x1=7.55, y0=0.0, y1=1.0)
+    zoomed = page.map.picture.source.data
+    assert (zoomed["x"], zoomed["dw"]) == ([7.45], [pytest.approx(0.1)])
+    assert 0 < (zoomed["image"][0] > 0).sum() < whole
+    assert page.map.regimes.source.data["image"][0].shape == (1, 9)
+    page.close()

@@ -174,8 +174,8 @@ def test_a_title_that_is_true_no_more_is_replaced():
 @pytest.mark.parametrize(
     ("below", "above", "message"),
     [
-        ({"set": {"omega": 6}}, {}, r"^scan: \[set\]: omega is varied by scan: \[vary\]"),
-        ({}, {"set": {"omega": 6}}, r"^changes: \[set\]: omega is varied by scan: \[vary\]"),
+        ({"set": {"omega": 6}}, {}, r"^scan: \[set\]: omega = 6: omega is varied by scan: \[v"),
+        ({}, {"set": {"omega": 6}}, r"^changes: \[set\]: omega = 6: omega is varied by scan: \[v"),
         ({"set": {"E2": 1e7}, "vary": {"K": {"values": [1]}}}, {}, r"\[set\]: K beside E2"),
         ({"set": {"K": 1e7}, "vary": {"E2": {"values": [1]}}}, {}, r"\[set\]: K beside E2"),
         ({}, {"system": "tmd", "set": {"C": 1}}, r"^changes: \[set\]: kind 'tmd' has no"),

@@ -17,7 +17,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
-from math import log10
+from math import ceil, log10
 from pathlib import Path
 from typing import Any, Literal
 
@@ -248,6 +248,7 @@ def add_legend(
     columns = 1
     if side != "right":
         columns = max(n for n in range(1, len(widths) + 1) if n == 1 or _fits(widths, n, room))
+        columns = ceil(len(widths) / ceil(len(widths) / columns))  # rows of equal length
     x, y, corner, anchor = {
         "right": (_LEGEND_BESIDE + offset, 0.0, "upper left", (1.0, 1.0)),
         "below": (0.0, -_LEGEND_BELOW - offset, "upper left", (0.0, 0.0)),

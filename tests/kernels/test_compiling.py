@@ -8,6 +8,7 @@ import pytest
 from commands import printed
 
 from nlds_vines.kernels.cells import lanes
+from nlds_vines.kernels.numerics import stored_code
 from nlds_vines.kernels.numerics.compiling import Inner, jit, told_of_compilations
 from nlds_vines.kernels.numerics.deciding import is_a, same_sort
 
@@ -171,15 +172,32 @@ if sys.argv[1] == "plain":
 import nlds_vines as nv
 from nlds_vines.kernels.numerics import compiling
 assert compiling.LINKED == (sys.argv[1] == "linked")
-orbit = nv.simulate(nv.load_system("ssul-set6"), periods=20)
-print(hashlib.sha256(orbit.section.tobytes()).hexdigest())
+compiled = []
+with compiling.told_of_compilations(compiled.append):
+    orbit = nv.simulate(nv.load_system("ssul-set6"), periods=20)
+print(hashlib.sha256(orbit.section.tobytes()).hexdigest(), bool(compiled))
 """
 
 
 @pytest.mark.kernels
-def test_where_the_inside_of_numba_is_another_one_kernels_are_compiled_plainly(tmp_path):
-    """To the same bits."""
+def test_where_the_inside_of_numba_is_another_one_its_own_cache_keeps_kernels(tmp_path):
+    """To the same bits; the next process compiles nothing."""
     found = {}
-    for how in ("linked", "plain"):
-        found[how] = printed("-c", PLAIN, how, NUMBA_CACHE_DIR=str(tmp_path / how))
+    for run in ("linked", "plain", "plain again"):
+        how = run.split()[0]
+        found[run] = printed("-c", PLAIN, how, NUMBA_CACHE_DIR=str(tmp_path / how)).split()
     assert found["linked"] == found["plain"]
+    assert found["plain again"] == [found["plain"][0], "False"]
+
+
+def test_the_cache_of_numba_belongs_to_the_sources_of_all_kernels(tmp_path, monkeypatch):
+    monkeypatch.setattr(stored_code, "KERNELS", tmp_path)
+    monkeypatch.setattr(stored_code, "folder", lambda: tmp_path)
+    folder_of_numba = stored_code.folder_of_numba.__wrapped__
+    (tmp_path / "inner.py").write_text("GAP = 1")
+    former = folder_of_numba()
+    assert folder_of_numba() == former
+    former.mkdir()
+    (tmp_path / "inner.py").write_text("GAP = 2")
+    assert folder_of_numba() != former
+    assert not former.exists()

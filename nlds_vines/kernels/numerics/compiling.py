@@ -5,8 +5,8 @@ run and to the uncompiled code; NumPy's error model, so that no division raises 
 `linking` makes one piece of machine code of an entry and all that it calls; `stored_code` keeps
 what was compiled for other processes.
 
-Where Numba's inside is not what `linking` takes it for, kernels are compiled plainly: to the same
-bits, but longer, and anew in each process.
+Where Numba's inside is not what `linking` takes it for, entries are compiled plainly, with all that
+they call, to the same bits but in twice the time; Numba's own cache keeps them (`cached_by_numba`).
 """
 
 from __future__ import annotations
@@ -92,7 +92,9 @@ class Kernel(_Dispatcher):
         """Compile the kernel for arguments of these types, and store what comes of it."""
         with _watch.compiling(self), self._compiling_counter:
             result = self._compiler.compile(kinds, None)
-        if LINKED:
+        if not LINKED:
+            self._cache.save_overload(kinds, result)
+        else:
             self._note(kinds, result)
             data, file = linking.to_bytes(result), self.file(kinds)
             if data is not None and file is not None:
@@ -101,7 +103,14 @@ class Kernel(_Dispatcher):
 
     def _loaded(self, kinds: tuple[Any, ...]) -> Any:
         """Return what was stored for arguments of these types; None where there is nothing."""
-        file = self.file(kinds) if LINKED else None
+        if not LINKED:
+            result = self._cache.load_overload(kinds, self.targetctx)
+            if result is not None:
+                self.targetctx.insert_user_function(
+                    result.entry_point, result.fndesc, [result.library]
+                )
+            return result
+        file = self.file(kinds)
         data = None if file is None else stored_code.load(file)
         if data is None:
             return None
@@ -184,7 +193,24 @@ def jit(
     if isinstance(kernel, _Dispatcher):  # none without compilation
         kernel.__class__ = Kernel if entry else Inner
         kernel.place = function.__module__, function.__qualname__
+        if entry and not LINKED:
+            cached_by_numba(kernel)
     return kernel
+
+
+def cached_by_numba(kernel: Any) -> None:
+    """Let Numba's own cache keep an entry, in a folder that belongs to the sources as they are.
+
+    Numba compares the file of the entry alone with what it was, not those of the kernels it calls.
+    """
+    config: Any = numba.config
+    folder, before = stored_code.folder_of_numba(), config.CACHE_DIR
+    if folder is not None:
+        config.CACHE_DIR = str(folder)
+        try:
+            kernel.enable_caching()
+        finally:
+            config.CACHE_DIR = before
 
 
 class _Watch:

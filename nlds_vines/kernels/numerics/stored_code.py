@@ -18,6 +18,7 @@ import hashlib
 import json
 import os
 import secrets
+import shutil
 import stat
 import sys
 import tempfile
@@ -129,6 +130,25 @@ def folder() -> Path | None:
     return None
 
 
+@lru_cache(maxsize=1)
+def folder_of_numba() -> Path | None:
+    """Return the folder in which Numba keeps what it compiled from all sources as they are now.
+
+    Those of other sources are removed.
+    """
+    place = folder()
+    if place is None:
+        return None
+    sources = hashlib.sha256()
+    for path in sorted(KERNELS.rglob("*.py")):
+        sources.update(path.read_bytes())
+    own = place / f"numba-{sources.hexdigest()[:24]}"
+    for stale in place.glob("numba-*"):
+        if stale != own:
+            shutil.rmtree(stale, ignore_errors=True)
+    return own
+
+
 # ---- for which sources ---------------------------------------------------------------------------
 
 
@@ -145,7 +165,6 @@ class _WithoutDocstrings(ast.NodeTransformer):
 
 
 def _is_text(statement: ast.AST) -> bool:
-    """Tell whether a statement is nothing but a text."""
     return isinstance(getattr(getattr(statement, "value", None), "value", None), str) and (
         isinstance(statement, ast.Expr)
     )
@@ -165,7 +184,6 @@ def read_source(text: bytes) -> tuple[str, list[str]]:
 
 @cache
 def _source(path: Path) -> tuple[str, list[str]]:
-    """Return what `read_source` does of a file, from a note where the file is as it was then."""
     text = path.read_bytes()
     noted, key = _notes(), f"{path.stem} {sys.version} {hashlib.sha256(text).hexdigest()}"
     if key not in noted:
@@ -262,7 +280,6 @@ def load(name: str) -> bytes | None:
 
 
 def say_damaged() -> None:
-    """Say that compiled kernels are damaged."""
     say_once("nlds_vines: compiled kernels on the disk are damaged: they are compiled again")
 
 

@@ -10,7 +10,7 @@ from ..events.contact import Steps
 from ..events.fixed_step import fixed_grid_from
 from ..impact.arc import Arc
 from ..motion.flight import PERIOD, REACH, SHORT, Begun, cells_of, grid_from, grid_of
-from ..motion.load_cells import Stretch, grid_over
+from ..motion.load_cells import Stretch, grid_under
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..orbit.orbit import bounded, on_ground, run, set_mode
@@ -38,22 +38,6 @@ STABLE = 2.5  # longest step of rk4 in units of 1/rate: beyond 2.8, errors of or
 # ---- a cell made ready ---------------------------------------------------------------------------
 
 
-@jit
-def own_arc(arc):
-    """Return the arc with scratch rows of this lane's own, or None without a wall."""
-    if arc is None:
-        return None
-    return Arc(arc.tolerance, arc.settled, arc.levels, arc.table.copy())
-
-
-@jit
-def scratch_for(near, far):
-    """Return the scratch of a contact that is stepped, or None without a wall."""
-    if near is None and far is None:
-        return None
-    return np.zeros(SCRATCH)
-
-
 @by_wall
 def held_at(wall, ps, damper, begun):
     """Return the motion on a wall, if its law has one that is prepared, as a tuple of its own.
@@ -65,22 +49,13 @@ def held_at(wall, ps, damper, begun):
 
 @by_wall
 def too_stiff(held, period):
-    """Tell whether the motion on a wall is too fast to be followed for a period [s]."""
+    """Return True if the motion on a wall is too fast to be followed for a period [s]."""
     return False
 
 
 @jit
 def multiple_of(stops, n):
-    """Return the least multiple of `stops` that is n or more."""
     return stops * ((n + stops - 1) // stops)
-
-
-@jit
-def make_grid(parts, ps, damper, n, begun):
-    """Return the grid of the method, in n cells."""
-    if parts.rk4 is not None:
-        return fixed_grid_from(ps, damper, n, begun)
-    return grid_from(ps, damper, n, begun)
 
 
 @jit
@@ -97,11 +72,21 @@ def cells_for(parts, n, stops):
 
 
 @jit
+def own_arc(arc):
+    """Return the arc with scratch rows of this lane's own, or None without a wall."""
+    if arc is None:
+        return None
+    return Arc(arc.tolerance, arc.settled, arc.levels, arc.table.copy())
+
+
+@jit
 def grid_for(parts, ps, damper, n, stops, begun):
-    """Return the grid of what is `begun`; a load has its own cells."""
+    """Return the grid of what is `begun`, by the method; a load has its own cells."""
     if is_a(begun, Stretch):
-        return grid_over(ps, damper, n, begun)
-    return make_grid(parts, ps, damper, cells_for(parts, n, stops), begun)
+        return grid_under(ps, damper, begun.h, n, begun)
+    if parts.rk4 is not None:
+        return fixed_grid_from(ps, damper, cells_for(parts, n, stops), begun)
+    return grid_from(ps, damper, cells_for(parts, n, stops), begun)
 
 
 @jit
@@ -116,19 +101,13 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     """
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     far = wall_like(parts.far, cell.far, damper, cell)
+    grid = grid_for(parts, ps, damper, n, stops, begun)
+    scratch = None if parts.near is None and parts.far is None else np.zeros(SCRATCH)
     return Prepared(
-        parts.rk4,
-        ps,
-        damper,
-        near,
-        far,
-        own_arc(parts.arc),
-        grid_for(parts, ps, damper, n, stops, begun),
-        Steps(parts.contact_steps, parts.contact_tolerance),
-        scratch_for(parts.near, parts.far),
-        held_at(near, ps, damper, begun),
-        held_at(far, ps, damper, begun),
-    )
+        parts.rk4, ps, damper, near, far, own_arc(parts.arc), grid,
+        Steps(parts.contact_steps, parts.contact_tolerance), scratch,
+        held_at(near, ps, damper, begun), held_at(far, ps, damper, begun),
+    )  # fmt: skip
 
 
 @jit
@@ -188,10 +167,9 @@ def cell_orbit(prepared, limit, state, span, buffers):
     begin_limit_log(limit_log, state)
     start_energy(ps, damper, peak, state)
     # the transient: first what is not noted, then what is noted of its section
-    noted = rows_before(buffers.early)
-    before = OrbitBuffers(
-        limit_log, no_rows(buffers.early), None, None, peak, None, None, None, None
-    )
+    noted = 0 if buffers.early is None else len(buffers.early)
+    none = None if buffers.early is None else buffers.early[:0]  # of one type: one code for both
+    before = OrbitBuffers(limit_log, none, None, None, peak, None, None, None, None)
     unseen = Span(0, span.first - noted, 1)
     status = run(prepared, before, unseen, state, None, None)
     if status == OK:
@@ -203,63 +181,34 @@ def cell_orbit(prepared, limit, state, span, buffers):
         start_energy(ps, damper, buffers.energy, state)
         tally = tally_for(buffers.response, buffers.foot, buffers.ground, ps)
         begin_tally(tally, state)
+        energy = peak if buffers.energy is None else buffers.energy
         wanted = OrbitBuffers(
-            limit_log, buffers.section, buffers.by_period, buffers.impacts,
-            first_of(buffers.energy, peak), buffers.clearance, None, tally, None,
+            limit_log, buffers.section, buffers.by_period, buffers.impacts, energy,
+            buffers.clearance, None, tally, None,
         )  # fmt: skip
         status = run(prepared, wanted, span, state, None, None)
         time = span.periods * (2.0 * math.pi / ps.omega)
         report(buffers.response, tally, ps, damper, state, time)
-        raise_peak(buffers.energy, peak)
+        # the largest energies of the whole run include those of the sampled periods
+        if buffers.energy is not None and peak is not None:
+            peak[0], peak[1] = max(peak[0], buffers.energy[0]), max(peak[1], buffers.energy[1])
         report_violation(buffers.violation, limit_log)
     return status
-
-
-@jit
-def rows_before(early):
-    """Return how many periods of the transient are noted."""
-    if early is None:
-        return 0
-    return len(early)
-
-
-@jit
-def no_rows(early):
-    """Return room for no section, of the same type: so both pieces of a transient share a code."""
-    if early is None:
-        return None
-    return early[:0]
 
 
 # ---- energies and the limit ----------------------------------------------------------------------
 
 
 @jit
-def first_of(energy, peak):
-    """Return where energies of the sampled periods are noted."""
-    if energy is None:
-        return peak
-    return energy
-
-
-@jit
 def start_energy(ps, damper, energy, state):
-    """Let the largest energies begin with the state at which noting begins."""
+    """Reset the largest energies to those of the first state."""
     if energy is not None:
         energy[0], energy[1] = 0.0, 0.0
         note_energy(ps, damper, energy, state[0], state[1], state[2], state[3])
 
 
 @jit
-def raise_peak(energy, peak):
-    """Let the largest energies of the whole run include those of the sampled periods."""
-    if energy is not None and peak is not None:
-        peak[0], peak[1] = max(peak[0], energy[0]), max(peak[1], energy[1])
-
-
-@jit
 def overflowed(energy):
-    """Tell whether a largest energy that is wanted is beyond all numbers."""
     if energy is None:
         return False
     return not (finite(energy[0]) and finite(energy[1]))
@@ -267,7 +216,6 @@ def overflowed(energy):
 
 @jit
 def any_overflowed(response):
-    """Tell whether a number of a response that is wanted is beyond all numbers."""
     if response is None:
         return False
     fine = True
@@ -278,7 +226,7 @@ def any_overflowed(response):
 
 @jit
 def no_limit_to_keep(violation, limit):
-    """Tell whether a scene has a limit to keep, and the limit is no finite number."""
+    """Return True if a scene has a limit to keep, and the limit is no finite number."""
     if violation is None:
         return False
     return not finite(limit)
@@ -286,7 +234,6 @@ def no_limit_to_keep(violation, limit):
 
 @jit
 def limit_log_of(violation, limit):
-    """Return the limit log (`observe.LEVEL`) of a scene with a limit to keep, or None."""
     if violation is None:
         return None
     log = np.zeros(6)
@@ -315,7 +262,6 @@ def report_violation(violation, limit_log):
 
 @jit
 def judge_cell(parts, cell, ends, section, first, stages, evidence):
-    """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
     flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_of(ps, damper, n))

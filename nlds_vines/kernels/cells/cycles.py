@@ -85,7 +85,7 @@ def shrunk_so_far(scratch):
 
 @jit
 def forget_shrinking(scratch):
-    """Let nothing have been shrunk so far."""
+    """Reset the logarithm by which contacts have shrunk volumes."""
     if scratch is None:
         return None
     scratch[SHRUNK] = 0.0
@@ -178,14 +178,6 @@ def solve_bordered(matrix, columns, rows, right, lost):
     return solve(lost, right)
 
 
-@jit
-def broken_limit(violation, lane):
-    """Return where a lane's violations of its limit go, or None where there is no limit."""
-    if violation is None:
-        return None
-    return violation[lane]
-
-
 @jit(entry=True)
 def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
     """Measure nT orbits `begin` to `end` - 1, each over its `periods` (orbits,); fill `Extremes`.
@@ -201,9 +193,10 @@ def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
             state[i] = starts[lane, i]
         rows[0, RELEASE] = np.nan
         impacts = Impacts(rows, np.ones(1, np.int64))
+        violation = None if extremes.violation is None else extremes.violation[lane]
         buffers = CellBuffers(
-            None, None, None, impacts, extremes.energy[lane], None, None,
-            broken_limit(extremes.violation, lane), None, None, None, None,
+            None, None, None, impacts, extremes.energy[lane], None, None, violation, None, None,
+            None, None,
         )  # fmt: skip
         run_cell(parts, cells[lane], state, Span(0, periods[lane], 1), buffers)
         filled = min(impacts.filled[0], MOST_NOTED + 1)

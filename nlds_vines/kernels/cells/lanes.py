@@ -27,14 +27,6 @@ FIRST_STATE, LAST_STATE = 0, 1
 
 
 @jit
-def early_rows(section, points, chain, link):
-    """Return the rows for the section of the transient: as many as there is room for, or None."""
-    if section is None:
-        return None
-    return section[chain, link, : section.shape[2] - points]
-
-
-@jit
 def section_rows(section, cycle, damper, points, chain, link):
     """Return the rows for the section points of one lane: its output, scratch, or None."""
     if section is not None:
@@ -56,29 +48,23 @@ def period_rows(counts, cycle, near, far, periods):
 
 @jit
 def lane_of(values, chain, link):
-    """Return the row of an optional output that belongs to one lane."""
     if values is None:
         return None
     return values[chain, link]
 
 
 @jit
-def touches_of(touches, chain, link):
-    """Return the room for the touches of one lane, or None."""
-    if touches is None:
-        return None
-    return Touches(touches[chain, link], np.zeros(1, np.int64))
-
-
-@jit
 def buffers_of(parts, buffers, span, chain, link):
     """Return the `CellBuffers` of one lane: its rows of the `LaneBuffers`, and scratch."""
     section, cycle, points = buffers.section, buffers.cycle, span.periods * span.stops
+    room = buffers.touches
+    touches = None if room is None else Touches(room[chain, link], np.zeros(1, np.int64))
+    early = None if section is None else section[chain, link, : section.shape[2] - points]
     return CellBuffers(
-        early_rows(section, points, chain, link),
+        early,
         section_rows(section, cycle, parts.damper, points, chain, link),
         period_rows(buffers.counts, cycle, parts.near, parts.far, span.periods),
-        touches_of(buffers.touches, chain, link),
+        touches,
         lane_of(buffers.energy, chain, link),
         lane_of(buffers.peak, chain, link),
         lane_of(buffers.clearance, chain, link),
@@ -112,7 +98,6 @@ def summarize(section, by_period, counts, cycle):
 
 @jit
 def note_ends(ends, chain, link, which, state):
-    """Keep the state at one end of an orbit, if it is wanted."""
     if ends is not None:
         for i in range(len(state)):
             ends[chain, link, which, i] = state[i]

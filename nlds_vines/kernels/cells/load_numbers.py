@@ -61,34 +61,26 @@ NEARLY = 1.0 - 1e-12  # of the largest E1, for round-off
 
 
 @jit
-def fill_motion(ps, damper, state, rows, row, h, motion):
-    """Fill (LOAD_ROW, 2) Taylor coefficients of x1 and v1 over a cell without a contact.
-
-    state: (x1, v1, r, s) at its beginning; row: the place of its load in `rows`; h: its length [s].
-    """
+def motion_in(ps, damper, load, section, i):
+    """Return (LOAD_ROW, 2) Taylor coefficients of x1 and v1 over cell i, without a contact."""
+    motion, h = np.empty((LOAD_ROW, 2)), load.edges[i + 1] - load.edges[i]
+    state = state_at(ps, damper, section, i, 0.0)
+    row = LOAD_ROW * i
     x1, v1, r, s = state
     motion[0, 0], motion[0, 1] = x1, v1
-    dv, ds = accelerations(ps, damper, x1, v1, r, s, rows[row], 0.0)
+    dv, ds = accelerations(ps, damper, x1, v1, r, s, load.rows[row], 0.0)
     for k in range(1, LOAD_ROW):
         g = h / k
         x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
         motion[k, 0], motion[k, 1] = x1, v1
         if k < ORDER:
-            dv, ds = accelerations(unloaded(ps), damper, x1, v1, r, s, rows[row + k], 0.0)
-
-
-@jit
-def motion_in(ps, damper, load, section, i):
-    """Return `fill_motion` of cell i."""
-    motion, h = np.empty((LOAD_ROW, 2)), load.edges[i + 1] - load.edges[i]
-    state = state_at(ps, damper, section, i, 0.0)
-    fill_motion(ps, damper, state, load.rows, LOAD_ROW * i, h, motion)
+            dv, ds = accelerations(unloaded(ps), damper, x1, v1, r, s, load.rows[row + k], 0.0)
     return motion
 
 
 @jit
 def excess_in_cell(ps, motion, level, x):
-    """Return by how much E1 exceeds a level [J] at a place; without a level its rate by x."""
+    """Return the excess of E1 over a level [J] at a place; without a level its rate by x."""
     x1, v1 = motion[ORDER, 0], motion[ORDER, 1]
     dx, dv = 0.0, 0.0
     for k in range(ORDER - 1, -1, -1):
@@ -101,7 +93,7 @@ def excess_in_cell(ps, motion, level, x):
 
 @jit
 def root_in_cell(ps, motion, level, low, high):
-    """Return where `excess_in_cell` changes its sign between two places."""
+    """Return the zero of `excess_in_cell` between two places."""
     f0, f1 = excess_in_cell(ps, motion, level, low), excess_in_cell(ps, motion, level, high)
     x = low
     for _ in range(ROOT_STEPS):
@@ -180,25 +172,6 @@ def flown_in_parts(parts, cell, load, i, within, start, buffers):
 
 
 @jit
-def last_edge_above(ps, section, level):
-    """Return the last edge at which E1 is above a level, -1 where there is none."""
-    i = len(section) - 1
-    while i >= 0 and not structure_energy(ps, section, i) > level:
-        i -= 1
-    return i
-
-
-@jit
-def largest_edge(ps, section):
-    """Return the first edge at which E1 is largest."""
-    best = 0
-    for i in range(1, len(section)):
-        if structure_energy(ps, section, i) > structure_energy(ps, section, best):
-            best = i
-    return best
-
-
-@jit
 def touch_in_part(load, i, begin, width, buffers):
     """Return the time [s] of the last touch in a part of cell i, NaN where there is none."""
     first, h = load.edges[i], load.edges[i + 1] - load.edges[i]
@@ -207,7 +180,6 @@ def touch_in_part(load, i, begin, width, buffers):
 
 @jit
 def time_at(load, i, place, buffers):
-    """Return the time [s] at a place of cell i: that of a touch where it is there."""
     time = touch_in_part(load, i, place - HERE, 2.0 * HERE, buffers)
     if math.isnan(time):
         time = load.edges[i] + (load.edges[i + 1] - load.edges[i]) * place
@@ -230,7 +202,9 @@ def last_in_contact(parts, cell, load, i, level, buffers):
         status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
         if status != OK:
             return NO_PLACE, status
-        edge = last_edge_above(ps, section, level)
+        edge = len(section) - 1
+        while edge >= 0 and not structure_energy(ps, section, edge) > level:
+            edge -= 1
         if edge < 0:
             return NO_PLACE, OK
         if edge == PARTS:
@@ -247,7 +221,7 @@ def last_in_contact(parts, cell, load, i, level, buffers):
 
 @jit
 def may_exceed(level, h, ends, touched, begun):
-    """Tell whether E1 may exceed a level within a cell of h [s], or at its ends (`ends_of_cell`).
+    """Return True if E1 may exceed a level within a cell of h [s], or at its ends (`ends_of_cell`).
 
     touched: whether a contact meets it, which has `begun` before, with an energy that is unknown.
     """
@@ -303,7 +277,10 @@ def most_in_parts(parts, cell, load, i, buffers):
         status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
         if status != OK:
             return place, e1, status
-        best = largest_edge(ps, section)
+        best = 0
+        for k in range(1, len(section)):
+            if structure_energy(ps, section, k) > structure_energy(ps, section, best):
+                best = k
         place, e1 = begin + width * (best / PARTS), structure_energy(ps, section, best)
         edge = max(best - 1, 0)
         begin += width * (edge / PARTS)
@@ -373,22 +350,6 @@ class Asked(NamedTuple):
 # ---- energies and contacts at edges --------------------------------------------------------------
 
 
-@jit
-def fill_balance(ps, damper, walls, load, buffers, numbers):
-    """Fill in the energies; damper: of `damper_of`; walls: the near and the far one."""
-    section, sums, end = buffers.section, buffers.sums, len(load.edges) - 1
-    begin = energy_stored(ps, damper, walls, section, 0, load.jumps[0])
-    scale, error = abs(begin), 0.0
-    for i in range(end + 1):
-        came, gone = begin + sums[i, 0], sums[i, 1] + sums[i, 2] + sums[i, 3]
-        scale = max(scale, abs(came))
-        error = max(error, abs(came - energy_stored(ps, damper, walls, section, i, 0.0) - gone))
-    numbers[START], numbers[CAME] = begin, begin + sums[end, 0]
-    for way in range(3):
-        numbers[GONE + way] = sums[end, 1 + way]
-    numbers[BALANCE] = error / scale if scale > 0.0 else 0.0
-
-
 # ---- all of them ---------------------------------------------------------------------------------
 
 
@@ -411,7 +372,19 @@ def fill_numbers(parts, cell, load, asked, buffers, numbers):
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     numbers[:] = math.nan
     most, edges = buffers.peak[0], load.edges
-    fill_balance(ps, damper, walls_of(parts, cell, damper), load, buffers, numbers)
+    # The energy balance at all edges.
+    walls = walls_of(parts, cell, damper)
+    section, sums, end = buffers.section, buffers.sums, len(load.edges) - 1
+    begin = energy_stored(ps, damper, walls, section, 0, load.jumps[0])
+    scale, error = abs(begin), 0.0
+    for i in range(end + 1):
+        came, gone = begin + sums[i, 0], sums[i, 1] + sums[i, 2] + sums[i, 3]
+        scale = max(scale, abs(came))
+        error = max(error, abs(came - energy_stored(ps, damper, walls, section, i, 0.0) - gone))
+    numbers[START], numbers[CAME] = begin, begin + sums[end, 0]
+    for way in range(3):
+        numbers[GONE + way] = sums[end, 1 + way]
+    numbers[BALANCE] = error / scale if scale > 0.0 else 0.0
     last = len(edges) - 2
     for i in range(len(asked.shares)):
         level = asked.shares[i] * most
@@ -465,7 +438,6 @@ class Told(NamedTuple):
 
 @jit
 def load_of(loads, lane):
-    """Return the `Load` of a lane."""
     first, after, blow = loads.first[lane], loads.after[lane], loads.blow[lane]
     return Load(
         loads.edges[first:after],
@@ -496,7 +468,7 @@ def flown(parts, cell, load, start, buffers):
 
 @jit
 def overflow_of(impacts):
-    """Return how many impacts there are where they are more than there is room for, otherwise 0."""
+    """Return the number of impacts if it exceeds the room, otherwise 0."""
     if impacts is None:
         return 0
     return impacts.filled[0] if impacts.filled[0] > len(impacts.data) else 0
@@ -504,7 +476,6 @@ def overflow_of(impacts):
 
 @jit
 def with_room(buffers, room):
-    """Return fresh buffers with room for so many impacts."""
     return CellBuffers(
         None, buffers.section, None, impacts_for(buffers.impacts, room), None, np.zeros(2), None,
         buffers.violation, buffers.response, None, buffers.sums, None,
@@ -513,7 +484,6 @@ def with_room(buffers, room):
 
 @jit
 def copy(row, into):
-    """Copy a row of numbers."""
     for i in range(len(row)):
         into[i] = row[i]
 

@@ -37,6 +37,7 @@ from ..scene.scene import (
     joined,
     moved_mass,
     near_constants,
+    shared,
     structure_under,
 )
 from ..watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts, note_energy
@@ -97,24 +98,6 @@ def rate_under(parts, cell):
 
 
 @jit
-def stretch_from(load, first):
-    """Return the stretch of cells of one length from `first` on, up to a jump, and their number."""
-    edges, jumps = load.edges, load.jumps
-    n, last = len(edges) - 1, first + 1
-    h, slack = edges[last] - edges[first], ALIKE * (abs(edges[0]) + abs(edges[len(edges) - 1]))
-    while last < n and jumps[last] == 0.0:
-        if abs(edges[last + 1] - edges[first] - (last + 1 - first) * h) > slack:
-            break
-        last += 1
-    degree = 0
-    for j in range(first, last):
-        degree = max(degree, int(load.sums[OF_CELL * j + HIGHEST_POWER]))
-    h = (edges[last] - edges[first]) / (last - first)
-    rows, sums = bare(load.rows[LOAD_ROW * first :]), bare(load.sums[OF_CELL * first :])
-    return Stretch(rows, sums, degree, h, edges[first]), last - first
-
-
-@jit
 def longest_of(edges):
     """Return the length [s] of the longest cell, NaN where one is none."""
     longest = 0.0
@@ -127,22 +110,6 @@ def longest_of(edges):
 
 
 @jit
-def apart_after(ps, by):
-    """Return by how much s jumps with v1."""
-    if ps.shaken is None:
-        return by
-    return 0.0
-
-
-@jit
-def work_on_damper(ps, damper, by, before, state):
-    """Return the work [J] of a jump on the damper; before: v1 until then."""
-    if ps.shaken is None:
-        return 0.0
-    return 0.5 * damper.m2 * by * (before + state[1] - 2.0 * state[3])
-
-
-@jit
 def touches_on(wall, s):
     """Return True if a contact that has no depth yet goes on at an approach speed s."""
     if wall is None or says(wall, "AT_ONCE"):
@@ -152,13 +119,13 @@ def touches_on(wall, s):
 
 @jit
 def jump(prepared, tally, by, state):
-    """Let the velocity of the structure jump.
+    """Change the velocity of the structure at once.
 
     A contact that has begun at this instant goes on: it is not another touch.
     """
     ps, before, mode = prepared.ps, state[1], state[5]
     state[1] += by
-    state[3] += apart_after(ps, by)
+    state[3] += by - shared(ps, by)
     set_mode(prepared.near, prepared.far, state)
     if state[5] == FLYING and (
         (mode == TOUCH_NEAR and touches_on(prepared.near, state[3]))
@@ -167,7 +134,11 @@ def jump(prepared, tally, by, state):
         state[5] = mode
     if tally is not None:
         tally.row[JUMPS] += 0.5 * ps.m1 * by * (before + state[1])
-        tally.row[JUMPS] += work_on_damper(ps, prepared.damper, by, before, state)
+        tally.row[JUMPS] += (
+            0.0
+            if ps.shaken is None
+            else 0.5 * prepared.damper.m2 * by * (before + state[1] - 2.0 * state[3])
+        )
         raise_to(tally.row, int(MOST) + OF_V, state[1])
 
 
@@ -183,34 +154,16 @@ def at_edge(prepared, buffers, tally, edge, state):
 
 @jit
 def rows_behind(rows, edge, count):
-    """Return the rows of so many edges behind one, None where none are wanted."""
     if rows is None:
         return None
     return rows[edge + 1 : edge + 1 + count]
 
 
 @jit
-def stops_in(buffers, count):
-    """Return how often a stretch of cells is to stop."""
-    if buffers.section is None and buffers.sums is None:
-        return 1
-    return count
-
-
-@jit
 def impacts_for(impacts, room):
-    """Return fresh room for impacts, None where there are no walls."""
     if impacts is None:
         return None
     return Impacts(np.empty((room, IMPACT_COLUMNS)), np.zeros(1, np.int64))
-
-
-@jit
-def violation_for(violation):
-    """Return fresh room for a violation of a limit, None where there is none to keep."""
-    if violation is None:
-        return None
-    return np.zeros(3)
 
 
 @jit
@@ -219,10 +172,10 @@ def buffers_for(impacts, violation, edges, room):
 
     impacts, violation: None where there is nothing of that kind; room: for impacts.
     """
+    broken = None if violation is None else np.zeros(3)
     return CellBuffers(
         None, np.empty((edges, 4)), None, impacts_for(impacts, room), None, np.zeros(2), None,
-        violation_for(violation), np.empty(RESPONSE_COLUMNS), None, np.empty((edges, EDGE_SUMS)),
-        None,
+        broken, np.empty(RESPONSE_COLUMNS), None, np.empty((edges, EDGE_SUMS)), None,
     )  # fmt: skip
 
 
@@ -251,7 +204,20 @@ def fly_under(parts, cell, load, state, buffers):
     begin_tally(tally, state)
     first, status = 0, OK
     while first < len(edges) - 1 and status == OK:
-        stretch, count = stretch_from(load, first)
+        # The next stretch: cells of one length from `first` on, up to a jump.
+        jumps = load.jumps
+        n, last = len(edges) - 1, first + 1
+        h, slack = edges[last] - edges[first], ALIKE * (abs(edges[0]) + abs(edges[len(edges) - 1]))
+        while last < n and jumps[last] == 0.0:
+            if abs(edges[last + 1] - edges[first] - (last + 1 - first) * h) > slack:
+                break
+            last += 1
+        degree = 0
+        for j in range(first, last):
+            degree = max(degree, int(load.sums[OF_CELL * j + HIGHEST_POWER]))
+        h = (edges[last] - edges[first]) / (last - first)
+        rows, sums = bare(load.rows[LOAD_ROW * first :]), bare(load.sums[OF_CELL * first :])
+        stretch, count = Stretch(rows, sums, degree, h, edges[first]), last - first
         prepared = prepared_cell(parts, cell, ps, damper, count, 1, stretch)
         lasting = count * stretch.h
         if too_stiff(prepared.held_near, lasting) or too_stiff(prepared.held_far, lasting):
@@ -266,7 +232,7 @@ def fly_under(parts, cell, load, state, buffers):
             limit_log, rows_behind(buffers.section, first, count), None, buffers.impacts,
             buffers.peak, buffers.clearance, None, tally, rows_behind(buffers.sums, first, count),
         )  # fmt: skip
-        span = Span(0, 1, stops_in(buffers, count))
+        span = Span(0, 1, (1 if buffers.section is None and buffers.sums is None else count))
         status = run(prepared, wanted, span, state, None, None)
         first += count
         if status == OK and load.jumps[first] != 0.0:
@@ -286,13 +252,11 @@ def fly_under(parts, cell, load, state, buffers):
 
 @jit
 def energy_of(ps, x1, v1):
-    """Return E1 [J]."""
     return 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1)
 
 
 @jit
 def structure_energy(ps, section, i):
-    """Return E1 [J] at an edge."""
     return energy_of(ps, section[i, 0], section[i, 1])
 
 
@@ -314,14 +278,6 @@ def held_by(wall, r):
 
 
 @jit
-def weight_energy(ps, x1):
-    """Return the potential energy [J] of a constant load, 0 at x1 = 0."""
-    if ps.load is None:
-        return 0.0
-    return -ps.m1 * ps.load * x1
-
-
-@jit
 def energy_stored(ps, damper, walls, section, i, by):
     """Return the energy [J] at an edge before v1 jumped by so much, with that of contacts.
 
@@ -332,7 +288,8 @@ def energy_stored(ps, damper, walls, section, i, by):
         r = x1
     held = held_by(walls[0], r) + held_by(walls[1], -r)
     energy = energy_of(ps, x1, v1) + joint_energy(joined(damper), (x1, v1, r, s))
-    return energy + weight_energy(ps, x1) + held
+    # the potential energy of a constant load is 0 at x1 = 0
+    return energy + (0.0 if ps.load is None else -ps.m1 * ps.load * x1) + held
 
 
 @jit
@@ -342,7 +299,7 @@ def state_at(ps, damper, section, i, by):
     if damper is None:
         return x1, v1, 0.0, 0.0
     s = section[i, 1] - section[i, 3]
-    return x1, v1, x1 - section[i, 2] + damper.rest, s - apart_after(ps, by)
+    return x1, v1, x1 - section[i, 2] + damper.rest, s - (by - shared(ps, by))
 
 
 @jit
@@ -372,7 +329,7 @@ def ends_of_cell(ps, damper, load, section, i):
 
 @jit
 def on_wall(near, far, damper, section, i):
-    """Tell whether an orbit touches a wall at an edge, or is beyond it."""
+    """Return True if an orbit touches a wall at an edge, or is beyond it."""
     x1 = section[i, 0]
     r = x1 if damper is None else x1 - section[i, 2] + damper.rest
     return beyond(near, r) or beyond(far, -r)
@@ -380,7 +337,7 @@ def on_wall(near, far, damper, section, i):
 
 @jit
 def beyond(wall, r):
-    """Tell whether r is at the limit of a wall or beyond it."""
+    """Return True if r is at the limit of a wall or beyond it."""
     if wall is None:
         return False
     return r >= wall.gap
@@ -388,7 +345,6 @@ def beyond(wall, r):
 
 @jit
 def walls_of(parts, cell, damper):
-    """Return the near and the far wall."""
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     return near, wall_like(parts.far, cell.far, damper, cell)
 
@@ -416,7 +372,7 @@ def touch_within(impacts, begin, end):
 
 @jit
 def lasts_until(impacts, j, time):
-    """Tell whether impact j, if there is one, is not over before a time [s].
+    """Return True if impact j, if there is one, is not over before a time [s].
 
     The release of a contact that still lasts is NaN.
     """

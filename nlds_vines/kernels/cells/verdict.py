@@ -142,13 +142,11 @@ class Course(NamedTuple):
 
 @jit
 def last_of(course):
-    """Return the number of the last section."""
     return course.first + course.length
 
 
 @jit
 def oldest_of(course):
-    """Return the number of the oldest section that is kept."""
     if course.first == 0:
         return 0
     return course.first + 1
@@ -156,7 +154,7 @@ def oldest_of(course):
 
 @jit
 def section_at(space, course, m, y):
-    """Let y (4,) be section m, which is kept."""
+    """Fill y (4,) with section m, which is kept."""
     y[:] = 0.0
     if m == 0:
         for i in range(4):
@@ -170,7 +168,6 @@ def section_at(space, course, m, y):
 
 @jit
 def course_with_room(course, more):
-    """Return the course with room for `more` sections."""
     record = np.empty((course.length + more, course.record.shape[1]))
     for p in range(course.length):
         for c in range(record.shape[1]):
@@ -180,27 +177,7 @@ def course_with_room(course, more):
 
 @jit
 def longer(course, more):
-    """Return the course with `more` of its rows filled."""
     return Course(course.record, course.length + more, course.first, course.origin)
-
-
-@jit
-def follow_course(flow, course, more, state):
-    """Follow an orbit for `more` periods; fill the next rows of its record; return a status."""
-    rows = course.record[course.length : course.length + more]
-    return run_on(flow, rows, more, state)
-
-
-@jit
-def periods_together(flow, periods):
-    """Return after how many of so many periods variations are made orthonormal again.
-
-    In between they turn towards the fastest; no volume may shrink by more than exp(-MOST_SHRUNK).
-    And the batches whose means tell the uncertainty of a growth are to be long against it.
-    """
-    shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
-    most = min(MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER), periods / (BATCHES * SEVERAL))
-    return max(1, int(most))
 
 
 @jit
@@ -211,7 +188,12 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
     variation grows in a period (the mean of a few), growth (4,) that of all.
     """
     flow.clearance[0] = 0.0  # no near miss is looked for
-    together = periods_together(flow, len(logs))
+    # Variations are made orthonormal after so many periods: in between they turn towards the
+    # fastest. No volume may shrink by more than exp(-MOST_SHRUNK), and the batches whose means
+    # give the uncertainty of a growth must be SEVERAL times as long.
+    shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
+    most = min(MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER), len(logs) / (BATCHES * SEVERAL))
+    together = max(1, int(most))
     for p in range(0, len(logs), together):
         before, n = growth[0], min(together, len(logs) - p)
         status = advance_flow(flow, rows[p : p + n], n, tangent, state)
@@ -246,16 +228,6 @@ LONGEST_LOOK = 2400  # periods of a transient whose exponent is measured: the fi
 
 
 @jit
-def image_of(space, tangent, x, y):
-    """Return M (x - y), M the matrix of the variations."""
-    image = np.zeros(4)
-    for c in range(space.size):
-        for i in range(space.size):
-            image[i] += tangent[4 * c + i] * (x[c] - y[c])
-    return image
-
-
-@jit
 def resolvable(space, span):
     """Return the least deviation, a `norm`, that shows on a section of an orbit of size `span`.
 
@@ -268,7 +240,7 @@ def resolvable(space, span):
 
 @jit
 def returns_as_predicted(space, tangent, y, now, then, span):
-    """Tell whether the state `now` returns to `then` after the orbit's n periods as predicted.
+    """Return True if the state `now` returns to `then` after the orbit's n periods as predicted.
 
     True where the deviation from the orbit's point y is mapped by its monodromy matrix, or is too
     small to tell.
@@ -276,7 +248,10 @@ def returns_as_predicted(space, tangent, y, now, then, span):
     far, tiny = distance(space, now, y), resolvable(space, span)
     if far <= tiny and distance(space, then, y) <= tiny:
         return True
-    image = image_of(space, tangent, now, y)
+    image = np.zeros(4)
+    for c in range(space.size):
+        for i in range(space.size):
+            image[i] += tangent[4 * c + i] * (now[c] - y[c])
     for i in range(4):
         image[i] += y[i]
     return far <= UNPREDICTED * span and distance(space, image, then) <= PREDICTION_ERROR * far
@@ -284,7 +259,7 @@ def returns_as_predicted(space, tangent, y, now, then, span):
 
 @jit
 def attracted(flow, tangent, y, x, n, span):
-    """Tell whether the state x is drawn to the stable orbit through y.
+    """Return True if the state x is drawn to the stable orbit through y.
 
     Each return must be as predicted, until the deviation is too small to tell, or for so long that
     no chance explains it: one flight without impact always obeys the law of an impact-free orbit.
@@ -421,18 +396,8 @@ def near_returns(space, course, chaotic):
 
 
 @jit
-def best_of(returns):
-    """Return the n of the near return of least distance times n, its cost; 0 if there is none."""
-    best = 0
-    for n in range(1, len(returns)):
-        if returns[n] < math.inf and (best == 0 or n * returns[n] < best * returns[best]):
-            best = n
-    return best
-
-
-@jit
 def spacing(space, course, n):
-    """Return how far the last section lies from the nearest of the n - 1 before it."""
+    """Return the distance of the last section from the nearest of the n - 1 before it."""
     m = last_of(course)
     last, other, nearest_yet = np.zeros(4), np.zeros(4), math.inf
     section_at(space, course, m, last)
@@ -493,7 +458,12 @@ def find_period(flow, course, most, periods, chaotic, evidence):
             if tried == 0:  # most orbits are known by then
                 returns = near_returns(flow.space, course, chaotic)
                 returns[n] = math.inf
-            n = best_of(returns)
+            # the near return of least distance times n, its cost
+            best = 0
+            for m in range(1, len(returns)):
+                if returns[m] < math.inf and (best == 0 or m * returns[m] < best * returns[best]):
+                    best = m
+            n = best
             if n == 0:
                 return result
             tried, spent = tried + 1, spent + n
@@ -576,14 +546,14 @@ def note_digits(space, record, length, count, evidence):
 
 @jit
 def seems_chaotic(evidence):
-    """Tell whether the largest exponent lies above zero, and averages are not those of a torus."""
+    """Return True if the largest exponent is above zero and averages are not those of a torus."""
     above = evidence[ev.LYAPUNOV] - evidence[ev.INTERVAL] > 0.0
     return above and evidence[ev.DIGITS] < SMOOTH_DIGITS
 
 
 @jit
 def seems_quasiperiodic(trace, evidence):
-    """Tell whether exponent and averages are those of a torus."""
+    """Return True if exponent and averages are those of a torus."""
     zero = abs(evidence[ev.LYAPUNOV]) <= max(evidence[ev.INTERVAL], MARGIN * abs(trace))
     return zero and evidence[ev.DIGITS] >= SMOOTH_DIGITS
 
@@ -674,7 +644,8 @@ def judge(flow, ends, record, first, stages, evidence):
                 if seems_chaotic(evidence):
                     evidence[ev.KIND] = CHAOTIC
         else:
-            status = follow_course(flow, course, more, now)
+            rows = course.record[course.length : course.length + more]
+            status = run_on(flow, rows, more, now)
         if status != OK:
             return status
         course = longer(course, more)

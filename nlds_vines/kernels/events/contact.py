@@ -19,6 +19,8 @@ import math
 from typing import NamedTuple
 
 from ..motion.driven import constants_of, count_of, drive_start, rows_of
+from ..motion.flight import FACTOR, ORDER
+from ..motion.response_sums import absolute, add_from_foot, add_state, from_foot
 from ..motion.taylor import (
     advance,
     defect_of,
@@ -39,6 +41,7 @@ from ..scene.codes import EXHAUSTED, RELEASED, STOPPED
 from ..scene.drive import after, drive_now, mirrored
 from ..scene.law import (
     COLUMNS,
+    FORCE,
     HIGHEST,
     NEW,
     OLD,
@@ -64,7 +67,15 @@ from ..scene.law import (
     weight_of,
 )
 from ..scene.scene import Step, accelerations, mirrored_load, side_with
-from ..watch.response import note_push, tally_push, tally_rest, watch_piece
+from ..watch.observe import note_force
+from ..watch.response import (
+    OfPush,
+    bend_in,
+    note_roots,
+    push_now,
+    tally_push,
+    watch_piece,
+)
 
 # --------------------------------------------------------------------------------------------------
 # Where a step of a contact ends, and what is found within it: all on the step's own polynomial.
@@ -179,14 +190,6 @@ def to_end(side, phase, left, h):
 
 
 @jit
-def is_positive(wall, q, s):
-    """Tell on which side of its switch a wall acts, if it has one."""
-    if wall.switch is None:
-        return True
-    return switching(wall, depth_of(wall, q), s) > 0.0
-
-
-@jit
 def margin(side, positive, row):
     """Return `switching` at a row, or minus it where it has not been positive: negative behind."""
     q, s = side.k[row], side.k[row + 1]
@@ -271,26 +274,6 @@ MORE = 10.0  # what the last terms may be, in units of what an orbit is granted
 
 
 @jit
-def vary_on(side, tangent, start, c, t):
-    """Move the variations of row Y on by a short time t [s].
-
-    start: the state (x1, v1, r, s) at its beginning.
-    """
-    for i in range(WIDTH + OLD, WIDTH + OLD + count_of(tangent), 4):
-        side.k[i] += t * side.k[i + 1]
-        side.k[i + 2] += t * side.k[i + 3]
-    drive_start(side, tangent, start, c, t, int(WIDTH + OLD))
-
-
-@jit
-def begin_along(tangent, k):
-    """Write variations into row Y, where they go along."""
-    if tangent is not None:
-        for i in range(count_of(tangent)):
-            k[OLD + WIDTH + i] = rows_of(tangent)[i]
-
-
-@jit
 def last_of_variations(k, row, pace):
     """Return the largest share that terms of a row of series are of a variation's own size."""
     most, first = 0.0, SERIES + VARIED
@@ -305,7 +288,7 @@ def last_of_variations(k, row, pace):
 
 @jit
 def part_for(side, tangent, h, granted, pace):
-    """Return how far variations may go along a polynomial, at most h; granted: of an orbit."""
+    """Return how far variations may go along a polynomial, at most h; granted: to the orbit."""
     k, n, less, x = side.k, order_of(side.rk4), 0.0, h / side.k[UNIT]
     for m in range(n - 1, n + 1):
         last = last_of_variations(k, SERIES + COLUMNS * m, pace) * whole_power(x, m)
@@ -392,9 +375,18 @@ def start_at_rest(side, watch, phase):
     k[OLD], k[OLD + 1] = root_of(wall, depth), speed
     k[OLD + 2], k[OLD + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
     if watch.tangent is not None:
-        vary_on(side, watch.tangent, (x1, v1, wall.gap + z, s), c, t)
+        # The variations of row Y move on by the time t.
+        for i in range(WIDTH + OLD, WIDTH + OLD + count_of(watch.tangent), 4):
+            side.k[i] += t * side.k[i + 1]
+            side.k[i + 2] += t * side.k[i + 3]
+        drive_start(side, watch.tangent, (x1, v1, wall.gap + z, s), c, t, int(WIDTH + OLD))
     if watch.tally is not None:
-        tally_rest(watch.tally, (x1, v1, wall.gap + z, s), dv, phase, t)
+        # The tally takes the time t, in which the state rests.
+        y = (x1, v1, wall.gap + z, s)
+        drive = drive_now(phase)
+        add_state(watch.tally.row, t, y, absolute(watch.tally.ground, dv, drive), drive, phase)
+        gone, rate = from_foot(watch.tally.foot, y[0], y[1], phase)
+        add_from_foot(watch.tally.row, t, gone, rate)
     return t
 
 
@@ -410,7 +402,7 @@ def external_acceleration(side, c):
 
 @jit
 def shrunk_by(doubt, share):
-    """Return by how much a step is shrunk of which more is doubted than its share."""
+    """Return the factor that shortens a step whose doubt exceeds its share."""
     return max(0.3, 0.9 * exp(log(share / doubt) / HIGHEST))
 
 
@@ -429,7 +421,16 @@ def noted(side, watch, step, elapsed, depth):
             tally_push(wall, watch.tally, piece)
     if watch.impacts is not None:
         if wall.damping is not None:  # otherwise it is greatest where it is deepest
-            note_push(side, watch.impacts, step)
+            # Raise the greatest force of the impact to that at the end of the step and to those
+            # where the force turns; row NEW stays as it is.
+            power, last = 1.0, order_of(side.rk4) - 1
+            note_force(watch.impacts, push_now(side))
+            for n in range(ORDER + 1):  # of the rate
+                k[FACTOR + n] = 0.0
+                if n < last:
+                    k[FACTOR + n] = (n + 1.0) * power * k[SERIES + COLUMNS * (n + 1) + FORCE]
+                power *= step.h / k[UNIT]
+            note_roots(OfPush(watch.impacts, side, step), k, bend_in(k), 1.0)
         if k[OLD + 1] > 0.0 and k[NEW + 1] <= 0.0:
             set_aside(k)
             depth = max(depth, deepest(side, step))
@@ -466,8 +467,12 @@ def contact(side, watch, phase, now, stop):
     k[OLD + 4] = 0.0
     elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
     way, saved = 0.0, 0.0  # so far in free impacts; what is left of its shares of doubt
-    positive = is_positive(wall, now[0], now[1])
-    begin_along(tangent, k)
+    positive = (
+        True if wall.switch is None else switching(wall, depth_of(wall, now[0]), now[1]) > 0.0
+    )
+    if tangent is not None:
+        for i in range(count_of(tangent)):
+            k[OLD + WIDTH + i] = rows_of(tangent)[i]
     for count in range(MOST_STEPS):
         if count == 0:
             elapsed = start_at_rest(side, watch, phase)
@@ -548,13 +553,7 @@ def as_seen(side, now, phase):
     """
     ps, sign = mirrored_load(side.ps.load, side.ps, side.sign), side.sign
     seen = side_with(side, ps, side.damper, side.wall, side.steps)
-    return seen, mirrored_start(sign, now), mirrored(phase, sign)
-
-
-@jit
-def mirrored_start(sign, now):
-    """Return a state (q, s, x1, v1) mirrored by a sign."""
-    return now[0], sign * now[1], sign * now[2], sign * now[3]
+    return seen, (now[0], sign * now[1], sign * now[2], sign * now[3]), mirrored(phase, sign)
 
 
 @by_wall

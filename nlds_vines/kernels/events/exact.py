@@ -81,7 +81,7 @@ def proves_no_touch(near, far, r0, r1, slack):
 
 @jit
 def may_hold_a_miss(near, far, clearance, r0, r1, slack):
-    """Tell whether the cell between r0 and r1 could hold a closer miss than seen so far."""
+    """Return True if the cell between r0 and r1 could hold a closer miss than seen so far."""
     possible = False
     if near is not None:
         possible = max(r0, r1) + slack > near.gap - clearance[0]

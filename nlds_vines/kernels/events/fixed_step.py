@@ -68,13 +68,20 @@ def phase_in_step(grid, j, x):
 
 @jit
 def cosine_at(grid, j, x):
-    """Return cos of that phase."""
     return phase_in_step(grid, j, x)[0]
 
 
 @jit
-def runge_kutta_step(ps, damper, h, c0, c1, c2, y):
-    """Return the state after a step h from y = (x1, v1, r, s); c0, c1, c2: cos at its stages."""
+def step_to(ps, damper, grid, j, x, length, y):
+    """Return the state `length` cells after the state y at place x of step j."""
+    if x == 0.0 and length == 1.0:
+        c0, c1, c2 = grid.cosine[j], grid.middle[j], grid.cosine[j + 1]
+    else:
+        c0 = cosine_at(grid, j, x)
+        c1 = cosine_at(grid, j, x + 0.5 * length)
+        c2 = cosine_at(grid, j, x + length)
+    # The classical step; c0, c1, c2: the force at its stages.
+    h = length * grid.h
     x1, v1, r, s = y
     g = 0.5 * h
     a1, b1 = accelerations(ps, damper, x1, v1, r, s, c0, 0.0)
@@ -93,18 +100,6 @@ def runge_kutta_step(ps, damper, h, c0, c1, c2, y):
     )
 
 
-@jit
-def step_to(ps, damper, grid, j, x, length, y):
-    """Return the state `length` cells after the state y at place x of step j."""
-    if x == 0.0 and length == 1.0:
-        c0, c1, c2 = grid.cosine[j], grid.middle[j], grid.cosine[j + 1]
-    else:
-        c0 = cosine_at(grid, j, x)
-        c1 = cosine_at(grid, j, x + 0.5 * length)
-        c2 = cosine_at(grid, j, x + length)
-    return runge_kutta_step(ps, damper, length * grid.h, c0, c1, c2, y)
-
-
 class FlightStep(NamedTuple):
     """One step of a flight."""
 
@@ -120,7 +115,6 @@ class FlightStep(NamedTuple):
 
 @jit
 def within(step, at):
-    """Return the state at a length within a step."""
     return step_to(step.ps, step.damper, step.grid, step.j, step.x, at, step.y)
 
 
@@ -193,7 +187,7 @@ def note_miss(step, near, far, clearance):
 
 @jit
 def may_touch(sign, wall, y, z):
-    """Tell whether a step from the state y to z may touch a wall (sign 1: near, -1: far).
+    """Return True if a step from the state y to z may touch a wall (sign 1: near, -1: far).
 
     It does where an end of the step is beyond the wall; and it may where r turns back in between.
     """

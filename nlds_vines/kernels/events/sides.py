@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..motion.load_cells import moment_of
+from ..motion.load_cells import Loaded, phase_of
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, same_sort, says
 from ..scene.by_law import by_wall
@@ -10,7 +10,6 @@ from ..scene.codes import (
     ASTRAY,
     CLEARED,
     EXHAUSTED,
-    FLYING,
     LEAVING_FAR,
     LEAVING_NEAR,
     RETURNED,
@@ -21,7 +20,7 @@ from ..scene.codes import (
 )
 from ..scene.law import depth_of, force_at
 from ..scene.scene import Ground
-from ..watch.touch import begin_contact
+from ..watch.observe import BEYOND, LIMIT, ORIGIN
 from .contact import follow
 
 
@@ -63,7 +62,11 @@ def follow_side(side, watch, begun, left, now):
     s, x1, v1). Returns (event, q, (x1, v1, r, s), time [s], (depth [m], greatest force [N])).
     """
     wall, (time, phase, place) = side.wall, begun
-    begin_contact(watch.limit_log, side.sign, wall.gap, time)
+    # The log of a limit counts from the touch; at the far wall r is at most -gap.
+    if watch.limit_log is not None:
+        watch.limit_log[ORIGIN] = time
+        if side.sign < 0.0 and -wall.gap <= watch.limit_log[LIMIT]:
+            watch.limit_log[BEYOND] = 0.0
     event, q, s, x1, v1, took, depth = follow(side, watch, phase, place, left, now)
     r = side.sign * (wall.gap + depth_of(wall, q))
     x1, v1 = structure_at(side.damper, x1, v1, r, s)
@@ -75,28 +78,14 @@ def follow_side(side, watch, begun, left, now):
 
 @jit
 def may_leave(near, far):
-    """Tell whether there is a wall that may let go of a damper before it is out."""
+    """Return True if there is a wall that may let go of a damper before it is out."""
     return says(near, "LINEAR") or says(far, "LINEAR")
 
 
 @jit
 def leaves(near, far, mode):
-    """Tell whether an orbit that is not FLYING leaves a wall whose force has vanished."""
+    """Return True if an orbit that is not FLYING leaves a wall whose force has vanished."""
     return may_leave(near, far) and mode in (LEAVING_NEAR, LEAVING_FAR)
-
-
-@jit
-def depth_of_touch(near, far, mode, q):
-    """Return q of a touch: 0, but where a wall pushes again that has been left."""
-    return q if may_leave(near, far) and mode != FLYING else 0.0
-
-
-@jit
-def after_release(near, far, mode, q):
-    """Return what an orbit does after the contact of a `mode`: fly, or first leave its place."""
-    if may_leave(near, far) and q > 0.0:  # it is 0 where the damper is at the place of touch
-        return LEAVING_NEAR if mode == TOUCH_NEAR else LEAVING_FAR
-    return FLYING
 
 
 @by_wall
@@ -119,7 +108,7 @@ def leave_wall(near, far, mode, watch, grid, stop, begun, now):
     (q, x1, v1, r, s), (j, x) = now, begun
     place, left, inner = (j + x) / grid.n, (stop - j - x) * grid.h, (q, s, x1, v1)
     event, took, gap, sign = CLEARED, 0.0, 0.0, 1.0
-    phase = moment_of(grid, j, x)
+    phase = phase_of(grid, j, x) if is_a(grid.begun, Loaded) else None
     if near is not None and mode == LEAVING_NEAR:
         event, q, s, x1, v1, took = leave(near, watch, phase, place, left, inner)
         gap = near.wall.gap

@@ -30,7 +30,6 @@ NEWTON = 8  # steps for the points: the guess has three digits, and each step do
 
 
 def legendre(x: np.ndarray, n: int) -> list[np.ndarray]:
-    """Return the Legendre polynomials P_0 ... P_n at x."""
     found = [np.ones_like(x), x]
     for k in range(1, n):
         found.append(((2 * k + 1) * x * found[k] - k * found[k - 1]) / (k + 1))
@@ -147,18 +146,15 @@ class Series:
     """A truncated power series whose coefficients are arrays of one shape."""
 
     def __init__(self, coefficients: dict[Term, np.ndarray], order: int) -> None:
-        """Take the coefficients that are not zero, up to an order."""
         self.coefficients, self.order = coefficients, order
 
     def __add__(self, other: Series) -> Series:
-        """Return the sum."""
         found = dict(self.coefficients)
         for term, values in other.coefficients.items():
             found[term] = found[term] + values if term in found else values
         return Series(found, self.order)
 
     def __sub__(self, other: Series) -> Series:
-        """Return the difference."""
         return self + other.scaled(-1.0)
 
     def __mul__(self, other: Series) -> Series:
@@ -173,16 +169,13 @@ class Series:
         return Series(found, self.order)
 
     def scaled(self, factor: np.ndarray | float) -> Series:
-        """Return the series with all coefficients multiplied by a factor."""
         return self.each(lambda values: values * factor)
 
     def each(self, change: Integrate) -> Series:
-        """Return the series of the changed coefficients."""
         changed = {term: change(values) for term, values in self.coefficients.items()}
         return Series(changed, self.order)
 
     def power(self, n: int) -> Series:
-        """Return the n-th power."""
         found = self
         for _ in range(n - 1):
             found = found * self
@@ -472,7 +465,6 @@ def _table(choices: tuple[tuple[int, tuple[float, float]], ...]) -> np.ndarray:
 
 
 def choices_for(tolerance: float) -> dict[int, tuple[float, float]]:
-    """Return the `CHOICES` from which impacts of a tolerance take their nodes."""
     return {n: e for n, e in CHOICES.items() if n > FEW_NODES or tolerance >= COARSE}
 
 

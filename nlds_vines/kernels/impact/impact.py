@@ -35,19 +35,18 @@ import math
 from typing import Any, NamedTuple
 
 from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
 from ..numerics.elementary import fifth_root
 from ..numerics.fours import four, four_at, four_of, larger_of, largest_of, put_four, sum_of
 from ..scene.drive import (
-    apart,
+    Moment,
     bending,
     drive_later,
     drive_now,
     falling,
-    known_for,
-    together,
     twisting,
 )
-from ..scene.scene import accelerations_of, under, with_shaking, without_shaking
+from ..scene.scene import accelerations, shared, under
 from .arc import (
     AMPLITUDES,
     ARC_WEIGHT,
@@ -56,7 +55,6 @@ from .arc import (
     AT_DRIFT,
     AT_FORCE,
     AT_SPRING,
-    CHANGES,
     COMMON_V,
     COMMON_X,
     CUBE,
@@ -103,7 +101,6 @@ class Nodes(NamedTuple):
 
 @jit
 def nodes_of(arc, level, part):
-    """Return the `Nodes` of one level; `part` is WHOLE or HALF."""
     row = LEVELS + LEVEL * level
     n = int(arc.table[row + NODES])
     return Nodes(n, (n + 3) // 4 * 4, int(arc.table[row + part]), arc.table)
@@ -157,12 +154,12 @@ def approach_of(ps, damper, wall, phase, touch):
     falls, bends = falling(ps, phase), bending(ps, phase)
     v = v1 - damper.share * s
     push = under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v)
-    push = without_shaking(ps, push, drive)
-    acceleration = with_shaking(ps, other * push, drive)
-    slope = apart(ps, falls) + ps.stiffness * v
-    jerk = -other * (slope + ps.damping * acceleration) - together(ps, falls)
-    bend = apart(ps, bends) + ps.stiffness * acceleration
-    snap = -other * (bend + ps.damping * jerk) - together(ps, bends)
+    push = push - shared(ps, ps.force * drive)
+    acceleration = other * push + shared(ps, ps.force * drive)
+    slope = (falls - shared(ps, falls)) + ps.stiffness * v
+    jerk = -other * (slope + ps.damping * acceleration) - shared(ps, falls)
+    bend = (bends - shared(ps, bends)) + ps.stiffness * acceleration
+    snap = -other * (bend + ps.damping * jerk) - shared(ps, bends)
     # The small numbers.
     pull = damper.share * ps.damping * other * ps.damping  # what z does by the common dashpot
     stiffness = damper.k2 * damper.inv_mu + damper.share * ps.stiffness - pull
@@ -189,17 +186,6 @@ def gathered(w, k):
     return four_of(w[PRODUCTS + i], w[PRODUCTS + j], w[PRODUCTS + m], w[PRODUCTS + n])
 
 
-@jit
-def fill_products(w, approach):
-    """Fill the terms of the series, of which each is a former one times a small number."""
-    w[PRODUCTS] = 1.0
-    w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, approach.drag
-    w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring
-    w[PRODUCTS + AT_CURVATURE] = approach.curvature
-    for k in range(4, MISSED, 4):  # four at once: their factors stand before them
-        put_four(w, PRODUCTS + k, gathered(w, k) * gathered(w, MISSED + k))
-
-
 # ---- what four variations change of it -----------------------------------------------------------
 
 
@@ -223,7 +209,7 @@ def pushes_varied(ps, damper, approach, late, x, v):
 
 @jit
 def numbers_varied(approach, pushes, faster):
-    """Return what variations change of (A, D, R, Z, Q), a four of each.
+    """Return the changes of (A, D, R, Z, Q) by four variations, a four of each.
 
     pushes: by `pushes_varied`; faster: of the approach speed, relative. (As b^5 is s, the tick goes
     with s^(-1/5), the contact's own acceleration with s^(6/5).)
@@ -237,23 +223,6 @@ def numbers_varied(approach, pushes, faster):
     spring = (-0.4 * approach.spring) * faster
     curvature = (0.5 * tick * tick * per) * second - (1.6 * approach.curvature) * faster
     return force, drag, drift, spring, curvature
-
-
-@jit
-def fill_changes(w, numbers):
-    """Fill what variations change of each term of a series: a product of two (`fill_products`)."""
-    force, drag, drift, spring, curvature = numbers
-    put_four(w, CHANGES, four(0.0))
-    put_four(w, CHANGES + 4 * AT_FORCE, force)
-    put_four(w, CHANGES + 4 * AT_DRAG, drag)
-    put_four(w, CHANGES + 4 * AT_DRIFT, drift)
-    put_four(w, CHANGES + 4 * AT_SPRING, spring)
-    put_four(w, CHANGES + 4 * AT_CURVATURE, curvature)
-    for k in range(1, MISSED):
-        fewer, once = FACTORS[k], FACTORS[MISSED + k]
-        change = w[PRODUCTS + fewer] * four_at(w, CHANGES + 4 * once)
-        change = change + w[PRODUCTS + once] * four_at(w, CHANGES + 4 * fewer)
-        put_four(w, CHANGES + 4 * k, change)
 
 
 # ---- the impact itself ---------------------------------------------------------------------------
@@ -275,7 +244,13 @@ def first_guess(ps, damper, nodes, approach):
     """Fill the unknowns at the nodes by the series, good to third order in the small numbers."""
     w, m, at = nodes.w, nodes.m, nodes.at
     b, tick = approach.b, approach.tick
-    fill_products(w, approach)
+    # The terms of the series: each is a former one times a small number.
+    w[PRODUCTS] = 1.0
+    w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, approach.drag
+    w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring
+    w[PRODUCTS + AT_CURVATURE] = approach.curvature
+    for k in range(4, MISSED, 4):  # four at once: their factors stand before them
+        put_four(w, PRODUCTS + k, gathered(w, k) * gathered(w, MISSED + k))
     # what the shares of s and z in x1' and x1 do to the common motion
     other = 1.0 - damper.share
     z0 = (b * b) * (b * b)
@@ -325,11 +300,11 @@ def slopes_at(ps, damper, wall, nodes, approach, i):
     x1 = four_at(w, COMMON_X + i) + damper.share * z
     push = ps.force * drive
     push = under(ps.load, push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s)))
-    push = without_shaking(ps, push, drive)
+    push = push - shared(ps, ps.force * drive)
     a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
     per = u / (wall.kappa * (b4 * b2) - a * u2)
     dt = (2.5 * wall.speed) * (b4 * b) * per
-    common = with_shaking(ps, (1.0 - damper.share) * push, drive)
+    common = (1.0 - damper.share) * push + shared(ps, ps.force * drive)
     return a, 0.5 * S_u * a * b * per, dt, v * dt, common * dt
 
 
@@ -393,7 +368,7 @@ def settle(ps, damper, wall, nodes, approach, tolerance):
 
 @jit
 def missed(nodes):
-    """Return what the nodes miss of b / b0, t / tick and (b / b0)^10 at the end of the interval.
+    """Return the nodes' errors in b / b0, t / tick and (b / b0)^10 at the end of the interval.
 
     To fourth order in the small numbers: the series' terms with true integrals less those with the
     nodes' own.
@@ -410,7 +385,7 @@ def missed(nodes):
 
 @jit(inlined=True)
 def balances_at(ps, damper, wall, nodes, approach, i, a, dt):
-    """Return what the balances of energy and virial add up at the four nodes from i on, by phi.
+    """Return the integrands of the balances of energy and virial at the four nodes from i on.
 
     s ds/dt and z (ds/dt - a), ds/dt being the acceleration of r by all forces but the wall's: that
     of eq. (5) itself, by none of the formulas for the `a` that solves the impact. dt: dt/dphi.
@@ -425,7 +400,7 @@ def balances_at(ps, damper, wall, nodes, approach, i, a, dt):
         four_at(w, COMMON_X + i) + damper.share * z,
         four_at(w, COMMON_V + i) + damper.share * s,
     )
-    _, ds = accelerations_of(ps, damper, x1, v1, wall.gap + z, s, drive, 0.0)
+    _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, 0.0)
     return s * ds * dt, z * (ds - a) * dt
 
 
@@ -507,7 +482,10 @@ def short_impact(side, impacts, phase, now):
     if not (q == 0.0 and s > 0.0):
         return False, s, x1, v1, 0.0, 0.0
     approach = approach_of(side.ps, side.damper, side.wall, phase, (s, x1, v1))
-    lasting, known = approach.tick * LENGTH, known_for(phase)
+    lasting, known = (
+        approach.tick * LENGTH,
+        ((1.0 - phase.x) * phase.length if is_a(phase, Moment) else math.inf),
+    )
     if not (approach.size < LARGEST and side.rate * lasting < LONGEST and lasting < known):
         return False, s, x1, v1, 0.0, 0.0
     depth = 0.0

@@ -42,7 +42,6 @@ from ..numerics.fours import bare, four, four_at, larger_of, largest_of, put_fou
 from ..numerics.matrices import solve
 from ..scene.drive import (
     Moment,
-    apart,
     backward,
     bending,
     cos_sin,
@@ -57,20 +56,26 @@ from ..scene.scene import (
     Structure,
     Watch,
     accelerations,
-    accelerations_of,
+    shared,
     side_with,
     under,
     unloaded,
 )
-from ..watch.observe import energies_of, opposite, powers_of, raise_energies
+from ..watch.observe import energies, opposite, powers_at, raise_energies
 from .arc import (
     AMPLITUDES,
     ARC_WEIGHT,
+    AT_CURVATURE,
+    AT_DRAG,
+    AT_DRIFT,
+    AT_FORCE,
+    AT_SPRING,
     CHANGES,
     COMMON_V,
     COMMON_X,
     CUBE,
     DOUBLE,
+    FACTORS,
     GB,
     GT,
     GUESSED,
@@ -82,6 +87,7 @@ from .arc import (
     MATRIX,
     MISSED,
     NODE_ROW,
+    PRODUCTS,
     SETTLED,
     SUMMED,
     TIMES,
@@ -94,7 +100,6 @@ from .impact import (
     MOST_SWEEPS,
     Nodes,
     approach_of,
-    fill_changes,
     missed,
     nodes_of,
     numbers_varied,
@@ -231,7 +236,6 @@ def guess(ps, damper, nodes, approach, pushes, faster):
 
 @jit
 def slopes_of_b(nodes):
-    """Fill the derivative of b at all nodes."""
     w = nodes.w
     for i in range(nodes.n):
         k = NODE_NUMBERS * i
@@ -241,7 +245,6 @@ def slopes_of_b(nodes):
 
 @jit
 def slopes_of_motion(nodes):
-    """Fill the derivatives of time and common motion at all nodes."""
     w = nodes.w
     for i in range(nodes.n):
         k = NODE_NUMBERS * i
@@ -313,7 +316,7 @@ def integrate_motion(ps, nodes, late, x0, v0, first):
 
 @jit
 def missed_varied(nodes, approach, faster):
-    """Return what variations change of b [m^(1/4)] and of the time [s] that the nodes miss.
+    """Return the variations of the nodes' errors in b [m^(1/4)] and in the time [s].
 
     And that time itself. Both change with the approach speed, too, as b and tick do.
     """
@@ -399,7 +402,19 @@ def solve_variations(side, nodes, approach, took, tangent):
     # Their guess and the sweeps.
     faster = (1.0 / s) * speed
     pushes = pushes_varied(ps, damper, approach, late, x, v)
-    fill_changes(nodes.w, numbers_varied(approach, pushes, faster))
+    # The change of each term of the series, which is a product of two (`first_guess`).
+    force, drag, drift, spring, curvature = numbers_varied(approach, pushes, faster)
+    put_four(nodes.w, CHANGES, four(0.0))
+    put_four(nodes.w, CHANGES + 4 * AT_FORCE, force)
+    put_four(nodes.w, CHANGES + 4 * AT_DRAG, drag)
+    put_four(nodes.w, CHANGES + 4 * AT_DRIFT, drift)
+    put_four(nodes.w, CHANGES + 4 * AT_SPRING, spring)
+    put_four(nodes.w, CHANGES + 4 * AT_CURVATURE, curvature)
+    for k in range(1, MISSED):
+        fewer, once = FACTORS[k], FACTORS[MISSED + k]
+        change = nodes.w[PRODUCTS + fewer] * four_at(nodes.w, CHANGES + 4 * once)
+        change = change + nodes.w[PRODUCTS + once] * four_at(nodes.w, CHANGES + 4 * fewer)
+        put_four(nodes.w, CHANGES + 4 * k, change)
     guess(ps, damper, nodes, approach, pushes, faster)
     start = late, (0.2 * approach.b) * faster, x, v
     enough = side.arc.settled / SETTLED
@@ -468,7 +483,7 @@ def level_of_sums(arc):
 
 @jit
 def motion_of_touch(ps, damper, ground, y, phase):
-    """Return what the rows hold of a state (x1, v1, r, s) without depth; ground: of a `Tally`."""
+    """Return (x1, v1, dv1/dt, a1, jerk) of a state y without depth; ground: of a `Tally`."""
     x1, v1, r, s = y
     drive = drive_now(phase)
     dv, ds = accelerations(ps, damper, x1, v1, r, s, drive, 0.0)
@@ -493,9 +508,9 @@ def sums_at_nodes(side, nodes, approach, ground):
         x1 = four_at(w, COMMON_X + i) + damper.share * z
         v1 = four_at(w, COMMON_V + i) + damper.share * s
         r, drive = wall.gap + z, drive_later(ps, approach.phase, time)
-        dv, ds = accelerations_of(ps, damper, x1, v1, r, s, drive, wall.K * z * root)
+        dv, ds = accelerations(ps, damper, x1, v1, r, s, drive, wall.K * z * root)
         push = 1.5 * wall.K * root * s
-        jerk, _ = accelerations_of(unloaded(ps), damper, v1, dv, s, ds, 0.0, push)
+        jerk, _ = accelerations(unloaded(ps), damper, v1, dv, s, ds, 0.0, push)
         a1 = absolute(ground, dv, drive)
         falls = falling(ps, later(ps, approach.phase, time))
         put_four(w, AT_X1 + i, x1)
@@ -514,7 +529,7 @@ def sums_at_nodes(side, nodes, approach, ground):
 
 @jit
 def may_rise(row, which, values, rates, time):
-    """Tell whether a quantity may exceed its largest where its rate changes sign in a `time` [s].
+    """Return True if a quantity may exceed its largest where its rate changes sign in a `time` [s].
 
     values, rates: those at both ends.
     """
@@ -526,7 +541,7 @@ def may_rise(row, which, values, rates, time):
 
 @jit
 def rises_between(tally, before, after, time, deepest):
-    """Tell whether a largest value may be exceeded between two nodes, a `time` [s] apart.
+    """Return True if a largest value may be exceeded between two nodes, a `time` [s] apart.
 
     before, after: what the rows hold; deepest: whether the deepest point is in between,
     about which a1 is looked at by `about_deepest`.
@@ -541,7 +556,7 @@ def rises_between(tally, before, after, time, deepest):
 
 @jit
 def rises_inside(tally, nodes, begin, end, took):
-    """Tell whether a largest value may be exceeded anywhere between touch and release.
+    """Return True if a largest value may be exceeded anywhere between touch and release.
 
     begin, end: as of `motion_of_touch`; took [s].
     """
@@ -573,7 +588,7 @@ def about_deepest(side, approach, ground):
     jerk, twist = accelerations(unloaded(ps), damper, v1, dv, 0.0, ds, 0.0, 0.0)
     push = 1.5 * wall.K * root * ds
     snap, _ = accelerations(
-        unloaded(ps), damper, dv, jerk - falls, ds, twist - apart(ps, falls), 0.0, push
+        unloaded(ps), damper, dv, jerk - falls, ds, twist - (falls - shared(ps, falls)), 0.0, push
     )
     jerk -= in_absolute(ground, falls)
     snap -= in_absolute(ground, bending(ps, phase))
@@ -652,7 +667,6 @@ class Ahead(NamedTuple):
 
 @jit
 def read_ahead(numbers, at):
-    """Return the `Ahead` that is kept in an array from a place on."""
     i = at
     return Ahead(
         numbers[i], numbers[i + 1], numbers[i + 2],
@@ -663,7 +677,6 @@ def read_ahead(numbers, at):
 
 @jit
 def keep_ahead(numbers, at, ahead):
-    """Keep an `Ahead` in an array from a place on."""
     numbers[at], numbers[at + 1], numbers[at + 2] = ahead.took, ahead.elapsed, ahead.depth
     for i in range(3):
         numbers[at + 3 + i], numbers[at + 6 + i] = ahead.touch[i], ahead.release[i]
@@ -702,7 +715,7 @@ def from_release(side, phase, ahead):
 
 @jit
 def place_of(side, phase, touch):
-    """Return where the table keeps what is known of an impact, of which nothing is if it is new.
+    """Return the place in the table of the results of an impact; those of a new one are NaN.
 
     As each is under a load, which does not come again. touch: (s, x1, v1).
     """
@@ -723,7 +736,6 @@ def place_of(side, phase, touch):
 
 @jit
 def new_place(w):
-    """Return the next place of the table `w`, where nothing is known."""
     at = INSIDE + EACH * int(w[NEXT_KEPT])
     w[NEXT_KEPT] = w[NEXT_KEPT] + 1.0 if w[NEXT_KEPT] < KEPT - 1.0 else 0.0
     for i in range(RISES_KEPT, EACH):
@@ -736,7 +748,7 @@ def new_place(w):
 
 @jit
 def where_peaks_are(side, energy, phase, ahead):
-    """Return how long after the touch, and before the release, an energy may peak in an impact [s].
+    """Return the times [s] after the touch and before the release within which an energy may peak.
 
     0 where none can exceed the largest so far. It is at most the time to the depth at which the
     contact pushes as hard as all other forces, a share x^(2/3) of the greatest where those are a
@@ -746,9 +758,9 @@ def where_peaks_are(side, energy, phase, ahead):
     """
     ps, damper, gap = side.ps, side.damper, side.wall.gap
     took, (s, x, v), (u, y, w) = ahead.took, ahead.touch, ahead.release
-    f = powers_of(ps, damper, x, v, gap, s, drive_now(phase))
-    g = powers_of(ps, damper, y, w, gap, u, drive_now(later(ps, phase, took)))
-    e0, e1 = energies_of(ps, damper, x, v, gap, s), energies_of(ps, damper, y, w, gap, u)
+    f = powers_at(ps, damper, x, v, gap, s, drive_now(phase))
+    g = powers_at(ps, damper, y, w, gap, u, drive_now(later(ps, phase, took)))
+    e0, e1 = energies(ps, damper, x, v, gap, s), energies(ps, damper, y, w, gap, u)
     deep = took * max(s, -u) / LASTING
     early, late, longest = False, False, 0.0
     for i in range(2):
@@ -771,7 +783,7 @@ def note_end(side, energy, phase, now, soon, at):
     now: (q, s, x1, v1) there, phase: the instant; at: where the rises are kept.
     """
     w, (_, s, x1, v1) = side.arc.table, now
-    e = energies_of(side.ps, side.damper, x1, v1, side.wall.gap, s)
+    e = energies(side.ps, side.damper, x1, v1, side.wall.gap, s)
     if not w[at] >= 0.0:
         before = energy[0], energy[1]
         energy[0], energy[1] = e
@@ -825,7 +837,7 @@ def state_inside(side, phase, ahead, time):
 
 @jit
 def place_of_cut(side, phase, ahead):
-    """Return where the table keeps an impact which a section cuts, with the state that it has then.
+    """Return the place in the table of an impact that a section cuts, with its state there.
 
     phase: (cos, sin) at its touch; the section is `ahead.elapsed` later.
     """
@@ -857,7 +869,6 @@ def variations_finely(side):
 
 @jit
 def put_unit(tangent):
-    """Make four variations (16,) the unit ones."""
     for i in range(16):
         tangent[i] = 1.0 if i % 5 == 0 else 0.0
 
@@ -959,7 +970,10 @@ def tally_inside(side, tally, phase, now, after):
     stepped once, and kept; under a load, where none comes again, it is stepped if it has to be.
     """
     if is_a(phase, Moment):
-        return tally_once(side, tally, phase, now, after)
+        # an impact that does not come again
+        if not tally_nodes(side, tally, phase, now, after):
+            contact(side, Watch(None, None, None, None, None, tally), phase, now, math.inf)
+        return
     w, row = side.arc.table, tally.row
     at = place_of(side, phase, (now[1], now[2], now[3])) + SHARE_KEPT
     if not w[at] >= 0.0:
@@ -972,10 +986,3 @@ def tally_inside(side, tally, phase, now, after):
         row[i] += w[at + i]
     for i in range(MOST, BEGIN):
         raise_to(row, i, w[at + i])
-
-
-@jit
-def tally_once(side, tally, phase, now, after):
-    """Add an impact to a tally as one that does not come again."""
-    if not tally_nodes(side, tally, phase, now, after):
-        contact(side, Watch(None, None, None, None, None, tally), phase, now, math.inf)

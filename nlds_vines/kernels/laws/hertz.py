@@ -62,7 +62,6 @@ SORTS = {("hertz", False): HertzWall(0.0, 0.0, 0.0, 0.0)}
 
 @jit
 def made(sort, gap, damper, cell):
-    """Return the wall at a limit `gap` [m] of r."""
     return hertz_wall_at(gap, damper.inv_mu, cell)
 
 
@@ -75,7 +74,6 @@ def hertz_wall_at(gap, inv_mu, cell):
 
 @jit
 def in_range(sort, cell):
-    """Tell whether the constants are in range."""
     return 0.0 < cell.K < math.inf
 
 
@@ -230,14 +228,6 @@ def released(k):
 
 
 @jit
-def only_ends(watch, k, left):
-    """Tell whether an impact is ahead of which nothing but its release remains to be known."""
-    if watch.limit_log is None and watch.energy is None and watch.tangent is None:
-        return k[AHEAD] > 0.0 and not k[AHEAD] - k[AHEAD + 1] > left
-    return False
-
-
-@jit
 def follow_short_impact(side, watch, phase, left, now):
     """Try to follow a contact as a short impact, to its release or for the time `left` [s].
 
@@ -246,7 +236,8 @@ def follow_short_impact(side, watch, phase, left, now):
     orbit.
     """
     k, tangent = side.k, watch.tangent
-    if only_ends(watch, k, left):
+    only_ends = watch.limit_log is None and watch.energy is None and watch.tangent is None
+    if only_ends and k[AHEAD] > 0.0 and not k[AHEAD] - k[AHEAD + 1] > left:
         return True, released(k)
     begins = k[AHEAD] == 0.0
     if begins:

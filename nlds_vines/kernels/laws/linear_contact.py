@@ -94,13 +94,11 @@ class Pressed(NamedTuple):
 
 @jit
 def made(sort, gap, damper, cell):
-    """Return the wall at a limit `gap` [m] of r."""
     return LinearWall(gap, cell.kc, cell.cc, sort.pulls)
 
 
 @jit
 def in_range(sort, cell):
-    """Tell whether the constants are in range."""
     return 0.0 < cell.kc < math.inf and 0.0 <= cell.cc < math.inf
 
 
@@ -112,7 +110,7 @@ def fill_constants(sort, change, rates, at):
 
 @jit
 def pushes(wall, q, s):
-    """Tell whether a wall pushes a damper that is beyond the place of touch, or may pull."""
+    """Return True if a wall pushes a damper that is beyond the place of touch, or may pull."""
     return wall.pulls is not None or wall.kc * q + wall.cc * s > 0.0
 
 
@@ -175,7 +173,6 @@ def held_at(wall, ps, damper, begun):
 
 @jit
 def bare_held(held):
-    """Return the `Pressed` with bare rows."""
     wall, watched = held.wall, bare(held.watched)
     leaving = Leaving(wall, bare_grid(held.leaving.grid), watched)
     return Pressed(wall, held.shift, bare_grid(held.grid), watched, leaving)
@@ -183,7 +180,7 @@ def bare_held(held):
 
 @jit
 def too_stiff(held, period):
-    """Tell whether a period [s] on the wall had more cells than can be followed."""
+    """Return True if a period [s] on the wall had more cells than can be followed."""
     return not period <= MOST_CELLS_PRESSED * held.grid.h
 
 
@@ -201,21 +198,16 @@ def watch_push(stiffness, drag, gap, sign, w, watched):
 
 @jit
 def ending(motion, side, w, phase, end):
-    """Return where a contact is released; or where, in leaving, z = 0 or the wall pushes again."""
+    """Return the event and place of the release, or, when leaving, of z = 0 or a renewed push."""
     if is_a(motion, Leaving):
         return end_of_leaving(motion, side.sign, w, end)
-    return RELEASED, end_of_push(motion, side.sign, w, end)
-
-
-@jit
-def end_of_push(pressed, sign, w, end):
-    """Return where minus the force rises to zero; where the wall may pull, minus the depth."""
-    wall, balance = pressed.wall, pressed.wall.gap - pressed.shift
+    # The contact ends where minus the force rises to zero; if the wall may pull, minus the depth.
+    wall, balance = motion.wall, motion.wall.gap - motion.shift
     if wall.pulls is None:
-        watch_push(wall.kc, wall.cc, balance, sign, w, pressed.watched)
+        watch_push(wall.kc, wall.cc, balance, side.sign, w, motion.watched)
     else:
-        watch_push(1.0, 0.0, balance, sign, w, pressed.watched)
-    return first_rise(pressed.watched, end, 0.0)
+        watch_push(1.0, 0.0, balance, side.sign, w, motion.watched)
+    return RELEASED, first_rise(motion.watched, end, 0.0)
 
 
 @jit
@@ -239,22 +231,23 @@ def note_piece(motion, side, watch, grid, phase, begin, end):
     """Note what is watched of a piece, of a contact depth and force, too."""
     if is_a(motion, Leaving):
         return watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
-    return note_pressed(motion, side, watch, grid, phase, begin, end)
-
-
-@jit
-def note_pressed(pressed, side, watch, grid, phase, begin, end):
-    """Note it, r by itself: the rows count from the balance."""
-    wall, w, shift = pressed.wall, grid.table, side.sign * pressed.shift
+    # the rows of r count from the balance
+    wall, w, shift = motion.wall, grid.table, side.sign * motion.shift
     if watch.impacts is not None:
-        balance, sign = wall.gap - pressed.shift, side.sign
+        balance, sign = wall.gap - motion.shift, side.sign
         note_depth(watch.impacts, greatest(1.0, 0.0, balance, sign, w, end))
         note_force(watch.impacts, greatest(wall.kc, wall.cc, balance, sign, w, end))
     w[AT_R] += shift
     w[COEF] += of_balance(side.damper, shift)
     watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
     if watch.tally is not None:
-        tally_force(wall, side.sign, watch.tally, grid, end)
+        # The largest force in [0, end]: that of spring and dashpot is a polynomial, too.
+        row = watch.tally.row
+        for k in range(ORDER + 1):
+            i = COEF + 4 * k + 2
+            row[FACTOR + k] = side.sign * (wall.kc * grid.table[i] + wall.cc * grid.table[i + 1])
+        row[FACTOR] -= wall.kc * wall.gap
+        raise_within(watch.tally, grid.table, place_of_largest(int(OF_FORCE), side.sign), end)
 
 
 @jit
@@ -372,24 +365,7 @@ def push_of(wall, constant, r, s, c, d):
 
 @jit
 def push_changed(wall, by, sign, constant, r, s):
-    """Return what changes of that force by the parameter itself."""
+    """Return the derivative of that force by the parameter itself."""
     at = constants_of(sign)
     found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
     return sign * (found - constant * wall.kc * by[wall_at(sign) + GAP])
-
-
-@jit
-def fill_force(row, w, wall, sign):
-    """Fill them with the force of a wall with a spring and a dashpot."""
-    for k in range(ORDER + 1):
-        i = COEF + 4 * k + 2
-        row[FACTOR + k] = sign * (wall.kc * w[i] + wall.cc * w[i + 1])
-    row[FACTOR] -= wall.kc * wall.gap
-
-
-@jit
-def tally_force(wall, sign, tally, grid, end):
-    """Raise the largest force to that in [0, end] of a cell in contact, whose rows hold r."""
-    row = tally.row
-    fill_force(row, grid.table, wall, sign)
-    raise_within(tally, grid.table, place_of_largest(int(OF_FORCE), sign), end)

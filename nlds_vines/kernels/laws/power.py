@@ -70,19 +70,16 @@ SORTS = {("power", False): _PLAIN, ("power", True): _DAMPED, ("hertz", True): _D
 
 @jit
 def made(sort, gap, damper, cell):
-    """Return the wall at a limit `gap` [m] of r."""
     root, kappa = root_for(cell.exponent), cell.K * damper.inv_mu
     return power_wall_with(
-        root, gap, cell.K, cell.exponent, damping_if(sort.damping, cell), kappa, sort.switch
+        root,
+        gap,
+        cell.K,
+        cell.exponent,
+        (None if sort.damping is None else Damping(1.0, cell.hunt_crossley)),
+        kappa,
+        sort.switch,
     )
-
-
-@jit
-def damping_if(damping, cell):
-    """Return the constant of Hunt and Crossley's damping of a cell, None where there is none."""
-    if damping is None:
-        return None
-    return Damping(1.0, cell.hunt_crossley)
 
 
 @jit
@@ -109,7 +106,6 @@ def power_wall_with(p, gap, K, n, damping, kappa, switch):
 
 @jit
 def in_range(sort, cell):
-    """Tell whether the constants are in range."""
     fine = 0.0 < cell.K < math.inf and 1.0 <= cell.exponent <= 3.0
     return fine and 0.0 <= cell.hunt_crossley < math.inf
 
@@ -147,7 +143,7 @@ def steep_term(wall, k, n):
 
 @jit
 def smooth_up_to(wall, tangent, at, tolerance):
-    """Return where z^n is a tolerance of its largest, if it, or z^n ln z, has no series in theta.
+    """Return the place where z^n is `tolerance` of its largest if it, or z^n ln z, has no series.
 
     It has none where the root makes no whole power of z^n, or where the exponent changes.
     """

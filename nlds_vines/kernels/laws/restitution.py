@@ -47,14 +47,13 @@ from ..numerics.deciding import is_a
 from ..numerics.elementary import log
 from ..scene import law as contact_series
 from ..scene.codes import RELEASED
-from ..scene.drive import apart, drive_now, falling, mirrored, most_push
+from ..scene.drive import drive_now, falling, mirrored, most_push
 from ..scene.scene import (
     Structure,
     accelerations,
     mirrored_load,
+    shared,
     under,
-    with_shaking,
-    without_shaking,
 )
 from ..watch.response import first_rise, local_grid, walk, watch_piece
 from ..watch.touch import AT_R
@@ -93,13 +92,11 @@ class Stuck(NamedTuple):
 
 @jit
 def made(sort, gap, damper, cell):
-    """Return the wall at a limit `gap` [m] of r."""
     return RigidWall(gap, cell.e)
 
 
 @jit
 def in_range(sort, cell):
-    """Tell whether the constant is in range."""
     return 0.0 <= cell.e <= 1.0
 
 
@@ -111,7 +108,7 @@ def fill_constants(sort, change, rates, at):
 
 @jit
 def rests(wall, r, s, scale):
-    """Tell whether a damper rests on a wall, but for round-off of positions of a `scale`."""
+    """Return True if a damper rests on a wall, but for round-off of positions of a `scale`."""
     return s == 0.0 and wall.gap - r <= PLACE_ERROR * scale
 
 
@@ -143,35 +140,20 @@ def force_at(wall, depth):
 
 
 @jit
-def share_of_load(load, share):
-    """Return a share of a constant load, None of none."""
-    if load is None:
-        return None
-    return load * share
-
-
-@jit
-def on_both(ps, share):
-    """Return what the force gives both bodies as one mass, in which the structure has a share."""
-    if ps.shaken is None:
-        return ps.force * share
-    return ps.force
-
-
-@jit
 def held_at(wall, ps, damper, begun):
     """Return the `Stuck` motion of a cell; `begun` as of its grid."""
     other = 1.0 - damper.share
+    force = ps.force * other if ps.shaken is None else ps.force  # what shakes gives both all of it
+    load = None if ps.load is None else ps.load * other
     one = Structure(
-        ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, on_both(ps, other),
-        ps.omega, share_of_load(ps.load, other), None,
+        ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, force, ps.omega, load,
+        None,
     )  # fmt: skip
     return Stuck(wall, local_grid(one, None, begun))
 
 
 @jit
 def bare_held(held):
-    """Return the `Stuck` with bare rows."""
     return Stuck(held.wall, bare_grid(held.grid))
 
 
@@ -186,7 +168,7 @@ def pressing(ps, damper, wall, x1, v1, c):
 
 @jit
 def stays(ps, damper, wall, rate, state, phase):
-    """Tell whether rebounds from a speed s < 0 end in rest all but at once.
+    """Return True if rebounds from a speed s < 0 end in rest all but at once.
 
     state: (s, x1, v1), v1 of the structure once they have; phase: the instant (`drive`).
     """
@@ -200,8 +182,10 @@ def stays(ps, damper, wall, rate, state, phase):
         return False
     lasting = -2.0 * s / (a * (1.0 - wall.e))
     own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
-    dv = with_shaking(ps, (1.0 - damper.share) * without_shaking(ps, own, c), c)
-    change = apart(ps, falling(ps, phase)) + ps.stiffness * v1 + ps.damping * dv
+    both = shared(ps, ps.force * c)
+    dv = (1.0 - damper.share) * (own - both) + both
+    falls = falling(ps, phase)
+    change = (falls - shared(ps, falls)) + ps.stiffness * v1 + ps.damping * dv
     return abs(change) * lasting <= STEADY_PRESSING * a and rate * lasting <= STEADY_PRESSING
 
 
@@ -233,7 +217,7 @@ def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
 
 @jit
 def keep_common_motion(ps, damper, tangent):
-    """Let variations be those of a damper that stays on the wall.
+    """Make variations those of a damper that stays on the wall.
 
     One that is a little off falls back to it, while the motion common to both goes on; of the way
     back the structure's dashpot takes notice.
@@ -308,42 +292,32 @@ def follow(side, watch, phase, place, left, now):
 
 
 @jit
-def expand_pull(ps, w, sign, phase):
-    """Fill the rows of r in COEF with minus the structure's own acceleration, mirrored by `sign`.
-
-    Where it rises to that of the damper's spring alone, the wall would have to pull. The rows of x1
-    and v1 are there. Returns the sum of the sizes of its terms at the start.
-    """
+def ending(stuck, side, w, phase, end):
+    """Return the event and the place where a damper at rest on a wall would have to be pulled."""
+    ps, damper = side.ps, side.damper
+    # The rows of r in COEF take minus the structure's own acceleration, as the wall sees it. Where
+    # it rises to that of the damper's spring alone, the wall would have to pull.
     for i in range(ORDER + 1):
         row, drive = COEF + 4 * i, force_term(w, phase, i)
         own = ps.force * drive - ps.stiffness * w[row] - ps.damping * w[row + 1]
-        own = without_shaking(ps, own, drive)
+        own = own - shared(ps, ps.force * drive)
         if i == 0:
             own = under(ps.load, own)
-        w[row + 2], w[row + 3] = -sign * own, 0.0
-    return most_push(ps, phase) + abs(ps.stiffness * w[COEF]) + abs(ps.damping * w[COEF + 1])
-
-
-@jit
-def keep_still(w, r):
-    """Let the damper of the expanded cell be at rest on a wall, at r."""
-    for i in range(ORDER + 1):
-        w[AT_R + 4 * i], w[AT_R + 4 * i + 1] = 0.0, 0.0
-    w[AT_R] = r
-
-
-@jit
-def ending(stuck, side, w, phase, end):
-    """Return where a damper that rests on a wall would have to be pulled."""
-    ps, damper = side.ps, side.damper
-    size, spring = expand_pull(ps, w, side.sign, phase), damper.k2 * side.wall.gap * damper.inv_mu
+        w[row + 2], w[row + 3] = -side.sign * own, 0.0
+    size, spring = (
+        (most_push(ps, phase) + abs(ps.stiffness * w[COEF]) + abs(ps.damping * w[COEF + 1])),
+        damper.k2 * side.wall.gap * damper.inv_mu,
+    )
     return RELEASED, first_rise(w, end, PULL * (size + abs(spring)) - spring)
 
 
 @jit
 def note_piece(stuck, side, watch, grid, phase, begin, end):
     """Note what is watched of a piece, in which the damper keeps still."""
-    keep_still(grid.table, side.sign * side.wall.gap)
+    # the damper of the expanded cell rests on the wall
+    for i in range(ORDER + 1):
+        grid.table[AT_R + 4 * i], grid.table[AT_R + 4 * i + 1] = 0.0, 0.0
+    grid.table[AT_R] = side.sign * side.wall.gap
     watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
 
 

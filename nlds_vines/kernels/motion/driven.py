@@ -61,7 +61,6 @@ class Driven(NamedTuple):
 
 @jit
 def rows_of(tangent):
-    """Return the numbers (16,) of four variations."""
     if is_a(tangent, Driven):
         return tangent.rows
     return tangent
@@ -69,7 +68,7 @@ def rows_of(tangent):
 
 @jit
 def count_of(tangent):
-    """Return how many numbers of variations there are."""
+    """Return the count of numbers of the variations."""
     if is_a(tangent, Driven):
         return 4 * len(tangent.rates)
     return 16
@@ -85,18 +84,10 @@ def fill_rates(parts, ps, damper, change, rates):
     rates[STIFFNESS] = (change.k1 - ps.stiffness * change.m1) / ps.m1
     rates[DAMPING] = (change.c1 - ps.damping * change.m1) / ps.m1
     rates[FORCING] = (change.P - ps.force * change.m1) / ps.m1
-    rates[LOAD] = change_of_load(parts.load, change)
+    rates[LOAD] = 0.0 if parts.load is None else change.load
     fill_damper(damper, ps, change, rates)
     fill_wall(parts.near, near_constants(parts.apart, change), change.near, rates, int(NEAR))
     fill_wall(parts.far, change, change.far, rates, int(FAR))
-
-
-@jit
-def change_of_load(load, change):
-    """Return what changes of a constant load, where there is one."""
-    if load is None:
-        return 0.0
-    return change.load
 
 
 @jit
@@ -139,7 +130,7 @@ def constants_of(sign):
 
 @jit
 def source_of(ps, damper, by, sign, constant, motion, drive, pushes):
-    """Return what a parameter p adds to the rates of a variation (x1, v1, r, s): df/dp of eq. (5).
+    """Return df/dp of eq. (5), which a parameter p adds to the rates of a variation (x1, v1, r, s).
 
     Per unit of p, not mirrored. by: rates (RATE_COLUMNS,); motion: the state (x1, v1, r, s) and its
     (dv1/dt, ds/dt), which with drive are as the wall sees them; pushes: (push, pushed), its force
@@ -217,7 +208,7 @@ def carried(columns, field, late):
 
 @jit
 def seen_from_wall(tangent, sign, way):
-    """Let r of driven variations count from the wall, `way` 1, or from where it did, -1."""
+    """Count r of driven variations from the wall, `way` 1, or from the former origin, -1."""
     if is_a(tangent, Driven):
         for i in range(len(tangent.rates)):
             tangent.rows[4 * i + 2] -= way * sign * tangent.rates[i, wall_at(sign) + GAP]
@@ -264,7 +255,7 @@ def push_of(wall, constant, r, s, c, d):
 
 @by_wall
 def push_changed(wall, by, sign, constant, r, s):
-    """Return what changes of that force by the parameter itself."""
+    """Return the derivative of that force by the parameter itself."""
     return 0.0
 
 

@@ -208,7 +208,6 @@ class Grid(NamedTuple):
 
 @jit
 def bare_grid(grid):
-    """Return the grid with its table as a bare row."""
     return Grid(
         grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, bare(grid.table), grid.load,
         grid.begun,
@@ -303,7 +302,7 @@ def length_of_cell(ps, n, begun):
 @jit
 def grid_with(ps, damper, h, n, tabulated, begun):
     """Prepare flight by cells of h [s], n in what is `begun`, so many of them `tabulated`."""
-    load = place_of_load(ps.load, CELLS + 6 * tabulated + 6)
+    load = None if ps.load is None else (CELLS + 6 * tabulated + 6)
     w = np.zeros(CELLS + 6 * tabulated + 6 + room_for_load(load))
     unit = np.zeros(6)
     for i in range(6):
@@ -357,16 +356,8 @@ def turned(begun, share):
 
 
 @jit
-def place_of_load(load, place):
-    """Return the place in the table of what a load does, None without one."""
-    if load is None:
-        return None
-    return place
-
-
-@jit
 def room_for_load(load):
-    """Return how many numbers of the table tell what a load does."""
+    """Return the count of numbers in the table for a constant load."""
     if load is None:
         return 0
     return TERMS
@@ -430,7 +421,7 @@ def coarse_map(ps, damper, grid, stops):
 
 @jit(inlined=True)
 def response_to(w, x, i):
-    """Return what a unit input i (x1, v1, r, s) becomes in a flight of x cells, x in [0, 1]."""
+    """Return the state after a flight of x cells, x in [0, 1], from unit input i (x1, v1, r, s)."""
     k = TAYLOR + i * TERMS
     even, odd, z = four_at(w, k + 4 * ORDER), four(0.0), x * x
     for p in range(ORDER - 2, -1, -2):

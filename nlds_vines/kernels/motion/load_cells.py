@@ -29,9 +29,8 @@ import numpy as np
 
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..numerics.elementary import cos_sin_of_turn
 from ..numerics.fours import four, four_at, larger_of, largest_of, number_of, put_four
-from ..scene.drive import Moment, drive_now, moved
+from ..scene.drive import Moment, drive_now
 from ..scene.scene import Structure, accelerations, greatest_push, moved_mass, unloaded
 from .flight import (
     CELLS,
@@ -44,13 +43,11 @@ from .flight import (
     TERMS,
     Grid,
     cell_polynomial,
-    grid_from,
     grid_with,
     move_on,
     phase_at,
     put_sum,
     step,
-    turned,
 )
 
 LOAD_ROW = ORDER + 1  # numbers of a cell: the coefficients of the force [N]
@@ -108,14 +105,6 @@ def sums_of(rows):
 
 
 @jit
-def grid_over(ps, damper, n, begun):
-    """Prepare flight in n cells over what is `begun`: a share of a period, or a stretch."""
-    if is_a(begun, Stretch):
-        return grid_under(ps, damper, begun.h, n, begun)
-    return grid_from(ps, damper, n, begun)
-
-
-@jit
 def grid_under(ps, damper, h, n, stretch):
     """Return the `Grid` of n cells of h [s] under a load, with `powers`, `ends` and `weights`.
 
@@ -137,33 +126,18 @@ def grid_under(ps, damper, h, n, stretch):
     if ps.load is not None:
         put_sum(w, free.load, w, ends + 4 * (ORDER + 1))
     rate = max(free.rate, LEAST_RATE / h)
-    fill_weights(w, weights, rate * h)
-    begun = Loaded(
-        stretch.begin, stretch.rows, stretch.sums, degree, powers, ends, weights,
-        math.sqrt(moved_mass(ps, damper)), shaking_of(ps),
-    )  # fmt: skip
-    return Grid(n, h, 0.0, rate, free.push, free.bend, w, free.load, begun)
-
-
-@jit
-def fill_weights(w, first, turn):
-    """Fill weights of a cell's sums, as which they bound the force and its derivatives over a cell.
-
-    By the place the i-th one is at most the sum of |f_k| k! / (k - i)!, as x is at most 1. It is
-    that of a harmonic force as large by turn^i, whose phase turns so far over the cell.
-    """
+    # The weights with which a cell's sums bound the force and its derivatives over the cell. The
+    # i-th derivative by the place is at most the sum of |f_k| k! / (k - i)!, as x is at most 1;
+    # that of a harmonic force is its amplitude times (rate h)^i.
     weight = 1.0
     for i in range(4):
-        w[first + i] = weight
-        weight /= turn
-
-
-@jit
-def shaking_of(ps):
-    """Return the acceleration [m/s^2] that the unit of force means of a ground that moves."""
-    if ps.shaken is None:
-        return 0.0
-    return ps.force
+        w[weights + i] = weight
+        weight /= rate * h
+    begun = Loaded(
+        stretch.begin, stretch.rows, stretch.sums, degree, powers, ends, weights,
+        math.sqrt(moved_mass(ps, damper)), (0.0 if ps.shaken is None else ps.force),
+    )  # fmt: skip
+    return Grid(n, h, 0.0, rate, free.push, free.bend, w, free.load, begun)
 
 
 @jit
@@ -187,26 +161,26 @@ def pushed_over(ps, grid, j, last):
     Of a load, as its majorant would move them.
     """
     if is_a(grid.begun, Loaded):
-        return under_majorant(ps, grid, j, last)
+        begun, w, most = grid.begun, grid.table, four(0.0)
+        for i in range(j, last):
+            most = larger_of(most, four_at(begun.sums, OF_CELL * i))
+        force = ps.force * largest_of(most * four_at(w, begun.weights))
+        push = begun.root * greatest_push(ps.load, force)
+        return (
+            Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, force, grid.rate, ps.load, ps.shaken),
+            Grid(
+                grid.n,
+                grid.h,
+                grid.turn,
+                grid.rate,
+                push,
+                grid.bend,
+                grid.table,
+                grid.load,
+                grid.begun,
+            ),
+        )
     return ps, grid
-
-
-@jit
-def under_majorant(ps, grid, j, last):
-    """Return a structure and a grid with the forcing of the majorant over some cells."""
-    begun, w, most = grid.begun, grid.table, four(0.0)
-    for i in range(j, last):
-        most = larger_of(most, four_at(begun.sums, OF_CELL * i))
-    force = ps.force * largest_of(most * four_at(w, begun.weights))
-    push = begun.root * greatest_push(ps.load, force)
-    return (
-        Structure(
-            ps.m1, ps.k1, ps.stiffness, ps.damping, force, grid.rate, ps.load, ps.shaken
-        ),
-        Grid(
-            grid.n, grid.h, grid.turn, grid.rate, push, grid.bend, grid.table, grid.load, grid.begun
-        ),
-    )  # fmt: skip
 
 
 # ---- an instant ----------------------------------------------------------------------------------
@@ -218,28 +192,6 @@ def phase_of(grid, j, x):
     if is_a(grid.begun, Loaded):
         begun, last = grid.begun, min(j, grid.n - 1)  # its end is that of the last cell
         return Moment(begun.rows, LOAD_ROW * last, begun.degree, x + (j - last), grid.h, 1.0)
-    return phase_between(grid, j, x)
-
-
-@jit
-def drive_then(grid, j, x):
-    """Return the force at place x of cell j, in units of P; at its end, before it may jump."""
-    if is_a(grid.begun, Loaded):
-        return force_of_cell(grid, j, x)
-    return drive_now(phase_of(grid, j, x))
-
-
-@jit
-def force_of_cell(grid, j, x):
-    """Return that of a load."""
-    if x == 1.0:
-        return grid.begun.sums[OF_CELL * j + END]
-    return drive_now(phase_of(grid, j, x))
-
-
-@jit
-def phase_between(grid, j, x):
-    """Return (cos, sin) of a harmonic force's phase there."""
     whole = int(x)
     at_cell = CELLS + 6 * (j + whole)
     phase = grid.table[at_cell + 4], grid.table[at_cell + 5]
@@ -249,38 +201,19 @@ def phase_between(grid, j, x):
 
 
 @jit
-def instant_in(grid, j, x):
-    """Return the instant at place x of cell j, of a harmonic force by its phase at the start."""
+def drive_then(grid, j, x):
+    """Return the force at place x of cell j, in units of P; at its end, before it may jump."""
     if is_a(grid.begun, Loaded):
-        return phase_of(grid, j, x)
-    return phase_at(grid, j, x)
-
-
-@jit
-def phase_during(ps, grid, phase, place, took):
-    """Return the instant a time `took` [s] after a share of the period, the `place`, is over.
-
-    phase: that at the place.
-    """
-    if is_a(phase, Moment):
-        return moved(phase, phase.x + took / phase.length)
-    return cos_sin_of_turn(turned(grid.begun, place) + took / (2.0 * math.pi / ps.omega))
+        return grid.begun.sums[OF_CELL * j + END] if x == 1.0 else drive_now(phase_of(grid, j, x))
+    return drive_now(phase_of(grid, j, x))
 
 
 @jit
 def began_at(grid, period):
-    """Return when [s] a period began, or a stretch."""
+    """Return the time [s] at which a period began, or a stretch."""
     if is_a(grid.begun, Loaded):
         return grid.begun.begin
     return period * (grid.h * grid.n)
-
-
-@jit
-def moment_of(grid, j, x):
-    """Return that of a load; that of a harmonic force follows from the share of a period."""
-    if is_a(grid.begun, Loaded):
-        return phase_of(grid, j, x)
-    return None
 
 
 @jit
@@ -298,26 +231,20 @@ def end_of_cells(grid, j, stop):
 def end_of_cell(grid, damper, j, y):
     """Return the state at the end of cell j, at whose beginning it is y."""
     if is_a(grid.begun, Loaded):
-        return end_under(grid, j, y)
+        w, begun, row = grid.table, grid.begun, LOAD_ROW * j
+        ends = begun.ends
+        even, odd = four_at(w, ends + 4 * (ORDER + 1)), four(0.0)
+        for m in range(0, begun.degree, 2):
+            even = even + four_at(w, ends + 4 * m) * begun.rows[row + m]
+            odd = odd + four_at(w, ends + 4 * m + 4) * begun.rows[row + m + 1]
+        if begun.degree % 2 == 0:
+            even = even + four_at(w, ends + 4 * begun.degree) * begun.rows[row + begun.degree]
+        free = (four_at(w, STEP) * y[0] + four_at(w, STEP + 4) * y[1]) + (
+            four_at(w, STEP + 8) * y[2] + four_at(w, STEP + 12) * y[3]
+        )
+        end = free + (even + odd)
+        return number_of(end, 0), number_of(end, 1), number_of(end, 2), number_of(end, 3)
     return step(damper, grid.table, j, y[0], y[1], y[2], y[3])
-
-
-@jit
-def end_under(grid, j, y):
-    """Return the state at the end of cell j under a load."""
-    w, begun, row = grid.table, grid.begun, LOAD_ROW * j
-    ends = begun.ends
-    even, odd = four_at(w, ends + 4 * (ORDER + 1)), four(0.0)
-    for m in range(0, begun.degree, 2):
-        even = even + four_at(w, ends + 4 * m) * begun.rows[row + m]
-        odd = odd + four_at(w, ends + 4 * m + 4) * begun.rows[row + m + 1]
-    if begun.degree % 2 == 0:
-        even = even + four_at(w, ends + 4 * begun.degree) * begun.rows[row + begun.degree]
-    free = (four_at(w, STEP) * y[0] + four_at(w, STEP + 4) * y[1]) + (
-        four_at(w, STEP + 8) * y[2] + four_at(w, STEP + 12) * y[3]
-    )
-    y = free + (even + odd)
-    return number_of(y, 0), number_of(y, 1), number_of(y, 2), number_of(y, 3)
 
 
 @jit
@@ -327,29 +254,24 @@ def polynomial_from(grid, y, phase):
     Of a load the rows DRIVE, too, with those of the force.
     """
     if is_a(phase, Moment):
-        return polynomial_under(grid, y, phase)
+        w, powers, degree = grid.table, grid.begun.powers, phase.degree
+        fill_drive_from(w, phase, grid.h)
+        f0, f1, f2, f3 = w[DRIVE], w[DRIVE + 1], w[DRIVE + 2], w[DRIVE + 3]
+        for k in range(ORDER + 1):
+            i, j = TAYLOR + 4 * k, powers + 4 * k
+            free = (four_at(w, i) * y[0] + four_at(w, i + TERMS) * y[1]) + (
+                four_at(w, i + 2 * TERMS) * y[2] + four_at(w, i + 3 * TERMS) * y[3]
+            )
+            # the first powers of x at once, which are all that most loads have
+            forced = (four_at(w, j) * f0 + four_at(w, j + TERMS) * f1) + (
+                four_at(w, j + 2 * TERMS) * f2 + four_at(w, j + 3 * TERMS) * f3
+            )
+            for m in range(4, min(k, degree + 1)):
+                forced = forced + four_at(w, j + TERMS * m) * w[DRIVE + m]
+            put_four(w, COEF + 4 * k, free + forced)
+        move_on(grid.load, w)
+        return
     return cell_polynomial(grid, y[0], y[1], y[2], y[3], phase[0], phase[1])
-
-
-@jit
-def polynomial_under(grid, y, moment):
-    """Fill COEF and DRIVE under a load."""
-    w, powers, degree = grid.table, grid.begun.powers, moment.degree
-    fill_drive_from(w, moment, grid.h)
-    f0, f1, f2, f3 = w[DRIVE], w[DRIVE + 1], w[DRIVE + 2], w[DRIVE + 3]
-    for k in range(ORDER + 1):
-        i, j = TAYLOR + 4 * k, powers + 4 * k
-        free = (four_at(w, i) * y[0] + four_at(w, i + TERMS) * y[1]) + (
-            four_at(w, i + 2 * TERMS) * y[2] + four_at(w, i + 3 * TERMS) * y[3]
-        )
-        # the first powers of x at once, which are all that most loads have
-        forced = (four_at(w, j) * f0 + four_at(w, j + TERMS) * f1) + (
-            four_at(w, j + 2 * TERMS) * f2 + four_at(w, j + 3 * TERMS) * f3
-        )
-        for m in range(4, min(k, degree + 1)):
-            forced = forced + four_at(w, j + TERMS * m) * w[DRIVE + m]
-        put_four(w, COEF + 4 * k, free + forced)
-    move_on(grid.load, w)
 
 
 @jit

@@ -75,17 +75,6 @@ def foot_of(foot, ps):
 
 
 @jit
-def ground_of(ground, ps):
-    """Return minus the ground's acceleration [m/s^2] at a force of 1, None where it is at rest.
-
-    A ground that moves is the reason of a force per mass of minus its acceleration.
-    """
-    if ground is None:
-        return None
-    return ps.force
-
-
-@jit
 def absolute(ground, relative, drive):
     """Return the structure's absolute acceleration; relative: dv1/dt."""
     if ground is None:
@@ -95,7 +84,7 @@ def absolute(ground, relative, drive):
 
 @jit
 def in_absolute(ground, rate):
-    """Return what a rate of the force per mass adds to that of the absolute acceleration."""
+    """Return the part of the force's rate per mass in that of the absolute acceleration."""
     if ground is None:
         return rate
     return 0.0
@@ -120,7 +109,7 @@ def gone_from(foot, x1, v1, cosine, sine):
 
 @jit
 def beside(phase, x1, s):
-    """Return what the force is multiplied with in CX: x1, under a load s."""
+    """Return the factor of the force in CX: x1, under a load s."""
     if is_a(phase, Moment):
         return s
     return x1

@@ -22,10 +22,10 @@ from __future__ import annotations
 
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
-from ..numerics.elementary import exp, log, whole_power
+from ..numerics.elementary import exp, exponent_of, log, power_of_two, whole_power
 from ..numerics.fours import four, four_at, four_of, number_of, put_four
 from ..numerics.roots import guarded
-from ..scene.drive import after, begin_series, drive_now, drive_term
+from ..scene.drive import Moment, after, drive_now, drive_term
 from ..scene.law import (
     AT_Q,
     AT_S,
@@ -40,7 +40,10 @@ from ..scene.law import (
     ELASTIC,
     FORCE,
     HIGHEST,
+    LARGEST_UNIT,
+    LEAST_UNIT,
     LENGTHS,
+    LOADED,
     NEW,
     OLD,
     ORDER_OF_RK4,
@@ -62,12 +65,10 @@ from ..scene.law import (
     damped_term,
     depth_of,
     drag_term,
-    fill_lengths,
     force_of,
     product,
     rate_of_q,
     steep_term,
-    unit_near,
     weight_of,
 )
 from ..scene.scene import Step, StepPiece, accelerations, unloaded
@@ -93,7 +94,6 @@ def rates_at(side, phase, y):
 
 @jit
 def moved_by(y, h, rates):
-    """Return y + h rates."""
     return (
         y[0] + h * rates[0], y[1] + h * rates[1], y[2] + h * rates[2], y[3] + h * rates[3],
         y[4] + h * rates[4],
@@ -141,11 +141,26 @@ def expand_contact(side, tangent, phase, h):
     polynomial as the rest, and what drives them (`driven`).
     """
     k = side.k
-    k[UNIT] = unit_near(h)
+    k[UNIT] = power_of_two(min(max(exponent_of(h), LEAST_UNIT), LARGEST_UNIT))
     k[SERIES + AT_Q], k[SERIES + AT_S] = k[OLD], k[OLD + 1]
     k[SERIES + AT_X], k[SERIES + AT_V] = k[OLD + 2], k[OLD + 3]
     k[SERIES + TAU] = 0.0
-    begin_series(phase, k)
+    # The first coefficient of the force's series.
+    if is_a(phase, Moment):
+        # The load's polynomial in the time from this instant on, by Horner's scheme.
+        top, at = phase.degree, SERIES + LOADED
+        for j in range(HIGHEST + 1):
+            k[at + j] = phase.sign * phase.w[phase.row + j] if j <= top else 0.0
+        for j in range(top):
+            for i in range(top - 1, j - 1, -1):
+                k[at + i] += phase.x * k[at + i + 1]
+        per = 1.0
+        for j in range(top + 1):
+            k[at + j] *= per
+            per /= phase.length
+        k[SERIES + COSINE] = k[at]
+    else:
+        k[SERIES + COSINE], k[SERIES + SINE] = phase
     if tangent is not None:
         k[SERIES + SHRINKS] = 0.0
         for i in range(4):
@@ -234,7 +249,6 @@ def fill_variations(side, tangent, n):
 
 @jit
 def along_series(side, step):
-    """Write row NEW where a `Step` ends, by the series."""
     k, row = side.k, SERIES + COLUMNS * HIGHEST
     h = step.h / k[UNIT]
     motion, v = four_at(k, row), k[row + AT_V]
@@ -292,7 +306,7 @@ def slopes(side, h):
 
 @jit
 def defect_of(side, drive, h, scales):
-    """Return by how much a step to row NEW, h, errs: relative to scales of speed, depth and q.
+    """Return the error of a step h to row NEW, relative to scales of speed, depth and q.
 
     drive: cos of the forcing's phase there. What is missing to eq. (5) at its end, by the force
     of the law itself, is (N + 1) / h of what the polynomial errs by. The error of q is that of the
@@ -359,7 +373,10 @@ def piece_of(side, h):
     """
     k, sign = side.k, side.sign
     fill_terms(side, order_of(side.rk4))
-    fill_lengths(k, h)
+    power = 1.0
+    for n in range(HIGHEST + 1):
+        k[LENGTHS + n] = power
+        power *= h / k[UNIT]
     for n in range(HIGHEST + 1):
         row, i, part = SERIES + COLUMNS * n, COEF + 4 * n, sign * k[LENGTHS + n]
         k[i], k[i + 1] = part * k[row + AT_X], part * k[row + AT_V]
@@ -370,7 +387,6 @@ def piece_of(side, h):
 
 @jit
 def part_of(step, x):
-    """Return the part x of a step, from 0 to 1."""
     return Step(step.phase, step.landing and x == 1.0, x * step.h)
 
 

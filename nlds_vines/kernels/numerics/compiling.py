@@ -102,7 +102,7 @@ class Kernel(_Dispatcher):
         return result
 
     def _loaded(self, kinds: tuple[Any, ...]) -> Any:
-        """Return what was stored for arguments of these types; None where there is nothing."""
+        """Return the stored result for arguments of these types, or None."""
         if not LINKED:
             result = self._cache.load_overload(kinds, self.targetctx)
             if result is not None:

@@ -22,7 +22,7 @@ from numba.core.untyped_passes import IRProcessing
 
 
 def is_a(part: object, sort: type) -> bool:
-    """Tell whether a part is a tuple of this sort."""
+    """Return True if a part is a tuple of this sort."""
     return isinstance(part, sort)
 
 
@@ -37,7 +37,7 @@ def law_of(sort: Any) -> Any:
 
 
 def says(part: object, word: str) -> bool:
-    """Tell whether a part is a wall whose law has a property: a constant of that name."""
+    """Return True if a part is a wall whose law has a property: a constant of that name."""
     return hasattr(law_of(type(part)), word)
 
 
@@ -50,7 +50,7 @@ def laws_among(kinds: Any) -> Iterator[Any]:
 
 
 def same_sort(part: object, other: object) -> bool:
-    """Tell whether two tuples are of one type, as one variable needs."""
+    """Return True if two tuples are of one type, as one variable needs."""
     if not (isinstance(part, tuple) and isinstance(other, tuple)):
         return False
     absent = [[number is None for number in numbers] for numbers in (part, other)]
@@ -64,7 +64,6 @@ class Decide(FunctionPass):
     _name = "branches that types decide"
 
     def __init__(self) -> None:
-        """Take nothing: Numba makes one for all."""
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:
@@ -86,7 +85,6 @@ class DecidingCompiler(CompilerBase):
     """Numba's own passes, and `Decide` before all that looks at types."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return the passes."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.add_pass_after(Decide, IRProcessing)
         passes.finalize()
@@ -116,24 +114,21 @@ def _decided(text: Any, kinds: tuple[Any, ...]) -> bool:
 
 
 def _lines(text: Any) -> list[Any]:
-    """Return all assignments of a text."""
     lines = [line for block in text.blocks.values() for line in block.body]
     return [line for line in lines if isinstance(line, ir.Assign)]
 
 
 def _meaning(text: Any, name: Any) -> Any:
-    """Return what a variable is assigned, None where that is not always the same."""
+    """Return the value that a variable is assigned, or None if there are several."""
     return ir_utils.guard(ir_utils.get_definition, text, name)
 
 
 def _is_one_of(value: Any, functions: tuple[Any, ...]) -> bool:
-    """Tell whether a value is one of some functions."""
     named = isinstance(value, ir.Global | ir.FreeVar)
     return named and any(value.value is function for function in functions)
 
 
 def _is_call(text: Any, value: Any, functions: tuple[Any, ...]) -> bool:
-    """Tell whether a value is a call of one of some functions."""
     called = isinstance(value, ir.Expr) and value.op == "call"
     return called and _is_one_of(_meaning(text, value.func), functions)
 
@@ -160,7 +155,7 @@ def _kind(text: Any, kinds: tuple[Any, ...], name: Any) -> Any:
 
 
 def _answer(text: Any, kinds: tuple[Any, ...], value: Any) -> bool | None:
-    """Return what a value is if it is a question that types decide, otherwise None."""
+    """Return the answer to a question that types decide, otherwise None."""
     if isinstance(value, ir.Expr) and value.op == "binop" and value.fn in ASKED:
         sides = [_kind(text, kinds, side) for side in (value.lhs, value.rhs)]
         if types.none in sides and None not in sides:

@@ -45,7 +45,6 @@ def bare(array: Any) -> Any:
 
 
 def is_row(kind: Any) -> bool:
-    """Tell whether a type is that of a contiguous row of numbers."""
     return (
         isinstance(kind, types.Array)
         and kind.ndim == 1
@@ -85,7 +84,6 @@ class Four(types.Type):
     """The type of four numbers, as Numba knows it."""
 
     def __init__(self) -> None:
-        """Name the type: there is but one."""
         super().__init__(name="Four")
 
 
@@ -122,7 +120,6 @@ def four(x: float) -> Any:
 
 
 def four_of(a: float, b: float, c: float, d: float) -> Any:
-    """Return four numbers as one."""
     return np.array([a, b, c, d])
 
 
@@ -158,7 +155,7 @@ def roots_of(v: Any) -> Any:
 
 
 def _is_row(kind: Any) -> bool:
-    """Tell whether a type is that of a contiguous row of numbers, counted or bare."""
+    """Return True if a type is that of a contiguous row of numbers, counted or bare."""
     return kind == BARE or is_row(kind)
 
 
@@ -177,7 +174,6 @@ def _place(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 def _spread(builder: Any, x: Any) -> Any:
-    """Return a vector of which all numbers are x."""
     nothing = ir.Constant(_VECTOR, ir.Undefined)
     first = builder.insert_element(nothing, x, ir.Constant(_INDEX, 0))
     return builder.shuffle_vector(
@@ -190,7 +186,7 @@ def _number(builder: Any, v: Any, k: int) -> Any:
 
 
 def _each(builder: Any, name: str, v: Any) -> Any:
-    """Return what an intrinsic function makes of each number of a vector."""
+    """Return the values of an intrinsic function for each number of a vector."""
     kind = ir.FunctionType(_VECTOR, [_VECTOR])
     function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{FOUR}f64")
     return builder.call(function, [v])
@@ -202,7 +198,6 @@ def _sizes(builder: Any, v: Any) -> Any:
 
 
 def _greater(builder: Any, v: Any, w: Any) -> Any:
-    """Return w where it is greater than v, otherwise v."""
     return builder.select(builder.fcmp_ordered(">", w, v), w, v)
 
 

@@ -33,14 +33,14 @@ EXPECTED = (
 
 
 def text_of(function: Any) -> str:
-    """Return what a function does, in a form that is the same in each process and at each line."""
+    """Return the code of a function in a form that is the same in each process and at each line."""
     cells = [cell.cell_contents for cell in function.__closure__ or ()]
     named = [getattr(value, "__qualname__", repr(value)) for value in cells]
     return repr((_plain(function.__code__), named))
 
 
 def _plain(code: CodeType) -> tuple[object, ...]:
-    """Return what of a code object does not depend on its place in the file."""
+    """Return the part of a code object that does not depend on its place in the file."""
     constants = [_plain(one) if isinstance(one, CodeType) else one for one in code.co_consts]
     return code.co_code, code.co_names, code.co_varnames, constants
 
@@ -147,11 +147,10 @@ class _Pipeline(DecidingCompiler):
         return super()._compile_bytecode()
 
     def changes(self) -> dict[str, Any]:
-        """Return what of the target is another here."""
+        """Return the fields of the target that differ here."""
         return {}
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's passes, but for those in `LEFT_OUT`."""
         (passes,) = super().define_pipelines()
         passes.passes = [one for one in passes.passes if one[0].__name__ not in LEFT_OUT]
         return [passes]
@@ -163,7 +162,6 @@ class EntryPipeline(_Pipeline):
     library = Entry
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's passes; the machine code is kept, to be stored."""
         self.state.library.enable_object_caching()
         return super().define_pipelines()
 
@@ -179,7 +177,7 @@ class InnerPipeline(_Pipeline):
 
 
 def not_executable(library: Any, fndesc: Any, env: Any) -> Any:
-    """Return what stands for the machine code of an inner kernel, which has none."""
+    """Return a stand-in for the machine code of an inner kernel, which has none."""
     library._ensure_finalized()
     name = fndesc.qualname.split(".")[-1]
     return _dynfunc.make_function(fndesc.lookup_module(), name, "", 0, env, (library,))
@@ -196,7 +194,7 @@ def symbol(name: str, function: Any, kinds: tuple[Any, ...]) -> str:
 
 
 def as_expected() -> bool:
-    """Tell whether Numba's inside is what this module takes it for."""
+    """Return True if Numba's inside is what this module takes it for."""
     return all(hasattr(owner, name) for owner, names in EXPECTED for name in names)
 
 

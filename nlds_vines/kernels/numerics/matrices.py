@@ -149,18 +149,6 @@ def pair_of_roots(a, b, c, d):
 
 
 @jit
-def sort_by_modulus(found):
-    """Sort rows (re, im) by falling modulus; rows of one modulus keep their order."""
-    for i in range(1, len(found)):
-        re, im = found[i, RE], found[i, IM]
-        size, j = hypotenuse(re, im), i
-        while j > 0 and hypotenuse(found[j - 1, RE], found[j - 1, IM]) < size:
-            found[j, RE], found[j, IM] = found[j - 1, RE], found[j - 1, IM]
-            j -= 1
-        found[j, RE], found[j, IM] = re, im
-
-
-@jit
 def eigenvalues(matrix):
     """Return the eigenvalues (n, 2) of a matrix (n, n), n <= 4: real and imaginary parts.
 
@@ -193,7 +181,14 @@ def eigenvalues(matrix):
     for i in range(len(found)):
         found[i, RE] *= power_of_two(k)
         found[i, IM] *= power_of_two(k)
-    sort_by_modulus(found)
+    # Sort by falling modulus; values of one modulus keep their order.
+    for i in range(1, len(found)):
+        re, im = found[i, RE], found[i, IM]
+        size, j = hypotenuse(re, im), i
+        while j > 0 and hypotenuse(found[j - 1, RE], found[j - 1, IM]) < size:
+            found[j, RE], found[j, IM] = found[j - 1, RE], found[j - 1, IM]
+            j -= 1
+        found[j, RE], found[j, IM] = re, im
     return found
 
 
@@ -207,7 +202,7 @@ def spectral_radius(found):
 
 @jit
 def is_saddle(found):
-    """Tell whether an odd number of `eigenvalues` are real and greater than one."""
+    """Return True if an odd number of `eigenvalues` are real and greater than one."""
     count = 0
     for i in range(len(found)):
         if found[i, IM] == 0.0 and found[i, RE] > 1.0:

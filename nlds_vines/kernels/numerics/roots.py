@@ -30,7 +30,7 @@ ROOT_STEPS = 60  # of a search, which needs five to ten
 
 @jit
 def secant(low, high, f_low, f_high):
-    """Return where the straight line through (low, f_low) and (high, f_high) is zero."""
+    """Return the zero of the straight line through (low, f_low) and (high, f_high)."""
     return low + (high - low) * f_low / (f_low - f_high)
 
 

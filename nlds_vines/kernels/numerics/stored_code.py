@@ -72,7 +72,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _private(folder: Path) -> bool:
-    """Tell whether a folder is this user's, and nobody else's."""
+    """Return True if a folder is this user's, and nobody else's."""
     found = folder.lstat()
     private = stat.S_ISDIR(found.st_mode) and not stat.S_IMODE(found.st_mode) & 0o077
     return private and found.st_uid == os.getuid()
@@ -198,7 +198,7 @@ def _source(path: Path) -> tuple[str, list[str]]:
 
 @lru_cache(maxsize=1)
 def _notes() -> dict[str, tuple[str, list[str]]]:
-    """Return what is known of sources: reading a syntax tree takes longer than a hash."""
+    """Return the notes on sources: reading a syntax tree takes longer than a hash."""
     place = folder()
     data = _read(place / "sources.json") if place else None
     with suppress(ValueError):
@@ -260,7 +260,7 @@ def _write_whole(path: Path, data: bytes) -> None:
 
 
 def load(name: str) -> bytes | None:
-    """Return what `save` has kept by this name; None where no place has it whole.
+    """Return the bytes that `save` has stored by this name, or None.
 
     A file is the SHA-256 of the data (32 bytes), then the data; a damaged one is said, and the next
     place is tried.  For which sources it holds, its name tells.  Places: the folder this process

@@ -9,17 +9,16 @@ from __future__ import annotations
 from ..events.exact import fly
 from ..events.fixed_step import FixedGrid, fly_fixed, phase_in_step
 from ..events.sides import (
-    after_release,
-    depth_of_touch,
     follow_at,
     leave_wall,
     leaves,
+    may_leave,
     structure_at,
 )
 from ..impact.arc import Arc
 from ..motion.driven import Linear, carry
-from ..motion.flight import bare_grid, coarse_map, step
-from ..motion.load_cells import Loaded, began_at, end_of_cells, instant_in
+from ..motion.flight import bare_grid, coarse_map, phase_at, step
+from ..motion.load_cells import Loaded, began_at, end_of_cells, phase_of
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..numerics.fours import bare
@@ -85,7 +84,7 @@ def set_mode(near, far, state):
 
 @jit
 def on_ground(damper, state):
-    """Let r and s of a state be x1 and v1 where walls limit the structure itself."""
+    """Set r and s of a state to x1 and v1 if walls limit the structure itself."""
     if is_a(damper, Ground):
         state[2], state[3] = state[0], state[1]
 
@@ -94,19 +93,19 @@ def on_ground(damper, state):
 def phase_on(rk4, grid, j, x):
     """Return the instant (`drive`) at place x of cell j, by the method's grid."""
     if rk4 is None:
-        return instant_in(grid, j, x)
+        return phase_of(grid, j, x) if is_a(grid.begun, Loaded) else phase_at(grid, j, x)
     return phase_in_step(grid, j, x)
 
 
 @jit
 def bounded(x1, v1, r, s):
-    """Tell whether a state is finite and not absurdly large."""
+    """Return True if a state is finite and not absurdly large."""
     return abs(x1) + abs(v1) + abs(r) + abs(s) < HUGE
 
 
 @jit
 def begin_log(limit_log, began):
-    """Let the log of a limit count from the time [s] at which the period began."""
+    """Count the log of a limit from the time [s] at which the period began."""
     if limit_log is not None:
         limit_log[ORIGIN] = began
 
@@ -128,7 +127,6 @@ def keep_slowest(slowest, s):
 
 @jit
 def fly_on(flight, watch, begun, stop, y):
-    """Fly to the next event by the method (`exact.fly`)."""
     if flight.rk4 is None:
         return fly(flight, watch, begun, stop, y)
     return fly_fixed(flight, watch, begun, stop, y)
@@ -149,14 +147,12 @@ def after_contact(ps, damper, impacts, event, felt, began, time, y):
 
 @jit
 def at_section(damper, section, row, x1, v1, r, s):
-    """Note a section point, if there is room for it."""
     if section is not None and row < len(section):
         note_section(damper, section, row, x1, v1, r, s)
 
 
 @jit
 def bare_arc(arc):
-    """Return the arc, if there is one, with its table as a bare row."""
     if arc is None:
         return None
     return Arc(arc.tolerance, arc.settled, arc.levels, bare(arc.table))
@@ -164,7 +160,6 @@ def bare_arc(arc):
 
 @jit
 def bare_if_any(row):
-    """Return a row of numbers as a bare one, or None."""
     if row is None:
         return None
     return bare(row)
@@ -172,7 +167,6 @@ def bare_if_any(row):
 
 @jit
 def bare_impacts(impacts):
-    """Return what notes impacts with bare rows, None where nothing does."""
     if impacts is None:
         return None
     data, filled, room = bare(impacts.data.reshape(-1)), bare(impacts.filled), len(impacts.data)
@@ -183,13 +177,11 @@ def bare_impacts(impacts):
 
 @by_wall
 def bare_held(held):
-    """Return the motion on a wall, if its law has one, with bare rows."""
     return held
 
 
 @jit
 def grid_in_loop(rk4, grid):
-    """Return the grid of the method with bare rows."""
     if rk4 is None:
         return bare_grid(grid)
     cosine, middle = bare(grid.cosine), bare(grid.middle)
@@ -270,7 +262,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     if event == ASTRAY:
                         return STEP_BUDGET
                     # Note the touch.
-                    q = depth_of_touch(near, far, mode, q)
+                    if not may_leave(near, far) or mode == FLYING:
+                        q = 0.0  # unless a wall that has been left pushes again
                     mode, touches = event, touches + 1
                     if by_period is not None:
                         by_period[p, mode - TOUCH_NEAR] += 1
@@ -299,8 +292,11 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     if j < stop:
                         continue
                     break
-                # Fly on from the release.
-                mode = after_release(near, far, mode, q)
+                # Fly on from the release, or first leave the depth at which the force has vanished.
+                if may_leave(near, far) and q > 0.0:
+                    mode = LEAVING_NEAR if mode == TOUCH_NEAR else LEAVING_FAR
+                else:
+                    mode = FLYING
                 if took > 0.0:
                     j = min(int(place), end - 1)
                     x = place - j
@@ -319,17 +315,6 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     for i in range(STATE_SIZE - STATE_AHEAD):
         state[STATE_AHEAD + i] = k[AHEAD + i]
     return OK
-
-
-@jit
-def maps_of(rk4, energy, ps, damper, grid, stops):
-    """Return the map from stop to stop where nothing is noted in between, otherwise None.
-
-    None of a load, which does not come again.
-    """
-    if rk4 is not None or energy is not None or is_a(grid.begun, Loaded):
-        return None
-    return coarse_map(ps, damper, grid, stops)
 
 
 @jit
@@ -353,7 +338,12 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
     rk4, ps, damper, grid = prepared.rk4, prepared.ps, prepared.damper, prepared.grid
     section, energy, stops = buffers.section, buffers.energy, span.stops
     y = state[0], state[1], state[2], state[3]
-    maps = maps_of(rk4, energy, ps, damper, grid, stops)
+    # One map from stop to stop, if nothing is noted in between and the force is periodic.
+    maps = (
+        None
+        if rk4 is not None or energy is not None or is_a(grid.begun, Loaded)
+        else coarse_map(ps, damper, grid, stops)
+    )
     watch = Watch(None, energy, None, None, None, bare_tally(buffers.tally))
     flight = Flight(rk4, ps, damper, None, None, grid)
     through_air = Linear(None, ps, damper, 1.0, exact_grid)

@@ -10,7 +10,7 @@ REPEATS = 3  # times a period must fit into the window
 
 @jit
 def repeats(section, length, n, count, tolerance):
-    """Tell whether the last `count` points of a section of so many rows repeat after n periods."""
+    """Return True if the last `count` of so many rows of a section repeat after n periods."""
     first = max(length - count, n)
     for c in range(section.shape[1]):
         scale = 0.0
@@ -34,7 +34,6 @@ def period_of(section, tolerance):
 
 @jit
 def count(by_period, wall, first, last):
-    """Return the impacts of periods first to last - 1 at one wall."""
     total = 0
     for p in range(first, last):
         total += by_period[p, wall]

@@ -191,7 +191,12 @@ def periods_to_run(reference, arc, watch, impacts, k, p, last, y):
         if keep_notes(reference, arc, watch) and had_returned:
             reference[CYCLE_LENGTH] = n
             reference[TOUCHES] = touches_so_far(impacts) - reference[TOUCHES]
-            keep_cycle_sums(reference, watch.tally)
+            # the integrals of a response over one cycle
+            if watch.tally is not None:
+                for i in range(SUMS):
+                    sums = reference[TOTALS + i] - reference[CYCLE_SUMS + i]
+                    lost = reference[ROUNDED_OFF + i] - reference[CYCLE_SUMS + SUMS + i]
+                    reference[CYCLE_SUMS + i] = sums + lost
             more = n + (last - p) % n if is_a(impacts, Impacts) else (last - p) % n
             return min(p + more, last)
         renew(reference, watch.tally, impacts, k, p, y)
@@ -202,18 +207,7 @@ def periods_to_run(reference, arc, watch, impacts, k, p, last, y):
 
 
 @jit
-def keep_cycle_sums(reference, tally):
-    """Keep the integrals of a response over one cycle, from the reference to now."""
-    if tally is not None:
-        for i in range(SUMS):
-            sums = reference[TOTALS + i] - reference[CYCLE_SUMS + i]
-            lost = reference[ROUNDED_OFF + i] - reference[CYCLE_SUMS + SUMS + i]
-            reference[CYCLE_SUMS + i] = sums + lost
-
-
-@jit
 def repeat_rows(rows, first, last, n):
-    """Copy rows `first` to `last` - 1, as far as there is room, from n rows before."""
     if rows is not None:
         for i in range(first, min(last, len(rows))):
             for c in range(rows.shape[1]):
@@ -221,19 +215,8 @@ def repeat_rows(rows, first, last, n):
 
 
 @jit
-def repeat_touches(impacts, count, cycles):
-    """Copy the last `count` touches once for each of so many cycles, as far as there is room."""
-    if is_a(impacts, Touches):
-        data, first = impacts.data, impacts.filled[0]
-        impacts.filled[0] = first + count * cycles
-        last = min(impacts.filled[0], impacts.room)
-        for i in range(first * TOUCH_COLUMNS, last * TOUCH_COLUMNS):
-            data[i] = data[i - count * TOUCH_COLUMNS]
-
-
-@jit
 def repeat_impact(grid, data, i, j, periods):
-    """Let row i of impacts be row j, so many periods later."""
+    """Fill row i of impacts with row j, so many periods later."""
     row, former = i * IMPACT_COLUMNS, j * IMPACT_COLUMNS
     for c in range(IMPACT_COLUMNS):
         data[row + c] = data[former + c]
@@ -276,7 +259,14 @@ def repeat(reference, buffers, grid, tally, impacts, span, computed):
         cycles = (span.periods - computed) // n
         repeat_rows(buffers.section, computed * stops, span.periods * stops, n * stops)
         repeat_rows(buffers.by_period, computed, span.periods, n)
-        repeat_touches(impacts, int(reference[TOUCHES]), cycles)
+        # touches of the last cycle, once for each cycle, as far as there is room
+        count = int(reference[TOUCHES])
+        if is_a(impacts, Touches):
+            data, first = impacts.data, impacts.filled[0]
+            impacts.filled[0] = first + count * cycles
+            last = min(impacts.filled[0], impacts.room)
+            for i in range(first * TOUCH_COLUMNS, last * TOUCH_COLUMNS):
+                data[i] = data[i - count * TOUCH_COLUMNS]
         repeat_impacts(grid, impacts, int(reference[TOUCHES]), cycles, n)
     if tally is not None:
         for i in range(SUMS):

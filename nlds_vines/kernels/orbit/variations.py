@@ -65,7 +65,6 @@ def trace_of(ps, damper):
 
 @jit
 def size_of(damper):
-    """Return how many numbers make a state."""
     if damper is None:
         return 2
     return 4
@@ -81,22 +80,11 @@ def rest_of(damper):
 
 @jit
 def flow_of(prepared, exact_grid):
-    """Return the `Flow` of one cell."""
     ps, damper = prepared.ps, joined(prepared.damper)
     return Flow(
         prepared, exact_grid, Space(ps, damper, size_of(damper), rest_of(damper)),
         trace_of(ps, damper),
         np.zeros((TOGETHER, 2), np.int64), np.full(1, np.inf), np.full(1, np.inf),
-    )  # fmt: skip
-
-
-@jit
-def noted_of(scratch, flow, section):
-    """Return the `OrbitBuffers` for periods with variations; scratch: None without a wall."""
-    if scratch is None:
-        return OrbitBuffers(None, section, None, None, None, None, None, None, None)
-    return OrbitBuffers(
-        None, section, flow.by_period, None, None, flow.clearance, flow.slowest, None, None
     )  # fmt: skip
 
 
@@ -109,10 +97,21 @@ def advance_flow(flow, section, periods, tangent, state):
     far. Returns a status.
     """
     flow.by_period[:periods] = 0
-    noted = noted_of(flow.prepared.scratch, flow, section)
+    noted = (
+        OrbitBuffers(None, section, None, None, None, None, None, None, None)
+        if flow.prepared.scratch is None
+        else OrbitBuffers(
+            None, section, flow.by_period, None, None, flow.clearance, flow.slowest, None, None
+        )
+    )
     walls_see(flow.prepared.damper, tangent)
     status = run(flow.prepared, noted, Span(0, periods, 1), state, tangent, flow.exact_grid)
-    structure_sees(flow.prepared.damper, tangent)
+    # undo `walls_see`: r and s are x1 and v1 again, and there is no damper
+    if is_a(flow.prepared.damper, Ground):
+        rows = rows_of(tangent)
+        for i in range(0, 16, 4):
+            rows[i], rows[i + 1] = rows[i + 2], rows[i + 3]
+            rows[i + 2] = rows[i + 3] = 0.0
     return status
 
 
@@ -123,16 +122,6 @@ def walls_see(damper, tangent):
         rows = rows_of(tangent)
         for i in range(0, 16, 4):
             rows[i + 2], rows[i + 3] = rows[i], rows[i + 1]
-
-
-@jit
-def structure_sees(damper, tangent):
-    """Undo `walls_see`: what has become of r and s is x1 and v1, and there is no damper (zeros)."""
-    if is_a(damper, Ground):
-        rows = rows_of(tangent)
-        for i in range(0, 16, 4):
-            rows[i], rows[i + 1] = rows[i + 2], rows[i + 3]
-            rows[i + 2] = rows[i + 3] = 0.0
 
 
 @jit
@@ -163,7 +152,6 @@ def place_state(flow, y, state):
 
 @jit
 def set_identity(tangent):
-    """Let the variations be the unit vectors."""
     tangent[:] = 0.0
     for i in range(0, 16, 5):
         tangent[i] = 1.0
@@ -177,7 +165,6 @@ def norm(space, x):
 
 @jit
 def distance(space, x, y):
-    """Return the energy norm of x - y."""
     return scale_of(space.ps, space.damper, x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3])
 
 
@@ -210,7 +197,7 @@ def orthonormalize(tangent, size, growth, lost=0.0):
 
 @jit
 def lost_of(near, far):
-    """Return what of a length is round-off where a damper may stick, which ends variations."""
+    """Return the share of a length that is round-off; 0 if no damper sticks and none is lost."""
     if says(near, "AT_ONCE") or says(far, "AT_ONCE"):
         return LEFT_OVER
     return 0.0
@@ -218,7 +205,7 @@ def lost_of(near, far):
 
 @jit
 def shrinks(wall):
-    """Tell whether contacts with a wall shrink volumes of states: by e^2, or by their damping."""
+    """Return True if contacts with a wall shrink volumes of states: by e^2, or by their damping."""
     if wall is None:
         return False
     if says(wall, "AT_ONCE") or says(wall, "LINEAR"):
@@ -248,7 +235,6 @@ def shrunk_in_contacts(near, far, flow, y, n):
 
 @jit
 def new_state():
-    """Return an empty state for `place_state`."""
     return np.zeros(STATE_SIZE)
 
 
@@ -291,7 +277,6 @@ def trace_cycle(flow, y, points, counts, tangent, state):
 
 @jit
 def matrix_of(tangent, size):
-    """Return the matrix (size, size) whose columns are the variations."""
     matrix = np.empty((size, size))
     for column in range(size):
         for row in range(size):
@@ -309,22 +294,17 @@ def span_of(space, points):
 
 
 @jit
-def less_identity(matrix):
-    """Turn a matrix M into I - M, in place, and return it."""
+def correction(space, matrix, y, image):
+    """Return Newton's correction (I - M)^-1 (image - y), and whether there is one; M is lost."""
+    # I - M, in place
     # (written out: an expression of arrays takes the compiler as long as the whole of `polish`)
     for i in range(len(matrix)):
         for j in range(len(matrix)):
             matrix[i, j] = (1.0 if i == j else 0.0) - matrix[i, j]
-    return matrix
-
-
-@jit
-def correction(space, matrix, y, image):
-    """Return Newton's correction (I - M)^-1 (image - y), and whether there is one; M is lost."""
-    right, system = np.zeros((4, 1)), less_identity(matrix)
+    right = np.zeros((4, 1))
     for i in range(space.size):
         right[i, 0] = image[i] - y[i]
-    regular = solve(system, right) != 0.0
+    regular = solve(matrix, right) != 0.0
     return right[:, 0], regular
 
 
@@ -360,7 +340,7 @@ def polish(flow, y, points, counts, tangent, longest=np.inf):
 
 @jit
 def is_minimal(space, y, points):
-    """Tell whether no smaller number of periods closes the orbit through y."""
+    """Return True if no smaller number of periods closes the orbit through y."""
     n, span = len(points), span_of(space, points)
     for d in range(1, n // 2 + 1):
         if n % d == 0 and distance(space, points[d - 1], y) <= SAME_POINT * span:

@@ -48,7 +48,7 @@ def _sort_of(kind: Any) -> Any:
 
 
 def _own(law: Any, name: str, general: Any, needed: bool) -> Any:
-    """Return what a law has of its own of a name, or None.
+    """Return the kernel of that name in the module of a law, or None.
 
     Raises TypeError where it has none and must have.
     """

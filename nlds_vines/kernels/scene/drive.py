@@ -6,14 +6,13 @@ the polynomial of a cell (`load_cells`). Which of the two is decided when a kern
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import TURN, cos_sin_of_turn
 from ..numerics.fours import four, four_at, put_four
-from .law import COLUMNS, COSINE, HIGHEST, LOADED, SERIES, SINE, TAU, UNIT
+from .law import COLUMNS, COSINE, LOADED, SERIES, SINE, TAU, UNIT
 from .scene import greatest_push
 
 SMALL = 0.1  # angle up to which `cos_sin` is good to round-off
@@ -72,21 +71,12 @@ def force_there(moment, x):
 def drive_now(phase):
     """Return the force at an instant."""
     if is_a(phase, Moment):
-        return force_at_place(phase)
+        return phase.sign * phase.w[phase.row] if phase.x == 0.0 else force_there(phase, phase.x)
     return phase[0]
 
 
 @jit
-def force_at_place(moment):
-    """Return the force of a load at a moment."""
-    if moment.x == 0.0:
-        return moment.sign * moment.w[moment.row]
-    return force_there(moment, moment.x)
-
-
-@jit
 def later(ps, phase, time):
-    """Return the instant a short `time` [s] later."""
     if is_a(phase, Moment):
         return moved(phase, phase.x + time / phase.length)
     return rotated(phase[0], phase[1], ps.omega * time)
@@ -102,14 +92,6 @@ def drive_later(ps, phase, time):
 
 
 @jit
-def known_for(phase):
-    """Return for how long [s] the force is what an instant tells: a load is so within its cell."""
-    if is_a(phase, Moment):
-        return (1.0 - phase.x) * phase.length
-    return math.inf
-
-
-@jit
 def after(ps, phase, time):
     """Return the instant a `time` [s] later, however long."""
     if is_a(phase, Moment):
@@ -120,34 +102,6 @@ def after(ps, phase, time):
     cosine, sine = cos_sin_of_turn(angle * (1.0 / TURN))
     c, d = phase
     return c * cosine - d * sine, d * cosine + c * sine
-
-
-@jit
-def begin_series(phase, k):
-    """Begin the series of the force in theta (`law`), from an instant on."""
-    if is_a(phase, Moment):
-        begin_powers(phase, k)
-    else:
-        k[SERIES + COSINE], k[SERIES + SINE] = phase
-
-
-@jit
-def begin_powers(moment, k):
-    """Begin the series of a load: fill its polynomial in the time from an instant on.
-
-    By Horner's scheme.
-    """
-    top, at = moment.degree, SERIES + LOADED
-    for j in range(HIGHEST + 1):
-        k[at + j] = moment.sign * moment.w[moment.row + j] if j <= top else 0.0
-    for j in range(top):
-        for i in range(top - 1, j - 1, -1):
-            k[at + i] += moment.x * k[at + i + 1]
-    per = 1.0
-    for j in range(top + 1):
-        k[at + j] *= per
-        per /= moment.length
-    k[SERIES + COSINE] = k[at]
 
 
 @jit
@@ -176,7 +130,6 @@ def drive_term(ps, phase, k, n, turned):
 
 @jit
 def moved(moment, x):
-    """Return the moment at another place of its cell."""
     return Moment(moment.w, moment.row, moment.degree, x, moment.length, moment.sign)
 
 
@@ -184,7 +137,11 @@ def moved(moment, x):
 def falling(ps, phase):
     """Return minus the rate of the force per mass [m/s^3] at an instant."""
     if is_a(phase, Moment):
-        return -ps.force * slope_at(phase)
+        k, slope = phase.degree, 0.0 * phase.x
+        while k > 0:
+            slope = slope * phase.x + k * phase.w[phase.row + k]
+            k -= 1
+        return -ps.force * (phase.sign * slope / phase.length)
     return ps.force * ps.omega * phase[1]
 
 
@@ -192,7 +149,11 @@ def falling(ps, phase):
 def bending(ps, phase):
     """Return minus the second rate of the force per mass [m/s^4] at an instant."""
     if is_a(phase, Moment):
-        return -ps.force * bend_at(phase)
+        k, bend = phase.degree, 0.0 * phase.x
+        while k > 1:
+            bend = bend * phase.x + k * (k - 1.0) * phase.w[phase.row + k]
+            k -= 1
+        return -ps.force * (phase.sign * bend / (phase.length * phase.length))
     return ps.force * ps.omega * ps.omega * phase[0]
 
 
@@ -203,58 +164,16 @@ def twisting(ps, phase):
     That of a harmonic force follows from its rates: 0.
     """
     if is_a(phase, Moment):
-        return ps.force * most_twist(phase)
+        # |f_k| k! / (k - 3)! bounds each term of the third derivative within the cell
+        twist, h = 0.0, phase.length
+        for k in range(3, phase.degree + 1):
+            twist += k * (k - 1.0) * (k - 2.0) * abs(phase.w[phase.row + k])
+        return ps.force * (twist / abs(h * h * h))
     return 0.0
-
-
-@jit
-def apart(ps, push):
-    """Return what of a force does not shake both bodies: all, or nothing."""
-    if ps.shaken is None:
-        return push
-    return 0.0
-
-
-@jit
-def together(ps, push):
-    """Return what of it does."""
-    if ps.shaken is None:
-        return 0.0
-    return push
-
-
-@jit
-def slope_at(moment):
-    """Return the rate by time of the force of a load."""
-    k, slope = moment.degree, 0.0 * moment.x
-    while k > 0:
-        slope = slope * moment.x + k * moment.w[moment.row + k]
-        k -= 1
-    return moment.sign * slope / moment.length
-
-
-@jit
-def bend_at(moment):
-    """Return the second rate by time."""
-    k, bend = moment.degree, 0.0 * moment.x
-    while k > 1:
-        bend = bend * moment.x + k * (k - 1.0) * moment.w[moment.row + k]
-        k -= 1
-    return moment.sign * bend / (moment.length * moment.length)
-
-
-@jit
-def most_twist(moment):
-    """Return a bound of the third rate by time within the cell."""
-    twist, h = 0.0, moment.length
-    for k in range(3, moment.degree + 1):
-        twist += k * (k - 1.0) * (k - 2.0) * abs(moment.w[moment.row + k])
-    return twist / abs(h * h * h)
 
 
 @jit
 def backward(phase):
-    """Return the instant as it is backward in time."""
     if is_a(phase, Moment):
         return Moment(
             phase.w, phase.row, phase.degree, phase.x, -phase.length, phase.sign
@@ -273,17 +192,11 @@ def mirrored(phase, sign):
 
 
 @jit
-def most_in_cell(moment):
-    """Return a bound of the force of a load in the cell."""
-    most = 0.0
-    for k in range(moment.degree + 1):
-        most += abs(moment.w[moment.row + k])
-    return most
-
-
-@jit
 def most_push(ps, phase):
     """Return the largest acceleration [m/s^2] of the structure by force and load."""
     if is_a(phase, Moment):
-        return greatest_push(ps.load, ps.force * most_in_cell(phase))
+        most = 0.0  # |f_0| + |f_1| + ... bounds the force in the cell
+        for k in range(phase.degree + 1):
+            most += abs(phase.w[phase.row + k])
+        return greatest_push(ps.load, ps.force * most)
     return greatest_push(ps.load, abs(ps.force))

@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 
 from ..numerics.compiling import jit
-from ..numerics.elementary import exp, exponent_of, hypotenuse, log, power_of_two, whole_power
+from ..numerics.elementary import exp, hypotenuse, log, whole_power
 from .by_law import by_wall
 
 # ---- Series in theta of a contact's motion, one power after the other ----------------------------
@@ -76,21 +76,6 @@ UNIT = SHRUNK + 1
 LENGTHS = UNIT + 1
 SCRATCH = LENGTHS + HIGHEST + 1
 LEAST_UNIT, LARGEST_UNIT = -1000, 1000  # powers of two
-
-
-@jit
-def unit_near(h):
-    """Return the `UNIT` of a step of a length h."""
-    return power_of_two(min(max(exponent_of(h), LEAST_UNIT), LARGEST_UNIT))
-
-
-@jit
-def fill_lengths(k, h):
-    """Fill LENGTHS for a step h."""
-    power = 1.0
-    for n in range(HIGHEST + 1):
-        k[LENGTHS + n] = power
-        power *= h / k[UNIT]
 
 
 @jit
@@ -191,7 +176,7 @@ def wall_like(sort, gap, damper, cell):
 
 @by_wall(needed=True)
 def in_range(sort, cell):
-    """Tell whether the constants of a law are in range; sort: a wall of that law."""
+    """Return True if the constants of a law are in range; sort: a wall of that law."""
 
 
 @by_wall(needed=True)
@@ -204,13 +189,13 @@ def fill_constants(sort, change, rates, at):
 
 @by_wall
 def pushes(wall, q, s):
-    """Tell whether a wall pushes a damper that is beyond the place of touch."""
+    """Return True if a wall pushes a damper that is beyond the place of touch."""
     return True
 
 
 @by_wall
 def rests(wall, r, s, scale):
-    """Tell whether a damper rests on a wall without depth; scale: of positions, for round-off."""
+    """Return True if a damper rests on a wall without depth; scale: of positions, for round-off."""
     return False
 
 
@@ -287,7 +272,7 @@ def fill_power(k, m, n):
 
 @by_wall(needed=True)
 def elastic(wall, stiffness, q, z):
-    """Return what is elastic of the contact at a depth z = z(q).
+    """Return the elastic force of the contact at a depth z = z(q).
 
     With the stiffness K of the wall it is a force [N], with kappa an acceleration.
     """
@@ -311,10 +296,10 @@ def damped_term(wall, k, column, n):
 
 @by_wall
 def smooth_up_to(wall, tangent, at, tolerance):
-    """Return how far a step from touch may go, in units of the greatest q, and leave something out.
+    """Return the longest step from touch, in units of the greatest q, that leaves terms out.
 
-    Infinite where force and all that variations feel have a series in theta there; at: column of
-    the constants' rates of driven ones (`driven.Driven`).
+    It is infinite if the force and all that variations feel have a series in theta there; at: the
+    column of the constants' rates of driven ones (`driven.Driven`).
     """
     return math.inf
 
@@ -341,7 +326,7 @@ def force_of(wall, q, z, s):
 
 @by_wall
 def at_depth(wall, stiffness, depth):
-    """Return what is `elastic` at a depth [m]."""
+    """Return the elastic force at a depth [m]."""
     return elastic(wall, stiffness, root_of(wall, depth), depth)
 
 
@@ -358,7 +343,7 @@ def force_at(wall, depth):
 
 @by_wall
 def switching(wall, z, s):
-    """Return what changes its sign at the switch of a wall, of the order of one elsewhere."""
+    """Return a number of order one that changes its sign at the switch of a wall."""
     return 1.0
 
 

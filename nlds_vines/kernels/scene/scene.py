@@ -62,13 +62,13 @@ class Ground(NamedTuple):
 
 @jit
 def finite(x):
-    """Tell whether a number is neither infinite nor NaN."""
+    """Return True if a number is neither infinite nor NaN."""
     return abs(x) < math.inf
 
 
 @jit
 def near_constants(apart, cell):
-    """Return what holds the constants of the near wall's contact; apart: None where it is all's."""
+    """Return the numbers with the near wall's constants; apart: None if both walls share them."""
     if apart is None:
         return cell
     return cell.near_contact
@@ -76,7 +76,7 @@ def near_constants(apart, cell):
 
 @jit
 def allowed(parts, cell):
-    """Tell whether the parameters of one cell are finite and in range, those of its parts alone.
+    """Return True if the parameters of one cell are finite and in range, those of its parts alone.
 
     `model` has checked them; numbers that came another way must not pass for a result. By rk4 the
     force may be negative; the exact method's bounds of the motion presume P >= 0.
@@ -97,7 +97,7 @@ def allowed(parts, cell):
 
 @jit
 def damper_allowed(damper, cell):
-    """Tell whether the parameters of a damper are, if there is one."""
+    """Return True if the parameters of a damper are, if there is one."""
     if damper is None:
         return True
     fine = 0.0 < cell.m2 < math.inf and finite(cell.rest)
@@ -106,7 +106,6 @@ def damper_allowed(damper, cell):
 
 @jit
 def structure_of(cell):
-    """Return the `Structure` of one cell of parameters."""
     m1 = cell.m1
     return Structure(m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, None, None)
 
@@ -137,26 +136,18 @@ def mirrored_load(load, ps, sign):
 
 @jit
 def damper_in(cell):
-    """Return the `Damper` of one cell."""
     inv_m1 = 1.0 / cell.m1
     inv_mu = inv_m1 + 1.0 / cell.m2
     return Damper(cell.m2, cell.k2, cell.c2, inv_m1, inv_mu, inv_m1 / inv_mu, cell.rest)
 
 
 @jit
-def ground_under(cell):
-    """Return the `Ground` under the structure of one cell."""
-    inv_m1 = 1.0 / cell.m1
-    return Ground(0.0, 0.0, 0.0, inv_m1, inv_m1, 1.0, 0.0)
-
-
-@jit
 def damper_of(sort, cell):
-    """Return the `Damper` of one cell; its `Ground` where the sort is one; None where it is."""
     if sort is None:
         return None
     if is_a(sort, Ground):
-        return ground_under(cell)
+        inv_m1 = 1.0 / cell.m1
+        return Ground(0.0, 0.0, 0.0, inv_m1, inv_m1, 1.0, 0.0)
     return damper_in(cell)
 
 
@@ -191,52 +182,32 @@ def greatest_push(load, force):
 
 
 @jit
-def without_shaking(ps, alone, drive):
-    """Return an acceleration of the structure less what shakes both bodies."""
+def shared(ps, push):
+    """Return the acceleration by the force that both bodies feel: all of it if the ground moves."""
     if ps.shaken is None:
-        return alone
-    return alone - ps.force * drive
-
-
-@jit
-def with_shaking(ps, apart, drive):
-    """Return an acceleration with that which shakes both bodies."""
-    if ps.shaken is None:
-        return apart
-    return apart + ps.force * drive
+        return 0.0
+    return push
 
 
 @jit
 def moved_mass(ps, damper):
-    """Return the mass [kg] that the force accelerates."""
     if ps.shaken is None:
         return ps.m1
     return ps.m1 + damper.m2
 
 
 @jit
-def acceleration_alone(ps, x1, v1, drive):
-    """Return dv1/dt of the structure without a damper, of one state or of four."""
-    return under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v1)
-
-
-@jit
-def accelerations_of(ps, damper, x1, v1, r, s, drive, contact):
-    """Return `accelerations` of a structure with a damper, of one state or of four."""
-    alone = acceleration_alone(ps, x1, v1, drive)
-    pull = damper.k2 * r + damper.c2 * s + contact
-    return alone - pull * damper.inv_m1, without_shaking(ps, alone, drive) - pull * damper.inv_mu
-
-
-@jit
 def accelerations(ps, damper, x1, v1, r, s, drive, contact):
-    """Return (dv1/dt, ds/dt), eq. (5) in the kernels' coordinates.
+    """Return (dv1/dt, ds/dt), eq. (5) in the kernels' coordinates, of one state or of four.
 
     `drive` is cos(omega t); `contact` the force [N] of a wall on the damper towards +x2.
     """
+    alone = under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v1)
     if damper is None:
-        return acceleration_alone(ps, x1, v1, drive), 0.0
-    return accelerations_of(ps, damper, x1, v1, r, s, drive, contact)
+        return alone, 0.0
+    pull = damper.k2 * r + damper.c2 * s + contact
+    on_r = alone - shared(ps, ps.force * drive) - pull * damper.inv_mu
+    return alone - pull * damper.inv_m1, on_r
 
 
 @jit

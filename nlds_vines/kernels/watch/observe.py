@@ -16,7 +16,7 @@ import numpy as np
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..scene.codes import AT_PHASE, AT_SPEED, AT_WALL, TOUCH_COLUMNS
-from ..scene.scene import under
+from ..scene.scene import shared, under
 
 
 class Impacts(NamedTuple):
@@ -54,32 +54,23 @@ LIMIT, ORIGIN, FIRST_VIOLATION, EXCESS, NUMBER, BEYOND = range(6)
 
 @jit
 def alike(f, g):
-    """Tell whether two numbers have one sign and neither is zero; their product may underflow."""
+    """Return True if two numbers have one sign and neither is zero; their product may underflow."""
     return (f > 0.0 and g > 0.0) or (f < 0.0 and g < 0.0)
 
 
 @jit
 def opposite(f, g):
-    """Tell whether two numbers have opposite signs."""
     return alike(f, -g)
-
-
-@jit
-def energies_of(ps, damper, x1, v1, r, s):
-    """Return (E1, E2) [J] of a structure with a damper, of one state or of four."""
-    v2, w = v1 - s, x1 - r
-    return (
-        0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1),
-        0.5 * (damper.m2 * v2 * v2 + damper.k2 * w * w),
-    )
 
 
 @jit
 def energies(ps, damper, x1, v1, r, s):
     """Return (E1, E2) [J], eq. (6); E2 is 0 where there is no damper."""
+    e1 = 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1)
     if damper is None:
-        return 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1), 0.0
-    return energies_of(ps, damper, x1, v1, r, s)
+        return e1, 0.0
+    v2, w = v1 - s, x1 - r
+    return e1, 0.5 * (damper.m2 * v2 * v2 + damper.k2 * w * w)
 
 
 @jit
@@ -123,13 +114,11 @@ def raise_last(impacts, column, value):
 
 @jit
 def note_depth(impacts, depth):
-    """Raise the greatest depth of the impact under way."""
     raise_last(impacts, int(IMPACT_DEPTH), depth)
 
 
 @jit
 def note_force(impacts, force):
-    """Raise the greatest force of the impact under way."""
     raise_last(impacts, int(IMPACT_FORCE), force)
 
 
@@ -166,35 +155,20 @@ def note_section(damper, section, row, x1, v1, r, s):
 
 
 @jit
-def powers_of(ps, damper, x1, v1, r, s, drive):
-    """Return `powers_at` of a structure with a damper, of one state or of four."""
-    n1 = ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1)
-    pull = damper.c2 * s
-    n2 = onto_damper(ps, damper, drive, damper.k2 * x1 + pull)
-    return v1, n1 - damper.k2 * r - pull, v1 - s, n2
-
-
-@jit
-def onto_damper(ps, damper, drive, force):
-    """Return a force on the damper with that which shakes both bodies."""
-    if ps.shaken is None:
-        return force
-    return force + damper.m2 * (ps.force * drive)
-
-
-@jit
 def powers_at(ps, damper, x1, v1, r, s, drive):
     """Return the factors of dE1/dt = v1 n1 and dE2/dt = v2 n2 in flight.
 
     n1 and n2 are the forces on the two bodies beside those of the springs in their energies.
     """
+    n1 = ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1)
     if damper is None:
-        return v1, ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1), 0.0, 0.0
-    return powers_of(ps, damper, x1, v1, r, s, drive)
+        return v1, n1, 0.0, 0.0
+    pull = damper.c2 * s
+    n2 = damper.k2 * x1 + pull + damper.m2 * shared(ps, ps.force * drive)
+    return v1, n1 - damper.k2 * r - pull, v1 - s, n2
 
 
 @jit
 def raise_energies(energy, found):
-    """Raise the largest energies to those of one state."""
     energy[0] = max(energy[0], found[0])
     energy[1] = max(energy[1], found[1])

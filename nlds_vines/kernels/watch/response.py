@@ -19,13 +19,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.flight import COEF, DRIVE, FACTOR, OF_E2, ORDER, SHORT, at, grid_with, rate_of
+from ..motion.flight import COEF, DRIVE, FACTOR, OF_E2, ORDER, SHORT, at, grid_with, rate_of, turned
 from ..motion.load_cells import (
     Loaded,
     Stretch,
     force_term,
     grid_under,
-    phase_during,
     polynomial_from,
 )
 from ..motion.response_sums import (
@@ -58,22 +57,20 @@ from ..motion.response_sums import (
     add_from_foot,
     add_state,
     foot_of,
-    from_foot,
-    ground_of,
     place_of_largest,
     raise_to,
 )
-from ..motion.taylor import advance, order_of, part_of, restore, set_aside
+from ..motion.taylor import advance, part_of, restore, set_aside
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
+from ..numerics.elementary import cos_sin_of_turn
 from ..numerics.fours import bare, four, four_at, larger_of, number_of
 from ..numerics.roots import ROOT_STEPS, highest, narrowed, only_rises, secant
 from ..scene.by_law import by_wall
 from ..scene.codes import EXHAUSTED, OF_FORCES, OF_IMPULSES, POWERS, STOPPED
-from ..scene.drive import drive_now
+from ..scene.drive import Moment, moved
 from ..scene.law import (
     AT_S,
-    COLUMNS,
     COSINE,
     DS,
     DV,
@@ -81,7 +78,6 @@ from ..scene.law import (
     FORCE,
     LENGTHS,
     NEW,
-    SERIES,
     SINE,
     UNIT,
     WEIGHT,
@@ -148,20 +144,12 @@ def work_at(ps, damper, y, drive):
 
 @jit
 def may_peak(record, e0, e1, p0, p1, fourth):
-    """Tell whether an energy may peak above a record inside a piece (arguments as for `roots`)."""
+    """Return True if an energy may peak above a record in a piece (arguments as for `roots`)."""
     return (
         highest(e0, e1, p0, p1, fourth) > record
         and not only_rises(e0, e1, p0, p1, fourth)
         and not only_rises(-e0, -e1, -p0, -p1, fourth)
     )
-
-
-@jit
-def push_on_damper(grid):
-    """Return a bound of what a force gives the damper in units of S: of a ground that moves."""
-    if is_a(grid.begun, Loaded) and grid.begun.shaking != 0.0:
-        return grid.push
-    return 0.0
 
 
 @jit
@@ -177,7 +165,8 @@ def damper_bound(grid, scale, e2):
     s1 = grid.rate * scale + grid.push  # bounds of the first to third derivatives by time of the
     s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `flight.bounds_of`
     s3 = grid.rate * s2 + grid.rate * push
-    shaken = push_on_damper(grid)
+    # what the force gives the damper, in units of S: nothing unless the ground moves
+    shaken = grid.push if is_a(grid.begun, Loaded) and grid.begun.shaking != 0.0 else 0.0
     u0 = math.sqrt(2.0 * e2) + (pull * scale + shaken) * grid.h
     u1 = own * u0 + (pull * scale + shaken)
     u2 = own * u1 + (pull * s1 + grid.rate * shaken)
@@ -189,7 +178,7 @@ def damper_bound(grid, scale, e2):
 
 @jit
 def may_set_a_record(damper, energy, grid, bounds, length, before, after):
-    """Tell whether an energy may exceed the largest so far inside a piece of a cell.
+    """Return True if an energy may exceed the largest so far inside a piece of a cell.
 
     length: of the piece in cells; bounds: `flight.Bounds` over the cell; before, after: `work_at`
     the ends of the piece.
@@ -206,7 +195,7 @@ def may_set_a_record(damper, energy, grid, bounds, length, before, after):
 
 @jit
 def record_breakers(damper, energy, grid, bounds, length, before, after):
-    """Return whose energy may peak above the largest so far inside a piece, as the sum of two bits.
+    """Return the bodies whose energy may set a record inside a piece, as the sum of two bits.
 
     1: the structure's, 2: the damper's. Either has a maximum where a cubic bound exceeds the record
     and the energy is not proven to rise or fall all along.
@@ -300,7 +289,13 @@ def note_at(noter, x):
     if is_a(noter, Tally):
         return raise_to(noter.row, int(noter.row[PLACE]), factor_at(noter.row, x))
     if is_a(noter, OfPush):
-        return note_push_at(noter, x)
+        # the greatest force, from that at place x of the step; row NEW stays as it is
+        k = noter.side.k
+        set_aside(k)
+        advance(noter.side, None, part_of(noter.step, x))
+        note_force(noter.impacts, push_now(noter.side))
+        restore(k)
+        return
     return note_energy_at(noter, x)
 
 
@@ -309,16 +304,6 @@ def note_energy_at(noter, x):
     """Raise the largest energies to those at place x of the piece."""
     y = at(noter.table, x)
     note_energy(noter.ps, noter.damper, noter.energy, y[0], y[1], y[2], y[3])
-
-
-@jit
-def note_push_at(noter, x):
-    """Raise the greatest force to that at place x of the step. Row NEW is kept."""
-    k = noter.side.k
-    set_aside(k)
-    advance(noter.side, None, part_of(noter.step, x))
-    note_force(noter.impacts, push_now(noter.side))
-    restore(k)
 
 
 @jit
@@ -377,7 +362,7 @@ def note_peaks(ps, damper, energy, piece, end, bodies):
 
 @jit
 def bodies_within(ps, damper, energy, w, end):
-    """Return whose energy may exceed the largest so far in [0, end] of a piece (`note_peaks`).
+    """Return the bodies whose energy may set a record in [0, end] of a piece (`note_peaks`).
 
     A coordinate or velocity is nowhere larger than at the ends by more than an eighth of what its
     second derivative may be.
@@ -410,22 +395,6 @@ def note_energies(ps, damper, energy, piece, end):
     note_peaks(ps, damper, energy, piece, end, bodies_within(ps, damper, energy, piece.table, end))
 
 
-@jit
-def note_push(side, impacts, step):
-    """Raise the greatest force of an impact to that in the step from row Y to row NEW.
-
-    At its end, or where it turns. Row NEW is kept.
-    """
-    k, power, last = side.k, 1.0, order_of(side.rk4) - 1
-    note_force(impacts, push_now(side))
-    for n in range(ORDER + 1):  # of the rate
-        k[FACTOR + n] = 0.0
-        if n < last:
-            k[FACTOR + n] = (n + 1.0) * power * k[SERIES + COLUMNS * (n + 1) + FORCE]
-        power *= step.h / k[UNIT]
-    note_roots(OfPush(impacts, side, step), k, bend_in(k), 1.0)
-
-
 # ---- the response over the sampled periods -------------------------------------------------------
 
 
@@ -445,13 +414,6 @@ def fill_rate(row, w):
         bend += k * (k - 1.0) * abs(f)
     w[FACTOR + ORDER] = 0.0
     return bend
-
-
-@jit
-def fill_state(row, w, component):
-    """Fill the rows FACTOR of a tally with a component of the state over the expanded cell."""
-    for k in range(ORDER + 1):
-        row[FACTOR + k] = w[COEF + 4 * k + component]
 
 
 @jit
@@ -508,29 +470,6 @@ def raise_within(tally, w, place, end):
 
 
 @jit
-def raise_state(tally, w, y, z, end):
-    """Raise the maxima of x1, v1 and r to those in [0, end] of the expanded cell.
-
-    y, z: (x1, v1, r, s) at its ends.
-    """
-    row, none = tally.row, four(0.0)
-    bends = none
-    for k in range(2, ORDER + 1):
-        bends = bends + (k * (k - 1.0)) * larger_of(none, four_at(w, COEF + 4 * k))
-    for component in range(3):
-        place = place_of_largest(OF_R if component == 2 else component, 1.0)
-        bend = number_of(bends, 0)
-        if component > 0:
-            bend = number_of(bends, 1) if component == 1 else number_of(bends, 2)
-        raise_to(row, place, y[component])
-        raise_to(row, place, z[component])
-        top = max(abs(y[component]), abs(z[component])) + 0.125 * bend * end * end
-        if top > row[place]:
-            fill_state(row, w, component)
-            raise_within(tally, w, place, end)
-
-
-@jit
 def tally_foot(foot, tally, piece, phase, end):
     """Add what concerns the motion from the foot, if it moves."""
     if foot is None:
@@ -561,7 +500,25 @@ def tally_piece(tally, piece, phase, end):
         x = end * POINTS[i]
         a1, drive, dt = factor_at(row, x), factor_at(w, x), WEIGHTS[i] * (end * pace_at(piece, x))
         add_state(row, dt, at(w, x), a1, drive, phase)
-    raise_state(tally, w, at(w, 0.0), at(w, end), end)
+    # The maxima of x1, v1 and r, from the states y and z at the ends.
+    y = at(w, 0.0)
+    z = at(w, end)
+    none = four(0.0)
+    bends = none
+    for k in range(2, ORDER + 1):
+        bends = bends + (k * (k - 1.0)) * larger_of(none, four_at(w, COEF + 4 * k))
+    for component in range(3):
+        place = place_of_largest(OF_R if component == 2 else component, 1.0)
+        bend = number_of(bends, 0)
+        if component > 0:
+            bend = number_of(bends, 1) if component == 1 else number_of(bends, 2)
+        raise_to(row, place, y[component])
+        raise_to(row, place, z[component])
+        top = max(abs(y[component]), abs(z[component])) + 0.125 * bend * end * end
+        if top > row[place]:
+            for k in range(ORDER + 1):
+                row[FACTOR + k] = w[COEF + 4 * k + component]
+            raise_within(tally, w, place, end)
     tally_foot(tally.foot, tally, piece, phase, end)
 
 
@@ -577,15 +534,6 @@ def tally_push(wall, tally, piece):
             x = POINTS[i]
             loses = column_at(k, int(FORCE), x) - wall.K * column_at(k, int(ELASTIC), x)
             row[LOSS] += WEIGHTS[i] * pace_at(piece, x) * loses * column_at(k, int(AT_S), x)
-
-
-@jit
-def tally_rest(tally, y, a1, phase, dt):
-    """Add a short time dt [s] in which a state (x1, v1, r, s) rests; a1: dv1/dt."""
-    drive = drive_now(phase)
-    add_state(tally.row, dt, y, absolute(tally.ground, a1, drive), drive, phase)
-    gone, rate = from_foot(tally.foot, y[0], y[1], phase)
-    add_from_foot(tally.row, dt, gone, rate)
 
 
 @jit
@@ -607,15 +555,14 @@ def watch_piece(ps, damper, watch, piece, phase, begin, end):
 
 @jit
 def tally_for(response, foot, ground, ps):
-    """Return a fresh `Tally` if a response is wanted; foot, ground: as in `CellBuffers`."""
     if response is None:
         return None
-    return Tally(np.zeros(SIZE), foot_of(foot, ps), ground_of(ground, ps))
+    # a ground that moves is a force per mass of minus its acceleration
+    return Tally(np.zeros(SIZE), foot_of(foot, ps), (None if ground is None else ps.force))
 
 
 @jit
 def bare_tally(tally):
-    """Return the tally, if there is one, with its row as a bare one."""
     if tally is None:
         return None
     return Tally(bare(tally.row), tally.foot, tally.ground)
@@ -623,7 +570,6 @@ def bare_tally(tally):
 
 @jit
 def begin_tally(tally, state):
-    """Note the state at which a tally begins."""
     if tally is None:
         return None
     tally.row[BEGIN] = state[0]
@@ -637,12 +583,6 @@ def report(response, tally, ps, damper, state, time):
     """Fill a response (see `codes`) from the tally of a `time` [s] that ends with a state."""
     if response is None:
         return None
-    return fill_response(response, tally, ps, damper, state, time)
-
-
-@jit
-def fill_response(response, tally, ps, damper, state, time):
-    """Fill in largest values, their rms, forces, impulses and mean powers."""
     row = tally.row
     for i in range(5):
         response[2 * i] = row[MOST + i]
@@ -661,7 +601,6 @@ def fill_response(response, tally, ps, damper, state, time):
 
 @jit
 def brought_in(ps, damper, row):
-    """Return the work of the force [J]."""
     if ps.shaken is None:
         return ps.m1 * ps.force * row[CV]
     return (ps.m1 * row[CV] + damper.m2 * (row[CV] - row[CX])) * ps.force
@@ -744,7 +683,11 @@ def walk(motion, side, watch, phase, place, left, y):
     while True:
         # the next piece, to the end of a cell or of the time
         end = min(1.0, (left - took) / grid.h)
-        then = phase_during(side.ps, grid, phase, place, took)
+        then = (
+            moved(phase, phase.x + took / phase.length)
+            if is_a(phase, Moment)
+            else cos_sin_of_turn(turned(grid.begun, place) + took / (2.0 * math.pi / side.ps.omega))
+        )
         polynomial_from(grid, y, then)
         event, where = ending(motion, side, w, then, end)
         if where == LOST:

@@ -41,7 +41,7 @@ CLEAR, CROSSED, UNSURE = range(3)  # what the ends of a piece tell of a level
 
 @jit
 def safe_distance(clearance, slope, bend):
-    """Return how far the level is safe: the d > 0 with slope d + bend d^2 / 2 = clearance."""
+    """Return the safe distance: the d > 0 with slope d + bend d^2 / 2 = clearance."""
     square = slope * slope + 2.0 * bend * clearance
     if square < 0.0:
         return math.inf
@@ -85,7 +85,7 @@ def tightened(w, bend, jerk):
 
 @jit
 def tolerance_of(w, level):
-    """Return by how much r may err in the expanded cell [m]: what is as near `level` is on it."""
+    """Return the error of r in the expanded cell [m]: an r as near to `level` is on it."""
     return ROUND_OFF * (abs(level) + abs(w[AT_R]) + abs(w[AT_R + 4])) + TINIEST
 
 
@@ -179,7 +179,7 @@ def touch_of(grid, end, sign, level, y, bounds):
 
 @jit
 def outlook(level, f0, f1, g0, g1, fourth):
-    """Tell from the ends of a piece whether f rises to `level` in it: CLEAR, CROSSED or UNSURE.
+    """Return CLEAR, CROSSED or UNSURE: whether f rises to `level` in a piece, from its ends.
 
     The arguments as for `roots`. CROSSED: it rises all along, through the level. A start on the
     level that moves away is CLEAR.
@@ -328,17 +328,8 @@ def note_limit(piece, limit_log, begin, end, bend, jerk):
 
 
 @jit
-def begin_contact(limit_log, sign, gap, time):
-    """Let the log count from the `time` [s] of a contact; at the far wall r is at most -gap."""
-    if limit_log is not None:
-        limit_log[ORIGIN] = time
-        if sign < 0.0 and -gap <= limit_log[LIMIT]:
-            limit_log[BEYOND] = 0.0
-
-
-@jit
 def may_pass(side, limit_log, phase, duration, touch):
-    """Tell whether r may be beyond the limit in a contact of a `duration` [s] from its touch.
+    """Return True if r may be beyond the limit in a contact of a `duration` [s] from its touch.
 
     phase: an instant of it (`drive`); touch: (s, x1, v1), as the wall sees it; the energy there
     bounds the depth.

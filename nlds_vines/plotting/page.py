@@ -41,6 +41,7 @@ from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.style import CM, LEFT, RIGHT, STYLE, WIDTH
 
 _PAD = 0.1 * CM  # inches around each panel with its labels, and around the page
+_PASSES = 2  # layouts before the last: the numbers of ticks change with the heights of panels
 _LEFT, _RIGHT = 1.45 * CM, 0.3 * CM  # inches beside panels, before their labels are measured
 _LEGEND_BELOW, _LEGEND_ABOVE, _LEGEND_BESIDE = 29, 4, 6  # points between a panel and its legend
 LETTER_ROOM = 12
@@ -199,15 +200,19 @@ def fit(figure: Figure, grid: GridSpecBase) -> None:
     """Give all rows of the grid their heights, the labels and legends their room."""
     engine, ratios = _engine(), np.asarray(grid.get_height_ratios(), float)
     figure.set_layout_engine(engine)
-    engine.execute(figure)
+    for axes in figure.axes:  # ticks are chosen by these sizes, also when our settings are no more
+        axes.tick_params(axis="x", which="both", labelsize=rcParams["xtick.labelsize"])
+        axes.tick_params(axis="y", which="both", labelsize=rcParams["ytick.labelsize"])
     panels = [(axes, spec) for axes in figure.axes if (spec := axes.get_subplotspec())]
-    if title := figure.get_suptitle() and figure.texts[0]:
-        left = min(axes.get_position().x0 for axes, _ in panels)
-        title.set_x(min(left, _LEFT / figure.get_figwidth()))
-    tall, (axes, spec) = figure.get_figheight(), panels[0]
-    wanted = ratios[spec.get_topmost_subplotspec().rowspan].sum()
-    missing = 1.0 - axes.get_position().height * tall / wanted
-    figure.set_figheight(tall + missing * ratios.sum())
+    for _ in range(_PASSES):
+        engine.execute(figure)
+        if title := figure.get_suptitle() and figure.texts[0]:
+            left = min(axes.get_position().x0 for axes, _ in panels)
+            title.set_x(min(left, _LEFT / figure.get_figwidth()))
+        tall, (axes, spec) = figure.get_figheight(), panels[0]
+        wanted = ratios[spec.get_topmost_subplotspec().rowspan].sum()
+        missing = 1.0 - axes.get_position().height * tall / wanted
+        figure.set_figheight(tall + missing * ratios.sum())
     engine.execute(figure)
     figure.set_layout_engine("none")
 

@@ -7,6 +7,7 @@ import pytest
 from commands import printed
 from hypothesis import given
 from hypothesis import strategies as st
+from layout import collisions
 from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
@@ -20,6 +21,7 @@ from nlds_vines.bifurcation.picture.ordinates import Slice
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette
+from nlds_vines.plotting.page import page_of
 from scans import archived, scan_of, unfilled
 
 WINDOWS = (
@@ -560,6 +562,48 @@ def test_a_transient_is_kin_to_its_final_regime_and_not_the_same():
     found = palette.colors(["T,0", "T,1", LATE, "transient chaos to T,1"])
     assert len(set(found.values())) == 4
     assert palette.colors([LATE])[LATE] == palette.colors(["T,0", LATE])[LATE]
+
+
+# ---- texts ---------------------------------------------------------------------------------------
+
+
+SWEPT = {"start": {"policy": "both"}}
+FEW = {"omega": OMEGA["omega"], "P": {"values": [600.0, 800.0, 1000.0]}}
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+@pytest.mark.parametrize(
+    ("want", "options", "shows"),
+    [
+        (USUAL, {}, [None, "regimes", "reduction,impact_rate"]),
+        ((*USUAL, "lyapunov"), SWEPT, [None]),
+        (USUAL, {"start": {"policy": "random", "count": 3, "seed": 1}}, [None]),
+        (USUAL, {"vary": FEW}, [None]),
+        (("energy", "regime"), {"vary": MAP}, [None, "reduction", "log:E1max", "periodicity"]),
+        (("energy",), {"vary": MAP, "system": LIMITED}, ["E1max"]),
+        (("regime", "settling"), {"vary": MAP, "start": FOUR}, [None, "shares", "settling"]),
+    ],
+)
+def test_no_text_is_cut_and_none_lies_over_another(tmp_path, want, options, shows, columns):
+    def fill(name, array):
+        if name in ("E1max", "reduction"):
+            array[...] = np.linspace(0.01, 1.0, array.size).reshape(array.shape)
+        elif name == "settling":
+            array[..., 0] = -1
+
+    path = archive_of(tmp_path / "x.h5", want, fill=fill, **options)
+    for show in shows:
+        with read(path) as view:
+            figure = PICTURE.figure(view, show, page_of(columns))
+        assert collisions(figure) == []
+
+
+def test_an_overlap_and_a_cut_text_are_noticed():
+    figure = Figure(figsize=(3, 3))
+    figure.text(0.5, 0.5, "one")
+    figure.text(0.52, 0.51, "other")
+    figure.text(0.9, 0.1, "too long for it")
+    assert collisions(figure) == ["'too long for it' is cut", "'one' lies over 'other'"]
 
 
 # ---- sweeps and exponents ------------------------------------------------------------------------

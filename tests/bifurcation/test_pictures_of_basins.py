@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from layout import collisions
 from matplotlib.colors import to_hex
 
 import nlds_vines as nv
@@ -9,6 +10,7 @@ from nlds_vines.archives import archive
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.errors import RequestError
+from nlds_vines.plotting.page import page_of
 from nlds_vines.plotting.palette import color_of
 
 TEXT = "of a test"
@@ -65,6 +67,7 @@ def legend_of(figure):
 
 def test_two_attractors_of_one_label_have_two_names_and_two_colors(plane):
     figure = PICTURE.figure(plane)
+    assert collisions(figure) == collisions(PICTURE.figure(plane, page=page_of(1))) == []
     names = legend_of(figure)
     assert names == ["T,1 (0)", "T,1 (1)", "3T,2", "not known", "points of attractors"]
     (mesh,) = figure.axes[0].collections
@@ -114,6 +117,8 @@ def test_a_parameter_and_a_start_have_a_map_and_shares(tmp_path):
     numbers[:, 3:] = 1
     with made(tmp_path / "m.h5", axes, numbers, labels, np.full((6, 2), 0.5)) as view:
         figure = PICTURE.figure(view)
+        for columns in (1, 2):
+            assert collisions(PICTURE.figure(view, page=page_of(columns))) == []
     assert len(figure.axes) == 2
     assert figure.axes[0].get_xlim() == figure.axes[1].get_xlim()
     assert legend_of(figure) == ["T,0", "6T and longer"]

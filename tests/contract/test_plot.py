@@ -3,6 +3,7 @@
 import matplotlib
 import numpy as np
 import pytest
+from layout import collisions
 from matplotlib.figure import Figure
 
 import nlds_vines as nv
@@ -132,6 +133,7 @@ def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(kind, tmp_path
     listed = [line.split()[0] for line in answer("plot", path, "--show", "?").splitlines()]
     assert listed[: len(names)] == names
     wide, narrow = nv.plot(path), nv.plot(path, columns=1)
+    assert collisions(wide) == collisions(narrow) == []
     assert narrow.get_figwidth() == pytest.approx(8.4 / 2.54)
     assert [one.get_ylabel() for one in narrow.axes] == [one.get_ylabel() for one in wide.axes]
     for name in names:

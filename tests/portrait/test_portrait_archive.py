@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from layout import collisions
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
@@ -118,6 +119,7 @@ def test_the_picture_is_that_of_the_orbit_itself(archive, here):
 def test_in_one_column_all_stands_below_one_another(archive):
     """Window after window, each with its heading; the same data, letters of the same size."""
     wide, narrow = nv.plot(archive), nv.plot(archive, columns=1)
+    assert collisions(wide) == collisions(narrow) == []
     assert narrow.get_figwidth() == pytest.approx(8.4 / 2.54)
     assert len(narrow.axes) == len(wide.axes)
     boxes = [axes.get_position() for axes in narrow.axes]

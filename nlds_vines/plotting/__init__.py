@@ -4,10 +4,9 @@ In reading order:
 
     notation        plain text as it is printed: symbols, powers of ten, units
     style           sizes, fonts, colors; meaning, symbol and unit along an axis
-    page            one column or two; our settings of matplotlib beneath the user's
-    palette         the colors of regimes
+    page            one column or two; panels, titles, legends; our settings beneath the user's
+    palette         the colors of regimes and of dampers
     bands           runs of equal labels along an axis; borders between cells; places for names
-    panels          what pictures have in common: titles, panels and their letters, color bars
     chosen_panels   what draws archives: all panels, some, or one in axes of the user
     frequency_axis  the frequency in Hz, or over that of the structure
     drawable        results that can be drawn

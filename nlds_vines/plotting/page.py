@@ -38,7 +38,7 @@ from matplotlib.transforms import offset_copy
 from nlds_vines.archives.files import open_regular
 from nlds_vines.errors import RequestError, choice, shown
 from nlds_vines.plotting.notation import typeset
-from nlds_vines.plotting.style import CM, LEFT, RIGHT, STYLE, WIDTH
+from nlds_vines.plotting.style import CM, STYLE, WIDTH
 
 _PAD = 0.1 * CM  # inches around each panel with its labels, and around the page
 _PASSES = 2  # layouts before the last: the numbers of ticks change with the heights of panels
@@ -58,55 +58,30 @@ _MOST_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class Page:
-    """The size of a picture for one column of a paper or for both.
+    """The size of a picture for one column of a paper or for both, in inches.
 
-    Letters keep their size in either; margins and panels are given in inches.
+    Letters keep their size in either.
 
     Attributes:
-        width: of the picture; left, right: the margins of its panels.
-        panel: the height of a panel of a diagram.
-        map_width, map_height: of the panel of a map; beside: whether its legend stands to the right
-            of it, or else below.
-        columns: entries of a legend side by side.
+        width: of the picture; panel, map_height: the heights of a panel of a diagram and of a map.
+        beside: whether the legend of a map stands to its right, or else below.
     """
 
     width: float
-    left: float
-    right: float
     panel: float
-    map_width: float
     map_height: float
     beside: bool
-    columns: int
 
     @property
     def across(self) -> float:
-        """The width of the panels of a diagram."""
-        return self.width - self.left - self.right
+        """About the width of the panels of a diagram."""
+        return self.width - _LEFT - _RIGHT
 
 
-TWO_COLUMNS = Page(
-    width=WIDTH,
-    left=LEFT * WIDTH,
-    right=(1 - RIGHT) * WIDTH,
-    panel=4.4 * CM,
-    map_width=0.665 * WIDTH,
-    map_height=8.8 * CM,
-    beside=True,
-    columns=4,
-)
+TWO_COLUMNS = Page(width=WIDTH, panel=4.4 * CM, map_height=8.8 * CM, beside=True)
 """A picture over both columns, or over the width of a report: 16 cm."""
 
-ONE_COLUMN = Page(
-    width=8.4 * CM,
-    left=1.45 * CM,
-    right=1.35 * CM,
-    panel=4.2 * CM,
-    map_width=5.3 * CM,
-    map_height=5.0 * CM,
-    beside=False,
-    columns=2,
-)
+ONE_COLUMN = Page(width=8.4 * CM, panel=4.2 * CM, map_height=5.0 * CM, beside=False)
 """A picture for one column of a paper: 8.4 cm."""
 
 
@@ -176,12 +151,11 @@ def new_figure(page: Page, heights: Sequence[float], columns: int = 1) -> tuple[
     """
     tall = sum(heights) + 2.0
     figure = Figure(figsize=(page.width, tall), layout=_engine())
-    margins: dict[str, float] = {
-        "left": page.left / page.width,
-        "right": 1.0 - page.right / page.width,
-    }
-    margins |= {"bottom": 1.0 / tall, "top": 1.0 - 1.0 / tall, "hspace": 0.0}
-    return figure, figure.add_gridspec(len(heights), columns, height_ratios=heights, **margins)
+    grid = figure.add_gridspec(
+        len(heights), columns, height_ratios=heights, hspace=0.0, bottom=1.0 / tall,
+        top=1.0 - 1.0 / tall, left=_LEFT / page.width, right=1.0 - _RIGHT / page.width,
+    )  # fmt: skip
+    return figure, grid
 
 
 def finish(figure: Figure, grid: GridSpec, title: str, below: str = "") -> None:

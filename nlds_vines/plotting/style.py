@@ -22,11 +22,6 @@ CM = 1 / 2.54
 WIDTH = 16 * CM
 """Width of every picture in inches."""
 
-LEFT, RIGHT = 0.095, 0.905
-"""The sides of the panels as fractions of the width.
-
-They are fixed, so that names can be placed before anything is drawn."""
-
 STYLE: dict[Any, Any] = {
     "font.family": ["STIXGeneral", "DejaVu Sans"],  # the second has the subscripts of m₁ and ω₁
     "mathtext.fontset": "stix",

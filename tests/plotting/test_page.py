@@ -1,0 +1,62 @@
+"""Pages: panels of the heights asked for, titles of several lines, letters that hide nothing."""
+
+import pytest
+from layout import collisions
+
+from nlds_vines.plotting.page import (
+    LETTER_ROOM,
+    ONE_COLUMN,
+    TWO_COLUMNS,
+    add_legend,
+    finish,
+    new_figure,
+    styled,
+    write_letters,
+)
+from nlds_vines.plotting.palette import DAMPERS, damper_colors
+
+TITLE = "SSul NES, Set 6, omega = 6.28 rad/s, P = 800 N, K = 3.25e+07 N/m^1.5: 20 starts"
+
+
+def made(page, title, entries=3, side="above"):
+    """Return a figure of two panels, 1 and 2 inches high, with a legend, and its panels."""
+    figure, grid = new_figure(page, [1.0, 2.0])
+    panels = [figure.add_subplot(place) for place in grid]
+    for number in range(entries):
+        panels[0].plot([0, 1000 * number], [0, 1], label=f"curve {number}")
+    write_letters(panels)
+    place = panels[0] if side == "above" else panels[1]
+    add_legend(place, panels[0].get_lines(), side, LETTER_ROOM if side == "above" else 0)
+    finish(figure, grid, title)
+    return figure, panels
+
+
+@styled()
+@pytest.mark.parametrize("page", [ONE_COLUMN, TWO_COLUMNS])
+@pytest.mark.parametrize("side", ["above", "below", "right"])
+def test_panels_have_their_heights_and_share_their_edges(page, side):
+    figure, panels = made(page, TITLE, 9, side)
+    boxes = [axes.get_position() for axes in panels]
+    heights = [box.height * figure.get_figheight() for box in boxes]
+    assert heights == pytest.approx([1.0, 2.0], abs=0.01)
+    assert boxes[0].x0 == pytest.approx(boxes[1].x0)
+    assert boxes[0].x1 == pytest.approx(boxes[1].x1)
+    assert figure.get_figwidth() == page.width
+    assert collisions(figure) == []
+
+
+@styled()
+def test_a_long_title_is_broken_and_the_figure_grows_for_it():
+    short, long = made(ONE_COLUMN, "omega = 6 rad/s")[0], made(ONE_COLUMN, TITLE)[0]
+    assert "\n" in long.get_suptitle()
+    assert long.get_figheight() > short.get_figheight() + 0.1
+    wide = made(TWO_COLUMNS, TITLE)[0]
+    assert "\n" not in wide.get_suptitle()
+
+
+def test_a_damper_has_one_color_and_no_two_share_it():
+    assert damper_colors(["tmd", "ssul-set6"]) == [DAMPERS["tmd"], DAMPERS["ssul-set6"]]
+    mixed = damper_colors(["mine.toml", "ssul-set6", "tmd", "ssul-set6", "none"])
+    assert mixed[1:3] + mixed[4:] == [DAMPERS[name] for name in ("ssul-set6", "tmd", "none")]
+    assert len({*mixed}) == 5
+    assert len(damper_colors([str(n) for n in range(20)])) == 20

@@ -175,8 +175,8 @@ def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
 
     one = Computer(scan).block(Block(0, ((3, 5), (7, 9))))
     with nv.read(plane) as view:
-        assert np.array_equal(one["attractor"], view["attractor"][3:5, 7:9])
-        assert np.array_equal(one["arrival"], view["arrival"][3:5, 7:9])
+        for name in ("arrival", "label", "end_state"):
+            assert np.array_equal(one[name], view[name][3:5, 7:9])
 
 
 @pytest.mark.kernels
@@ -218,10 +218,12 @@ def test_a_wrong_phase_is_refused(change, said):
 
 @pytest.mark.kernels
 def test_the_command_takes_phases(tmp_path, answer):
-    from nlds_vines.bifurcation.command import _start
+    from nlds_vines.bifurcation.command import start_of
 
-    assert _start("rest@1.5") == {"policy": "rest", "phase": 1.5}
-    assert _start("0.1,0@1.5") == {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}
+    assert start_of("rest@1.5") == {"start": {"policy": "rest", "phase": 1.5}}
+    assert start_of("0.1,0@1.5") == {
+        "start": {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}
+    }
     asked = ["--system", "impact-oscillator", "--vary", "phase=0:6:3", "--vary", "v_0=-1:1:4"]
     asked += ["--record", "attractor", "-o", str(tmp_path / "x.h5"), "--dry-run"]
     assert "12 (3 x 4 cells" in answer("bifurcation", *asked)

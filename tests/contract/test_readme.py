@@ -93,7 +93,7 @@ def test_the_scan_file_means_what_its_comments_say(own):
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
 
 
-RUN = ("archive.md", "python.md", "branches.md", "loads-in-time.md")
+RUN = ("archive.md", "python.md", "branches.md", "loads-in-time.md", "response-curves.md")
 
 
 @pytest.mark.kernels

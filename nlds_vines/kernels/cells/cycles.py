@@ -220,7 +220,7 @@ def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
 
 NO_CYCLE = -1  # the cycle of an orbit that has come near none
 RETURNS = 2  # in a row that must be nearer; after one, chaos has left a cycle again
-ROUND_OFF = 1.0e-6  # distance of a return, in radii, below which it need not be nearer
+RETURN_ROUND_OFF = 1.0e-6  # distance of a return, in radii, below which it need not be nearer
 
 
 class Cycles(NamedTuple):
@@ -290,7 +290,7 @@ def follow_to_cycles(begin, end, parts, cells, starts, search, drawn):
                 code = run_on(flow, no_section(flow.space), cycles.periods[row], state)
                 p += cycles.periods[row]
                 before, distance = distance, distance_to(cycles, row, state)
-                if code != OK or distance > max(before, ROUND_OFF):
+                if code != OK or distance > max(before, RETURN_ROUND_OFF):
                     break
             else:
                 drawn.row[lane], drawn.arrival[lane] = row, arrival

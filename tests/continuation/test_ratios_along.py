@@ -5,7 +5,7 @@ from math import pi, sqrt
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.continuation.command import _request_of
+from nlds_vines.continuation.command import Job
 from nlds_vines.continuation.request import load_continuation
 
 SIX = nv.load_system("ssul-set6").parameters
@@ -20,11 +20,12 @@ OMEGA0 = sqrt(SIX["k1"] / SIX["m1"])
         ("zeta1", 0.01, 0.05, "c1", 2 * sqrt(SIX["k1"] * SIX["m1"])),
     ],
 )
-def test_the_interval_is_that_of_the_parameter(name, low, high, gives, unit):
+def test_the_interval_is_that_of_the_parameter(name, low, high, gives, unit, monkeypatch):
     table = {"along": {name: {"start": low, "stop": high}}}
     of_file = load_continuation({"system": "ssul-set6", **table}).along
     of_options = load_continuation("ssul-set6", table, "command line").along
-    of_python = _request_of("ssul-set6", name, (low, high), None, None, {}, {}, None).along
+    monkeypatch.setattr(Job, "compute", lambda request, *_: request)
+    of_python = nv.continue_branch("ssul-set6", name, (low, high)).along
     assert of_file == of_options == of_python
     assert of_file.name == gives
     assert (of_file.low, of_file.high) == (low * unit, high * unit)

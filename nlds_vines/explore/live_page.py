@@ -304,7 +304,7 @@ class Page:
         self.show_values()
         self.asked += 1
         arguments = system, begin.state, Sampling.of(self.chosen.scan), self.chosen.history
-        self.opened.pool.submit(self.compute, self.asked, begin.words, arguments)
+        self.opened.aside(self.compute, self.asked, begin.words, arguments)
 
     def compute(self, number: int, words: str, arguments: Any) -> None:
         """Follow an orbit, in the thread of the pool."""
@@ -533,7 +533,7 @@ class Page:
         if self.orbit is None:
             raise RequestError("there is no orbit to draw yet")
         self.say_trouble("drawing the picture ...")
-        self.opened.pool.submit(self.drawn, self.orbit)
+        self.opened.aside(self.drawn, self.orbit)
 
     def drawn(self, orbit: LiveOrbit) -> None:
         try:

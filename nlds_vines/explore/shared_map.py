@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
@@ -41,7 +41,8 @@ class Opened:
             self.job = Job(scan, self._changed)
             found = self.job.found
         self.found = found
-        self.pool = ThreadPoolExecutor(1, "orbits")
+        self._pool = ThreadPoolExecutor(1, "orbits")  # two at a time would slow each other
+        self._asked: list[Future[object]] = []
         self._warming = threading.Thread(target=self._warm, name="warming", daemon=True)
 
     def begin(self) -> None:
@@ -53,6 +54,12 @@ class Opened:
         gc.disable()
         self._warming.start()
 
+    def aside(self, call: Callable[..., object], *arguments: object) -> Future[object]:
+        """Call something in the thread in which all pages follow orbits, one at a time."""
+        future = self._pool.submit(call, *arguments)
+        self._asked = [*(one for one in self._asked if not one.done()), future]
+        return future
+
     def close(self) -> bool:
         """End the computation after the block that is under way; return whether all is at rest.
 
@@ -62,7 +69,10 @@ class Opened:
         for job in jobs:
             job.cancel()
             job.wait(LAST_SECONDS)
-        return not (self._warming.is_alive() or any(job.running for job in jobs))
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        wait(self._asked, LAST_SECONDS)
+        at_work = [job.running for job in jobs] + [future.running() for future in self._asked]
+        return not (self._warming.is_alive() or any(at_work))
 
     def _warm(self) -> None:
         """Load the kernels, and compute what is to be computed."""

@@ -4,7 +4,6 @@ In reading order:
 
     map_data           what an archive, or a scan under way, holds of every cell, as plain arrays
     map_view           what a map or a diagram shows: choices, painted cells, legends, words
-    histories          time histories, settled or from the start
     live_orbit         one orbit, its verdict and all panels of it, as arrays and in words
     map_computation    a part of a map computed finer, in the background
     recipes            what one sees as a portrait recipe, a scan file, a command line

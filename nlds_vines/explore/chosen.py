@@ -9,7 +9,7 @@ from math import isfinite, log10
 from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.histories import SETTLED
+from nlds_vines.explore.live_orbit import SETTLED
 from nlds_vines.explore.map_computation import Range, finer
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.shared_map import middle

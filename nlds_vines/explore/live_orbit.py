@@ -1,4 +1,4 @@
-"""An orbit and all that the page shows of it, as plain arrays; computed aside, one at a time.
+"""An orbit and all that the page shows of it, as arrays and in words.
 
 One run of the orbit, as a portrait has it, and one verdict, as `classify` has it: the label is that
 of the archive for the same start and the same sampling.  The kernels are imported by the first one.
@@ -6,23 +6,44 @@ of the archive for the same start and the same sampling.  The kernels are import
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.histories import MOST_POINTS, SETTLED, SHOW, Arrays, history_of
 from nlds_vines.model.system import System
+from nlds_vines.orbits.signals import contact_forces, harmonic_force, relative_displacement
 from nlds_vines.portrait.request import Column, PortraitRequest, Window, panels_of
 from nlds_vines.portrait.window_view import View
 
 if TYPE_CHECKING:
     from nlds_vines.orbits.classification import Regime
+
+Arrays = dict[str, np.ndarray]
+
+SHOW, LONG = 12, 100
+"""Forcing periods of a settled or short history, and of a longer one from the start."""
+
+MOST_PERIODS = 2000
+"""The most periods of a history from the start: they take 0.05 s."""
+
+MOST_POINTS = 1000
+"""Points of a curve over time: more than a wide panel has pixels."""
+
+SETTLED = "settled"
+
+HISTORIES: Mapping[str, str] = {
+    SETTLED: f"{SHOW} periods, settled",
+    "short": f"the first {SHOW} periods",
+    "long": f"the first {LONG} periods",
+    "whole": "all periods from the start",
+}
+"""The histories that a page can show, by name, in words."""
 
 SAMPLES = 256
 """States of a period: some five in a contact, whose peak the list of impacts gives exactly."""
@@ -56,13 +77,9 @@ class Sampling:
 
 @dataclass(frozen=True)
 class LiveOrbit:
-    """An orbit as the page shows it.
+    """An orbit: its portrait, the sampled window, the verdict, and the arrays of every panel.
 
-    Attributes:
-        request: the portrait of it, which can be saved.
-        view: the sampled window.
-        regime: the verdict; None where it failed, and `trouble` says why.
-        panels: by name, the arrays of every figure.
+    If the verdict failed, `regime` is None and `trouble` says why.
     """
 
     request: PortraitRequest
@@ -78,133 +95,45 @@ class LiveOrbit:
 
 
 def live_orbit(
-    system: System,
-    start: Sequence[float] | None,
-    sampling: Sampling,
-    history: str = SETTLED,
+    system: System, start: Sequence[float] | None, sampling: Sampling, history: str = SETTLED
 ) -> LiveOrbit:
     """Follow the orbit of a system from a start (x1, v1, x2, v2) and return what is seen of it.
 
-    Arguments: `history`, one of `histories.HISTORIES`.
+    Arguments: `history`, one of `HISTORIES`.
 
     Raises `RequestError` for a start that is not possible and for an orbit that ends early.  Cost:
     4 ms for a periodic orbit of an SSul NES, once compiled; up to 0.1 s for chaos; a history from
     the start takes 0.02 s more for each thousand periods.
     """
+    from nlds_vines.orbits.classification import classify
     from nlds_vines.orbits.simulation import IntegrationError
     from nlds_vines.portrait.run import views_of
 
-    request = request_of(system, start, sampling)
-    try:
-        with _one_at_a_time:
-            (view,) = views_of(request)
-            regime, trouble = _verdict(system, start, sampling)
-            found = {"history": history_of(request, view, history)} | panels(view, regime)
-    except IntegrationError as error:
-        raise RequestError(str(error)) from None
-    return LiveOrbit(request, view, regime, trouble, found)
-
-
-def request_of(
-    system: System, start: Sequence[float] | None, sampling: Sampling
-) -> PortraitRequest:
-    """Return the portrait of an orbit: the periods that the scan sampled, after its transient."""
     end = sampling.transient + max(sampling.periods, SHOW)
-    column = Column(system, Window(sampling.transient, end))
-    return PortraitRequest(
-        system.title or system.name,
-        (column,),
-        start=None if start is None else tuple(start),
-        samples=SAMPLES,
-        method=sampling.method,
-        tolerance=sampling.tolerance if sampling.method == "exact" else None,
-    )
-
-
-def _verdict(
-    system: System, start: Sequence[float] | None, sampling: Sampling
-) -> tuple[Regime | None, str]:
-    """Return the verdict on an orbit, or None and why there is none."""
-    from nlds_vines.orbits.classification import classify
-    from nlds_vines.orbits.simulation import IntegrationError
-
-    try:
-        found = classify(
-            system,
-            start=start,
-            transient=sampling.transient,
-            periods=sampling.periods,
-            method=sampling.method,
-            effort=sampling.effort,
-            tolerance=sampling.tolerance if sampling.method == "exact" else None,
-        )
-    except (IntegrationError, RequestError) as error:
-        return None, str(error)
-    return found, ""
-
-
-def panels(view: View, regime: Regime | None) -> dict[str, Arrays]:
-    """Return the arrays of figures without time by name, all of one length within a figure.
-
-    `phase1`, `phase2` (displacement, velocity), `section`, `touches` (the section at impact),
-    `spectrum`, `multipliers`; without a damper its own are empty.
-    """
-    return {
-        **_phases(view),
-        "section": _section(view),
-        "touches": _touches(view),
-        "spectrum": _spectrum(view),
-        "multipliers": _multipliers(regime),
-    }
-
-
-def _phases(view: View) -> dict[str, Arrays]:
-    """Return the phase trajectories: one cycle of a periodic orbit, or `MOST_CYCLES`."""
-    cycles = min(view.cycle, len(view.section), MOST_CYCLES)
-    states = view.states[-cycles * view.samples :]
-    step = max(1, len(states) // (6 * MOST_POINTS))
-    states = np.concatenate([states[::step], states[-1:]])
-    damper = states[:, 2:4] if states.shape[1] == 4 else np.empty((0, 2))
-    return {
-        "phase1": {"x": states[:, 0], "v": states[:, 1]},
-        "phase2": {"x": damper[:, 0], "v": damper[:, 1]},
-    }
-
-
-def _section(view: View) -> Arrays:
-    """Return the stroboscopic section."""
-    states = view.section
-    found = {"x1": states[:, 0], "v1": states[:, 1]}
-    if states.shape[1] == 4:
-        found |= {"x2": states[:, 2], "v2": states[:, 3]}
-    return found
-
-
-def _touches(view: View) -> Arrays:
-    """Return the section at impact: phase [rad], and the speed [m/s] in the column of its wall."""
-    parts = list(view.impact_section.values())
-    found = {"phase": np.concatenate([np.empty(0), *(points[:, 0] for points in parts)])}
-    for i, wall in enumerate(view.column.system.scene.walls):
-        own = [part[:, 1] if i == k else np.full(len(part), np.nan) for k, part in enumerate(parts)]
-        found[wall] = np.concatenate(own)
-    return found
-
-
-def _spectrum(view: View) -> Arrays:
-    """Return the amplitudes up to `HIGHEST`, never below the floor of round-off."""
-    found = view.spectrum
-    wanted = (found.order > 0) & (found.order <= HIGHEST)
-    amplitude = found.amplitude[wanted]
-    floor = _FLOOR * max(float(amplitude.max(initial=0.0)), 1e-300)
-    return {"order": found.order[wanted], "amplitude": np.maximum(amplitude, floor)}
-
-
-def _multipliers(regime: Regime | None) -> Arrays:
-    """Return the Floquet multipliers; none of what is not periodic."""
-    values = None if regime is None else regime.multipliers
-    if values is None:
-        return {"re": np.empty(0), "im": np.empty(0)}
-    return {"re": values.real, "im": values.imag}
+    tolerance = sampling.tolerance if sampling.method == "exact" else None
+    request = PortraitRequest(
+        system.title or system.name, (Column(system, Window(sampling.transient, end)),),
+        start=None if start is None else tuple(start), samples=SAMPLES, method=sampling.method,
+        tolerance=tolerance,
+    )  # fmt: skip
+    regime, trouble = None, ""
+    with _one_at_a_time:
+        try:
+            (view,) = views_of(request)
+            try:
+                regime = classify(
+                    system, start=start, transient=sampling.transient, periods=sampling.periods,
+                    method=sampling.method, effort=sampling.effort, tolerance=tolerance,
+                )  # fmt: skip
+            except (IntegrationError, RequestError) as error:
+                trouble = str(error)
+            panels = {"history": history_of(request, view, history), **panels_without_time(view)}
+        except IntegrationError as error:
+            raise RequestError(str(error)) from None
+    multipliers = np.empty(0, complex) if regime is None else regime.multipliers
+    multipliers = np.empty(0, complex) if multipliers is None else multipliers
+    panels["multipliers"] = {"re": multipliers.real, "im": multipliers.imag}
+    return LiveOrbit(request, view, regime, trouble, panels)
 
 
 def has(system: System) -> tuple[str, ...]:
@@ -212,64 +141,130 @@ def has(system: System) -> tuple[str, ...]:
     return panels_of([system.scene])
 
 
-# ---- orbits in words -----------------------------------------------------------------------------
+# ---- arrays --------------------------------------------------------------------------------------
+
+
+def history_of(request: PortraitRequest, view: View, name: str = SETTLED) -> Arrays:
+    """Return a history of the orbit of a request, one of `HISTORIES`.
+
+    Returns t [forcing periods], x1, v1, x2, u = x2 - x1 [m, m/s], force of the contact and harmonic
+    force [N], all of one length.  Samples end steps of the integration, so a chaotic orbit from the
+    start is another one than the settled periods show, after its first periods.
+    """
+    from nlds_vines.portrait.run import followed
+
+    system = view.column.system
+    if name == SETTLED:
+        states, time = view.states[: SHOW * view.samples], view.time[: SHOW * view.samples]
+    else:
+        end = {"short": SHOW, "long": LONG}.get(name, view.column.window.begin + SHOW)
+        columns = (Column(system, Window(0, min(end, MOST_PERIODS))),)
+        orbit = followed(replace(request, columns=columns), columns, quiet=True)
+        assert orbit.trajectory is not None
+        assert orbit.time is not None
+        states, time = orbit.trajectory, orbit.time
+    force = sum(contact_forces(system, states).values(), np.zeros(len(states)))
+    history = {"t": time / system.period, "x1": states[:, 0], "v1": states[:, 1]}
+    if system.scene.damper:
+        history |= {"x2": states[:, 2], "u": relative_displacement(system, states)}
+    history |= {"force": force, "harmonic": harmonic_force(system, time)}
+    if len(states) > 4 * MOST_POINTS:
+        return _extremes(history)
+    # every n-th sample, and all of a contact with those beside it
+    drawn = np.zeros(len(states), bool)
+    drawn[:: max(1, -(-len(states) // MOST_POINTS))] = True
+    touching = np.pad(force != 0, 1)
+    drawn |= touching[1:-1] | touching[:-2] | touching[2:]
+    return {name: values[drawn] for name, values in history.items()}
+
+
+def _extremes(history: Arrays) -> Arrays:
+    """Return the smallest and the largest value in each of `MOST_POINTS` equal pieces of time.
+
+    A line through them covers what the curve covers, however dense it is.
+    """
+    count = len(history["t"])
+    size = -(-count // MOST_POINTS)
+    firsts = np.arange(0, count, size)
+    middles = np.minimum(firsts + size // 2, count - 1)
+    ends = {
+        name: np.stack(
+            [np.minimum.reduceat(values, firsts), np.maximum.reduceat(values, firsts)], axis=-1
+        ).ravel()
+        for name, values in history.items()
+    }
+    return ends | {"t": history["t"][np.stack([firsts, middles], axis=-1)].ravel()}
+
+
+def panels_without_time(view: View) -> dict[str, Arrays]:
+    """Return the arrays of phase planes, section, touches and spectrum by name.
+
+    A phase plane holds one cycle of a periodic orbit, or `MOST_CYCLES`; the section at impact the
+    phases [rad] and, in the column of their wall, the speeds [m/s]; without a damper, its own
+    arrays are empty.
+    """
+    cycles = min(view.cycle, len(view.section), MOST_CYCLES)
+    states = view.states[-cycles * view.samples :]
+    states = np.concatenate([states[:: max(1, len(states) // (6 * MOST_POINTS))], states[-1:]])
+    damper = states[:, 2:4] if states.shape[1] == 4 else np.empty((0, 2))
+    section = dict(zip(("x1", "v1", "x2", "v2"), view.section.T, strict=False))
+    parts = list(view.impact_section.values())
+    touches = {"phase": np.concatenate([np.empty(0), *(points[:, 0] for points in parts)])}
+    for i, wall in enumerate(view.column.system.scene.walls):
+        speeds = (
+            part[:, 1] if i == k else np.full(len(part), np.nan) for k, part in enumerate(parts)
+        )
+        touches[wall] = np.concatenate([*speeds])
+    spectrum = view.spectrum
+    wanted = (spectrum.order > 0) & (spectrum.order <= HIGHEST)
+    amplitude = spectrum.amplitude[wanted]
+    floor = _FLOOR * max(float(amplitude.max(initial=0.0)), 1e-300)
+    return {
+        "phase1": {"x": states[:, 0], "v": states[:, 1]},
+        "phase2": {"x": damper[:, 0], "v": damper[:, 1]},
+        "section": section,
+        "touches": touches,
+        "spectrum": {"order": spectrum.order[wanted], "amplitude": np.maximum(amplitude, floor)},
+    }
+
+
+# ---- words ---------------------------------------------------------------------------------------
 
 
 def words_of(regime: Regime) -> str:
     """Return what an orbit is, in one sentence."""
-    if regime.kind == "periodic":
-        return f"{_cycle(regime)} with {_impacts(regime)}"
-    if regime.kind == "transient_chaos":
-        return f"chaos that ended: now {_cycle(regime)} with {_impacts(regime)}"
+    n, k = regime.period, regime.impacts
+    each = "forcing period" if n == 1 else f"{n} forcing periods"
+    impacts = f"{k} impact{'s' * (k > 1)} in each" if k else "no impact"
     return {
+        "periodic": f"repeats every {each} with {impacts}",
+        "transient_chaos": f"chaos that ended: now repeats every {each} with {impacts}",
         "quasiperiodic": "a motion on a torus",
         "chaotic": "neighboring orbits part, for all the periods that were followed",
         "undetermined": "no test of a regime was met",
     }.get(regime.kind, regime.kind)
 
 
-def evidence_of(regime: Regime) -> list[tuple[str, str]]:
-    """Return the evidence, a (quantity, value in words) each; what does not apply is left out."""
-    return list(_evidence(regime))
-
-
-def _evidence(regime: Regime) -> Iterator[tuple[str, str]]:
-    if regime.period:
+def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
+    """Yield the evidence, a (quantity, value in words) each; what does not apply is left out."""
+    if regime.period and regime.multipliers is not None:
         yield "repeats to", f"{regime.residual:.1e} (relative)"
-        assert regime.multipliers is not None
         largest = float(np.abs(regime.multipliers[0]))
-        stands = "stable" if largest < 1 else "unstable"
-        yield "largest multiplier", f"|μ| = {largest:.4g}: {stands}"
-    yield from _exponents(regime)
+        yield "largest multiplier", f"|μ| = {largest:.4g}: {'un' * (largest >= 1)}stable"
+    if isfinite(regime.lyapunov):
+        width = f" ± {regime.lyapunov_width:.1g}" if regime.lyapunov_width else ""
+        yield "exponent λ₁", f"{regime.lyapunov:.4g}{width} 1/s"
+        if isfinite(regime.transient_lyapunov):
+            width = f" ± {regime.transient_lyapunov_width:.1g}"
+            yield "before it settled", f"{regime.transient_lyapunov:.4g}{width} 1/s"
     if regime.settling >= 0:
         yield "settled after", f"{regime.settling} periods"
-    if math.isfinite(regime.clearance):
+    if isfinite(regime.clearance):
         yield "nearest miss", f"{regime.clearance:.3g} m"
-    if math.isfinite(regime.softest):
+    if isfinite(regime.softest):
         yield "softest impact", f"{regime.softest:.3g} m/s"
-    if not regime.period and math.isfinite(regime.averaging):
+    if not regime.period and isfinite(regime.averaging):
         yield "averages over time converge to", f"{regime.averaging:.1f} digits"
     yield "followed for", f"{regime.watched} periods"
-    if math.isfinite(regime.least_lifetime):
+    if isfinite(regime.least_lifetime):
         yield "if transient", f"a mean life of {regime.least_lifetime:.0f} periods at least (95 %)"
-
-
-def _exponents(regime: Regime) -> Iterator[tuple[str, str]]:
-    """Yield the largest exponent, with its interval where it is an estimate."""
-    if not math.isfinite(regime.lyapunov):
-        return
-    width = f" ± {regime.lyapunov_width:.1g}" if regime.lyapunov_width else ""
-    yield "exponent λ₁", f"{regime.lyapunov:.4g}{width} 1/s"
-    if math.isfinite(regime.transient_lyapunov):
-        width = f" ± {regime.transient_lyapunov_width:.1g}"
-        yield "before it settled", f"{regime.transient_lyapunov:.4g}{width} 1/s"
-
-
-def _cycle(regime: Regime) -> str:
-    n = regime.period
-    return "repeats every forcing period" if n == 1 else f"repeats every {n} forcing periods"
-
-
-def _impacts(regime: Regime) -> str:
-    k = regime.impacts
-    return "no impact" if k == 0 else f"{k} impact{'s' * (k > 1)} in each"

@@ -42,8 +42,7 @@ from nlds_vines.explore.figures import (
     text,
     theme_button,
 )
-from nlds_vines.explore.histories import HISTORIES
-from nlds_vines.explore.live_orbit import LiveOrbit, Sampling, evidence_of, words_of
+from nlds_vines.explore.live_orbit import HISTORIES, LiveOrbit, Sampling, evidence_of, words_of
 from nlds_vines.explore.map_computation import Job
 from nlds_vines.explore.map_view import (
     Places,

@@ -12,8 +12,15 @@ from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import recipes
 from nlds_vines.explore.chosen import sliders_of
-from nlds_vines.explore.histories import LONG, MOST_POINTS, SHOW
-from nlds_vines.explore.live_orbit import Sampling, evidence_of, live_orbit, words_of
+from nlds_vines.explore.live_orbit import (
+    LONG,
+    MOST_POINTS,
+    SHOW,
+    Sampling,
+    evidence_of,
+    live_orbit,
+    words_of,
+)
 from nlds_vines.explore.map_computation import FEWEST, MOST_ORBITS, Job, finer
 from nlds_vines.portrait.request import load_portrait
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from glob import escape
 from itertools import pairwise, product
 from math import prod
 from pathlib import Path
@@ -167,7 +168,8 @@ def refuse_without_room(scan: Scan, archive: Path) -> None:
             f"{_gigabytes(free)} are free: record less, sample fewer periods or begin fewer orbits"
         )
     saved = sum(
-        file.stat().st_size for file in archive.parent.glob(f"{archive.name}.*.blocks/*.npz")
+        file.stat().st_size
+        for file in archive.parent.glob(f"{escape(archive.name)}.*.blocks/*.npz")
     )
     needed, free = 2 * scan.table.most_bytes - saved, free_disk(archive.parent)
     if free is not None and needed > free:

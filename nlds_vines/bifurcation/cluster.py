@@ -31,21 +31,14 @@ def workers(scheduler: str, threads: int | None) -> Iterator[Executor]:
 
     Raises `RequestError` where there is no such scheduler, and where it is lost.
     """
-    with _without_logs(), _client(scheduler, threads) as client:
-        try:
-            yield client.get_executor(pure=False)
-        except CancelledError:
-            text = f"--scheduler {shown(scheduler)} is gone; --resume goes on elsewhere"
-            raise RequestError(text) from None
-
-
-@contextmanager
-def _without_logs() -> Iterator[None]:
-    """Keep what Dask logs, tracebacks of a lost scheduler among it, from the terminal."""
     before = logging.root.manager.disable
-    logging.disable(logging.CRITICAL)
+    logging.disable(logging.CRITICAL)  # tracebacks of a lost scheduler
     try:
-        yield
+        with _client(scheduler, threads) as client:
+            yield client.get_executor(pure=False)
+    except CancelledError:
+        text = f"--scheduler {shown(scheduler)} is gone; --resume goes on elsewhere"
+        raise RequestError(text) from None
     finally:
         logging.disable(before)
 
@@ -55,13 +48,16 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
     """Connect to a scheduler, or start one with workers here; both end with the `with` block."""
     try:
         import distributed
+        from distributed.config import dask
     except ImportError as error:
         text = "needs Dask: pip install 'nlds-vines[cluster]'"
         raise RequestError(f"--scheduler {scheduler} {text}") from error
     with ExitStack() as stack:
         address: Any = scheduler
         if scheduler.startswith("local:"):
-            stack.enter_context(_without_pages())
+            # pages need no credentials, and show paths and logs to every user of the machine
+            pages = [f"distributed.{part}.http.routes" for part in ("scheduler", "worker")]
+            stack.enter_context(dask.config.set({page: [] for page in pages}))
             address = stack.enter_context(_local(int(scheduler.removeprefix("local:")), threads))
         try:
             client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
@@ -82,6 +78,7 @@ def _local(workers: int, threads: int | None) -> Any:
     """
     from distributed import LocalCluster
 
+    path = os.pathsep.join(filter(None, sys.path))  # workers find what this process imports
     cluster = LocalCluster(
         host="127.0.0.1",
         protocol="tls://",
@@ -93,7 +90,7 @@ def _local(workers: int, threads: int | None) -> Any:
         scheduler_kwargs={"dashboard": False},
         local_directory=None,
         silence_logs=50,  # a lost worker is no news here
-        env={"NUMBA_NUM_THREADS": str(threads or 1), **_on_path()},
+        env={"NUMBA_NUM_THREADS": str(threads or 1), "PYTHONPATH": path},
     )
     cluster.adapt(minimum=workers, maximum=workers)
     return cluster
@@ -113,19 +110,3 @@ def _security() -> Any:
             "--scheduler local:N needs a certificate that keeps other users out: "
             "pip install 'nlds-vines[cluster]', which brings cryptography"
         ) from error
-
-
-def _without_pages() -> Any:
-    """Return a context in which schedulers and workers serve no web pages.
-
-    Their pages need no credentials, and show paths and logs to every user of the machine.
-    """
-    from distributed.config import dask
-
-    parts = ("scheduler", "worker")
-    return dask.config.set({f"distributed.{part}.http.routes": [] for part in parts})
-
-
-def _on_path() -> dict[str, str]:
-    """Return the setting that lets workers find what this process imports."""
-    return {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}

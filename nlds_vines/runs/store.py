@@ -20,6 +20,7 @@ import time
 import zipfile
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
+from glob import escape
 from pathlib import Path
 from typing import Any
 
@@ -167,7 +168,7 @@ class Blocks:
             self._remove()
             return False
         if how.resume and not self.folder.exists():
-            for other in self.path.parent.glob(f"{self.path.name}.*.blocks"):
+            for other in self.path.parent.glob(f"{escape(self.path.name)}.*.blocks"):
                 text = f"{other} is of another request or version: nothing in it is used"
                 print(printable(text), file=sys.stderr)
         with interrupts.stop_on_signals() as stop:

@@ -67,7 +67,7 @@ CHAOS = ["--set", "omega=7.385"]  # where no state returns: settled orbits are c
 
 SCAN = ["--record", "section", "--threads", "2"]
 
-CURVES = ["--plane", "P=300:1500", "--doublings", 8, "--step", 1e-3, "--from", "random", "--all"]
+CURVES = ["--plane", "P=300:1500", "--doublings", 8, "--step", 1e-3, "--all"]
 
 TASKS = {
     "portrait": (

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import nlds_vines as nv
 from nlds_vines.loads.picture import envelope
 from nlds_vines.loads.result import closed_form, energy_after_blow
-from nlds_vines.model.loads.loading import loading_of
+from nlds_vines.model.loads.loading import Loading
 
 NOISE = {"rms": 0.5, "low": 2.0, "high": 40.0, "tones": 60, "unit": "m/s^2", "seed": 3}
 
@@ -36,7 +36,7 @@ def test_energies_after_a_blow_against_another_integrator(name):
 
     told = solve_ivp(rates, (0, 120), [0, 0, speed, 0, 0, 0], rtol=1e-11, atol=1e-14, max_step=0.05)
     energy = 0.5 * p["m1"] * speed**2
-    load = loading_of({"impulse": speed * p["m1"]})
+    load = Loading(impulse=speed * p["m1"])
     found, (x1, _, v1, _) = closed_form(system, load), told.y[:4, ::100]
     over_time = energy_after_blow(system, load, told.t[::100])
     assert over_time == pytest.approx(0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2), abs=1e-8 * energy)
@@ -53,7 +53,7 @@ def test_energies_after_a_blow_against_another_integrator(name):
 def test_the_rms_under_noise_is_that_of_its_tones(name, unit):
     system = nv.load_system(name)
     M, C, K = equation(system)
-    load = loading_of({"noise": {**NOISE, "unit": unit}, "scale": 2.0})
+    load = Loading(**{"noise": {**NOISE, "unit": unit}, "scale": 2.0})
     square = 0.0
     for omega in 2.0 + (np.arange(60) + 0.5) * 38.0 / 60:
         force = -M @ [1.0, 1.0] if unit == "m/s^2" else [1.0, 0.0]
@@ -74,7 +74,7 @@ def test_the_rms_under_noise_is_that_of_its_tones(name, unit):
     ],
 )
 def test_nothing_is_told_where_there_is_no_closed_form(name, table, changes):
-    assert closed_form(nv.load_system(name, **changes), loading_of(table)) == {}
+    assert closed_form(nv.load_system(name, **changes), Loading(**table)) == {}
 
 
 @pytest.mark.kernels
@@ -103,7 +103,7 @@ def test_the_rms_of_a_long_run_is_the_steady_one():
 
 def test_an_envelope_is_what_is_largest_in_each_period():
     table = {"amplitude": 1.0, "first": 5.0, "last": 7.0, "length": 20.0, "at": 2.0}
-    (sweep,) = loading_of({"sweep": table}).sweeps
+    (sweep,) = Loading(**{"sweep": table}).sweeps
     time = np.linspace(0.0, 30.0, 3001)
     omega, largest = envelope(sweep, time, time, 4.0)
     assert omega == pytest.approx([5.2, 5.6, 6.0, 6.4])

@@ -12,11 +12,18 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from nlds_vines.errors import RequestError
+from nlds_vines.loads.request import FORM
 from nlds_vines.model.loads import record as records
 from nlds_vines.model.loads.courses import TERMS, Sweep, tones
-from nlds_vines.model.loads.loading import Cells, Struck, loading_of
+from nlds_vines.model.loads.loading import Cells, Loading, Struck
 
 STRUCK = Struck(mass=1000.0)
+
+
+def loading_of(table):
+    """Return the load that a table `[load]`, or the path of a record, means."""
+    load = {"record": table} if isinstance(table, str) else table
+    return Loading(**FORM.read({"load": load}, {}, "a test").of(Loading))
 
 
 def cells_of(table, duration=3.0, reach=0.1, marks=(), struck=STRUCK):

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, number, shown, table
+from nlds_vines.errors import RequestError, number
 from nlds_vines.model.loads.courses import (
     REACH,
     TERMS,
@@ -361,9 +361,6 @@ class Struck(NamedTuple):
 NUMBERS = ("impulse", "scale")
 """The numbers of `[load]` itself."""
 
-KEYS = tuple(said.key for said in settings_of(Loading).values())
-"""What may stand in `[load]`."""
-
 
 def words_of_number(load: Loading, name: str) -> tuple[str, str]:
     """Return the unit and the name in words of a number of a load, as `with_` takes it."""
@@ -403,17 +400,3 @@ def _divided(edges: np.ndarray, counts: np.ndarray) -> np.ndarray:
     place = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
     inner = edges[which] + (edges[which + 1] - edges[which]) * (place / counts[which])
     return np.concatenate([inner, edges[-1:]])
-
-
-def loading_of(value: object) -> Loading:
-    """Return the sum that a table `[load]`, the path of a record, or a number of N s means.
-
-    Raises `RequestError` for anything else.
-    """
-    if isinstance(value, Loading):
-        return value
-    if isinstance(value, str):
-        return Loading(record=value)  # type: ignore[arg-type]
-    if not isinstance(value, Mapping):
-        raise RequestError(f"load = {shown(value)} must be a table, or the path of a record")
-    return Loading(**table("load", value, KEYS))

@@ -158,7 +158,7 @@ POSIX_ALONE = """
 import builtins, os, signal, sys
 import h5py, matplotlib.figure, multiprocessing, numba, pathlib, scipy, subprocess, tempfile
 
-for name in ("fork", "sched_getaffinity", "posix_fallocate", "O_NONBLOCK", "O_NOFOLLOW"):
+for name in ("getuid", "fork", "sched_getaffinity", "posix_fallocate", "O_NONBLOCK", "O_NOFOLLOW"):
     delattr(os, name)
 for name in ("SIGUSR1", "SIGALRM", "setitimer", "pthread_kill"):
     delattr(signal, name)

@@ -55,7 +55,12 @@ NOT_TRUSTED = (
 
 
 def _trusted(info: os.stat_result) -> bool:
-    """Return True if nobody but this user and root can have written a file or folder."""
+    """Return True if nobody but this user and root can have written a file or folder.
+
+    Where files have no such owner and mode, as on Windows, a user's folders are the user's alone.
+    """
+    if not hasattr(os, "getuid"):
+        return True
     return info.st_uid in (0, os.getuid()) and not info.st_mode & 0o022
 
 
@@ -75,7 +80,7 @@ def _private(folder: Path) -> bool:
     """Return True if a folder is this user's, and nobody else's."""
     found = folder.lstat()
     private = stat.S_ISDIR(found.st_mode) and not stat.S_IMODE(found.st_mode) & 0o077
-    return private and found.st_uid == os.getuid()
+    return not hasattr(os, "getuid") or (private and found.st_uid == os.getuid())
 
 
 def temporary_folder() -> Path:
@@ -84,7 +89,7 @@ def temporary_folder() -> Path:
     What lies in it is run, so a folder that others can write to is not taken.
     Raises OSError where there is none that can be written.
     """
-    folder = Path(tempfile.gettempdir(), f"nlds_vines-{os.getuid()}")
+    folder = Path(tempfile.gettempdir(), f"nlds_vines-{getattr(os, 'getuid', str)()}")
     with suppress(FileExistsError):
         folder.mkdir(mode=0o700)
     return folder if _private(folder) else Path(tempfile.mkdtemp(prefix="nlds_vines-"))

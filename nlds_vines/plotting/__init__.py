@@ -8,7 +8,6 @@ In reading order:
     palette         the colors of regimes and of dampers
     bands           runs of equal labels along an axis; borders between cells; places for names
     chosen_panels   what draws archives: all panels, some, or one in axes of the user
-    frequency_axis  the frequency in Hz, or over that of the structure
     drawable        results that can be drawn
     save            a figure written to a file, with its origin in the metadata
 """

@@ -77,8 +77,7 @@ def plot(
     Raises `RequestError` for a file that is no archive, and where it does not hold what to show.
     """
     from nlds_vines.archives.archive import read
-    from nlds_vines.plotting.frequency_axis import count_in
-    from nlds_vines.plotting.page import page_of, sheet
+    from nlds_vines.plotting.page import count_in, page_of, sheet
     from nlds_vines.plotting.save import drawn, let_figures_be_shown
     from nlds_vines.upkeep.branches_picture import draw_branches
 

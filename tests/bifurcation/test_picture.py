@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.picture import dot_panel, regime_strip
-from nlds_vines.bifurcation.picture.attractor_styles import looks_of
+from nlds_vines.bifurcation.picture import diagram, regime_strip
+from nlds_vines.bifurcation.picture.diagram import looks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.bifurcation.picture.ordinates import Slice
 from nlds_vines.errors import RequestError
@@ -492,7 +492,7 @@ def dots_of(cells):
         view={},
         of=lambda _: np.zeros((cells, 1, 40)),
     )
-    dot_panel._draw_dots(axes, cut, quantity)
+    diagram._draw_dots(axes, cut, quantity)
     return axes.get_lines()[0]
 
 

@@ -36,7 +36,7 @@ from nlds_vines.bifurcation.picture.choices import (
     SHARES,
     way_and_number,
 )
-from nlds_vines.bifurcation.picture.dot_panel import PASSES, REDUCTION
+from nlds_vines.bifurcation.picture.diagram import PASSES, REDUCTION
 from nlds_vines.bifurcation.picture.ordinates import quantities_in, violated_in
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError

@@ -5,7 +5,8 @@ from __future__ import annotations
 import gc
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from queue import SimpleQueue
+from typing import Any
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
@@ -41,8 +42,10 @@ class Opened:
             self.job = Job(scan, self._changed)
             found = self.job.found
         self.found = found
-        self._pool = ThreadPoolExecutor(1, "orbits")  # two at a time would slow each other
-        self._asked: list[Future[object]] = []
+        self._calls: SimpleQueue[tuple[Callable[..., object], Any]] = SimpleQueue()
+        self._follows = False
+        # a daemon, unlike the threads of an executor: no exit waits until it has compiled
+        threading.Thread(target=self._follow, name="orbits", daemon=True).start()
         self._warming = threading.Thread(target=self._warm, name="warming", daemon=True)
 
     def begin(self) -> None:
@@ -54,11 +57,18 @@ class Opened:
         gc.disable()
         self._warming.start()
 
-    def aside(self, call: Callable[..., object], *arguments: object) -> Future[object]:
+    def aside(self, call: Callable[..., object], *arguments: object) -> None:
         """Call something in the thread in which all pages follow orbits, one at a time."""
-        future = self._pool.submit(call, *arguments)
-        self._asked = [*(one for one in self._asked if not one.done()), future]
-        return future
+        self._calls.put((call, arguments))
+
+    def _follow(self) -> None:
+        while True:
+            call, arguments = self._calls.get()
+            self._follows = True
+            try:
+                call(*arguments)
+            finally:
+                self._follows = False
 
     def close(self) -> bool:
         """End the computation after the block that is under way; return whether all is at rest.
@@ -69,10 +79,8 @@ class Opened:
         for job in jobs:
             job.cancel()
             job.wait(LAST_SECONDS)
-        self._pool.shutdown(wait=False, cancel_futures=True)
-        wait(self._asked, LAST_SECONDS)
-        at_work = [job.running for job in jobs] + [future.running() for future in self._asked]
-        return not (self._warming.is_alive() or any(at_work))
+        at_work = self._warming.is_alive(), self._follows, *(job.running for job in jobs)
+        return not any(at_work)
 
     def _warm(self) -> None:
         """Load the kernels, and compute what is to be computed."""

@@ -46,8 +46,9 @@ class Seen:
     def settle(self, until=None, seconds=60.0):
         """Run what threads have left for the document until a condition holds."""
         if until is None:
-            waiting = self.page.opened.aside(lambda: None)
-            until = lambda page: waiting.done() and not self.calls  # noqa: E731
+            followed = threading.Event()
+            self.page.opened.aside(followed.set)
+            until = lambda page: followed.is_set() and not self.calls  # noqa: E731
         end = time.monotonic() + seconds
         while not until(self.page) or self.calls:
             while self.calls:
@@ -210,13 +211,18 @@ def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):
 
 
 def test_an_orbit_under_way_does_not_hold_up_the_end(small_map, monkeypatch):
-    gone_on = threading.Event()
-    monkeypatch.setattr("nlds_vines.explore.shared_map.LAST_SECONDS", 0.1)
-    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: gone_on.wait(60))
+    begun, gone_on = threading.Event(), threading.Event()
+
+    def lasts(*_):
+        begun.set()
+        gone_on.wait(60)
+
+    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lasts)
     opened = Opened(stored(small_map))
     page = Seen(opened).page
-    page.choose((1, 1))
+    assert begun.wait(60)
     assert not opened.close()  # the command then ends without waiting
+    assert all(t.daemon for t in threading.enumerate() if t.name == "orbits")
     gone_on.set()
     page.close()
 

@@ -70,7 +70,7 @@ def undisturbed(tmp_path_factory):
 CHAOS = ["--set", "omega=7.385"]  # where no state returns: settled orbits are copied, not run
 
 TASKS = {
-    "bifurcation": ["--vary", "omega=7.384:7.386:60", "--transient", 6000, "--periods", 60],
+    "bifurcation": ["--vary", "omega=7.384:7.386:240", "--transient", 6000, "--periods", 60],
     "transients": [*CHAOS, "--starts", 200, "--transient", 1000, "--plot", "a.png"],
     "response-curves": ["--system", "tmd", "--vary", "omega=5:8:900", "--transient", 3000],
     "response-history": ["--vary", "impulse=100:1000:1200", "--duration", 200],

@@ -26,15 +26,13 @@ def printed(*words, **where):
     return done.stdout
 
 
-def changed(folder, heading):
-    """Copy the package into a folder, apply the change that CONTRIBUTING shows there; return it."""
+def changed(folder, change):
+    """Copy the package into a folder and apply `tests/changes/CHANGE.diff` there."""
     ignored = shutil.ignore_patterns("__pycache__", "_build")
     for name in ("nlds_vines", "data", "scans", "docs"):
         shutil.copytree(REPO / name, folder / name, ignore=ignored)
-    page = (REPO / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    diff = page.partition(f"## {heading}\n")[2].partition("```diff\n")[2].partition("```\n")[0]
-    (folder / "change.diff").write_text(diff, encoding="utf-8")
-    subprocess.run(["git", "apply", "--unsafe-paths", "change.diff"], cwd=folder, check=True)
+    diff = REPO / "tests" / "changes" / f"{change}.diff"
+    subprocess.run(["git", "apply", "--unsafe-paths", diff], cwd=folder, check=True)
     return folder
 
 

@@ -1,4 +1,4 @@
-"""A new axis is an entry, a new start two lines: done here as CONTRIBUTING shows, in a copy."""
+"""A new axis is an entry, a new start two lines: made here in a copy, by a diff."""
 
 import json
 
@@ -29,7 +29,7 @@ print(json.dumps([k2, start, section, nv.open_archive("new.h5").request.to_toml(
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Return the folder of a changed copy."""
-    return commands.changed(tmp_path_factory.mktemp("changed"), "Add an axis or a start")
+    return commands.changed(tmp_path_factory.mktemp("changed"), "axis_and_start")
 
 
 def test_scans_know_both(folder):

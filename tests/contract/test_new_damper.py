@@ -1,7 +1,7 @@
 """A new damper is one file and one entry of the catalog: done here with an example.
 
 A damper in a symmetric cage: equation (5) with two obstacles at the same distance D on either side.
-The test writes the file and the entry as CONTRIBUTING.md tells, touches no kernel, and asks for
+The test writes the file and the entry, touches no kernel, and asks for
 facts that need no simulation.
 """
 

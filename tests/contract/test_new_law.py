@@ -1,6 +1,6 @@
 """A new contact law is one file and one entry of the model: done here with an example.
 
-Two springs of a wall, the second from a depth on. The test applies the change that CONTRIBUTING
+Two springs of a wall, the second from a depth on. The test applies the change that `tests/changes`
 shows to a copy of the package, and compares states, labels, multipliers and derivatives by the
 law's constants with a solver that shares nothing with the kernels.
 """
@@ -128,7 +128,7 @@ def derivative(f, x, steps):
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     """Return what the changed package computes."""
-    folder = changed(tmp_path_factory.mktemp("changed"), "Add a contact law")
+    folder = changed(tmp_path_factory.mktemp("changed"), "contact_law")
     given = json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
     places = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
     return json.loads(printed("-P", "-c", PROGRAM, given, cwd=folder, **places))
@@ -141,7 +141,7 @@ compiles = pytest.mark.slow("compiles the kernels of a law that no other test ha
 @compiles
 def test_its_change_is_one_file_and_one_entry_of_the_model(tmp_path):
     files = {path.relative_to(ROOT) for path in (ROOT / "nlds_vines").rglob("*.py")}
-    new = changed(tmp_path, "Add a contact law")
+    new = changed(tmp_path, "contact_law")
     there = {path.relative_to(new) for path in (new / "nlds_vines").rglob("*.py")}
     differ = {path for path in files if (ROOT / path).read_bytes() != (new / path).read_bytes()}
     assert there - files == {Path("nlds_vines/kernels/laws/bilinear.py")}

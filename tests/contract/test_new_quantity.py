@@ -1,4 +1,4 @@
-"""A new recorded number is a line: done here with the change that CONTRIBUTING shows, in a copy."""
+"""A new recorded number is a line: made here in a copy, by a diff."""
 
 import json
 
@@ -54,7 +54,7 @@ print(json.dumps(found))
 @pytest.fixture(scope="module")
 def changed(tmp_path_factory):
     """Return the folder of a changed copy."""
-    return commands.changed(tmp_path_factory.mktemp("changed"), "Add a recorded number")
+    return commands.changed(tmp_path_factory.mktemp("changed"), "quantity")
 
 
 def output_of(folder, *words):

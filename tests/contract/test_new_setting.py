@@ -1,4 +1,4 @@
-"""A new setting is one field: done here with the change that CONTRIBUTING shows, in a copy."""
+"""A new setting is one field: made here in a copy, by a diff."""
 
 from functools import partial
 
@@ -21,7 +21,7 @@ assert usual.hash != other.hash == load_tuning(other.document()).hash
 @pytest.fixture(scope="module")
 def changed(tmp_path_factory):
     """Return what runs a changed copy of the package."""
-    folder = commands.changed(tmp_path_factory.mktemp("changed"), "Add a setting")
+    folder = commands.changed(tmp_path_factory.mktemp("changed"), "setting")
     return partial(commands.python, "-c", PROGRAM, cwd=folder, PYTHONPATH=str(folder))
 
 

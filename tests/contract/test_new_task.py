@@ -1,4 +1,4 @@
-"""A new task is a folder and two lines: done here as CONTRIBUTING shows, in a copy."""
+"""A new task is a folder and two lines: made here in a copy, by a diff."""
 
 import json
 
@@ -31,7 +31,7 @@ print(json.dumps([one.omega.tolist(), one.x1.tolist(), other.x1.tolist(), one.li
 @pytest.fixture(scope="module")
 def changed(tmp_path_factory):
     """Return what runs Python in a changed copy."""
-    folder = commands.changed(tmp_path_factory.mktemp("changed"), "Add a task")
+    folder = commands.changed(tmp_path_factory.mktemp("changed"), "task")
     return lambda *words: commands.python(*words, cwd=folder, PYTHONPATH=str(folder))
 
 

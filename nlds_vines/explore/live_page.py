@@ -337,9 +337,9 @@ class Page:
             f"<div><dt>{escape(one)}</dt><dd>{escape(value)}</dd></div>" for one, value in pairs
         )
         self.say_trouble(orbit.trouble)
-        self.offer_files()
         system = orbit.view.column.system
         self.panels.put(orbit.panels, system.scene.obstacle(system.parameters).values())
+        self.later(self.offer_files)
 
     def show_values(self) -> None:
         """Let sliders and inputs show the values of what is chosen."""
@@ -512,7 +512,8 @@ class Page:
 
     def offer_files(self, picture: str = "") -> None:
         """Offer what is seen as files, which the browser saves, and as a command."""
-        assert self.orbit is not None
+        if self.orbit is None:
+            return
         toml = "application/toml"
         files = [
             (recipes.PORTRAIT, "portrait recipe", toml, encoded(self.orbit.request.to_toml())),

@@ -54,6 +54,7 @@ def test_a_slider_moves_the_start_alone(page, small_basin):
     acted(page, lambda: (exact.fill("0.925"), exact.press("Enter")))
     assert "from the start of the sliders" in text_of(page, "verdict")
     assert value_of(page, "m('history data').data.x1[0]") == pytest.approx(0.925, abs=0.01)
+    page.locator(".files code", has_text="--start=0.925").wait_for()
     command = page.locator(".files code").text_content()
     assert "--start=0.925,0.0 " in command
     assert "--set P=0.6" in command

@@ -70,7 +70,8 @@ class Start:
     )  # fmt: skip
     phase: float = setting(
         0.0, Checked(lambda value: _phase(value)), "start",
-        "for `rest` and a state: the [phase](basins.md) of the force at the start [rad], 0 to 2 pi",
+        "for `rest` and a state: the [phase](transients.md#basins-of-attraction) of the force at "
+        "the start [rad], 0 to 2 pi",
     )  # fmt: skip
 
     def __post_init__(self) -> None:

@@ -56,7 +56,6 @@ _LEGEND_BELOW, _LEGEND_ABOVE, _LEGEND_BESIDE = 29, 4, 6  # points between a pane
 LETTER_ROOM = 12
 """Points above a panel that its letter takes: the offset of a legend there."""
 
-_HANDLE = 26  # points, width of a legend's mark and of the space around it
 _DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 and 10
 _FEWEST = 3  # numbers along a logarithmic axis
 _CLAUSE = re.compile(r"(?<=[,;:]) ")  # where a title may be broken
@@ -104,11 +103,12 @@ def styled() -> Iterator[None]:
     """Draw with `style.STYLE`, as far as the user has set nothing else; also a decorator.
 
     What differs from matplotlib's own defaults was set by a `matplotlibrc`, by a style sheet or in
-    `matplotlib.rcParams`: it stays.
+    `matplotlib.rcParams`: it stays.  A title in a script that no font has is drawn as boxes.
     """
     usual = matplotlib.rcParamsDefault
     ours = {k: v for k, v in STYLE.items() if matplotlib.rcParams[k] == usual[k]}
-    with matplotlib.rc_context(ours):
+    with matplotlib.rc_context(ours), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         yield
 
 
@@ -231,7 +231,10 @@ def add_legend(
     of `Axes.legend`.
     """
     size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
-    widths = np.array([_HANDLE + text_width(handle.get_label(), size) for handle in handles])
+    usual: dict[str, Any] = {"borderaxespad": 0.0, "borderpad": 0.0, "columnspacing": 1.4}
+    usual |= {"handlelength": 1.4, "handletextpad": 0.4, "labelspacing": 0.35} | look
+    mark = sum(usual[key] for key in ("handlelength", "handletextpad", "columnspacing")) * size
+    widths = np.array([mark + text_width(handle.get_label(), size) for handle in handles])
     room = size_of(axes)[0]
     columns = 1
     if side != "right":
@@ -243,12 +246,10 @@ def add_legend(
         "above": (0.0, _LEGEND_ABOVE + offset, "lower left", (0.0, 1.0)),
     }[side]
     place = offset_copy(axes.transAxes, figure_of(axes), x, y, units="points")
-    usual: dict[str, Any] = {"borderaxespad": 0.0, "borderpad": 0.0, "columnspacing": 1.4}
-    usual |= {"handlelength": 1.4, "handletextpad": 0.4, "labelspacing": 0.35, "ncols": columns}
-    usual |= {"alignment": "left", "loc": corner, "bbox_to_anchor": anchor}
+    usual |= {"ncols": columns, "alignment": "left", "loc": corner, "bbox_to_anchor": anchor}
     if (other := axes.get_legend()) is not None:
         axes.add_artist(other).set_clip_on(False)  # clipped artists have no room in a layout
-    return axes.legend(handles=list(handles), bbox_transform=place, **usual | look)
+    return axes.legend(handles=list(handles), bbox_transform=place, **usual)
 
 
 def _fits(widths: np.ndarray, columns: int, room: float) -> bool:
@@ -259,10 +260,7 @@ def _fits(widths: np.ndarray, columns: int, room: float) -> bool:
 def text_width(text: str, size: float) -> float:
     """Return the width of a text in points, at a font size in points, without drawing it."""
     font = FontProperties(family=rcParams["font.family"], size=size)
-    with warnings.catch_warnings():
-        # a title may be in a script that no font here has: it is drawn as boxes
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        return float(TextPath((0, 0), text, prop=font).get_extents().width)
+    return float(TextPath((0, 0), text, prop=font).get_extents().width)
 
 
 def letter(index: int) -> str:

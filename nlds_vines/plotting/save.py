@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -62,9 +61,7 @@ def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str])
     title = printable(title[:MOST_CHARACTERS])
     with in_one_line(f"write {path}"), styled(), matplotlib.rc_context(salt):
         metadata = _metadata(form, title, name, digest)
-        with whole(path) as temporary, warnings.catch_warnings():
-            # a title may be in a script that no font here has: the picture shows boxes for it
-            warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        with whole(path) as temporary:
             figure.savefig(temporary, format=form, dpi=FORMATS[form], metadata=metadata)
     return path
 

@@ -28,6 +28,7 @@ def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -
     early, and `RequestError` where the archive cannot be written.
     """
     how, began = RunOptions() if how is None else how, time.monotonic()
+    request.document()  # refuses columns that no archive can repeat
     store = Blocks(output, request)
 
     def work() -> Write:

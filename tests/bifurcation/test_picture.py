@@ -772,7 +772,7 @@ def test_drawing_loads_no_kernel_and_no_window_system(tmp_path, usual):
     )
     # numbers, and no code
     scene = "nlds_vines.kernels.scene"
-    numbers = f"{[scene, scene + '.codes', scene + '.evidence_rows']}\n"
+    numbers = f"{[scene, scene + '.codes']}\n"
     assert printed("-c", code, usual, tmp_path / "a.png") == numbers
 
 

@@ -111,7 +111,10 @@ def test_a_dry_run_refuses_what_the_run_would(here, capsys, monkeypatch, command
     )
     assert "--resume cannot continue it" in other
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "glob", lambda *_: iter([here / "0.npz"]))
+        glob = Path.glob
+        patch.setattr(
+            Path, "glob", lambda *a: iter([here / "0.npz"]) if a[1] == "*.npz" else glob(*a)
+        )
         begun = [command, "-o", "begun.h5", "--dry-run"]
         assert "holds an unfinished run: --resume goes on" in refused(here, capsys, begun)
 

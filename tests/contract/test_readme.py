@@ -111,7 +111,16 @@ def test_the_python_examples_print_what_is_shown(page, own):
 
 def test_no_other_page_has_python_that_nobody_runs():
     with_python = {page.name for page in PAGES if "\n```python\n" in page.read_text("utf-8")}
-    assert with_python == {*RUN, "tutorial.md"}
+    assert with_python == {*RUN, "tutorial.md", "long-scans.md"}
+
+
+@pytest.mark.kernels
+def test_the_program_with_a_pool_of_processes_runs(own):
+    (program,) = blocks("python", text_of("long-scans.md"))
+    Path("pool.py").write_text(program)
+    done = python("pool.py", cwd=own.parent)
+    assert done.returncode == 0, done.stderr
+    assert Path("pool.h5").stat().st_size > 0
 
 
 COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in module}

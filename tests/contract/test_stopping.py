@@ -230,7 +230,7 @@ def test_c_functions_at_exit_are_skipped_where_an_abandoned_thread_is_alive(seco
 
 COMPILING = """
 import os, signal, sys, threading, time
-from numba.core.compiler_lock import global_compiler_lock
+from nlds_vines.kernels.numerics.compiling import global_compiler_lock
 from nlds_vines.runs.interrupts import stoppable
 
 def compiling():

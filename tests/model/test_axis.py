@@ -35,12 +35,12 @@ def test_what_no_scale_can_be_is_refused(entry, message):
 def test_the_option_and_the_file_mean_the_same():
     from nlds_vines.cli.options import spaced
 
-    entry = spaced("--vary K", "1e5:1e9:5:log", log=True)
+    entry = spaced("--vary K", "1e5:1e9:5:log")
     scan = load_scan(None, {"vary": {"K": entry}})
     assert scan.axes[0].values.tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
     assert load_scan(scan.document()) == scan
     with pytest.raises(RequestError, match="must be START:STOP:NUM"):
-        spaced("--band", "1:2:3:log")
+        spaced("--band", "1:2:log")
 
 
 def test_ranges_and_lists_are_told_apart_by_their_values():

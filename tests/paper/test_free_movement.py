@@ -44,7 +44,8 @@ def test_what_set_6_takes_is_told_where_tuned_at_its_peak_and_at_most():
 def test_the_studies_are_those_of_set_6_in_another_place():
     six = nv.load_system("ssul-set6").parameters
     for name in ("study-model-1c", "study-free-movement"):
-        (scan,) = (one.scan for one in packaged_figures().values() if one.name == name)
+        (request,) = (one for one in packaged_figures().values() if one.name == name)
+        (scan,) = request.scans.values()
         p = scan.system.parameters
         assert scan.system.kind == "ssvi-c"
         assert p["L"] == 0.0

@@ -28,6 +28,7 @@ import numpy as np
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.files import open_regular, parse_toml, write_text
 from nlds_vines.archives.provenance import SCHEMA, Value
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, at, library, shown, unknown
 from nlds_vines.errors import whole as whole_number
 
@@ -185,7 +186,7 @@ def read(path: str | os.PathLike[str]) -> ArchiveView:
         raise RequestError(f"{path} cannot be opened: {text}") from error
 
 
-class ArchiveView:
+class ArchiveView(Outlined):
     """An open archive; its datasets are read from the disk when they are asked for.
 
     `view["section"]` is the whole array, `view.take("section", start=0, component=2)` a part of
@@ -220,14 +221,16 @@ class ArchiveView:
         """Close the file; what was read stays."""
         self._file.close()
 
-    def __repr__(self) -> str:
-        """Return the file, its title, its dimensions and its datasets."""
-        if not self._file:
-            return f"ArchiveView: {self.path}, closed"
-        dims = dict.fromkeys(dim for name in self.names for dim in self.dims(name))
-        head = f"ArchiveView: {self.path}: {self.text('title')}"
-        rows = f"  dimensions: {', '.join(dims)}\n  datasets: {', '.join(self.names)}"
-        return f"{head}\n{rows}"
+    def heading(self) -> str:
+        """Return the file and the title."""
+        return f"{self.path}: {self.text('title')}" if self._file else f"{self.path}, closed"
+
+    def outline(self) -> Rows:
+        """Return its dimensions and its datasets."""
+        if self._file:
+            dims = dict.fromkeys(dim for name in self.names for dim in self.dims(name))
+            yield "dimensions", ", ".join(dims)
+            yield "datasets", ", ".join(self.names)
 
     def __contains__(self, name: object) -> bool:
         """Return True if a dataset or a scale of this name is in the archive."""

@@ -14,13 +14,13 @@ import numpy as np
 from nlds_vines.archives.dataset import Scale, Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value
+from nlds_vines.archives.representation import Rows
 from nlds_vines.bifurcation.datasets import ScanContents
 from nlds_vines.errors import RequestError, at, string, unknown
 from nlds_vines.model.axis import MOST_VALUES, Axis, announced
 from nlds_vines.model.catalog import as_system, looks_like_path, resource_text
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, ratios_in, refuse_twice
-from nlds_vines.model.representation import Rows
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,

@@ -12,6 +12,7 @@ import numpy as np
 from nlds_vines.archives.archive import ArchivePath, read
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.provenance import CONTINUATION
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.continuation.arclength import best_map, cycle_at_zero, place_at
 from nlds_vines.continuation.branch_arm import ENDS, at_value
 from nlds_vines.continuation.branch_table import (
@@ -29,7 +30,6 @@ from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
 from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number
-from nlds_vines.model.representation import Outlined, Rows
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
 

@@ -14,11 +14,11 @@ from functools import cached_property
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.kernels.cells import cells as part_period
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.model.representation import Outlined
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, cell_type
 from nlds_vines.orbits.compilation import Compilation, Needed

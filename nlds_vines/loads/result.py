@@ -14,13 +14,13 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.loads.request import HistoryRequest, load_response_history, struck
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.loads.courses import Noise
 from nlds_vines.model.loads.loading import Loading
-from nlds_vines.model.representation import Outlined
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.status_words import OK, STATUS

@@ -13,7 +13,6 @@ In reading order:
     system           a kind with its parameters, checked
     catalog        the named systems, and the files that come with the program
     labels           what an orbit is, in the paper's words; of many, the frequent ones
-    representation   the repr of an object, in Python and in a notebook
     words            systems and parameters in a few words
     linear_response  the motion without contact, in closed form
     slow_manifold    the 1:1 response of a free mass between two walls, in closed form

@@ -9,9 +9,9 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import Reordered, RequestError, choice, number, shown, string, table, whole
 from nlds_vines.model.parameters import PARAMETERS, RATIOS, described
-from nlds_vines.model.representation import Outlined, Rows
 
 LINEAR, LOG = "linear", "log"
 """How the values of a range are spaced: at equal distances, at equal ratios."""

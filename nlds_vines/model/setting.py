@@ -20,6 +20,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, TypeVar
 
 from nlds_vines.archives.files import read_toml, toml_text
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import (
     LeftAside,
     RequestError,
@@ -35,7 +36,6 @@ from nlds_vines.errors import (
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import load_system, system_from
 from nlds_vines.model.ratios import meant_by
-from nlds_vines.model.representation import Outlined
 from nlds_vines.model.system import System, refuse_contradiction
 
 Made = TypeVar("Made")

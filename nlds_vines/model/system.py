@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, unknown
 from nlds_vines.model.contact_laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import (
@@ -31,7 +32,6 @@ from nlds_vines.model.ratios import (
     still_set,
     without_ratios,
 )
-from nlds_vines.model.representation import Outlined, Rows, numbers
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
 

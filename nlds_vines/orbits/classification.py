@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import choice, whole
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.labels import FLAGS, least_lifetime
-from nlds_vines.model.representation import Outlined, Rows
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import notice

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, library, shown, whole
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
@@ -16,7 +17,6 @@ from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Parts, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.catalog import as_system
-from nlds_vines.model.representation import Outlined, Rows, numbers
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, whole
-from nlds_vines.model.representation import Outlined, Rows
 from nlds_vines.orbits.signals import SIGNALS, checked_signal
 from nlds_vines.orbits.tapers import TAPERS, weights_of
 

@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, ClassVar
 
 from nlds_vines.archives.archive import Archived
-from nlds_vines.model.representation import Outlined, Rows
+from nlds_vines.archives.representation import Outlined, Rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.model.labels import name_of
-from nlds_vines.model.representation import Outlined
 from nlds_vines.orbits.impact_rows import Violation
 from nlds_vines.orbits.signals import SIGNALS, signals_of
 from nlds_vines.orbits.spectrum import Spectrum

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError
-from nlds_vines.model.representation import Outlined
 
 DELAY = 50.0
 """Forcing periods until lifetimes count: by then orbits are on the chaotic set, or past it."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import TUNING
+from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
-from nlds_vines.model.representation import Outlined, Rows, numbers
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.tuning.evaluations import STAGES

@@ -114,7 +114,7 @@ def docstring(folder):
 @pytest.mark.kernels
 def test_a_change_is_seen_where_it_acts_and_compiles_nothing_else(copy):
     """`judge_lanes` stands in another file than what is changed; flights know nothing of it."""
-    with edited(copy, "settling", "MARGIN = 1.0e-6", "MARGIN = 1.0e+6"):  # nothing is stable
+    with edited(copy, "verdict", "MARGIN = 1.0e-6", "MARGIN = 1.0e+6"):  # nothing is stable
         found = run(copy)
     assert found["labels"] == ["undetermined", "undetermined"]  # it returns, and nothing draws it
     assert "lanes.judge_lanes" in found["compiled"]
@@ -169,9 +169,9 @@ def test_a_damaged_cache_heals_itself(copy, damage, which):
 @pytest.mark.kernels
 def test_what_other_sources_left_is_removed(copy):
     before = {path.name for path in (copy / "cache").rglob("*.compiled")}
-    with edited(copy, "settling", "MARGIN = 1.0e-6", "MARGIN = 1.1e-6"):
+    with edited(copy, "verdict", "MARGIN = 1.0e-6", "MARGIN = 1.1e-6"):
         run(copy)
-        stale = before & {path.name for path in (copy / "cache").rglob("settling.*.compiled")}
+        stale = before & {path.name for path in (copy / "cache").rglob("verdict.*.compiled")}
         assert not stale
 
 

@@ -11,11 +11,11 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import ArchivePath
+from nlds_vines.archives.representation import WIDTH
 from nlds_vines.bifurcation.response_curves.request import load_curves
 from nlds_vines.bifurcation.response_curves.result import ResponseCurve, ResponseCurves
 from nlds_vines.loads.result import Fall, LoadScan, ResponseHistories
 from nlds_vines.model.load_quantities import SHARES, WAYS
-from nlds_vines.model.representation import WIDTH
 from nlds_vines.model.setting import Request
 from nlds_vines.model.slow_manifold import FrequencyResponse
 from nlds_vines.model.system import System

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.model.representation import MOST_LINES, WIDTH
+from nlds_vines.archives.representation import MOST_LINES, WIDTH
 from nlds_vines.runs import progress
 
 SCAN = {

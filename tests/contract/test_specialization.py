@@ -166,11 +166,11 @@ def test_the_loop_of_a_scene_without_walls_is_additions_and_products(code):
 
 @pytest.mark.kernels
 def test_what_is_not_recorded_is_not_compiled(code):
-    observed = of_module(code["ssul"], "observe", "peaks")
+    observed = of_module(code["ssul"], "observe", "response")
     assert observed == {"observe.note_section"}
-    energy = of_module(code["ssul energy"], "observe", "peaks")
+    energy = of_module(code["ssul energy"], "observe", "response")
     assert "observe.note_energy" in energy
-    assert of_module(code["ssul energy"], "peaks")
+    assert of_module(code["ssul energy"], "response")
     assert "observe.note_section" not in energy
 
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import RESPONSE_CURVES
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.bifurcation.response_curves.request import CurveRequest, load_curves
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.model.representation import Outlined
 from nlds_vines.plotting.drawable import Drawable
 
 

@@ -17,7 +17,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
-from math import ceil, log10
+from math import ceil, floor, log10
 from pathlib import Path
 from typing import Any, Literal
 
@@ -58,6 +58,7 @@ LETTER_ROOM = 12
 
 _DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 and 10
 _FEWEST = 3  # numbers along a logarithmic axis
+_ROUNDEST = (1, 2, 5, 3, 4, 6, 7, 8, 9)  # digits, those first that are written where one has room
 _CLAUSE = re.compile(r"(?<=[,;:]) ")  # where a title may be broken
 
 _MOST_BYTES = 1 << 20
@@ -282,18 +283,52 @@ def logarithmic_ticks() -> LogLocator:
     return LogLocator(subs=(1.0, 2.0, 5.0))
 
 
+class _WrittenOut(LogLocator):
+    """Ticks at 1, 2, 5, 10, ... as far as their numbers have room in the panel as it is drawn."""
+
+    def __init__(self, axis: Axis) -> None:
+        super().__init__()
+        self._along, self._across = axis, axis is axis.axes.xaxis
+        name = rcParams["xtick.labelsize" if self._across else "ytick.labelsize"]
+        self._size = FontProperties(size=name).get_size_in_points()
+        self._digit = text_width(10 * "0", self._size) / 10
+
+    def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
+        """Return the places of the ticks."""
+        low, high = sorted((vmin, vmax))
+        decade = size_of(self._along.axes)[not self._across] / log10(high / low)
+        ticks = _places((1, 2, 5), low, high)
+        longest = max((len(f"{value:g}") for value in ticks), default=1)
+        room = longest * self._digit + 0.5 * self._size if self._across else 1.1 * self._size
+        if decade < max(_DECADE, room / log10(2.0)):
+            ticks = _places((1,), low, high, ceil(room / decade))
+        if len(ticks) >= _FEWEST:
+            return ticks
+        ticks = []
+        for value in [v for digit in _ROUNDEST for v in _places((digit,), low, high)]:
+            if all(abs(log10(value / other)) * decade >= room for other in ticks):
+                ticks.append(value)
+        return sorted(ticks)
+
+
+def _places(digits: Sequence[int], low: float, high: float, every: int = 1) -> list[float]:
+    """Return digits times each, or `every` n-th, power of ten between the ends of an axis.
+
+    An end may miss its power by round-off.
+    """
+    powers = range(floor(log10(low)) - 1, ceil(log10(high)) + 1)
+    found = [
+        float(f"{digit}e{power}") for power in powers if power % every == 0 for digit in digits
+    ]
+    return [value for value in found if low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9)]
+
+
 def write_out_ticks(axis: Axis) -> None:
     """Mark 1, 2, 5, 10, ... on a logarithmic axis, or decades alone where there is little room.
 
-    Where that would be fewer than three numbers, all digits of a decade are marked.
+    Where that would be fewer than three numbers, other digits are marked too.
     """
-    low, high = axis.get_view_interval()
-    length = size_of(axis.axes)[axis is axis.axes.yaxis]
-    few = length < _DECADE * log10(high / low)
-    rule = LogLocator() if few else logarithmic_ticks()
-    if sum(low <= value <= high for value in rule.tick_values(low, high)) < _FEWEST:
-        rule = LogLocator(subs=tuple(map(float, range(1, 10))))
-    axis.set_major_locator(rule)
+    axis.set_major_locator(_WrittenOut(axis))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 

@@ -207,13 +207,7 @@ def test_a_waterfall_shows_amplitudes_in_decades(tmp_path):
         path = found.path
         amplitude = found["spectrum"][:, 0, 0, 1:]
     figure = nv.plot(path, "spectrum:x1,broadband:u,line_amplitude:x1")
-    waterfall, broadband, lines = (
-        a
-        for a in figure.axes
-        if a.get_ylabel()
-        and a.get_subplotspec() is None
-        and not a.get_label().startswith("<colorbar")
-    )
+    waterfall, broadband, lines = (axes for axes in figure.axes if axes.get_ylabel())
     (mesh,) = waterfall.collections
     values = np.asarray(mesh.get_array())
     assert values.shape == amplitude.T.shape

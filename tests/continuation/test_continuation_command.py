@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 import xarray
+from layout import collisions
 
 from nlds_vines import (
     RequestError,
@@ -74,11 +75,14 @@ def test_an_archive_holds_what_python_returns(archive):
 def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
     figure = branch_diagram(continued(archive))
     figure.draw_without_rendering()
-    (legend,), (title,) = figure.legends, figure.texts
+    (legend,) = (found for axes in figure.axes if (found := axes.get_legend()))
+    (title,) = figure.texts
     words = [text.get_window_extent() for text in legend.get_texts()]
     assert len(words) > 5  # more than a line of them
-    assert min(box.y0 for box in words) > figure.axes[0].get_window_extent().y1
-    assert max(box.y1 for box in words) < title.get_window_extent().y0
+    assert title.get_window_extent().y0 > max(axes.get_tightbbox().y1 for axes in figure.axes)
+    legend.set_in_layout(False)
+    assert max(box.y1 for box in words) < min(axes.get_tightbbox().y0 for axes in figure.axes)
+    assert collisions(figure) == []
 
 
 def test_tracks_are_the_same_from_their_arrays():

@@ -12,6 +12,7 @@ from nlds_vines.plotting.page import (
     new_figure,
     styled,
     write_letters,
+    write_out_ticks,
 )
 from nlds_vines.plotting.palette import DAMPERS, damper_colors
 
@@ -52,6 +53,27 @@ def test_a_long_title_is_broken_and_the_figure_grows_for_it():
     assert long.get_figheight() > short.get_figheight() + 0.1
     wide = made(TWO_COLUMNS, TITLE)[0]
     assert "\n" not in wide.get_suptitle()
+
+
+@styled()
+@pytest.mark.parametrize("page", [ONE_COLUMN, TWO_COLUMNS])
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [(10, 1e4), (10, 1e5), (2e4, 9e4), (200, 9000), (3e5, 8e5), (0.002, 3), (1e-9, 1e9)],
+)
+def test_numbers_along_a_logarithmic_axis_have_room_in_the_final_panel(page, low, high):
+    figure, grid = new_figure(page, [2.0])
+    ends = low * (1 + 1e-15), high
+    axes = figure.add_subplot(grid[0], xscale="log", yscale="log", xlim=ends, ylim=ends)
+    write_out_ticks(axes.xaxis)
+    write_out_ticks(axes.yaxis)
+    axes.set_ylabel("three\nlines\nof a label")  # makes the panel narrower than it was
+    figure.colorbar(axes.scatter([low, high], [low, high], c=[0, 1]), ax=axes, label="a bar")
+    finish(figure, grid, "a title")
+    assert collisions(figure) == []
+    for ticks in (axes.get_xticks(), axes.get_yticks()):
+        assert len(ticks) >= 3
+        assert all(0.999 * low <= tick <= 1.001 * high for tick in ticks)
 
 
 def test_a_damper_has_one_color_and_no_two_share_it():

@@ -59,6 +59,11 @@ def page(system, **options):
     return draw(request, views), views
 
 
+def headings(figure):
+    """Return what stands above panels, from left to right and from the top down."""
+    return [words for axes in figure.axes if (words := axes.get_title(loc="left"))]
+
+
 def panels_by_label(figure):
     return {axes.get_ylabel(): axes for axes in figure.axes}
 
@@ -115,9 +120,9 @@ def test_a_limit_that_is_passed_is_told_above_the_page():
     ssbl = nv.load_system("ssbl")
     allowed = System("ssvi-c", {**ssbl.parameters, "C": 0.1, "D": 0.15, "L": 5.0})
     passing = System("ssvi-c", {**ssbl.parameters, "C": 0.1, "D": 0.15, "L": 0.1})
-    assert "limit" not in page(allowed)[0].texts[1].get_text()
+    assert "limit" not in headings(page(allowed)[0])[0]
     figure, (view,) = page(passing)
-    assert f"limit passed by {view.violation.depth:.2g} m" in figure.texts[1].get_text()
+    assert f"limit passed by {view.violation.depth:.2g} m" in headings(figure)[0]
     assert figure.texts[0].get_text().startswith("Single-sided NES (ssvi-c)")
 
 
@@ -292,10 +297,7 @@ def test_columns_of_other_systems_are_other_runs_beside_each_other():
     figure = nv.orbit_portrait(document)
     low, high = figure.axes[:2]
     assert low.get_ylim() == high.get_ylim()
-    assert [text.get_text() for text in figure.texts[1:]] == [
-        "low, periods 20 to 32",
-        "high, periods 300 to 312",
-    ]
+    assert headings(figure) == ["low, periods 20 to 32", "high, periods 300 to 312"]
 
 
 @pytest.mark.kernels
@@ -325,7 +327,7 @@ def test_what_is_not_known_is_said():
     _, (view,) = page(OF_KIND["ssul"], transient=0, periods=2, panels=["energy"])
     text = "\n".join(view.lines())
     assert "too short to tell" in text
-    assert "no repetition" in page(OF_KIND["ssul"], transient=0, periods=4)[0].texts[1].get_text()
+    assert "no repetition" in headings(page(OF_KIND["ssul"], transient=0, periods=4)[0])[0]
     _, (view,) = page(OF_KIND["ssul"], transient=0, periods=1, taper="hann")
     assert view.share is None
     assert "too few periods to tell" in "\n".join(view.lines())
@@ -410,8 +412,8 @@ def test_panels_of_one_column_stand_side_by_side_below_its_name():
     assert rows[0] == [("relative", name) for name in both]
     assert rows[1] == [("phase1", "chaotic phase"), ("phase2", "chaotic phase")]
     assert rows[4] == [("phase", "periodic phase"), ("velocity", "periodic phase")]
-    texts = [text.get_text() for text in draw(request, views).texts]
-    assert texts.count("chaotic phase, periods 10 to 70") == 3  # above its column and over (b), (c)
+    above = headings(draw(request, views))
+    assert above.count("chaotic phase, periods 10 to 70") == 3  # above its column and over (b), (c)
     plain = load_portrait(ROOT / "scans" / "figure11.toml", {"portrait": {"panels": ["force"]}})
     assert [column.panels for column in plain.columns] == [(), ()]
 

@@ -166,11 +166,12 @@ def test_the_loop_of_a_scene_without_walls_is_additions_and_products(code):
 
 @pytest.mark.kernels
 def test_what_is_not_recorded_is_not_compiled(code):
-    observed = of_module(code["ssul"], "observe", "response")
-    assert observed == {"observe.note_section"}
-    energy = of_module(code["ssul energy"], "observe", "response")
+    peaks = {"response.note_peaks", "response.record_breakers", "response.may_set_a_record"}
+    assert of_module(code["ssul"], "observe") == {"observe.note_section"}
+    assert not peaks & set(code["ssul"]["kernels"])
+    energy = of_module(code["ssul energy"], "observe")
     assert "observe.note_energy" in energy
-    assert of_module(code["ssul energy"], "response")
+    assert peaks & set(code["ssul energy"]["kernels"])
     assert "observe.note_section" not in energy
 
 

@@ -83,6 +83,7 @@ _IN_PIECES: dict[Any, Any] = {"agg.path.chunksize": 10_000}
 """A long path is too much for the raster engine in one piece."""
 
 _TIMES = 0.033  # of the width of a panel over time in points: how many intervals of time it has
+_NUMBER, _NARROW = 33, 150  # points, of a number along a plane, of panels with shorter words
 _LINE = 0.8  # points, width of a curve
 _FEW_POINTS = 3.4  # points, size of the points of a section
 _MANY_POINTS = 40  # points of a section from which they are drawn smaller
@@ -516,7 +517,7 @@ def _label_plane(axes: Axes, symbol: str) -> None:
     """Label the axes of a phase plane by the symbol of its coordinate."""
     axes.set_xlabel(f"${symbol}$ [m]")
     axes.set_ylabel(rf"$\dot{{{symbol[0]}}}{symbol[1:]}$ [m/s]")
-    axes.xaxis.set_major_locator(_ticks(6))
+    axes.xaxis.set_major_locator(_ticks(min(6, int(size_of(axes)[0] / _NUMBER))))
 
 
 def _symbol_1(scene: Scene) -> str:
@@ -708,21 +709,27 @@ def _draw_spectrum(place: Place, request: PortraitRequest) -> None:
     width = 0.5 if found.periods <= FINE else 0.3
     place.axes.plot(found.order[1:], heights[1:], color="black", linewidth=width)
     omega = place.view.column.system.parameters["omega"]
-    place.axes.set_xlabel(rf"frequency [multiples of $\omega$ = {omega:g} rad/s]")
+    force = rf"$\omega$ = {omega:g} rad/s"
+    narrow = size_of(place.axes)[0] < _NARROW
+    words = rf"$\Omega/\omega$, {force}" if narrow else f"frequency [multiples of {force}]"
+    place.axes.set_xlabel(words)
     name, unit = found.quantity, SIGNALS[found.quantity].unit
     plain = name if len(name) == 1 else f"{name[0]}_{name[1:]}"
     symbol = {"force": "F", "u": "x_2-x_1"}.get(name, plain)
     place.axes.set_ylabel(f"$|{symbol}|$ [dB re 1 {unit}]")
     if place.view.share is not None:
         look: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 7.5}
-        place.axes.text(0.985, 0.95, _share(place.view), transform=place.axes.transAxes, **look)
+        place.axes.text(
+            0.985, 0.95, _share(place.view, narrow), transform=place.axes.transAxes, **look
+        )
 
 
-def _share(view: View) -> str:
-    """Return the broadband share in words; a tiny one by its order of magnitude."""
+def _share(view: View, narrow: bool) -> str:
+    """Return the broadband share in words, a tiny one by its order; if `narrow` in two lines."""
     share, n = view.share or 0.0, view.comb
     value = f"{share:.1%}" if share >= 5e-4 or share == 0 else f"${power_of_ten(f'{share:.0e}')}$"
-    return f"power outside {n if n > 1 else ''}T lines: {value}"
+    lines = f"{n if n > 1 else ''}T lines:"
+    return f"off {lines}\n{value}" if narrow else f"power outside {lines} {value}"
 
 
 def _limit_spectra(row: Sequence[Place]) -> None:

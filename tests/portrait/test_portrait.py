@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import printed
+from layout import collisions
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -167,12 +168,14 @@ def test_all_labels_carry_symbols_or_words_and_units():
 
 @pytest.mark.kernels
 def test_nothing_is_written_outside_the_page_or_over_another_panel():
-    for options in ({}, {"windows": [[10, 20], [20, 26], [26, 29]]}):
+    windows = [[10, 20], [20, 26], [26, 29], [29, 31]]
+    for options in ({}, *({"windows": windows[:number]} for number in (2, 3, 4))):
         figure, _ = page(OF_KIND["ssul"], panels=ALL, **options)
         figure.draw_without_rendering()
         tall, wide = figure.bbox.height, figure.bbox.width
         boxes = [axes.get_tightbbox(for_layout_only=True) for axes in figure.axes]
         boxes += [text.get_window_extent() for text in figure.texts]
+        assert collisions(figure) == []
         for box in boxes:
             assert box.x0 >= 0
             assert box.y0 >= 0

@@ -37,6 +37,7 @@ from matplotlib.ticker import (
     FixedLocator,
     FuncFormatter,
     LogLocator,
+    MaxNLocator,
     NullFormatter,
     NullLocator,
 )
@@ -308,6 +309,8 @@ class _WrittenOut(LogLocator):
         for value in [v for digit in _ROUNDEST for v in _places((digit,), low, high)]:
             if all(abs(log10(value / other)) * decade >= room for other in ticks):
                 ticks.append(value)
+        if len(ticks) < _FEWEST:  # less than half a decade: round numbers at equal distances
+            ticks = [v for v in MaxNLocator(4).tick_values(low, high) if low <= v <= high]
         return sorted(ticks)
 
 

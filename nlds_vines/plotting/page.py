@@ -149,8 +149,8 @@ def into(ax: Axes, fill: Callable[[], None]) -> Figure:
 
 def figure_of(axes: Axes) -> Figure:
     """Return the figure that axes are in; if that is in another one, the outer one."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
+    figure = axes.figure.figure
+    assert isinstance(figure, Figure)
     return figure
 
 

@@ -355,7 +355,7 @@ def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> Non
     axes.tick_params(top=True, right=True)
     axes.yaxis.set_major_locator(_ticks(5))
     if place.panel in OVER_TIME:
-        if axes.xaxis.get_tick_params().get("labelbottom", True):
+        if axes.xaxis.get_major_ticks(1)[0].label1.get_visible():
             words = "" if len(row) > _CROWD else "time "
             axes.set_xlabel(f"{words}$t/T$ [forcing periods]")
         begin, end = place.view.column.window

@@ -1,4 +1,4 @@
-"""Error against run time on a system of one's own, and which tolerance to take.
+"""Measure error against run time on any system, and recommend a tolerance.
 
 As a command: `python -m nlds_vines.accuracy`, or `nlds-vines accuracy`.
 """
@@ -98,33 +98,33 @@ def _carry_out(options: argparse.Namespace) -> int:
     count = sum(len(settings) for settings, _ in contenders.values())
     try:
         with silent(options.quiet):
-            known = reference(system, periods)
+            truth = reference(system, periods)
             with Progress(count, "setting", quiet=options.quiet) as progress:
-                for result in measured(known, contenders):
+                for result in measured(truth, contenders):
                     results.append(result)
                     progress.note(1, result.method)
     except KeyboardInterrupt as stop:
         raise type(stop)("what was measured is lost") from None
     title = f"{system.title or system.name}, ω = {system.parameters['omega']:g} rad/s, from rest"
-    save_figure(draw(known, results), plot, title, ("case", title))
-    say(*lines(title, known, results, want))
+    save_figure(draw(truth, results), plot, title, ("case", title))
+    say(*lines(title, truth, results, want))
     return DONE
 
 
-def lines(title: str, known: Reference, results: Sequence[Result], want: float) -> Iterator[str]:
+def lines(title: str, truth: Reference, results: Sequence[Result], want: float) -> Iterator[str]:
     """Yield the case and its reference, the table, and advice as scans and Python take it."""
     from nlds_vines.accuracy.measure import advised
 
     text = (
-        f"{title}. Error of the state after {known.periods} forcing periods, "
-        f"CPU time of a period. Regime: {known.label}. Reference: exact, refined; rk4 at "
-        f"16384 steps is {known.doubt:.0e} from it. A disturbance of the start has grown "
-        f"{known.growth:.2g} times by then."
+        f"{title}. Error of the state after {truth.periods} forcing periods, "
+        f"CPU time of a period. Regime: {truth.label}. Reference: exact, refined; rk4 at "
+        f"16384 steps is {truth.doubt:.0e} from it. A disturbance of the start has grown "
+        f"{truth.growth:.2g} times by then."
     )
     yield from textwrap.wrap(text, 100)
     yield ""
     head = ("method", "setting", "error", "CPU per period")
-    yield from table(head, (_row(known, result) for result in results), (2, 3))
+    yield from table(head, (_row(truth, result) for result in results), (2, 3))
     yield ""
     what, best = f"The cheapest setting with an error of at most {want:g}", advised(results, want)
     if best is None:
@@ -135,11 +135,11 @@ def lines(title: str, known: Reference, results: Sequence[Result], want: float) 
         yield f"{what}: {code} ({best.error:.1e} at {1e6 * best.seconds:.3g} us a period)."
 
 
-def _row(known: Reference, result: Result) -> tuple[str, ...]:
+def _row(truth: Reference, result: Result) -> tuple[str, ...]:
     words = f"{result.setting:g} steps" if result.method == "rk4" else f"{result.setting:.0e}"
     if result.failure:
         return result.method, words, f"failed: {result.failure}"
-    error = f"{result.error:.1e}" if result.error > known.doubt else f"< {known.doubt:.0e}"
+    error = f"{result.error:.1e}" if result.error > truth.doubt else f"< {truth.doubt:.0e}"
     return result.method, words, error, f"{1e6 * result.seconds:.3g} us"
 
 

@@ -186,18 +186,18 @@ def reference(system: System, periods: int) -> Reference:
     return Reference(system, periods, label, state, doubt, growth)
 
 
-def measured(known: Reference, contenders: Methods) -> Iterator[Result]:
+def measured(truth: Reference, contenders: Methods) -> Iterator[Result]:
     """Yield the results of all methods, each from coarse to fine."""
     # a timed orbit begins where the measured one ends, without its transient
-    later = None if known.system.scene.limit else known.state
+    later = None if truth.system.scene.limit else truth.state
     for method, (settings, follow) in contenders.items():
         for setting in settings:
             try:
-                state = follow(setting, None, known.periods)
-                error = float(np.abs(state - known.state).max())
+                state = follow(setting, None, truth.periods)
+                error = float(np.abs(state - truth.state).max())
                 if not math.isfinite(error):
                     raise ArithmeticError("the state is not finite")
-                seconds = seconds_of(follow, setting, later, known.periods)
+                seconds = seconds_of(follow, setting, later, truth.periods)
             except (ArithmeticError, ValueError, IntegrationError) as failure:
                 yield Result(method, setting, failure=str(failure))
             else:

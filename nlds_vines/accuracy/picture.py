@@ -21,20 +21,20 @@ _LOOKS: dict[str, dict[str, Any]] = {
 
 
 @styled()
-def draw(known: Reference, results: Sequence[Result]) -> Figure:
+def draw(truth: Reference, results: Sequence[Result]) -> Figure:
     """Return the picture: of each method the settings of which no other has less of both."""
     figure = Figure(figsize=(ONE_COLUMN.width, _HEIGHT), layout="constrained")
     axes = figure.subplots()
     for method, look in _LOOKS.items():
         mine = (r for r in results if r.method == method and not r.failure)
-        points = sorted((r.seconds, max(r.error, known.doubt)) for r in mine)
+        points = sorted((r.seconds, max(r.error, truth.doubt)) for r in mine)
         best = np.minimum.accumulate([error for _, error in points])
         front = [p for i, p in enumerate(points) if i == 0 or best[i] < best[i - 1]]
         if front:
             axes.loglog(*np.array(front).T, markersize=3.2, label=method, **look)
-    if known.doubt > 0.0:
-        axes.axhline(known.doubt, color="#bbbbbb", linewidth=0.6, zorder=0, label="doubt")
-    axes.set_title(known.system.name, fontsize=STYLE["axes.labelsize"], loc="left")
+    if truth.doubt > 0.0:
+        axes.axhline(truth.doubt, color="#bbbbbb", linewidth=0.6, zorder=0, label="doubt")
+    axes.set_title(truth.system.name, fontsize=STYLE["axes.labelsize"], loc="left")
     axes.set_xlabel("CPU time per forcing period [s]")
     axes.set_ylabel("error of the state [m, m/s]")
     figure.legend(loc="outside lower center", ncols=2)

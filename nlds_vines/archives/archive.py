@@ -298,7 +298,7 @@ class ArchiveView(Outlined):
             return load(parse_toml(self.text("scan"), "the attribute scan"))
 
     def describe(self, name: str) -> Dataset:
-        """Return what a dataset or scale is: its dimensions, type, unit, meaning, fill value."""
+        """Return the description of a dataset or scale: dimensions, type, unit, meaning, fill."""
         if name not in self:
             raise unknown(f"dataset of {self.path}:", name, self.names)
         if name not in self._entries:
@@ -429,10 +429,10 @@ class _Folder:
 
 
 class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Path alone is abstract
-    """The path of an archive; wherever a path may stand, it may stand.
+    """The path of an archive; it can be used like any other path.
 
-    An archive that nobody gave a name lies in a folder of its own, which is removed with the last
-    path that refers to it; pickled, it takes its content along.
+    An archive without a name (no `to=`) lies in a temporary folder, which is removed with the last
+    path that refers to it.  Pickling such a path includes the content of the archive.
     """
 
     _folder: _Folder | None = None

@@ -164,7 +164,7 @@ def string(what: str, value: object, lines: bool = False) -> str:
 
 
 def _refused(letter: str) -> bool:
-    """Tell whether a character has no place in a title: emoji and some scripts need format ones."""
+    """Return True if a character is not allowed in a title: emoji and some scripts need `Cf`."""
     return _hidden(letter) and unicodedata.category(letter) != "Cf"
 
 

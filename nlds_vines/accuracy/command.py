@@ -118,7 +118,7 @@ def lines(title: str, truth: Reference, results: Sequence[Result], want: float) 
     text = (
         f"{title}. Error of the state after {truth.periods} forcing periods, "
         f"CPU time of a period. Regime: {truth.label}. Reference: exact, refined; rk4 at "
-        f"16384 steps is {truth.doubt:.0e} from it. A disturbance of the start has grown "
+        f"16384 steps is {truth.uncertainty:.0e} from it. A disturbance of the start has grown "
         f"{truth.growth:.2g} times by then."
     )
     yield from textwrap.wrap(text, 100)
@@ -139,7 +139,9 @@ def _row(truth: Reference, result: Result) -> tuple[str, ...]:
     words = f"{result.setting:g} steps" if result.method == "rk4" else f"{result.setting:.0e}"
     if result.failure:
         return result.method, words, f"failed: {result.failure}"
-    error = f"{result.error:.1e}" if result.error > truth.doubt else f"< {truth.doubt:.0e}"
+    error = (
+        f"{result.error:.1e}" if result.error > truth.uncertainty else f"< {truth.uncertainty:.0e}"
+    )
     return result.method, words, error, f"{1e6 * result.seconds:.3g} us"
 
 

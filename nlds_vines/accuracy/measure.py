@@ -36,15 +36,15 @@ Methods = Mapping[str, tuple[Sequence[float], Follow]]
 class Reference(NamedTuple):
     """An orbit from rest: its last state [m, m/s], and the regime it ends in.
 
-    `doubt` is the distance of that state from the confirming method's; smaller errors cannot be
-    told from none.  `growth` is that of a disturbance of the start until then, at least 1.
+    `uncertainty` is the distance of that state from the confirming method's: smaller errors are
+    not measurable.  `growth` is the factor, at least 1, by which a disturbance of the start grows.
     """
 
     system: System
     periods: int
     label: str
     state: np.ndarray
-    doubt: float
+    uncertainty: float
     growth: float
 
 
@@ -173,17 +173,17 @@ def reference(system: System, periods: int) -> Reference:
             growth = max(growth, float(np.abs(moved - state).max()) / DISTURBANCE)
     except IntegrationError as error:
         raise RequestError(f"{system.name}: there is no reference: {error}") from None
-    doubt = float(np.abs(state - confirming).max())
-    if not doubt <= BELIEVED * growth:
+    uncertainty = float(np.abs(state - confirming).max())
+    if not uncertainty <= BELIEVED * growth:
         raise RequestError(
-            f"{system.name}: exact and rk4 differ by {doubt:.1e} after {periods} periods (a "
+            f"{system.name}: exact and rk4 differ by {uncertainty:.1e} after {periods} periods (a "
             f"disturbance grows by {growth:.1e}): there is no reference; measure over fewer periods"
         )
     try:
         label = classify(system, quiet=True).label
     except IntegrationError:
         label = "unknown: it ends later on"
-    return Reference(system, periods, label, state, doubt, growth)
+    return Reference(system, periods, label, state, uncertainty, growth)
 
 
 def measured(truth: Reference, contenders: Methods) -> Iterator[Result]:

@@ -27,13 +27,19 @@ def draw(truth: Reference, results: Sequence[Result]) -> Figure:
     axes = figure.subplots()
     for method, look in _LOOKS.items():
         mine = (r for r in results if r.method == method and not r.failure)
-        points = sorted((r.seconds, max(r.error, truth.doubt)) for r in mine)
+        points = sorted((r.seconds, max(r.error, truth.uncertainty)) for r in mine)
         best = np.minimum.accumulate([error for _, error in points])
         front = [p for i, p in enumerate(points) if i == 0 or best[i] < best[i - 1]]
         if front:
             axes.loglog(*np.array(front).T, markersize=3.2, label=method, **look)
-    if truth.doubt > 0.0:
-        axes.axhline(truth.doubt, color="#bbbbbb", linewidth=0.6, zorder=0, label="doubt")
+    if truth.uncertainty > 0.0:
+        axes.axhline(
+            truth.uncertainty,
+            color="#bbbbbb",
+            linewidth=0.6,
+            zorder=0,
+            label="uncertainty of the reference",
+        )
     axes.set_title(truth.system.name, fontsize=STYLE["axes.labelsize"], loc="left")
     axes.set_xlabel("CPU time per forcing period [s]")
     axes.set_ylabel("error of the state [m, m/s]")

@@ -54,23 +54,23 @@ LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py")
 _PACKAGE = Path(__file__).parent.parent
 
 
-def attributes(request: Request, more: Mapping[str, Value]) -> dict[str, Value]:
-    """Return the attributes of an archive: the request, the time, the program, and `more`.
+def attributes(request: Request, about: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the attributes of an archive: the request, the time, the program, and `about`.
 
-    Arguments: the request; `more`, attributes of this kind of archive, which replace others of the
-    same name.
+    Arguments: the request; `about`, attributes of this kind of archive, which override others of
+    the same name.
     """
     return {
         "Conventions": "CF-1.10",
         "title": request.title,
-        "history": f"{now()} {more.get('command', _command())}",
+        "history": f"{now()} {about.get('command', _command())}",
         "schema": SCHEMA,
         "scan": request.to_toml(),
         "scan_hash": request.hash,
         "argv": json.dumps(sys.argv),
         **({"commit": commit()} if commit() else {}),
         **makers(),
-        **more,
+        **about,
     }
 
 
@@ -87,7 +87,7 @@ def now() -> str:
 
 @cache
 def makers() -> dict[str, str]:
-    """Return what may change a bit of a result: versions, this program's sources, the machine.
+    """Return all that may change a bit of a result: versions, a hash of the sources, the machine.
 
     An archive never holds results of different makers.
     """
@@ -120,11 +120,11 @@ def commit() -> str:
         note = _PACKAGE / "_data" / "commit.txt"
         return note.read_text("ascii").strip() if note.is_file() else ""
     try:
-        found = _git("rev-parse", "HEAD")
+        head = _git("rev-parse", "HEAD")
         changed = _git("status", "--porcelain", "--untracked-files=no", "--", str(_PACKAGE))
     except (OSError, subprocess.SubprocessError):  # git is not installed, or refuses this clone
         return ""
-    return found + ("+" if changed else "")
+    return head + ("+" if changed else "")
 
 
 def _git(*arguments: str) -> str:

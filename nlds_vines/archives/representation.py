@@ -1,4 +1,4 @@
-"""What an object says of itself: a few lines in Python, a table in a notebook."""
+"""The representation of results: a few lines in Python, a table in a notebook."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ MOST_LINES, WIDTH = 5, 100
 """Lines of a repr, and characters of a line."""
 
 Rows = Iterable[tuple[str, str]]
-"""What something is called, and what is said of it."""
+"""Names with their values, both as text."""
 
 
 class Outlined:
-    """Says of itself what it is, in five lines at most; in a notebook as a table.
+    """A result whose repr has at most five lines, and in a notebook is a table.
 
     A dataclass that inherits from it is declared with `repr=False`.
     """
 
     def heading(self) -> str:
-        """Return what stands beside the name of the class: by default the title, if it has one."""
+        """Return the words beside the name of the class: by default the title, if it has one."""
         return str(getattr(self, "title", ""))
 
     def outline(self) -> Rows:
-        """Return what it says of itself, besides the heading: by default its fields."""
+        """Return names and values for the lines below the heading: by default its fields."""
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
         for name, value in values.items():
             if value is not None and name != "title" and (words := in_words(value)):
@@ -38,7 +38,7 @@ class Outlined:
         """Return at most five lines."""
         lines = [_cut(f"{type(self).__name__}: {self.heading()}".removesuffix(": "), WIDTH)]
         rows = list(self.outline())
-        if len(rows) >= MOST_LINES:  # so many are told one after the other
+        if len(rows) >= MOST_LINES:  # so many share a line
             rows = [("", "; ".join(f"{name} {words}".strip() for name, words in rows))]
         for name, words in rows:
             text = f"{name}: {words}" if name else words

@@ -99,7 +99,7 @@ class Command:
             if rest:
                 parser.refuse(rest)
             options.argv = arguments
-            with _told_aside(self.name, getattr(options, "quiet", False)):
+            with _left_aside_in_a_line(self.name, getattr(options, "quiet", False)):
                 return self.carry_out(options)
 
         status = ended(self.name, work)
@@ -109,17 +109,17 @@ class Command:
 
 
 @contextmanager
-def _told_aside(name: str, quiet: bool) -> Iterator[None]:
-    """Say in a line what a request file has for other commands than `name`, unless it is quiet."""
+def _left_aside_in_a_line(name: str, quiet: bool) -> Iterator[None]:
+    """Print each `LeftAside` warning as a line of the command `name`; none if `quiet`."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore" if quiet else "always", LeftAside)
         others = warnings.showwarning
 
-        def show(message: Any, category: Any, *where: Any, **more: Any) -> None:
+        def show(message: Any, category: Any, *where: Any, **options: Any) -> None:
             if issubclass(category, LeftAside):
                 complain(name, str(message))
             else:
-                others(message, category, *where, **more)
+                others(message, category, *where, **options)
 
         warnings.showwarning = show
         yield
@@ -146,7 +146,7 @@ class Task(NamedTuple):
         return import_module(f"nlds_vines.{self.folder}.{word}")
 
     def read(self, path: Path) -> Any:
-        """Return what an archive holds, as the function returns it that has computed it."""
+        """Return the results in an archive, as the function that computed them returned them."""
         return getattr(self.part(self.result), self.reads)(path)
 
     @property
@@ -283,7 +283,7 @@ class Job:
         TASKS[self.request.content].picture.save(self.archive, plot)
 
     def plan(self) -> list[str]:
-        """Return what would be done, one fact a line."""
+        """Return the facts that --dry-run prints, one a line."""
         raise NotImplementedError
 
     def lines(self, results: Any) -> list[str]:
@@ -369,16 +369,16 @@ def changes(
                     raise RequestError(f"{words} exclude each other: give one of them")
                 entries = {**document[key], **entries}
             document[key] = entries
-    for said in (said for owner in owners for said in settings_of(owner).values()):
-        value = getattr(chosen, f"{said.table}.{said.key}", None)
+    for setting in (setting for owner in owners for setting in settings_of(owner).values()):
+        value = getattr(chosen, f"{setting.table}.{setting.key}", None)
         if value is None:
             continue
-        check = said.check
+        check = setting.check
         if isinstance(check, Checked) and check.listed:
             value = comma_separated(value)
         elif isinstance(check, Whole):
-            value = from_text(int, said.flag, value)
+            value = from_text(int, setting.flag, value)
         elif isinstance(check, Real) or (isinstance(check, Checked) and not value[:1].isalpha()):
-            value = from_text(float, said.flag, value)
-        document.setdefault(said.table, {})[said.key] = value
+            value = from_text(float, setting.flag, value)
+        document.setdefault(setting.table, {})[setting.key] = value
     return document

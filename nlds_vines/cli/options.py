@@ -61,8 +61,8 @@ class Parser(argparse.ArgumentParser):
             name = name.removesuffix("--")
             raise RequestError(f"argument {name}: expected one argument, not '--'")
         if rest[0].startswith("-"):
-            known = [name for name in self._option_string_actions if name.startswith("--")]
-            raise unknown("option", name, known)
+            options = [name for name in self._option_string_actions if name.startswith("--")]
+            raise unknown("option", name, options)
         raise RequestError(f"one argument too many: {shown(rest[0])}")
 
 
@@ -101,22 +101,22 @@ def add_settings(
     """
     flags: set[str] = set()  # a table may be that of several owners
     for owner in owners:
-        for said in settings_of(owner).values():
-            if said.has_option and said.key not in but and said.flag not in flags:
-                flags.add(said.flag)
-                default = f" [{words}]" if (words := _default(said, usual)) else ""
-                text = _LINK.sub(lambda link: link[1] or "", said.words + default)
+        for setting in settings_of(owner).values():
+            if setting.has_option and setting.key not in but and setting.flag not in flags:
+                flags.add(setting.flag)
+                default = f" [{words}]" if (words := _default(setting, usual)) else ""
+                text = _LINK.sub(lambda link: link[1] or "", setting.words + default)
                 form = (
                     {"action": "store_true", "default": None}
-                    if isinstance(said.check, Truth)
-                    else {"metavar": said.form}
+                    if isinstance(setting.check, Truth)
+                    else {"metavar": setting.form}
                 )
-                dest, text = f"{said.table}.{said.key}", text.replace("%", "%%")
-                group.add_argument(said.flag, dest=dest, help=text, **form)
+                dest, text = f"{setting.table}.{setting.key}", text.replace("%", "%%")
+                group.add_argument(setting.flag, dest=dest, help=text, **form)
 
 
-def _default(said: Setting, usual: Mapping[str, Any]) -> str:
-    return replace(said, default=usual.get(said.key, said.default)).default_in_words
+def _default(setting: Setting, usual: Mapping[str, Any]) -> str:
+    return replace(setting, default=usual.get(setting.key, setting.default)).default_in_words
 
 
 # ---- options for tables of parameters ------------------------------------------------------------

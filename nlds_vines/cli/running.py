@@ -220,19 +220,21 @@ def refuse_begun(archive: Path, request: Request, how: RunOptions) -> None:
     Blocks(archive, request).begin(how)
 
 
-def refuse_replacing(what: str, path: Path | None, how: RunOptions, own: str = "") -> None:
+def refuse_replacing(what: str, path: Path | None, how: RunOptions, mark: str = "") -> None:
     """Raise `RequestError` for a file other than an archive that exists, without --overwrite.
 
-    With --resume one is made anew that shows the same request: it carries the text `own`, as a
-    picture the hash of its request.
-    Arguments: `what` file it is, its `path`, None for no such file; `how` the run goes.
+    With --resume, a file that holds the text `mark` may be replaced: a picture holds the hash of
+    its request.
+
+    Arguments: what kind of file it is, in words; its `path`, None for no such file; `how` the run
+    goes.
     """
     if path is None or how.overwrite or not os.path.lexists(path):
         return
-    if how.resume and own:
+    if how.resume and mark:
         try:
             with open_regular(path) as file:
-                if own.encode() in file.read(_MOST_BYTES):
+                if mark.encode() in file.read(_MOST_BYTES):
                     return
         except (OSError, ValueError):
             pass

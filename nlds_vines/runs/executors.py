@@ -107,22 +107,18 @@ def in_pieces(
     if threads < 2:
         work(0, lanes)
         return
-    lock, errors, is_abandoned, taken = (
-        threading.Lock(),
-        list[BaseException](),
-        interrupts.abandoned(),
-        0,
-    )
+    lock, errors, begun = threading.Lock(), list[BaseException](), 0
+    is_abandoned = interrupts.abandoned()
 
     def run() -> None:
-        nonlocal taken
+        nonlocal begun
         try:
             while True:
                 with lock:
-                    left = 0 if errors or is_abandoned() else lanes - taken
-                    begin, size = taken, left // (SHARE * threads)
+                    left = 0 if errors or is_abandoned() else lanes - begun
+                    begin, size = begun, left // (SHARE * threads)
                     size = max(least, size if most is None else min(size, most))
-                    end = taken = begin + min(left, size)
+                    end = begun = begin + min(left, size)
                 if begin == end:
                     return
                 work(begin, end)
@@ -156,7 +152,7 @@ def as_finished(
 
     waiting, failures = deque(items), Counter[Item]()
     under_way: dict[Future[Result], Item] = {}
-    moved = told = time.monotonic()
+    finished = reported = time.monotonic()
     try:
         while waiting or under_way:
             while waiting and len(under_way) < ahead:
@@ -182,11 +178,11 @@ def as_finished(
                         ) from error
                     waiting.appendleft(item)
                 else:
-                    moved = told = time.monotonic()
+                    finished = reported = time.monotonic()
                     yield item, result
-            if time.monotonic() - told > STALL_SECONDS:
-                told = time.monotonic()
-                text = f"no block has been finished for {told - moved:.0f} s"
+            if time.monotonic() - reported > STALL_SECONDS:
+                reported = time.monotonic()
+                text = f"no block has been finished for {reported - finished:.0f} s"
                 print(text, file=sys.stderr, flush=True)
     finally:
         for future in under_way:
@@ -220,8 +216,8 @@ class Shard:
         """
         if text == "slurm":
             return cls._of_array(environment)
-        if found := re.fullmatch(r"(\d{1,9})/(\d{1,9})", text, re.ASCII):
-            index, count = map(int, found.groups())
+        if share := re.fullmatch(r"(\d{1,9})/(\d{1,9})", text, re.ASCII):
+            index, count = map(int, share.groups())
             if 1 <= index <= count <= MOST_SHARDS:
                 return cls(index, count)
         allowed = f"i/n with i from 1 to n and n up to {MOST_SHARDS}, or slurm"

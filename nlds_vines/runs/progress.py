@@ -128,7 +128,7 @@ class Clock:
             self._tell(self._words(seconds), seconds)
 
     def stop(self) -> None:
-        """Tell that it has ended."""
+        """End the clock and report its time."""
         self._ended.set()
         self._thread.join()
         self._tell("", time.perf_counter() - self._began)

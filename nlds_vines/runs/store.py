@@ -1,4 +1,4 @@
-"""A run under way: finished blocks in a folder beside its archive, which is made of them at last.
+"""A run under way: a folder of finished blocks beside the archive that is made of them.
 
 The name of the folder holds a hash of the request and of all that may change a bit of a result, so
 blocks of two requests or of two versions never mix.  A block is an .npz file that appears whole or
@@ -183,7 +183,7 @@ class Blocks:
         return True
 
     def _kept(self, how: Any) -> str:
-        """Return what of an interrupted run is kept, and how to go on."""
+        """Return the line that says which blocks an interrupted run keeps, and how to go on."""
         if self.path.named is None:
             return "interrupted: what was computed is lost, because no archive was named (to=)"
         count, of = len(list(self.folder.glob("*.npz"))), ""
@@ -247,7 +247,7 @@ class Blocks:
         free: Collection[str] = (),
         **about: Value,
     ) -> Write:
-        """Return what writes an archive that is in memory.
+        """Return the function that writes an archive from arrays in memory.
 
         Arguments: its dimensions; its datasets with their values, of which empty ones are left out;
         the names of parameters that have no value of their own in it; further attributes, which
@@ -258,9 +258,9 @@ class Blocks:
         table = Table.of(
             (entry for entry, _ in filled), {scale.name: scale.values.size for scale in scales}
         )
-        more = {**request.about, "content": request.content, **self.spent, **about}
-        found = {k: v for k, v in attributes(request, more).items() if k not in free}
-        return lambda path: archive.write(path, table, scales, archive.whole(filled), lambda: found)
+        about = {**request.about, "content": request.content, **self.spent, **about}
+        attrs = {k: v for k, v in attributes(request, about).items() if k not in free}
+        return lambda path: archive.write(path, table, scales, archive.whole(filled), lambda: attrs)
 
 
 def _temporary(folder: Path) -> Path:

@@ -47,14 +47,15 @@ def draw_branches(
     from nlds_vines.loads.picture import SWEEP_ENERGY
     from nlds_vines.loads.request import load_response_history
 
-    request, found = view.request(RESPONSE_HISTORY, load_response_history), continued(path)
+    request = view.request(RESPONSE_HISTORY, load_response_history)
+    continuation = continued(path)
     panels = [axes for axes in figure.axes if axes.get_label() == SWEEP_ENERGY]
     if not panels:
         raise RequestError(f"{path} is drawn beside a sweep: --show {SWEEP_ENERGY}")
-    _refuse_other(request, found, path)
+    _refuse_other(request, continuation, path)
     sweep = request.load.sweeps[0]
     for axes in panels:
-        for branch in found.branches:
+        for branch in continuation.branches:
             stable = np.where(branch.stable, branch.E1max, np.nan)
             for energy, look in ((branch.E1max, _UNSTABLE), (stable, _STABLE)):
                 named = axes.get_legend_handles_labels()[1]
@@ -73,10 +74,12 @@ def draw_branches(
         fit(figure, spec.get_gridspec())
 
 
-def _refuse_other(request: HistoryRequest, found: Continued, path: str | os.PathLike[str]) -> None:
+def _refuse_other(
+    request: HistoryRequest, continuation: Continued, path: str | os.PathLike[str]
+) -> None:
     """Raise `RequestError` unless the branches are of a damper of the sweep under its force."""
-    system = found.request.system
-    if found.request.along.name != "omega" or request.load.shaken:
+    system = continuation.request.system
+    if continuation.request.along.name != "omega" or request.load.shaken:
         raise RequestError(f"{path} must be along omega, and the sweep a force on m1")
     like = {"P": request.load.force_of(request.load.sweeps[0]), "omega": system.parameters["omega"]}
     differences = []

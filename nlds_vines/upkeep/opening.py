@@ -1,4 +1,4 @@
-"""What an archive holds, as the function returns it that has computed it."""
+"""Open an archive as the results that its task returned."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def open_archive(path: str | os.PathLike[str]) -> Opened:
-    """Return what an archive holds: the same object as the function that has computed it.
+    """Return the results in an archive, as the function that computed them returned them.
 
     Arguments: the path (.h5).  The object has `.request`, `.plot()` and `.to_xarray()`.
 

@@ -96,7 +96,7 @@ def plot(
 
 
 def _picture(view: ArchiveView, show: str | None, manifold: bool) -> Drawing:
-    """Return what draws an open archive; of an ensemble, what a scan can `show` draws the scan.
+    """Return the drawing of an open archive; for an ensemble, that of a scan if `show` asks for it.
 
     Arguments: `manifold`, whether a closed form is drawn over a map.
     """
@@ -115,16 +115,16 @@ def _picture(view: ArchiveView, show: str | None, manifold: bool) -> Drawing:
 
 
 def names_of(archive: str | os.PathLike[str]) -> list[str]:
-    """Return what of an archive can be shown, one line each: the name, the meaning, the unit."""
+    """Return the names that `show` takes for an archive, one a line, with meaning and unit."""
     from nlds_vines.archives.archive import read
     from nlds_vines.plotting.save import drawn
 
     with read(archive) as view:
         tasks = [task_of(view)] + [TASKS[SCAN]] * (view.content == SCAN)
-        found: dict[str, str] = {}
+        meanings: dict[str, str] = {}
         for task in filter(None, tasks):
-            found |= drawn(view, task.picture.names)
-        return [f"{name:<26}{meaning}" for name, meaning in found.items()]
+            meanings |= drawn(view, task.picture.names)
+        return [f"{name:<26}{meaning}" for name, meaning in meanings.items()]
 
 
 def _carry_out(options: argparse.Namespace) -> int:

@@ -58,7 +58,7 @@ def test_failures_become_rows(known):
 
 
 def test_the_reference_is_confirmed_and_told(known):
-    assert known.doubt < 1e-11
+    assert known.uncertainty < 1e-11
     assert known.growth >= 1.0
     assert known.label == "T,1"
 
@@ -115,10 +115,13 @@ def test_the_picture_joins_the_settings_that_no_other_beats(known):
     numbers = ((64, 1e-3, 1.0), (128, 1e-2, 2.0), (256, 1e-5, 3.0))
     results = [Result("rk4", *one) for one in numbers]
     failed = Result("SciPy DOP853", 1e-4, failure="step too small")
-    figure = draw(known._replace(doubt=1e-15), [*results, failed])
+    figure = draw(known._replace(uncertainty=1e-15), [*results, failed])
     (line, _) = figure.axes[0].lines
     assert line.get_xdata().tolist() == [1.0, 3.0]
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["rk4", "doubt"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+        "rk4",
+        "uncertainty of the reference",
+    ]
 
 
 def test_the_cheapest_of_our_settings_is_advised():

@@ -36,7 +36,7 @@ release = version_of("nlds-vines")
 extensions = [
     "myst_nb",  # the pages, in Markdown, and the notebook, executed
     "sphinx.ext.autodoc",  # the public functions and classes, from their docstrings
-    "sphinx.ext.napoleon",  # which list arguments as `Arguments:`
+    "sphinx.ext.napoleon",  # which list parameters as numpydoc does, or as `Arguments:`
     "sphinx_gallery.gen_gallery",  # examples, executed
     "mathml",  # formulas, without scripts
 ]
@@ -68,7 +68,6 @@ default_role = "literal"  # docstrings say `name` for code
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
-napoleon_numpy_docstring = False
 napoleon_custom_sections = [("Arguments", "Args")]
 
 sphinx_gallery_conf = {

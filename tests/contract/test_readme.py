@@ -264,7 +264,7 @@ def test_all_kinds_and_names_are_told():
 def test_all_parameters_policies_and_records_are_told():
     text = text_of("scans.md")
     for name in PARAMETERS:
-        assert f"| `{name}` |" in text_of("dampers.md"), name
+        assert f"| `{name}` |" in text_of("keys.md"), name
     for name in WANTS:
         assert re.search(rf"\b{name}\b", text), name
     for name in POLICIES:

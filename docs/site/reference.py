@@ -38,10 +38,9 @@ from nlds_vines.model.ratios import RATIOS
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
 from nlds_vines.model.setting import settings_of
-from nlds_vines.orbits.records import WANTS, spectral
+from nlds_vines.orbits.records import STATUS, WANTS, spectral
 from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
-from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.portrait.request import ColumnEntry, PortraitRequest, Times
 from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
 from nlds_vines.tuning.tuning_table import Findings, contents

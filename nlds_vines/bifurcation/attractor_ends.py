@@ -21,8 +21,7 @@ from nlds_vines.kernels.cells.lanes import LAST_STATE
 from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.labels import finals
-from nlds_vines.orbits.batch import Kernels, Wanted, on_threads, records_of
-from nlds_vines.orbits.evidence import labels_from
+from nlds_vines.orbits.batch import Kernels, Wanted, labels_from, on_threads, records_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.starts import (
     Start,

@@ -21,10 +21,9 @@ from nlds_vines.bifurcation.datasets import state_scales
 from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.model.labels import finals
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits.evidence import multipliers_of
-from nlds_vines.orbits.records import ATTRACTOR
+from nlds_vines.orbits.batch import multipliers_of
+from nlds_vines.orbits.records import ATTRACTOR, OK
 from nlds_vines.orbits.starts import user_states
-from nlds_vines.orbits.status_words import OK
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.blocks import Block

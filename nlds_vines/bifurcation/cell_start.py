@@ -37,7 +37,7 @@ def begun(
     states = given_states(cells, scan.start, own, scan.system.scene)
     if PHASE not in initial and not scan.start.phase:
         return states
-    from nlds_vines.orbits.phase_entry import Entries  # with kernels, which take long to load
+    from nlds_vines.orbits.batch import Entries  # with kernels, which take long to load
 
     entries = Entries(scan.system.scene, scan.method, scan.settings, tell)
     return entries.at_section(cells, states, phases)

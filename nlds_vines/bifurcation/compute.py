@@ -12,13 +12,12 @@ from nlds_vines.bifurcation.cell_start import STEP, own_states
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits import modulation, responses
+from nlds_vines.orbits import responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
-from nlds_vines.orbits.records import ATTRACTOR, plain
+from nlds_vines.orbits.records import ATTRACTOR, OK, modulation_of, plain
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.spectral_values import agreement, arrays_of
 from nlds_vines.orbits.starts import start_states, user_states
-from nlds_vines.orbits.status_words import OK
 from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
@@ -173,7 +172,7 @@ class Computer:
             assert outputs.section is not None
             section = outputs.section[:, :, -self.scan.periods :]
             with np.errstate(all="ignore"):  # lanes that failed hold anything
-                arrays |= modulation.arrays_of(section, cells["omega"], outputs.counts)
+                arrays |= modulation_of(section, cells["omega"], outputs.counts)
         if outputs.evidence is not None:
             arrays |= outputs.verdicts(cells)
         return arrays

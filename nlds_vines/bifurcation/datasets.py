@@ -20,11 +20,10 @@ from nlds_vines.model.parameters import PHASE, described
 from nlds_vines.model.quantities import recorded
 from nlds_vines.model.quantity import Quantity
 from nlds_vines.model.scenes import Scene
-from nlds_vines.orbits.modulation import FLAGS as CAPTURE
-from nlds_vines.orbits.records import touches_noted
+from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
+from nlds_vines.orbits.records import STATUS_FLAGS, touches_noted
 from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
-from nlds_vines.orbits.status_words import STATUS_FLAGS
 
 
 def struck(scene: Scene) -> tuple[str, ...]:

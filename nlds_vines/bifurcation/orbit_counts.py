@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.model.labels import KEPT
-from nlds_vines.orbits.status_words import failures_in, failures_in_words
+from nlds_vines.orbits.records import failures_in, failures_in_words
 from nlds_vines.runs.progress import Progress
 
 if TYPE_CHECKING:

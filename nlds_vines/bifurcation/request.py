@@ -54,8 +54,8 @@ from nlds_vines.orbits.solver_settings import (
     tolerance_setting,
 )
 from nlds_vines.orbits.spectral_records import SpectralRecords, checked_signals
+from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
-from nlds_vines.orbits.tapers import TAPERS
 
 MOST_LANES = 10**8
 """The most orbits of one scan: days of work on a large machine."""

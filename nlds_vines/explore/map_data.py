@@ -26,7 +26,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.model.quantities import QUANTITIES, drawn_in
 from nlds_vines.model.quantity import TOUCHED
 from nlds_vines.model.system import System
-from nlds_vines.orbits.status_words import NOT_COMPUTED
+from nlds_vines.orbits.records import NOT_COMPUTED
 
 MOST_SECTION = 2**24
 """The most numbers of sections that are kept (128 MB): of a larger map, fewer periods each."""

@@ -21,8 +21,8 @@ from nlds_vines.model.labels import by_frequency, coexisting, finals, most_frequ
 from nlds_vines.model.parameters import described
 from nlds_vines.model.quantities import BY_NAME, COORDINATES
 from nlds_vines.model.quantity import ERROR
-from nlds_vines.orbits.modulation import FLAGS as CAPTURE
-from nlds_vines.orbits.status_words import NOT_COMPUTED, OK, STATUS
+from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
+from nlds_vines.orbits.records import NOT_COMPUTED, OK, STATUS
 from nlds_vines.plotting.palette import (
     COUNTS,
     HATCHED,

@@ -41,7 +41,7 @@ from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantity import ERROR
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
-from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.bands import edges, logarithmic
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import in_latex, raised, typeset

@@ -23,7 +23,7 @@ from nlds_vines.model.loads.courses import Noise
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
-from nlds_vines.orbits.status_words import OK, STATUS
+from nlds_vines.orbits.records import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
 
 HISTORIES = {

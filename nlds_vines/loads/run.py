@@ -25,9 +25,9 @@ from nlds_vines.model.loads.loading import Cells, Loading, Struck
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
-from nlds_vines.orbits.load_batch import LoadBatch
+from nlds_vines.orbits.load_flight import LoadBatch
+from nlds_vines.orbits.records import OK, STATUS_FLAGS
 from nlds_vines.orbits.simulation import start_state
-from nlds_vines.orbits.status_words import OK, STATUS_FLAGS
 from nlds_vines.runs.executors import in_pieces, use_threads
 from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.progress import Progress, Tell

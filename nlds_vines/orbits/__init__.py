@@ -1,27 +1,19 @@
-"""One orbit or many, in Python.
+"""Orbits in Python, one or many.
 
 In reading order:
 
-    solver_settings   methods, their fineness, the effort of a verdict
-    records           what may be recorded
-    responses         what a response holds, with units
-    modulation        amplitudes, and 1:1 capture by impacts a period
-    status_words      how a computation ended
-    kernel_inputs     scene and cell as kernels take them
-    starts            where orbits begin
-    compilation       which kernels are compiled, and who is told
-    batch             many orbits in one call of the kernels
-    phase_entry       orbits that begin at any phase, to the next section
-    compiler_process  the program of the process that compiles beside this one
-    evidence          from the kernels' numbers to datasets and labels
-    impact_rows       what is told of an impact, and of a limit
+    solver_settings   methods, their tolerances and steps, the effort of a verdict
+    records           words of records, rows of impacts, modulation, statuses
+    responses         the quantities of a response, with units
+    kernel_inputs     a scene and a cell as the kernels take them
+    starts            policies of starts, random starts
+    compilation       messages about compiling, and a second process that compiles
+    compiler_process  the program of that process
+    batch             many orbits in one call of the kernels, datasets of verdicts
     simulation        `nv.simulate`
-    load_flight       an orbit under a load in time
-    load_batch        many orbits under loads, each with its numbers
     classification    `nv.classify`
+    load_flight       orbits under loads in time
     signals           forces, energies, relative displacement
-    tapers            window functions of spectra
-    spectral_records  what a scan records of spectra
-    spectrum          `nv.spectrum`
-    spectral_values   what these records are of an orbit
+    spectrum          `nv.spectrum`, window functions
+    spectral_records  the spectral records of scans; `spectral_values` computes them
 """

@@ -1,7 +1,8 @@
-"""Many orbits in one call of the kernels: an array of cells, each lane an orbit of its own.
+"""Many orbits in one call of the kernels, and the datasets that their verdicts give.
 
-`Kernels` runs chains of cells with everything that is wanted of them; `Batch` runs designs; of
-these a search needs only how they ended and their largest energies.
+`Kernels` runs sweeps of cells with all records of a scan; within a sweep, each cell starts from the
+last state of the one before.  `Batch` runs the designs of a tuning, of which only the objective and
+the status are needed.  `Entries` integrates starts at any phase of the force to the next section.
 """
 
 from __future__ import annotations
@@ -12,13 +13,24 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.kernels.cells import cells as part_period
 from nlds_vines.kernels.cells import lanes
+from nlds_vines.kernels.numerics.matrices import LOG, fill_multipliers
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
-from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS, TOUCH_COLUMNS
+from nlds_vines.kernels.scene import codes as ev
+from nlds_vines.kernels.scene.codes import (
+    BAD_PARAMETERS,
+    OK,
+    RESPONSE_COLUMNS,
+    TOO_STIFF,
+    TOUCH_COLUMNS,
+)
 from nlds_vines.kernels.scene.scene import Finished, LaneBuffers, Parts, Span
+from nlds_vines.model.labels import flags_of, labels_of
+from nlds_vines.model.quantities import held_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
-from nlds_vines.orbits import evidence, responses
+from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
@@ -28,15 +40,18 @@ from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 
 PIECE_PERIODS = 1000
-"""Forcing periods of a piece of lanes at least: milliseconds, beside which its cost is nothing."""
+"""Least number of forcing periods that a thread takes at a time: milliseconds of work."""
+
+TURN = 6.283185307179586
+"""2 pi."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is wanted of orbits of one scene, and how they are computed.
+    """The records of orbits of one scene, and the method.
 
-    Arguments: the `scene`; `want`, of `records.WANTS`; `method` of `settings.METHODS`; `effort` of
-    `settings.EFFORTS`, which a verdict may cost; the `settings` of the method.
+    Attributes: the `scene`; `want`, words of `records.WANTS`; `method` of `METHODS`; the `effort`
+    of a verdict, of `EFFORTS`; the `settings` of the method.
     """
 
     scene: Scene
@@ -48,7 +63,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Outputs:
-    """The buffers of many orbits, (chains, links, ...) each; None for what is not wanted."""
+    """The buffers of many orbits, (sweeps, cells, ...) each; None for what is not recorded."""
 
     section: np.ndarray | None
     counts: np.ndarray | None
@@ -67,7 +82,7 @@ class Outputs:
 
     @classmethod
     def of(cls, wanted: Wanted, shape: tuple[int, int], transient: int, periods: int) -> Outputs:
-        """Allocate the buffers that a `want` needs for (chains, links) of so many periods."""
+        """Allocate the buffers for `shape` = (sweeps, cells)."""
         want, scene = set(wanted.want), wanted.scene
         walls, judged = bool(scene.walls), bool(want & JUDGED)
         counted = judged or not want.isdisjoint(("impacts", "modulation"))
@@ -85,7 +100,7 @@ class Outputs:
             peak=rows("peak" in want, 2),
             clearance=rows("clearance" in want and walls, 1, value=np.inf),
             violation=rows(scene.limit is not None, 3),
-            evidence=rows(judged, evidence.COLUMNS),
+            evidence=rows(judged, ev.LENGTH_OF_ROW),
             ends=rows(judged, 2, STATE_SIZE),
             response=rows("response" in want, RESPONSE_COLUMNS),
             foot=responses.moving_foot(scene) if "response" in want else None,
@@ -101,42 +116,39 @@ class Outputs:
 
     @property
     def by_wall(self) -> np.ndarray:
-        """The impacts (chains, links, 2) at either wall after the transient; 0 without walls."""
+        """The impacts (sweeps, cells, 2) at either wall after the transient; 0 without walls."""
         if self.counts is None:
             return np.zeros((*self.status.shape, 2), np.int64)
         return self.counts[..., :2]
 
     def verdicts(self, cells: np.ndarray) -> dict[str, np.ndarray]:
-        """Return every dataset that rests on a verdict, by name, (chains, links, ...) each.
-
-        Arguments: the `cells` (chains, links) that were run.
-        """
+        """Return the datasets of the verdicts on `cells` (sweeps, cells) by name."""
         assert self.evidence is not None
         assert self.section is not None
         size = self.section.shape[-1]
-        return evidence.arrays_of(self.status, self.evidence, self.by_wall, cells, size)
+        return verdict_arrays(self.status, self.evidence, self.by_wall, cells, size)
 
 
 def records_of(cells: np.ndarray) -> np.recarray:
-    """Return cells as kernels take them; those that cannot be written to are copied.
+    """Return cells as kernels take them, copied if they are read-only.
 
-    For Numba they are of another type: everything would be compiled once more.
+    Numba has another type for read-only arrays, for which it would compile all kernels again.
     """
     return np.require(cells, requirements=("C", "W")).view(np.recarray)
 
 
 def run(
-    parts: Parts, chains: np.ndarray, starts: np.ndarray, span: Span, buffers: LaneBuffers
+    parts: Parts, sweeps: np.ndarray, starts: np.ndarray, span: Span, buffers: LaneBuffers
 ) -> np.ndarray:
-    """Run chains of cells (chains, links) from `starts` (chains, 4); return their status.
+    """Run sweeps (sweeps, cells) from `starts` (sweeps, 4), fill the buffers, return the status.
 
-    Fills the buffers.  The periods before `span` are the transient.
+    The periods before `span` are the transient.
     """
-    status = np.zeros(chains.shape, np.int64)
-    cells, each = records_of(chains), chains.shape[1] * (span.first + span.periods)
+    status = np.zeros(sweeps.shape, np.int64)
+    cells, each = records_of(sweeps), sweeps.shape[1] * (span.first + span.periods)
     arguments = parts, cells, np.ascontiguousarray(starts), span, buffers, status
     least = max(1, PIECE_PERIODS // max(1, each))
-    on_threads(lanes.run_lanes, arguments, len(chains), least)
+    on_threads(lanes.run_lanes, arguments, len(sweeps), least)
     return status
 
 
@@ -148,19 +160,19 @@ def on_threads(
     least: int,
     most: int | None = None,
 ) -> None:
-    """Run a kernel of `lanes` on so many lanes, in pieces from `least` to `most`."""
-    kernel(0, 0, *arguments)  # compiled here, not by all threads at once
+    """Run a kernel on `count` sweeps, in pieces of `least` to `most` of them."""
+    kernel(0, 0, *arguments)  # compiles in this thread, not in all threads at once
     in_pieces(lambda begin, end: kernel(begin, end, *arguments), count, least, most)
 
 
 class Kernels:
-    """The kernels for orbits of one scene at one fineness, with their constants prepared."""
+    """The kernels for orbits of one scene and one method."""
 
     def __init__(self, wanted: Wanted, tell: Tell | None = None, *, helped: bool = True) -> None:
-        """Prepare the parts that the scene has.
+        """Prepare the constants of the kernels.
 
-        Arguments: what is `wanted`; `tell` takes what is waited for where something is compiled;
-        `helped` lets another process compile a part of it.
+        Arguments: the records `wanted`; `tell` receives messages about compiling; `helped` lets
+        another process compile the verdict.
         """
         self._wanted = wanted
         self._compilation = Compilation(
@@ -172,44 +184,41 @@ class Kernels:
 
     @property
     def records(self) -> bool:
-        """Whether anything is recorded of orbits that are run to their end."""
+        """Whether anything is recorded of complete orbits."""
         return bool(self._wanted.want) or self._wanted.scene.limit is not None
 
-    def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
-        """Run chains of cells (chains, links) from `starts` (chains, 4), with their verdicts."""
+    def run(self, sweeps: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
+        """Run sweeps (sweeps, cells) from `starts` (sweeps, 4), with their verdicts."""
         self.prepare()
-        outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), transient, periods)
+        outputs = Outputs.of(self._wanted, (len(sweeps), sweeps.shape[1]), transient, periods)
         span = Span(transient, periods, 1)
-        outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
+        outputs.status[:] = run(self._parts, sweeps, starts, span, outputs.buffers)
         if outputs.evidence is not None:
-            self._judge(outputs, chains, transient, periods)
+            self._judge(outputs, sweeps, transient, periods)
         return outputs
 
     def states(
-        self, chains: np.ndarray, starts: np.ndarray, span: Span
+        self, sweeps: np.ndarray, starts: np.ndarray, span: Span
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the states (chains, links, periods stops, components) at the stops of a span.
+        """Return states (sweeps, cells, periods stops, components) and status, without a verdict.
 
-        And how each orbit ended.  Arguments as of `run`; nothing but a section may be wanted.
+        Arguments as of `run`; `span` has `stops` equidistant states per period.  The section must
+        be the only record.
         """
         self.prepare()
         points = span.periods * span.stops
-        outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), 0, points)
+        outputs = Outputs.of(self._wanted, (len(sweeps), sweeps.shape[1]), 0, points)
         assert outputs.section is not None
-        status = run(self._parts, chains, starts, span, outputs.buffers)
+        status = run(self._parts, sweeps, starts, span, outputs.buffers)
         return outputs.section, status
 
-    def sections(self, chains: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
-        """Return the section (chains, links, periods, components) of orbits without a verdict."""
-        self.prepare()
-        outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), 0, periods)
-        assert outputs.section is not None
-        run(self._parts, chains, starts, Span(0, periods, 1), outputs.buffers)
-        return outputs.section
+    def sections(self, sweeps: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
+        """Return the section (sweeps, cells, periods, components) without a verdict."""
+        return self.states(sweeps, starts, Span(0, periods, 1))[0]
 
     @stoppable
     def prepare(self) -> None:
-        """Have all compiled that is wanted, unless it is; tell what is waited for."""
+        """Compile or load all kernels that the records need."""
         if not self._prepared:
             with self._compilation.followed():
                 for kernel in kernels_of(self._wanted.want):
@@ -218,40 +227,116 @@ class Kernels:
                     self.compile(kernel)
             self._prepared = True
 
-    def _judge(self, outputs: Outputs, chains: np.ndarray, transient: int, periods: int) -> None:
-        """Judge the orbits that were run."""
+    def _judge(self, outputs: Outputs, sweeps: np.ndarray, transient: int, periods: int) -> None:
         finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))
-        cells, stages = records_of(chains), self._stages
+        cells, stages = records_of(sweeps), self._stages
         arguments = self._parts, cells, finished, stages, outputs.evidence, outputs.status
-        # one may take longer than a hundred others: what is not periodic is followed further
+        # one at a time: an orbit without a period is followed longer than a hundred others
         on_threads(lanes.judge_lanes, arguments, cells.size, 1, 1)
 
     def compile(self, kernel: str) -> None:
-        """Have one of `compilation.kernels_of` compiled, unless the cache has it: for no orbit."""
-        chains = np.zeros((0, 1), cell_type(self._wanted.scene))
-        starts = np.zeros((0, 4))
-        outputs = Outputs.of(self._wanted, chains.shape, 1, 1)
+        """Compile one of `compilation.kernels_of`, unless the cache has it, by running no orbit."""
+        sweeps = np.zeros((0, 1), cell_type(self._wanted.scene))
+        outputs = Outputs.of(self._wanted, sweeps.shape, 1, 1)
         if kernel == "orbit":
             if outputs.evidence is not None:
-                evidence.compile_multipliers(len(self._wanted.scene.components))
-            run(self._parts, chains, starts, Span(1, 1, 1), outputs.buffers)
+                multipliers_of(np.empty((0, ev.LENGTH_OF_ROW)), len(self._wanted.scene.components))
+            run(self._parts, sweeps, np.zeros((0, 4)), Span(1, 1, 1), outputs.buffers)
         else:
-            self._judge(outputs, chains, 1, 1)
+            self._judge(outputs, sweeps, 1, 1)
 
+
+# ---- from rows of evidence to datasets ----
+
+
+def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the Floquet multipliers and the logarithms of their moduli, the largest first.
+
+    Arguments: rows of evidence (..., LENGTH_OF_ROW); the `size` of a state.  Shapes
+    (..., size, 2), real and imaginary parts, and (..., size); NaN for orbits without a period.
+    """
+    matrices = rows[..., ev.MONODROMY : ev.MONODROMY + 16].reshape(-1, 4, 4)
+    matrices = np.ascontiguousarray(matrices[:, :size, :size].transpose(0, 2, 1))
+    triples = np.full((len(matrices), size, 3), np.nan)
+    fill_multipliers(matrices, triples)
+    triples = triples.reshape(*rows.shape[:-1], size, 3)
+    return triples[..., :LOG], triples[..., LOG]
+
+
+def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the labels alone, strings in an object array (arguments as of `verdict_arrays`)."""
+    labels: np.ndarray = _regimes_of(status, _without_failed(status, rows), counts)["label"]
+    return labels
+
+
+def verdict_arrays(
+    status: np.ndarray, rows: np.ndarray, counts: np.ndarray, cells: np.ndarray, size: int
+) -> dict[str, np.ndarray]:
+    """Return the datasets of verdicts by name.
+
+    Arguments: `status`; `rows` of evidence (..., LENGTH_OF_ROW); impact `counts` (..., 2) of the
+    sampled window; the `cells` (...) of dtype `CELL`; the `size` of a state.
+
+    The exponents [1/s] of an nT orbit are ln |mu| / nT; those of other orbits, and of orbits too
+    long for a monodromy matrix, are in the evidence.
+    """
+    rows = _without_failed(status, rows)
+    multipliers, logarithms = multipliers_of(rows, size)
+    arrays: dict[str, Any] = {one.name: one.taken(rows) for one in held_in("evidence")}
+    arrays["settling"] = np.nan_to_num(arrays["settling"], nan=-1.0).astype(np.int32)
+    arrays["multipliers"] = multipliers
+    measured = rows[..., ev.EXPONENTS : ev.EXPONENTS + size]
+    with np.errstate(all="ignore"):  # failed orbits may have no period
+        nT = rows[..., ev.CYCLE_PERIOD] * (2 * np.pi / cells["omega"])
+        of_cycle = logarithms / nT[..., np.newaxis]
+    arrays["exponents"] = np.where(np.isnan(measured), of_cycle, measured)
+    y = rows[..., ev.POINT : ev.POINT + 4]
+    arrays["orbit_point"] = y[..., :size].copy()  # x1, v1, x2, v2
+    if size == 4:
+        arrays["orbit_point"][..., 2] = y[..., 0] - y[..., 2] + cells["rest"]
+        arrays["orbit_point"][..., 3] = y[..., 1] - y[..., 3]
+    return arrays | _regimes_of(status, rows, counts)
+
+
+def _without_failed(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return rows of evidence with NaN for orbits that failed."""
+    rows = np.where((status == OK)[..., np.newaxis], rows, np.nan)
+    columns = [ev.KIND, ev.CYCLE_PERIOD]
+    rows[..., columns] = np.nan_to_num(rows[..., columns])
+    return rows
+
+
+def _regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict[str, np.ndarray]:
+    period = rows[..., ev.CYCLE_PERIOD].astype(np.int64)
+    of_cycle = rows[..., ev.NEAR_IMPACTS : ev.FAR_IMPACTS + 1]
+    by_wall = np.where((period > 0)[..., np.newaxis], of_cycle, counts).astype(np.int64)
+    impacts = by_wall.sum(axis=-1)
+    regime = flags_of(status, rows[..., ev.KIND].astype(np.int64))
+    return {
+        "periodicity": period,
+        "impact_count": impacts,
+        "impacts_by_wall": by_wall,
+        "regime": regime,
+        "label": labels_of(regime, period, impacts),
+    }
+
+
+# ---- designs of a tuning ----
 
 METHOD = "exact"
-"""The integrator of searches: rk4 is a cross-check, and too slow for them."""
+"""The method of tunings: rk4 is a cross-check, and too slow for them."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How every lane ended: its largest energies [J] after the transient, its status; one shape.
+    """The results of a batch, arrays of one shape.
 
-    `other` is the number that a batch was asked for in place of E1max.
-    `impacts`: how many there are, in each sampled period or under a load; None without walls.
-    `violations` counts how often the damper came where its scene forbids it, from the start on.
-
-    Energies of a lane that failed mean nothing; `inadmissible` says which may not be looked at.
+    Attributes:
+        E1max, E2max: largest energies [J] after the transient; meaningless where `inadmissible`.
+        status: codes of `STATUS`.
+        violations: passages beyond the limit of the scene, from the start on.
+        other: the objective if it is not E1max.
+        impacts: per sampled period, or in all under a load; None without walls.
     """
 
     E1max: np.ndarray
@@ -263,20 +348,17 @@ class Outcome:
 
     @property
     def objective(self) -> np.ndarray:
-        """The number that is to be small: E1max, unless there is another."""
+        """The objective: `other` if there is one, otherwise E1max."""
         return self.E1max if self.other is None else self.other
 
     @property
     def inadmissible(self) -> np.ndarray:
-        """Lane by lane, whether a design is refused for it, whatever its energies.
-
-        The one place that decides it: it failed, or broke the constraint of scenes b and c.
-        """
+        """Whether an orbit failed, or broke the constraint of scenes b and c."""
         return (self.status != OK) | ~np.isfinite(self.objective) | (self.violations > 0)
 
 
 class Batch:
-    """Runs batches of cells of one scene; what all batches share is prepared once."""
+    """Runs batches of cells of one scene, with constants that are prepared once."""
 
     def __init__(
         self,
@@ -285,9 +367,10 @@ class Batch:
         tolerance: float = TOLERANCE,
         objective: str = "E1max",
     ) -> None:
-        """Prepare for cells of `scene`; `tell` takes what is waited for meanwhile.
+        """Prepare for cells of `scene`.
 
-        Arguments: the `tolerance` of method exact; the `objective`, of `responses.objectives_of`.
+        Arguments: `tell` receives messages about compiling; the `tolerance` of method exact; the
+        `objective`, of `responses.objectives_of`.
         """
         self._scene, self._objective = scene, objective
         self._responds = objective not in responses.ENERGIES
@@ -296,28 +379,27 @@ class Batch:
         self._compilation = Compilation(Needed(scene.key, METHOD, want), tell, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
-        """Run one lane for each cell on the current threads, all in one call of the kernel.
+        """Run one orbit for each cell.
 
-        Arguments: `cells` of dtype `CELL` and any shape; `starts` (x1, v1, r, s) as
-        `starts.random_states` has it, of that shape + (4,), zeros for rest; the forcing periods
-        discarded and sampled.
+        Arguments: `cells` of dtype `CELL` and any shape; `starts` (x1, v1, r, s) of that shape
+        + (4,), zeros for rest; the forcing periods discarded and sampled.
         """
-        chains = np.ascontiguousarray(cells.reshape(-1, 1))
-        energy = np.zeros((*chains.shape, 2))
-        violation = None if self._scene.limit is None else np.zeros((*chains.shape, 3))
-        response = np.zeros((*chains.shape, RESPONSE_COLUMNS)) if self._responds else None
-        counts = np.zeros((*chains.shape, 3), np.int64) if self._scene.walls else None
+        sweeps = np.ascontiguousarray(cells.reshape(-1, 1))
+        energy = np.zeros((*sweeps.shape, 2))
+        violation = None if self._scene.limit is None else np.zeros((*sweeps.shape, 3))
+        response = np.zeros((*sweeps.shape, RESPONSE_COLUMNS)) if self._responds else None
+        counts = np.zeros((*sweeps.shape, 3), np.int64) if self._scene.walls else None
         buffers = LaneBuffers(counts=counts, energy=energy, violation=violation)
         if self._responds:
             foot, ground = responses.moving_foot(self._scene), responses.moving_ground(self._scene)
             buffers = buffers._replace(response=response, foot=foot, ground=ground)
         span = Span(transient, periods, 1)
         with self._compilation.followed():
-            status = run(self._parts, chains, starts.reshape(-1, 4), span, buffers)
-        broken = np.zeros(chains.shape) if violation is None else violation[..., 2]
+            status = run(self._parts, sweeps, starts.reshape(-1, 4), span, buffers)
+        broken = np.zeros(sweeps.shape) if violation is None else violation[..., 2]
         shape, other = cells.shape, energy[..., int(self._objective == "E2max")]
         if response is not None:
-            values = responses.arrays_of(response, self._scene, chains)[self._objective]
+            values = responses.arrays_of(response, self._scene, sweeps)[self._objective]
             other = values if values.ndim == 2 else values.max(axis=-1)
         return Outcome(
             E1max=energy[..., 0].reshape(shape),
@@ -329,3 +411,34 @@ class Batch:
             if counts is None
             else counts[..., :2].sum(axis=-1).reshape(shape) / periods,
         )
+
+
+# ---- starts at a phase of the force ----
+
+
+class Entries:
+    """Integrates orbits of one scene from a phase of the force to the next section."""
+
+    def __init__(
+        self, scene: Scene, method: str, settings: Settings, tell: Tell | None = None
+    ) -> None:
+        """Prepare the constants; `tell` receives messages about compiling."""
+        self._parts = parts_of(method, scene, settings)
+        self._compilation = Compilation(Needed(scene.key, method, ()), tell, helped=False)
+
+    def at_section(self, cells: np.ndarray, starts: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """Return the states (n, 4) of orbits at the next section.
+
+        Arguments: the `cells` (n,), the `starts` (n, 4), x1, v1, r, s, and their `phases` (n,)
+        [rad], 0 to 2 pi; at 0 and at 2 pi, a start is returned as it is.
+
+        An orbit that fails on the way has a state of NaN and is later reported as diverged.  Starts
+        whose parameters cannot be computed are returned as they are.
+        """
+        states, status = np.array(starts, float), np.zeros(len(cells), np.int64)
+        begun = np.array(phases, float) / TURN
+        with self._compilation.followed({part_period.enter: "entry"}):
+            arguments = self._parts, records_of(cells), begun, states, status
+            on_threads(part_period.enter, arguments, len(cells), 16)
+        states[~np.isin(status, (OK, BAD_PARAMETERS, TOO_STIFF))] = np.nan
+        return states

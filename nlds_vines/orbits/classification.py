@@ -16,10 +16,9 @@ from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import notice
-from nlds_vines.orbits.records import USUAL
+from nlds_vines.orbits.records import OK, USUAL
 from nlds_vines.orbits.simulation import IntegrationError, start_state
 from nlds_vines.orbits.solver_settings import EFFORTS, METHODS, chosen_settings
-from nlds_vines.orbits.status_words import OK
 
 _KINDS = {code: name for name, code in FLAGS.items()}
 

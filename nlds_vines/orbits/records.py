@@ -1,40 +1,55 @@
-"""What a scan may ask to be recorded, and which of it a scene can give."""
+"""What is recorded of orbits: the words of requests, rows of impacts, modulation, statuses.
+
+A request asks for the words of `WANTS`; a scene without walls has no impacts, for example. Spectra
+and responses are described in `spectral_records` and `responses`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
 
 from nlds_vines.errors import RequestError, checked_words
+from nlds_vines.kernels.scene.codes import (
+    BAD_PARAMETERS,
+    DIVERGED,
+    NOT_COMPUTED,
+    OK,
+    STEP_BUDGET,
+    TOO_STIFF,
+)
 from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, held_in
 from nlds_vines.model.scenes import Scene
+from nlds_vines.model.scenes.base import LONGEST_NAME
 
 WANTS = RECORDS
-"""What `[record] want` may ask for."""
+"""The words that `[record] want` accepts."""
 
 USUAL = ("section", "impacts", "energy", "regime")
-"""What a scan records unless it says otherwise.
-
-Whatever else looks for a label asks for the same: kernels are compiled for what is recorded."""
+"""The default of `want`; `classify` and start orbits record the same and share its compiled
+kernels."""
 
 JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence", "attractor"})
-"""Of `WANTS`, what rests on a verdict."""
+"""The words of `WANTS` that need a verdict."""
 
 ATTRACTOR = "attractor"
-"""Of `WANTS`, what an orbit need not be followed to its end for."""
+"""The word of `WANTS` for which orbits stop when their attractor is recognized."""
 
 SPECTRAL = ("spectrum", "lines", "broadband")
-"""Of `WANTS`, what rests on states at equal steps: on a run of its own."""
+"""The words of `WANTS` that need states at equal steps, from a run of their own."""
 
 NOTED = 4096
-"""Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
+"""Number of last transient periods in which a verdict searches for the settling time."""
 
-_SAMPLED = {word for entry in held_in("section") for word in entry.record}
-_SAMPLED |= {"modulation"}
+_SAMPLED = {word for entry in held_in("section") for word in entry.record} | {"modulation"}
 _TOUCHED = {word for entry in held_in("touches") for word in entry.record}
 
 
 def checked_want(want: object) -> tuple[str, ...]:
-    """Return a request for records in the order of `WANTS`.
+    """Return a list of records in the order of `WANTS`.
 
     Raises `RequestError` unless it is a list of one or more different words of `WANTS`.
     """
@@ -46,7 +61,7 @@ def possible_want(want: Sequence[str], scene: Scene) -> tuple[str, ...]:
     """Return the records of `want` that a scene has: without walls no impacts and clearances."""
     missing = {*RECORDS}.difference(
         *(entry.record[:1] for entry in QUANTITIES if entry.has(scene)),
-    )  # and nothing that is recorded of single orbits alone
+    )  # records of `simulate` alone are not in RECORDS
     return tuple(word for word in want if word not in missing)
 
 
@@ -61,22 +76,136 @@ def refuse_impossible(want: Sequence[str], scene: Scene) -> None:
 
 
 def plain(want: Collection[str]) -> tuple[str, ...]:
-    """Return what of a request rests on orbits that are followed to their end, one by one."""
+    """Return the records that come from the orbits themselves: no spectra, no attractors."""
     return tuple(word for word in want if word != ATTRACTOR and word not in SPECTRAL)
 
 
 def spectral(want: Collection[str]) -> tuple[str, ...]:
-    """Return what of a request rests on spectra."""
+    """Return the records that come from spectra."""
     return tuple(word for word in want if word in SPECTRAL)
 
 
 def noted(want: Collection[str], transient: int, periods: int) -> int:
-    """Return for how many periods of an orbit its section is kept while it is computed."""
+    """Return the number of periods whose section is stored while an orbit is computed."""
     judged = not JUDGED.isdisjoint(want)
     sampled = periods if judged or not _SAMPLED.isdisjoint(want) else 0
     return sampled + (min(transient, NOTED) if judged else 0)
 
 
 def touches_noted(want: Collection[str], scene: Scene, periods: int) -> int:
-    """Return of how many impacts of an orbit the touch is kept at most."""
+    """Return the largest number of impacts of an orbit whose touches are stored."""
     return TOUCHES * periods if scene.walls and not _TOUCHED.isdisjoint(want) else 0
+
+
+# ---- impacts of one orbit ----
+
+IMPACT = np.dtype(
+    [
+        ("wall", f"U{LONGEST_NAME}"),
+        ("touch", float),
+        ("release", float),
+        ("speed", float),
+        ("force", float),
+        ("depth", float),
+        ("gain1", float),
+        ("gain2", float),
+    ]
+)
+"""A row of `Orbit.impacts`: the body that is struck; times of touch and release [s]; approach speed
+[m/s]; peak force [N]; depth [m]; changes of E1 and E2 from touch to release [J]."""
+
+
+class Violation(NamedTuple):
+    """Violations of a scene's limit, those of the transient included."""
+
+    number: int  # of passages beyond the limit
+    time: float  # of the first one [s]
+    depth: float  # of the deepest one [m]
+
+
+# ---- modulation: the amplitude of the response, and 1:1 capture ----
+
+CAPTURED, MOST_CAPTURED = 1.99, 2.01
+"""Least and largest number of impacts per period of sustained 1:1 resonance.
+
+Source: Weidemann, Bergman, Vakakis, Krack: Nonlinear Dyn. (2025), doi 10.1007/s11071-025-10928-4,
+for a free mass between two walls."""
+
+CAPTURE_FLAGS: Mapping[str, int] = {
+    "no_impacts": 0, "strongly_modulated": 1, "sustained_1_to_1": 2, "more_impacts": 3,
+}  # fmt: skip
+"""The kinds of response by impacts per period, as codes."""
+
+
+def modulation_of(
+    section: np.ndarray, omega: np.ndarray, counts: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return the datasets of the record `modulation` by name, arrays (...).
+
+    The amplitude is sqrt(x^2 + (v / omega)^2), the modulus of Manevitch's variable over omega; it
+    is constant for a harmonic motion at the frequency of the force.
+
+    Arguments: the `section` (..., periods, components) of the sampled periods; `omega` (...)
+    [rad/s]; `counts` (..., 3), impacts at either wall and the periods with two of them.
+    """
+    x, v = section[..., 0], section[..., 1] / omega[..., np.newaxis]
+    amplitude, periods = np.sqrt(x * x + v * v), section.shape[-2]
+    rate = counts[..., :2].sum(axis=-1) / periods
+    conditions = [rate == 0.0, rate < CAPTURED, rate <= MOST_CAPTURED]
+    return {
+        "amplitude_min": amplitude.min(axis=-1),
+        "amplitude_max": amplitude.max(axis=-1),
+        "two_impacts": counts[..., 2] / periods,
+        "capture": np.select(conditions, [0, 1, 2], 3),
+    }
+
+
+# ---- statuses ----
+
+
+class Status(NamedTuple):
+    """How the computation of an orbit ended: a CF word, and a remedy as a sentence."""
+
+    name: str
+    remedy: str
+
+    @property
+    def meaning(self) -> str:
+        """Name and remedy as one CF word, `diverged.check_the_damping`: split at the dot."""
+        words = self.remedy.rstrip(".").replace(",", "").replace(";", "").replace(":", "")
+        return f"{self.name}.{words.replace(' ', '_')}"
+
+
+STATUS: Mapping[int, Status] = {
+    OK: Status("ok", "Nothing to do."),
+    NOT_COMPUTED: Status("not_computed", "Finish the scan with --resume."),
+    DIVERGED: Status("diverged", "Check masses, damping and forcing: the state grows unbounded."),
+    STEP_BUDGET: Status("step_budget", "Raise omega or lower K: a period took too many steps."),
+    BAD_PARAMETERS: Status("bad_parameters", "Vary within the ranges that the system allows."),
+    TOO_STIFF: Status(
+        "too_stiff", "Raise omega, masses or the steps of rk4, or lower stiffness or damping."
+    ),
+}
+"""The statuses by code. A new code needs no other entry."""
+
+STATUS_FLAGS = {status.meaning: code for code, status in STATUS.items()}
+"""The CF flags of the dataset `status`."""
+
+
+def failures_in(status: np.ndarray) -> Counter[int]:
+    """Return the numbers of failed orbits by code; `status` has any shape."""
+    return Counter(status[status != OK].tolist())
+
+
+def failures_in_words(failures: Counter[int], orbits: int) -> str:
+    """Return a sentence that counts the `failures`, with reasons and remedies; "" for none.
+
+    Arguments: `failures`, as `failures_in` counts them; the number of all `orbits`.
+    """
+    if not failures:
+        return ""
+    reasons = (
+        f"{count} {STATUS[code].name} ({STATUS[code].remedy.rstrip('.')})"
+        for code, count in sorted(failures.items())
+    )
+    return f"{failures.total()} of {orbits} orbits failed: {'; '.join(reasons)}"

@@ -21,12 +21,10 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.impact_rows import IMPACT, Violation
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
-from nlds_vines.orbits.records import refuse_impossible
+from nlds_vines.orbits.records import IMPACT, STATUS, Violation, refuse_impossible
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
 from nlds_vines.orbits.starts import ROUND_OFF
-from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.runs.interrupts import stoppable
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")

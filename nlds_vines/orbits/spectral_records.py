@@ -17,7 +17,7 @@ from nlds_vines.errors import RequestError, checked_words, choice
 from nlds_vines.model.quantities import OF_SIGNALS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import SIGNALS
-from nlds_vines.orbits.tapers import TAPERS
+from nlds_vines.orbits.spectrum import TAPERS
 
 LINES = 24
 """Lines of a periodic orbit that are recorded: m / n of the forcing frequency, m from 1 on."""
@@ -48,7 +48,7 @@ class SpectralRecords:
         signals: of `recordable`; by default those of `USUAL` that the scene has.
         periods: sampled, `samples` states each.
         highest: multiple of the forcing frequency up to which bins are kept.
-        window: one of `tapers.TAPERS`, for amplitudes; the broadband share takes Hann's.
+        window: one of `spectrum.TAPERS`, for amplitudes; the broadband share takes Hann's.
 
     Raises `RequestError` for a signal that the scene lacks, and for bins beyond the samples.
     """

@@ -1,20 +1,34 @@
-"""Fourier spectra, phase-locked to the forcing: lines, decibels, and the broadband share."""
+"""Fourier spectra, phase-locked to the forcing: lines, decibels, and the broadband share.
+
+Spectra as records of scans are in `spectral_records` and `spectral_values`.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, whole
 from nlds_vines.orbits.signals import SIGNALS, checked_signal
-from nlds_vines.orbits.tapers import TAPERS, weights_of
 
 if TYPE_CHECKING:
     from nlds_vines.orbits.simulation import Orbit
 
+
+class Taper(NamedTuple):
+    """A window function: its name in SciPy, and how many bins a line reaches to either side."""
+
+    scipy: str
+    reach: int
+
+
+TAPERS: Mapping[str, Taper] = {"rectangular": Taper("boxcar", 0), "hann": Taper("hann", 1)}
+"""The window functions.  Rectangular: a line on a bin fills that bin; one between two bins leaks
+far.  Hann: a line on a bin fills three bins; one between two bins leaks little."""
 
 NEIGHBORS = 8
 """Bins to either side of one whose median is the background there (`Spectrum.background_share`)."""
@@ -23,19 +37,41 @@ SILENCE = 1.0e-15
 """Standard deviation, relative to the largest value, below which a signal counts as constant."""
 
 
+def weights_of(window: str, count: int) -> np.ndarray:
+    """Return the weights (count,) of a window, periodic as a discrete transform needs them.
+
+    SciPy's signal package takes longer to import than an orbit to compute: only Hann loads it.
+    """
+    if window == "rectangular":
+        return np.ones(count)
+    from scipy.signal import windows
+
+    make: Callable[..., np.ndarray] = getattr(windows, TAPERS[window].scipy)
+    return make(count, sym=False)
+
+
 @dataclass(frozen=True, repr=False)
 class Spectrum(Outlined):
-    """The one-sided amplitude spectrum of a signal over whole forcing periods.
+    """One-sided amplitude spectrum of a signal over whole forcing periods.
 
-    Attributes:
-        order: frequency of each bin in multiples of the forcing frequency, k / periods.
-        amplitude: of the line in each bin, in the signal's `unit`: a line A cos on a bin gives A,
-            with either window; the first is the modulus of the mean.
-        power: share of each bin in the variance, [unit^2]; its sum is the variance exactly
-            (Parseval; that of the tapered signal, normalized by the window's mean square).
-        omega: the forcing frequency [rad/s].
-        samples: in each forcing period; periods: how many; window: one of `TAPERS`.
-        quantity, unit: what it is a spectrum of.
+    Attributes
+    ----------
+    order : (bins,) ndarray
+        Frequency of each bin in multiples of the forcing frequency, k / periods.
+    amplitude : (bins,) ndarray
+        Amplitude of the line in each bin [unit]: a line A cos on a bin gives A with either window.
+        The first is the modulus of the mean.
+    power : (bins,) ndarray
+        Contribution of each bin to the variance [unit^2], of the tapered signal normalized by the
+        mean square of the window; the sum is the variance exactly (Parseval).
+    omega : float
+        Forcing frequency [rad/s].
+    samples, periods : int
+        Samples per forcing period, and number of periods.
+    window : str
+        "rectangular" or "hann".
+    quantity, unit : str
+        Name and unit of the signal.
     """
 
     order: np.ndarray
@@ -49,13 +85,13 @@ class Spectrum(Outlined):
     unit: str = "1"
 
     def heading(self) -> str:
-        """Return what it is a spectrum of."""
+        """Return the signal with its unit."""
         return f"of {self.quantity} [{self.unit}]" if self.quantity else ""
 
     def outline(self) -> Rows:
-        """Return its lengths and its largest line."""
+        """Return lengths and the largest line."""
         how = f"{self.periods} periods of {self.samples} samples, {self.window} window"
-        yield "taken from", f"{how}; {self.order.size} bins, resolution {self.resolution:.4g}"
+        yield "from", f"{how}; {self.order.size} bins, resolution {self.resolution:.4g}"
         if self.order.size > 1:
             i = 1 + int(np.argmax(self.amplitude[1:]))
             yield "largest line", f"{self.amplitude[i]:.6g} at {self.order[i]:.6g} omega"
@@ -67,12 +103,12 @@ class Spectrum(Outlined):
 
     @property
     def resolution(self) -> float:
-        """Distance of two bins in multiples of the forcing frequency: 1 / periods."""
+        """The distance of two bins in multiples of the forcing frequency: 1 / periods."""
         return 1.0 / self.periods
 
     @property
     def bandwidth(self) -> float:
-        """Equivalent noise bandwidth in multiples of the forcing frequency.
+        """The equivalent noise bandwidth in multiples of the forcing frequency.
 
         One bin for the rectangular window, one and a half for Hann.
         """
@@ -80,9 +116,22 @@ class Spectrum(Outlined):
         return self.resolution * float(np.mean(taper**2) / np.mean(taper) ** 2)
 
     def decibels(self, reference: float = 1.0) -> np.ndarray:
-        """Return 20 log10 of the amplitude over a `reference` in the signal's unit (> 0).
+        """Return the amplitudes in decibels, 20 log10(amplitude / reference).
 
-        A bin that is exactly zero becomes -inf.
+        Parameters
+        ----------
+        reference : float
+            Amplitude of 0 dB in the unit of the signal, > 0.
+
+        Returns
+        -------
+        (bins,) ndarray
+            -inf where the amplitude is exactly zero.
+
+        Raises
+        ------
+        RequestError
+            If the reference is not positive.
         """
         if number("reference", reference) <= 0:
             raise RequestError(f"reference = {reference!r}; allowed: > 0")
@@ -90,25 +139,34 @@ class Spectrum(Outlined):
             return 20 * np.log10(self.amplitude / reference)
 
     def most_lines(self) -> int:
-        """Return the largest n for which `broadband_share` has enough bins between its lines."""
-        return self.periods // (2 * self._width())
+        """Return the largest n that `broadband_share` accepts."""
+        return self.periods // (2 * (2 * TAPERS[self.window].reach + 1))
 
     def broadband_share(self, n: int = 0) -> float:
-        """Return the share of the power that lies outside the lines of an nT orbit, 0 to 1.
+        """Return the share of the power outside the lines of an nT orbit, 0 to 1.
 
-        The mean does not count.  With N periods, the lines of the comb are the bins j N / n,
-        j = 1, 2, ..., that is the frequencies j omega / n, each with as many bins to either side
-        as the window spreads it over (none for rectangular, one for Hann); n = 0 stands for "no
-        period known" and means the harmonics of the forcing, like n = 1.  The share is
+        Parameters
+        ----------
+        n : int
+            Period of the orbit in forcing periods; 0 and 1 mean the harmonics of the forcing.
 
-            1 - (power in the comb) / (power in all bins but the mean's).
+        Returns
+        -------
+        float
+            1 - (power in the comb) / (power in all bins but that of the mean); 0 for a constant
+            signal.
 
-        It is zero to round-off for an nT orbit, T-periodic ones included, with either window.
-        White noise gives 1 - n (2 reach + 1) / N: the comb may cover half of all bins at most.
-        Sampling in step with the force folds harmonics onto harmonics, so that aliasing does not
-        count as broadband.  A constant signal has the share 0.
+        Raises
+        ------
+        RequestError
+            Unless the number N of periods is a multiple of n and at least ``2 n (2 reach + 1)``.
 
-        Raises `RequestError` unless N is a multiple of n, and at least `2 n (2 reach + 1)`.
+        Notes
+        -----
+        The comb holds the bins j N / n, j = 1, 2, ..., and `reach` bins to either side of each:
+        none for the rectangular window, one for Hann.  The share of an nT orbit is zero to
+        round-off; that of white noise is 1 - n (2 reach + 1) / N.  Sampling in step with the force
+        aliases harmonics onto harmonics, so that aliasing does not count as broadband.
         """
         n = max(whole("n", n, 0), 1)
         if self.periods % n or n > self.most_lines():
@@ -120,16 +178,31 @@ class Spectrum(Outlined):
         total = power.sum()
         if total == 0:
             return 0.0
-        return float(power[~self._comb(n)[1:]].sum() / total)
+        spacing, reach = self.periods // n, TAPERS[self.window].reach
+        place = np.arange(1, self.order.size)
+        nearest = spacing * np.round(place / spacing)
+        in_comb = (np.abs(place - nearest) <= reach) & (place > reach)
+        return float(power[~in_comb].sum() / total)
 
     def background_share(self, bins: int) -> float:
-        """Return the share of the power that is background and no line, 0 to 1.
+        """Return the share of the power in the background between lines, 0 to 1.
 
-        Of the first `bins`, without the mean: the sum of min(P_k, median of P around k) over that
-        of P.  A line is what stands above the median of the `NEIGHBORS` bins to either side.
-        Lines of any frequencies, those of a quasiperiodic motion too, leave next to nothing;
-        continuous spectra leave most.  With Hann's window lines may be as near as `NEIGHBORS`
-        bins: of an nT orbit there must be ten n periods or more.
+        Parameters
+        ----------
+        bins : int
+            Number of bins that count; the mean does not.
+
+        Returns
+        -------
+        float
+            sum_k min(P_k, median of P around k) / sum_k P_k, with the median over `NEIGHBORS` bins
+            to either side.  Lines at any frequencies, also those of a quasiperiodic motion, leave a
+            share near 0, continuous spectra one near 1.
+
+        Notes
+        -----
+        With the Hann window, lines may be as near as `NEIGHBORS` bins: an nT orbit needs at least
+        10 n periods.
         """
         power = self.power[1:bins]
         total = float(power.sum())
@@ -140,10 +213,25 @@ class Spectrum(Outlined):
         return float(np.minimum(power, np.median(around, axis=1)).sum() / total)
 
     def bins_holding(self, share: float = 0.99) -> int:
-        """Return how few bins hold a `share` (0 to 1) of the power, the mean not counted.
+        """Return the smallest number of bins that hold a share of the power, without the mean.
 
-        It needs no comb: an orbit of a long or unknown period has few such bins, and as many in a
-        window twice as long; where the spectrum is broad, they grow with the window.
+        For an orbit with lines it does not depend on the number of periods; for a continuous
+        spectrum it grows with that number.
+
+        Parameters
+        ----------
+        share : float
+            Above 0, up to 1.
+
+        Returns
+        -------
+        int
+            Number of bins.
+
+        Raises
+        ------
+        RequestError
+            If the share is out of range.
         """
         if not 0 < number("share", share) <= 1:
             raise RequestError(f"share = {share!r}; allowed: above 0, up to 1")
@@ -152,33 +240,44 @@ class Spectrum(Outlined):
             return 0
         return int(np.searchsorted(sums, share * sums[-1])) + 1
 
-    def _width(self) -> int:
-        return 2 * TAPERS[self.window].reach + 1
-
-    def _comb(self, n: int) -> np.ndarray:
-        """Tell of every bin whether it belongs to the lines of an nT orbit."""
-        spacing, reach = self.periods // n, TAPERS[self.window].reach
-        place = np.arange(self.order.size)
-        nearest = spacing * np.round(place / spacing)
-        return (np.abs(place - nearest) <= reach) & (place > reach)
-
 
 def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -> Spectrum:
     """Return the spectrum of a signal along an orbit.
 
-    Arguments:
-        orbit: from `simulate` with "trajectory" among `record`; for an nT orbit, record a
-            multiple of n periods: then every line stands on a bin and nothing leaks.
-        signal: a component of the state x1, v1, x2, v2 [m, m/s], u = x2 - x1 [m], the contact
-            `force` on the damper [N], or an energy E1, E2 [J].
-        window: `rectangular` or `hann`.
+    Parameters
+    ----------
+    orbit : Orbit
+        From `simulate` with "trajectory" in `record`.  If an nT orbit is recorded over a multiple
+        of n periods, each line lies on a bin and none leaks.
+    signal : str
+        A component of the state, x1, v1, x2, v2 [m, m/s]; u = x2 - x1 [m]; the contact `force` on
+        the damper [N]; an energy, E1 or E2 [J].
+    window : str
+        "rectangular" or "hann".
 
-    States need no more than the 512 samples a period that `simulate` takes by default: what is
-    folded back onto their lines is below 1e-9 m.  A contact is short (16 to 24 ms, a fiftieth of
-    a period) and the spectrum of its force wide: 512 samples leave an error of 2e-3 of its largest
-    line, 1024 of 4e-4, 4096 of 1e-5 (SSul Set 6, 7.375 rad/s).
+    Returns
+    -------
+    Spectrum
 
-    Raises `RequestError` for an orbit without trajectory and a signal that its scene lacks.
+    Raises
+    ------
+    RequestError
+        If the orbit has no trajectory, or the scene lacks the signal.
+
+    Notes
+    -----
+    512 samples per period, the default of `simulate`, suffice for states: aliasing onto their lines
+    is below 1e-9 m.  A contact lasts 16 to 24 ms, a fiftieth of a period, and the spectrum of its
+    force is wide: with 512 samples the error is 2e-3 of its largest line, with 1024 4e-4, with 4096
+    1e-5 (SSul Set 6, 7.375 rad/s).
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> orbit = nv.simulate("tmd", 8, transient=200, record=["trajectory"], quiet=True)
+    >>> lines = nv.spectrum(orbit, "x1")
+    >>> float(lines.order[lines.amplitude.argmax()])
+    1.0
     """
     if not hasattr(orbit, "trajectory"):
         raise RequestError(f"orbit = {shown(orbit)} must be an Orbit, as simulate returns it")
@@ -209,20 +308,28 @@ def spectrum_of(
 ) -> Spectrum:
     """Return the spectrum of equidistant values over a whole number of forcing periods.
 
-    Arguments: `values`, `samples` of them a period; the forcing frequency `omega` [rad/s]; the
+    Arguments: `values`, `samples` of them per period; the forcing frequency `omega` [rad/s]; the
     rest as in `Spectrum`.
 
-    With weights w_j and the mean taken off, X_k = sum_j w_j x_j exp(-2 pi i j k / M); amplitude
-    2 |X_k| / sum w, power 2 |X_k|^2 / (M sum w^2), each without the 2 at the Nyquist frequency.
+    With weights w_j and after subtraction of the mean, X_k = sum_j w_j x_j exp(-2 pi i j k / M).
+    The amplitude is 2 |X_k| / sum w, the power 2 |X_k|^2 / (M sum w^2), each without the factor 2
+    at the Nyquist frequency.
 
-    Raises `RequestError` for values that are not finite or no whole number of periods.
+    Raises `RequestError` if values are not finite or not a whole number of periods.
     """
-    x = _checked_values(values, whole("samples", samples, 2))
+    x = np.asarray(values, dtype=np.float64)
+    whole("samples", samples, 2)
+    if x.ndim != 1 or x.size == 0 or x.size % samples:
+        raise RequestError(
+            f"values of shape {x.shape} are no whole number of periods of {samples} samples"
+        )
+    if not np.isfinite(x).all():
+        raise RequestError("values must be finite numbers")
     choice("window", window, TAPERS)
     weights, mean, count = weights_of(window, x.size), x.mean(), x.size
     rest = x - mean
     if rest.std() <= SILENCE * np.abs(x).max():
-        rest = np.zeros_like(x)  # what round-off leaves of a constant is no spectrum
+        rest = np.zeros_like(x)  # round-off of a constant has no spectrum
     modulus = np.abs(np.fft.rfft(weights * rest))
     sides = np.full(modulus.size, 2.0)
     sides[0] = 1.0
@@ -234,14 +341,3 @@ def spectrum_of(
     order = np.arange(modulus.size) / periods
     rate = number("omega", omega)
     return Spectrum(order, amplitude, power, rate, samples, periods, window, quantity, unit)
-
-
-def _checked_values(values: Any, samples: int) -> np.ndarray:
-    x = np.asarray(values, dtype=np.float64)
-    if x.ndim != 1 or x.size == 0 or x.size % samples:
-        raise RequestError(
-            f"values of shape {x.shape} are no whole number of periods of {samples} samples"
-        )
-    if not np.isfinite(x).all():
-        raise RequestError("values must be finite numbers")
-    return x

@@ -16,10 +16,9 @@ import numpy as np
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.impact_rows import IMPACT, Violation
+from nlds_vines.orbits.records import IMPACT, OK, STATUS_FLAGS, Violation
 from nlds_vines.orbits.signals import SIGNALS, signals_of
 from nlds_vines.orbits.spectrum import Spectrum
-from nlds_vines.orbits.status_words import OK, STATUS_FLAGS
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.window_view import View
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.model.labels import name_of
-from nlds_vines.orbits.impact_rows import Violation
+from nlds_vines.orbits.records import Violation
 from nlds_vines.orbits.signals import SIGNALS, signals_of
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.portrait.request import Column

@@ -13,7 +13,7 @@ from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import TUNING
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.status_words import OK
+from nlds_vines.orbits.records import OK
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.free_parameter import Free

@@ -9,7 +9,7 @@ import numpy as np
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import DESCRIBED, described
-from nlds_vines.orbits.status_words import STATUS_FLAGS
+from nlds_vines.orbits.records import STATUS_FLAGS
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.objective import impacts_of
 from nlds_vines.tuning.optima import perturbations

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.model.labels import FLAGS
-from nlds_vines.orbits.records import WANTS
-from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
+from nlds_vines.orbits.records import NOT_COMPUTED, STATUS, WANTS
 from scans import scan_of, unfilled
 
 

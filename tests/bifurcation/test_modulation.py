@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.orbits import modulation
+from nlds_vines.orbits.records import modulation_of
 
 pytestmark = pytest.mark.kernels
 
@@ -63,5 +63,5 @@ def test_the_criterion_is_by_impacts_a_period():
     counts = np.array(
         [[[0, 0, 0]], [[200, 197, 0]], [[200, 198, 0]], [[201, 201, 0]], [[400, 10, 0]]]
     )
-    found = modulation.arrays_of(section, np.ones((5, 1)), counts)["capture"]
+    found = modulation_of(section, np.ones((5, 1)), counts)["capture"]
     assert found.ravel().tolist() == [0, 1, 2, 2, 3]

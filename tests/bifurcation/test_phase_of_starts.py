@@ -11,7 +11,7 @@ from nlds_vines.explore.chosen import Chosen
 from nlds_vines.explore.map_data import stored
 from nlds_vines.kernels.cells.cells import enter
 from nlds_vines.kernels.scene.codes import DIVERGED
-from nlds_vines.orbits.phase_entry import TURN, Entries
+from nlds_vines.orbits.batch import TURN, Entries
 from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.orbits.starts import user_states

@@ -21,10 +21,18 @@ from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.system import CELL, System
 from nlds_vines.model.words import parameters_in_words
-from nlds_vines.orbits.records import WANTS, plain, possible_want
+from nlds_vines.orbits.records import (
+    DIVERGED,
+    OK,
+    TOO_STIFF,
+    WANTS,
+    failures_in,
+    failures_in_words,
+    plain,
+    possible_want,
+)
 from nlds_vines.orbits.solver_settings import METHODS
 from nlds_vines.orbits.starts import Start, random_states, start_states
-from nlds_vines.orbits.status_words import DIVERGED, OK, TOO_STIFF, failures_in, failures_in_words
 
 REPO = Path(__file__).resolve().parents[2]
 MINIMAL = {"system": "ssul-set6", "vary": {"omega": {"values": [5.0, 6.0]}}}

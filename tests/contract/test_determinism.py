@@ -18,7 +18,7 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.run import run
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.orbits import batch
-from nlds_vines.orbits.status_words import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
+from nlds_vines.orbits.records import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.store import Blocks

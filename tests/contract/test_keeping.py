@@ -30,7 +30,7 @@ from nlds_vines.bifurcation.orbit_counts import Tally
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
-from nlds_vines.orbits.status_words import DIVERGED, OK
+from nlds_vines.orbits.records import DIVERGED, OK
 from nlds_vines.runs.progress import Progress
 
 REAL = {

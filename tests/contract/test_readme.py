@@ -31,9 +31,8 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits.records import WANTS, possible_want
+from nlds_vines.orbits.records import STATUS, WANTS, possible_want
 from nlds_vines.orbits.starts import POLICIES
-from nlds_vines.orbits.status_words import STATUS
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"

@@ -4,7 +4,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.orbits.status_words import OK
+from nlds_vines.orbits.records import OK
 from scans import archived, unfilled
 
 WANT = ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]

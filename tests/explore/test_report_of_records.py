@@ -9,8 +9,7 @@ from browsers import browser_or_skip, seen_text, text_of, watched_page
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.model.catalog import load_system
-from nlds_vines.orbits.records import USUAL, WANTS, possible_want
-from nlds_vines.orbits.status_words import OK
+from nlds_vines.orbits.records import OK, USUAL, WANTS, possible_want
 from scans import unfilled
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")

@@ -7,7 +7,7 @@ from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import empty
 from nlds_vines.explore.map_view import column, diagram_values, shows_of
 from nlds_vines.explore.report.report_page import report_page
-from nlds_vines.orbits.modulation import FLAGS
+from nlds_vines.orbits.records import CAPTURE_FLAGS
 
 
 def test_a_diagram_shows_the_section_at_impact():
@@ -32,6 +32,6 @@ def test_a_map_shows_the_kind_of_modulation():
     (show,) = [one for one in shows_of(found) if one.name == "capture"]
     words = [word for word, *_ in show.classes]
     assert words[1:] == ["no impacts", "strongly modulated", "sustained 1:1", "more impacts"]
-    assert len(words) == len(FLAGS) + 1
+    assert len(words) == len(CAPTURE_FLAGS) + 1
     np.testing.assert_array_equal(column(found, "capture").ravel(), np.arange(codes.size) % 5)
     assert "impact_phase" not in found.arrays  # a map has no room for touches

@@ -7,7 +7,7 @@ from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import DIVERGED, OK
 from nlds_vines.model.labels import FLAGS, flags_of, label_of, labels_of
 from nlds_vines.model.system import CELL
-from nlds_vines.orbits import evidence
+from nlds_vines.orbits.batch import verdict_arrays
 
 OMEGA, REST, N = 6.28, 0.3, 2
 T = 2 * np.pi / OMEGA
@@ -43,7 +43,7 @@ def found():
     cells["omega"], cells["rest"] = OMEGA, REST
     status = np.array([[OK], [OK], [DIVERGED]])
     counts = np.array([[[7, 8]], [[5, 6]], [[1, 1]]])
-    arrays = evidence.arrays_of(status, rows_of(PERIODIC, CHAOTIC, PERIODIC), counts, cells, 4)
+    arrays = verdict_arrays(status, rows_of(PERIODIC, CHAOTIC, PERIODIC), counts, cells, 4)
     return {name: values[:, 0] for name, values in arrays.items()}
 
 

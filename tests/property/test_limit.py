@@ -18,9 +18,8 @@ from twin import follow_all, model_of
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.system import System
-from nlds_vines.orbits.impact_rows import Violation
+from nlds_vines.orbits.records import OK, Violation
 from nlds_vines.orbits.simulation import simulate
-from nlds_vines.orbits.status_words import OK
 from scans import computed, scan_of
 
 pytestmark = pytest.mark.kernels

@@ -7,8 +7,8 @@ from support import counts_by_period, references, shortening, steady_state, syst
 
 from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.batch import Batch
+from nlds_vines.orbits.records import OK
 from nlds_vines.orbits.simulation import simulate
-from nlds_vines.orbits.status_words import OK
 from scans import computed, scan_of
 
 pytestmark = pytest.mark.kernels

@@ -20,7 +20,7 @@ from nlds_vines.bifurcation.response_curves.request import (
 )
 from nlds_vines.bifurcation.response_curves.result import ResponseCurve
 from nlds_vines.model.linear_response import response
-from nlds_vines.orbits.status_words import OK
+from nlds_vines.orbits.records import OK
 from nlds_vines.upkeep.rerun import differing
 
 SHORT = ["--vary", "omega=6:6.6:7", "--transient", "200", "--periods", "20", "--quiet"]

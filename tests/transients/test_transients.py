@@ -10,7 +10,7 @@ import nlds_vines as nv
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.status_words import DIVERGED
+from nlds_vines.orbits.records import DIVERGED
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.transients.ensemble import Ensemble, ensemble_of
 from nlds_vines.transients.picture import draw_ensemble

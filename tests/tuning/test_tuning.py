@@ -10,7 +10,7 @@ import nlds_vines as nv
 from nlds_vines.archives.archive import ArchivePath, parse_toml
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outcome
-from nlds_vines.orbits.status_words import DIVERGED, OK, TOO_STIFF
+from nlds_vines.orbits.records import DIVERGED, OK, TOO_STIFF
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.store import Blocks
 from nlds_vines.tuning.evaluations import Log

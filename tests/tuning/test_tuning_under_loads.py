@@ -12,7 +12,7 @@ from nlds_vines.archives.files import parse_toml
 from nlds_vines.errors import LeftAside, RequestError
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.orbits.batch import Outcome
-from nlds_vines.orbits.status_words import OK, TOO_STIFF
+from nlds_vines.orbits.records import OK, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.tuning import objective
 from nlds_vines.tuning.command import main

@@ -95,7 +95,7 @@ class Job(commands.Job):
             refuse_without_room(case.scan, self.archive)
 
     def failure(self, results: ResponseCurves) -> str:
-        from nlds_vines.orbits.status_words import failures_in, failures_in_words
+        from nlds_vines.orbits.records import failures_in, failures_in_words
 
         statuses = np.concatenate([curve.numbers["status"].ravel() for curve in results.curves])
         return failures_in_words(failures_in(statuses), self.request.lanes)

@@ -1,6 +1,6 @@
 """Numbers with a meaning: statuses, events and kinds of verdicts, each in this place alone.
 
-Kernels return and store them; `orbits.status_words` and `model.labels` have their words. Archives
+Kernels return and store them; `orbits.records` and `model.labels` have their words. Archives
 hold statuses and kinds, so no number may change its meaning.
 """
 

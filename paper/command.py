@@ -98,7 +98,7 @@ class _Job:
     picture: str
     how: RunOptions
     page: Path | None = None
-    known: dict[str, Any] = field(default_factory=dict)  # cases that several figures have
+    cached: dict[str, Any] = field(default_factory=dict)  # cases that several figures have
 
     def __post_init__(self) -> None:
         choice("--format", self.picture, FORMATS)
@@ -183,8 +183,8 @@ class _Job:
 
         done, began = path.exists() and not self.how.overwrite, time.perf_counter()
         how = replace(self.how, quiet=True)
-        known = {} if isinstance(request, Scan) else {"known": self.known}
-        TASKS[request.content].part("run").run(request, path, how, **known)
+        cached = {} if isinstance(request, Scan) else {"cached": self.cached}
+        TASKS[request.content].part("run").run(request, path, how, **cached)
         seconds = time.perf_counter() - began
         number = list(self.archives).index(path) + 1
         spent = "there already" if done else f"{request.lanes} orbits in {seconds:.1f} s"

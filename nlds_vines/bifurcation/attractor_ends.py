@@ -95,14 +95,14 @@ class OrbitEnds:
             status[left], labels[left], states[left] = ends.status, ends.labels, ends.states
             arrival[left] = self._late(cells[left], starts[left], ends)
         labels[status != OK] = "failed"
-        found = {
+        values_by_name = {
             "attractor": np.full(len(cells), -1, np.int32),
             "arrival": arrival,
             "label": labels,
             "status": status,
             "end_state": user_states(cells, states, self.scene),
         }
-        return {name: values[:, np.newaxis] for name, values in found.items()}
+        return {name: values[:, np.newaxis] for name, values in values_by_name.items()}
 
     def judged(self, cells: np.ndarray, starts: np.ndarray) -> Ends:
         """Return the verdicts on orbits in `cells` (n,) from `starts` (n, 4)."""
@@ -123,8 +123,8 @@ class OrbitEnds:
         """Return the sections (n, periods, 4) of orbits in `cells` (n,) from states (n, 4)."""
         section = self._verdicts.sections(cells[:, np.newaxis], states, periods)[:, 0]
         columns = section.reshape(-1, section.shape[-1])
-        found = kernel_states(np.repeat(cells, periods), columns, self.scene)
-        return found.reshape(len(states), periods, 4)
+        converted = kernel_states(np.repeat(cells, periods), columns, self.scene)
+        return converted.reshape(len(states), periods, 4)
 
     def energies(self, cells: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
         """Return the largest E1 and E2 (n, 2) [J] over an nT orbit; over a scan's periods for 0."""
@@ -186,11 +186,11 @@ class OrbitEnds:
         is_new = np.array([number not in self._known for number in numbers.tolist()], bool)
         if not size or not is_new.any():
             return
-        own = cells[first[is_new]]
-        ends = self.judged(np.repeat(own, size), self._sample(own, size))
+        representatives = cells[first[is_new]]
+        ends = self.judged(np.repeat(representatives, size), self._sample(representatives, size))
         for i, number in enumerate(numbers[is_new].tolist()):
             some = Ends(*(column[i * size : (i + 1) * size] for column in ends))
-            self._known[number] = self._cycles(own[i : i + 1], some)
+            self._known[number] = self._cycles(representatives[i : i + 1], some)
 
     def _sample(self, cells: np.ndarray, size: int) -> np.ndarray:
         """Return the starts (systems size, 4) that are judged in systems, given by one cell each.
@@ -225,16 +225,17 @@ class OrbitEnds:
         cells: np.ndarray,
         starts: np.ndarray,
         systems: np.ndarray,
-        known: Mapping[int, Sequence[Cycle]],
+        cycles_by_system: Mapping[int, Sequence[Cycle]],
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Follow orbits until they come near cycles that are `known` of their systems.
+        """Follow orbits until they come near cycles of their systems.
 
         Returns the cycle's label (n,), "" if there is none, a point of it (n, 4), the periods until
         then, -1 if there is none, and the status.
         """
         owners, number = np.unique(systems, return_inverse=True)
-        cycles = [cycle for owner in owners for cycle in known.get(int(owner), ())]
-        lengths = [sum(len(c.points) for c in known.get(int(owner), ())) for owner in owners]
+        per_system = [cycles_by_system.get(int(owner), ()) for owner in owners]
+        cycles = [cycle for group in per_system for cycle in group]
+        lengths = [sum(len(cycle.points) for cycle in group) for group in per_system]
         stops = np.cumsum(lengths).astype(np.int64)
         rows = np.stack([stops - lengths, stops], axis=-1)[number]
         sizes = np.array([len(cycle.points) for cycle in cycles], np.int64)

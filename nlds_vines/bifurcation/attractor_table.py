@@ -103,10 +103,10 @@ class AttractorTable:
         numbering = Numbering(self._shape)
         for i in range(len(self._cells)):
             check()
-            own, cell = order[edges[i] : edges[i + 1]], self._cells[i : i + 1]
-            there = kernel_states(np.repeat(cell, own.size), states[own], scan.system.scene)
-            system = self._ends.system(cell, there[labels[own] != ""])
-            system.add(labels[own], there, own)
+            members, cell = order[edges[i] : edges[i + 1]], self._cells[i : i + 1]
+            there = kernel_states(np.repeat(cell, members.size), states[members], scan.system.scene)
+            system = self._ends.system(cell, there[labels[members] != ""])
+            system.add(labels[members], there, members)
             self._carry(system, cell, numbering)
             numbering.give(system.attractors)
         self._rows = [(i, *row) for i, table in enumerate(numbering.table) for row in table.items()]
@@ -161,8 +161,8 @@ class AttractorTable:
         entry = Dataset.real("attractor_point", (*dims, "component"), "m, m/s", text)
         points = user_states(cells, states, scene)
         yield filled(entry, np.where(periods[:, np.newaxis] > 0, points, np.nan))
-        own = (*dims, "multiplier", "part")
-        entry = BY_NAME["multipliers"].dataset(own, scene, prefix="attractor_")
+        dims_of_multipliers = (*dims, "multiplier", "part")
+        entry = BY_NAME["multipliers"].dataset(dims_of_multipliers, scene, prefix="attractor_")
         yield filled(entry, self._multipliers(periods, cells, states))
         energies = self._energies(attractors, cells, states)
         for i, name in enumerate(("E1max", "E2max") if scene.damper else ("E1max",)):

@@ -202,13 +202,13 @@ class System:
             merges = linkage(squareform(np.minimum(gaps, gaps.T), checks=False), "single")
             kinds, heights = fcluster(merges, cut, "distance"), merges[:, 2]
         within = heights[heights <= cut].max(initial=0.0) / cut
-        members = [np.flatnonzero(kinds == kind) for kind in np.unique(kinds)]
+        groups = [np.flatnonzero(kinds == kind) for kind in np.unique(kinds)]
         return [
             Attractor(
-                label, 0, np.concatenate(sections[own[:CLOUDS]]), states[own[0]], lanes[own],
+                label, 0, np.concatenate(sections[group[:CLOUDS]]), states[group[0]], lanes[group],
                 self.unit, cut, within,
             )
-            for own in members
+            for group in groups
         ]  # fmt: skip
 
 
@@ -227,9 +227,9 @@ def _join(
     least = distances[np.arange(left.size), nearest]
     joins = least <= np.array([attractor.cut for attractor in attractors])[nearest]
     for i, attractor in enumerate(attractors):
-        own = joins & (nearest == i)
-        attractor.lanes = np.concatenate([attractor.lanes, lanes[left[own]]])
-        attractor.within = max(attractor.within, least[own].max(initial=0.0) / attractor.cut)
+        joining = joins & (nearest == i)
+        attractor.lanes = np.concatenate([attractor.lanes, lanes[left[joining]]])
+        attractor.within = max(attractor.within, least[joining].max(initial=0.0) / attractor.cut)
     return left[~joins]
 
 
@@ -285,11 +285,11 @@ class Numbering:
         Of several with one number it is that of the system before along the last parameter.
         """
         place = np.unravel_index(len(self.table), self._shape) if self._shape else ()
-        found = dict[int, Attractor]()
+        neighbors = dict[int, Attractor]()
         for axis, index in enumerate(place):
             if index:
-                found |= self.table[len(self.table) - prod(self._shape[axis + 1 :])]
-        return found
+                neighbors |= self.table[len(self.table) - prod(self._shape[axis + 1 :])]
+        return neighbors
 
     def give(self, attractors: Sequence[Attractor]) -> None:
         """Number the attractors of the next system.

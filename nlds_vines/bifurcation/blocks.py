@@ -80,9 +80,9 @@ def counted(number: int, what: str) -> str:
 
 def share_in_words(scan: Scan, shard: Shard) -> str:
     """Return in one line what a shard has to compute, also where that is nothing."""
-    all_blocks, own = len(blocks_of(scan)), len(blocks_of(scan, shard))
-    of_all = f"{own} of {counted(all_blocks, 'block')}"
-    if own:
+    all_blocks, count = len(blocks_of(scan)), len(blocks_of(scan, shard))
+    of_all = f"{count} of {counted(all_blocks, 'block')}"
+    if count:
         return f"shard {shard}: {of_all}"
     return f"shard {shard} is empty: {of_all}; shards 1 to {all_blocks} have them all"
 

@@ -127,8 +127,8 @@ def _place(where: object, scan: Scan, values: Mapping[str, float]) -> Place:
             raise unknown(f"varied parameter of {where}:", name, names)
     missing = [axis.name for axis in scan.axes if axis.name not in values and axis.values.size > 1]
     if missing:
-        given = ", ".join(f"{axis.name} from {_span(axis)}" for axis in scan.axes)
-        raise RequestError(f"{where} varies {given}: {', '.join(missing)} is missing")
+        spans = ", ".join(f"{axis.name} from {_span(axis)}" for axis in scan.axes)
+        raise RequestError(f"{where} varies {spans}: {', '.join(missing)} is missing")
     return tuple(_nearest(axis, values.get(axis.name, axis.values[0])) for axis in scan.axes)
 
 
@@ -138,12 +138,12 @@ def _span(axis: Axis) -> str:
 
 def _nearest(axis: Axis, value: float) -> int:
     """Return the index of the nearest value of an axis, of which a cell reaches halfway."""
-    value, known = number(axis.name, value), axis.values
-    edges = np.diff(known[[0, 1, -2, -1]])[[0, 2]] / 2 if known.size > 1 else np.zeros(2)
-    slack = 1e-9 * max(abs(known[0]), abs(known[-1]))
-    if not known[0] - edges[0] - slack <= value <= known[-1] + edges[1] + slack:
+    value, grid = number(axis.name, value), axis.values
+    edges = np.diff(grid[[0, 1, -2, -1]])[[0, 2]] / 2 if grid.size > 1 else np.zeros(2)
+    slack = 1e-9 * max(abs(grid[0]), abs(grid[-1]))
+    if not grid[0] - edges[0] - slack <= value <= grid[-1] + edges[1] + slack:
         raise RequestError(f"{axis.name} = {value!r} lies outside the scan: {_span(axis)}")
-    return int(np.abs(known - value).argmin())
+    return int(np.abs(grid - value).argmin())
 
 
 def _lane(scan: Scan, start: int | str) -> int:

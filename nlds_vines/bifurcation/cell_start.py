@@ -33,8 +33,8 @@ def begun(
     An orbit that begins at another phase is followed to the next section.
     """
     phases = initial.get(PHASE, np.full(len(cells), scan.start.phase))
-    own = {name: values for name, values in initial.items() if name != PHASE}
-    states = given_states(cells, scan.start, own, scan.system.scene)
+    components = {name: values for name, values in initial.items() if name != PHASE}
+    states = given_states(cells, scan.start, components, scan.system.scene)
     if PHASE not in initial and not scan.start.phase:
         return states
     from nlds_vines.orbits.batch import Entries  # with kernels, which take long to load
@@ -69,8 +69,8 @@ def system_at(scan: Scan, place: Place, settings: Mapping[str, float] | None = N
     Raises `RequestError` where the system refuses these.
     """
     values = values_at(scan, place)
-    found = {axis.name: values[axis.name] for axis in scan.parameters}
-    return scan.system.with_(**{**found, **(settings or {})})
+    varied = {axis.name: values[axis.name] for axis in scan.parameters}
+    return scan.system.with_(**{**varied, **(settings or {})})
 
 
 def own_states(
@@ -140,10 +140,10 @@ def recorded_start(
         values |= moved or {}
         if not values and not scan.start.state and not scan.start.phase:
             return CellStart(None, "rest")
-        told = dict(values)
+        shown = dict(values)
         if scan.start.phase and PHASE not in values:
-            told[PHASE] = scan.start.phase
-        words = ", ".join(f"{name} = {value:g}" for name, value in told.items())
+            shown[PHASE] = scan.start.phase
+        words = ", ".join(f"{name} = {value:g}" for name, value in shown.items())
         words = "the start of the sliders" if moved else words
         initial = {component_of(name): np.array([value]) for name, value in values.items()}
         state = begun(scan, cell, initial)

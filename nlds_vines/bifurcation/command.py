@@ -120,9 +120,9 @@ class Job(commands.Job):
             datasets = self.request.table.datasets
             spectral = self.request.spectral
             signals = () if spectral is None else spectral.signals
-            known = quantities(datasets.values(), self.request.system.scene.components, signals)
+            recorded = quantities(datasets.values(), self.request.system.scene.components, signals)
             values = [axis.values for axis in self.request.axes]
-            check_show(self.show, values, self.request.starts, known, "label" in datasets)
+            check_show(self.show, values, self.request.starts, recorded, "label" in datasets)
 
     @classmethod
     def asked(cls, request: Scan, options: argparse.Namespace) -> Job:

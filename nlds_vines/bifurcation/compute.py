@@ -86,8 +86,8 @@ class Computer:
         """
         arrays = {"P": chains["P"].copy()}
         if self._draws is not None:
-            found = user_states(chains[:, 0], starts, self.scan.system.scene)
-            arrays["start_state"] = found[:, np.newaxis]
+            states = user_states(chains[:, 0], starts, self.scan.system.scene)
+            arrays["start_state"] = states[:, np.newaxis]
         arrays |= self._spectra(chains, starts)
         if self.ends is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
@@ -119,8 +119,8 @@ class Computer:
             return {}
         span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
         states, status = self._traced.states(chains, starts, span)
-        found = arrays_of(self._spectral, states, status == OK, self.scan.transient)
-        return {"status": status, **found}
+        arrays = arrays_of(self._spectral, states, status == OK, self.scan.transient)
+        return {"status": status, **arrays}
 
     def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return orbits of the scan, each by itself: cells (n, 1), starts (n, 4), places (n,).
@@ -152,12 +152,12 @@ class Computer:
         arrays = {"status": status}
         for name in self.scan.table.datasets:
             entry = BY_NAME[name]
-            held = getattr(outputs, entry.buffer) if entry.buffer in _PLAIN else None
-            if held is not None:
+            buffer = getattr(outputs, entry.buffer) if entry.buffer in _PLAIN else None
+            if buffer is not None:
                 if entry.buffer == "section":
-                    held = held[:, :, -self.scan.periods :]
+                    buffer = buffer[:, :, -self.scan.periods :]
                 with np.errstate(all="ignore"):  # lanes that failed hold anything
-                    arrays[name] = entry.taken(held)
+                    arrays[name] = entry.taken(buffer)
         if "reduction" in self.scan.table.datasets:
             with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
                 arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)

@@ -106,22 +106,22 @@ class ScanContents:
     def _lengths(self) -> dict[str, int]:
         """Return the length of every dimension: there may be too many values to make them."""
         size, walls = len(self.scene.components), struck(self.scene)
-        found = {axis.name: axis.values.size for axis in self.axes}
-        found |= {"start": self.start.orbits, "forcing_period": self.periods, "component": size}
+        lengths = {axis.name: axis.values.size for axis in self.axes}
+        lengths |= {"start": self.start.orbits, "forcing_period": self.periods, "component": size}
         if self._touches:
-            found |= {"impact": self._touches}
+            lengths |= {"impact": self._touches}
         if walls:
-            found |= {"wall": len(walls)}
+            lengths |= {"wall": len(walls)}
         if "evidence" in self.want:
-            found |= {"multiplier": size, "exponent": size, "part": 2}
-        return found | ({} if self.spectral is None else self.spectral.lengths())
+            lengths |= {"multiplier": size, "exponent": size, "part": 2}
+        return lengths | ({} if self.spectral is None else self.spectral.lengths())
 
 
 def dataset_of(entry: Quantity, lanes: tuple[str, ...], scene: Scene) -> Dataset:
     """Return the dataset of a recorded quantity; `lanes` are the dimensions of all of a scan."""
-    own = tuple(dim for dim in entry.dims if dim != "wall" or struck(scene))
+    tail = tuple(dim for dim in entry.dims if dim != "wall" or struck(scene))
     flags = struck_flags(scene) if entry.name == "impact_wall" else _FLAGS.get(entry.name)
-    return entry.dataset((*lanes, *own), scene, flags)
+    return entry.dataset((*lanes, *tail), scene, flags)
 
 
 def begins_at_sections(view: ArchiveView) -> bool:

@@ -53,9 +53,9 @@ class Tally:
 
     def _note_violated(self, passed: np.ndarray, depth: np.ndarray) -> None:
         self.violated += int(np.count_nonzero(passed))
-        found = depth[passed & np.isfinite(depth)]
+        finite = depth[passed & np.isfinite(depth)]
         low, high = self.depths
-        self.depths = found.min(initial=low), found.max(initial=high)
+        self.depths = finite.min(initial=low), finite.max(initial=high)
 
     @property
     def failed(self) -> int:
@@ -94,11 +94,11 @@ class Tally:
 
 def spectral_summary(view: ArchiveView) -> str:
     """Return in one line where spectra and verdicts disagree: how many orbits, and of which."""
-    agree, found = view["spectra_agree"], view["spectral_label"]
+    agree, spectral = view["spectra_agree"], view["spectral_label"]
     which = agree == KEPT["no"]
-    pairs = zip(view["label"][which].tolist(), found[which].tolist(), strict=True)
+    pairs = zip(view["label"][which].tolist(), spectral[which].tolist(), strict=True)
     counts = Counter(f"{label} with {says}" for label, says in pairs)
     words = [f"{count} {pair}" for pair, count in counts.most_common(_MOST_LABELS)]
     of = f"{np.count_nonzero(which)} of {np.count_nonzero(agree >= 0)} orbits"
-    more = ", ..." if len(counts) > _MOST_LABELS else ""
-    return f"spectra disagree: {of}" + (f": {', '.join(words)}{more}" if words else "")
+    ellipsis = ", ..." if len(counts) > _MOST_LABELS else ""
+    return f"spectra disagree: {of}" + (f": {', '.join(words)}{ellipsis}" if words else "")

@@ -162,8 +162,8 @@ class Scan(Request):
             if axis.name in INITIAL:
                 INITIAL[axis.name].check(axis.values[[0, -1]])
         refuse_twice(self.system.scene, names)
-        known = (*self.system.scene.allowed, *ratios_in(self.system.scene))
-        self._check_initial([name for name in names if name not in known])
+        settable = (*self.system.scene.allowed, *ratios_in(self.system.scene))
+        self._check_initial([name for name in names if name not in settable])
         # ranges are intervals and K is monotonic in each constant: the corners cover the grid
         self._grid([axis.values[[0, -1]] for axis in self.axes])
         refuse_too_many(self.shape, self.starts)
@@ -189,8 +189,8 @@ class Scan(Request):
             if name in PARAMETERS:
                 continue  # the system says what it has in place of it
             if name not in INITIAL:
-                known = [entry for entry in INITIAL if component_of(entry) in allowed]
-                raise unknown("axis", name, [*self.system.scene.allowed, *known])
+                conditions = [entry for entry in INITIAL if component_of(entry) in allowed]
+                raise unknown("axis", name, [*self.system.scene.allowed, *conditions])
             if component_of(name) not in allowed:
                 raise RequestError(
                     f"{name}: kind {self.system.kind!r} has the state {', '.join(components)}"

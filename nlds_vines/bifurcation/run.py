@@ -105,20 +105,20 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     watched = most_watched(scan.transient, scan.periods, scan.effort)
     report = Report(Path(output), how.shard, watched)
     use_threads(how.threads)  # at once: what Numba lacks is known before anything is begun
-    every, own, store = blocks_of(scan), blocks_of(scan, how.shard), Blocks(output, scan)
-    store.keys = [block.index for block in own]
-    if how.shard is not None and not own:
+    every, selected, store = blocks_of(scan), blocks_of(scan, how.shard), Blocks(output, scan)
+    store.keys = [block.index for block in selected]
+    if how.shard is not None and not selected:
         report.empty = share_in_words(scan, how.shard)
 
     def work() -> Write | None:
         left = []
-        for block in own:
+        for block in selected:
             arrays = store.load(block.index)
             if arrays is None:
                 left.append(block)
             else:
                 report.tally.note(arrays)
-        lanes = scan.starts * sum(block.cells for block in own)
+        lanes = scan.starts * sum(block.cells for block in selected)
         with Progress(lanes, "orbit", done=report.tally.lanes, quiet=how.quiet) as progress:
             computer = Computer(scan, tell=progress.wait)
             if how.executor is None and how.scheduler is None:

@@ -196,8 +196,8 @@ def _pairs(plane: np.ndarray, distances: np.ndarray) -> np.ndarray:
         first = turned[:, : turned.shape[1] - most]
         for i, d in enumerate(distances):
             second = turned[:, d : d + first.shape[1]]
-            known = (first >= 0) & (second >= 0)
-            for kind, cells in enumerate((known & (first != second), known)):
+            both_attractors = (first >= 0) & (second >= 0)
+            for kind, cells in enumerate((both_attractors & (first != second), both_attractors)):
                 bands = np.array_split(cells, PARTS)
                 parts = [part for band in bands for part in np.array_split(band, PARTS, axis=1)]
                 counts[:, i, direction, kind] = [np.count_nonzero(part) for part in parts]

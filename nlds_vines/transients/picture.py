@@ -36,7 +36,7 @@ _SURVIVAL, _SHARES = "survival", "shares"
 
 @styled()
 def draw_ensemble(
-    found: Ensemble, title: str, page: Page = TWO_COLUMNS, shown: Sequence[str] = ()
+    ensemble: Ensemble, title: str, page: Page = TWO_COLUMNS, shown: Sequence[str] = ()
 ) -> Figure:
     """Return the survival curve of an ensemble, with its law, above the shares of its regimes.
 
@@ -45,39 +45,39 @@ def draw_ensemble(
 
     Arguments: the ensemble, the title, the `page`, the panels that are `shown` (by default all).
     """
-    names = shown or list(panels_of(found))
+    names = shown or list(panels_of(ensemble))
     heights = {_SURVIVAL: _PANEL if page.beside else _NARROW_PANEL}
-    heights[_SHARES] = (len(found.shares) + 0.2) * _BAR
+    heights[_SHARES] = (len(ensemble.shares) + 0.2) * _BAR
     figure, grid = new_figure(page, [heights[name] for name in names])
     panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
     for name, panel in zip(names, panels, strict=True):
-        _PANELS[name](panel, found, page)
+        _PANELS[name](panel, ensemble, page)
     write_letters(panels)
     finish(figure, grid, title)
     return figure
 
 
-def panels_of(found: Ensemble) -> dict[str, str]:
+def panels_of(ensemble: Ensemble) -> dict[str, str]:
     """Return what the panels of an ensemble's picture show, by name."""
     curve = {_SURVIVAL: "share of the starts that have not settled yet, over time"}
     shares = {_SHARES: "share of the starts that ended in each regime"}
-    return {**(curve if found.counted.any() else {}), **shares}
+    return {**(curve if ensemble.counted.any() else {}), **shares}
 
 
-def _draw_survival(axes: Axes, found: Ensemble, page: Page = TWO_COLUMNS) -> None:
+def _draw_survival(axes: Axes, ensemble: Ensemble, page: Page = TWO_COLUMNS) -> None:
     """Draw the share that has not settled yet against time, on a logarithmic scale."""
-    estimate, last = found.survival, float(found.times.max())
+    estimate, last = ensemble.survival, float(ensemble.times.max())
     time, share, low, high = _steps(estimate, last)
     shown = np.where(share > 0.0, share, np.nan)  # zero has no place on the scale
     axes.step(time, shown, where="post", color=_CURVE, linewidth=1.1, label="not settled yet")
     axes.fill_between(
         time, low, high, step="post", color=_CURVE, alpha=0.18, linewidth=0,
-        label=f"its {found.level:.0%} interval (Kaplan and Meier)",
+        label=f"its {ensemble.level:.0%} interval (Kaplan and Meier)",
     )  # fmt: skip
-    _mark_censored(axes, found, time, share)
-    floor = min(0.5, max(0.5 / found.times.size, float(low.min()) / 3))
-    if found.decay is not None and found.decay.ended:
-        _draw_law(axes, found.decay, float(np.interp(found.delay, time, share)), last)
+    _mark_censored(axes, ensemble, time, share)
+    floor = min(0.5, max(0.5 / ensemble.times.size, float(low.min()) / 3))
+    if ensemble.decay is not None and ensemble.decay.ended:
+        _draw_law(axes, ensemble.decay, float(np.interp(ensemble.delay, time, share)), last)
     axes.set_yscale("log")
     axes.set_ylim(floor, 1.35)
     axes.set_xlim(0, max(1.0, last))
@@ -102,13 +102,13 @@ def _steps(estimate: Survival, last: float) -> tuple[np.ndarray, ...]:
 
 def _held(values: np.ndarray) -> np.ndarray:
     """Return values with each NaN replaced by the last number before it; the first is a number."""
-    known = np.where(np.isfinite(values), np.arange(values.size), 0)
-    return values[np.maximum.accumulate(known)]
+    places = np.where(np.isfinite(values), np.arange(values.size), 0)
+    return values[np.maximum.accumulate(places)]
 
 
-def _mark_censored(axes: Axes, found: Ensemble, time: np.ndarray, share: np.ndarray) -> None:
+def _mark_censored(axes: Axes, ensemble: Ensemble, time: np.ndarray, share: np.ndarray) -> None:
     """Mark on the curve of `share` over `time` where the watching of unsettled starts ended."""
-    times = np.unique(found.times[~found.ended])
+    times = np.unique(ensemble.times[~ensemble.ended])
     if times.size:
         at = share[np.searchsorted(time, times, side="right") - 1]
         look: dict[str, Any] = {"marker": "|", "markersize": 6, "linestyle": "none"}
@@ -128,9 +128,9 @@ def _draw_law(axes: Axes, law: Decay, share: float, last: float) -> None:
     axes.plot(time, middle, color=_LAW, linewidth=1.0, linestyle="--", label=label)
 
 
-def _draw_shares(axes: Axes, found: Ensemble, _page: Page = TWO_COLUMNS) -> None:
+def _draw_shares(axes: Axes, ensemble: Ensemble, _page: Page = TWO_COLUMNS) -> None:
     """Draw the share of every final regime as a bar, its part through chaos as a narrow bar."""
-    shares = found.shares
+    shares = ensemble.shares
     places = np.arange(len(shares))
     color = colors(entry.label for entry in shares)
     for place, entry in zip(places, shares, strict=True):
@@ -149,7 +149,7 @@ def _draw_shares(axes: Axes, found: Ensemble, _page: Page = TWO_COLUMNS) -> None
     axes.set_xlim(0, _NARROW_WIDEST if narrow else _WIDEST)
     axes.set_xticks(np.linspace(0, 1, 6))
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=None))
-    words = f"share of the starts [%], with its {found.level:.0%} interval"
+    words = f"share of the starts [%], with its {ensemble.level:.0%} interval"
     axes.set_xlabel(f"{words};{chr(10) if narrow else ' '}brown: through chaos")
 
 

@@ -94,13 +94,13 @@ def survival(times: Any, ended: Any, level: float = LEVEL) -> Survival:
     data = stats.CensoredData(uncensored=times[ended], right=times[~ended])
     estimate = stats.ecdf(data).sf
     falls, count = np.unique(times[ended], return_counts=True)
-    own = np.isin(estimate.quantiles, falls)  # SciPy also lists the times of censoring
+    is_fall = np.isin(estimate.quantiles, falls)  # SciPy also lists the times of censoring
     low, high = _interval(estimate, level) if falls.size else (np.empty(0), np.empty(0))
     return Survival(
         times=falls,
-        share=estimate.probabilities[own],
-        low=low[own] if low.size else low,
-        high=high[own] if high.size else high,
+        share=estimate.probabilities[is_fall],
+        low=low[is_fall] if low.size else low,
+        high=high[is_fall] if high.size else high,
         at_risk=times.size - np.searchsorted(np.sort(times), falls),
         ended=count,
     )
@@ -135,16 +135,16 @@ def share_interval(count: int, total: int, level: float = LEVEL) -> tuple[float,
     """Return the ends of Wilson's interval of the share `count` / `total`, with `total` > 0."""
     from scipy.stats import binomtest
 
-    found = binomtest(count, total).proportion_ci(level, method="wilson")
-    return float(found.low), float(found.high)
+    interval = binomtest(count, total).proportion_ci(level, method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 def _interval(estimate: Any, level: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the log-log interval at each time; it is NaN where S is 0 or 1."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", RuntimeWarning)  # about these places
-        found = estimate.confidence_interval(level, method="log-log")
-    return np.asarray(found.low.probabilities), np.asarray(found.high.probabilities)
+        ends = estimate.confidence_interval(level, method="log-log")
+    return np.asarray(ends.low.probabilities), np.asarray(ends.high.probabilities)
 
 
 def _checked(times: Any, ended: Any) -> tuple[np.ndarray, np.ndarray]:

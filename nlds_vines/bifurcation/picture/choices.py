@@ -38,40 +38,40 @@ def is_map(values: Sequence[np.ndarray]) -> bool:
     return len(values) == 2 and not any(map(is_list, values))
 
 
-def usual_show(known: Mapping[str, Quantity], labeled: bool) -> str | None:
+def usual_show(recorded: Mapping[str, Quantity], labeled: bool) -> str | None:
     """Return what a map shows by default: regimes, or else a number; None if there is neither."""
     if labeled:
         return REGIMES
-    return next((name for name in NUMBERS if name in known), None)
+    return next((name for name in NUMBERS if name in recorded), None)
 
 
 def way_and_number(show: str) -> tuple[str, str]:
     """Return the one of `WAYS` that a number follows, empty for none, and the number's name."""
-    way = next((word for word in WAYS if show.startswith(word)), "")
-    return way, show.removeprefix(way)
+    scale = next((word for word in WAYS if show.startswith(word)), "")
+    return scale, show.removeprefix(scale)
 
 
-def rows_of(show: str, known: Mapping[str, Quantity]) -> list[str]:
+def rows_of(show: str, drawn: Mapping[str, Quantity]) -> list[str]:
     """Return the quantities that a diagram is to show, in order: `x1,energy` has three.
 
     Raises `RequestError` for one that is not recorded; `regimes` among them is passed over.
     """
-    found: list[str] = []
+    rows: list[str] = []
     for word in filter(None, (piece.strip() for piece in show.split(","))):
-        names = [name for name in GROUPS.get(word, ()) if name in known] or [word]
-        found += [name for name in names if name != REGIMES]
-    numbers = [name for name, quantity in known.items() if not quantity.coded]
-    for name in found:
+        names = [name for name in GROUPS.get(word, ()) if name in drawn] or [word]
+        rows += [name for name in names if name != REGIMES]
+    numbers = [name for name, quantity in drawn.items() if not quantity.coded]
+    for name in rows:
         if name not in numbers:
             raise _not_recorded(name, [REGIMES, *GROUPS, *numbers])
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(rows))
 
 
 def check_show(
     show: str,
     values: Sequence[np.ndarray],
     starts: int,
-    known: Mapping[str, Quantity],
+    drawn: Mapping[str, Quantity],
     labeled: bool,
 ) -> None:
     """Raise `RequestError` unless the picture of a scan can show `show`.
@@ -80,7 +80,7 @@ def check_show(
     has; the quantities that are recorded, and whether labels are.
     """
     if show == BASINS:
-        if ATTRACTOR not in known:
+        if ATTRACTOR not in drawn:
             raise RequestError(f"show = {show!r} needs attractors: scan with --record {ATTRACTOR}")
         return
     needs_labels = show in (REGIMES, *_OF_SEVERAL_STARTS) or show.startswith(SHARE)
@@ -89,20 +89,20 @@ def check_show(
     if not is_map(values):
         if show in _OF_SEVERAL_STARTS or show.startswith(SHARE):
             raise RequestError(f"show = {show!r} is for maps: vary two parameters over ranges")
-        rows_of(show, known)
+        rows_of(show, drawn)
         return
     is_share = show.startswith(SHARE) and len(show) > len(SHARE)
     if (is_share or show in _OF_SEVERAL_STARTS) and starts < 2:
         raise RequestError(f"show = {show!r} needs several starts: random:N or both")
-    way, name = way_and_number(show)
-    numbers = [n for n, one in known.items() if one.single or (one.coded and not way)]
+    scale, name = way_and_number(show)
+    numbers = [n for n, one in drawn.items() if one.single or (one.coded and not scale)]
     if not (is_share or show in (REGIMES, *_OF_SEVERAL_STARTS) or name in numbers):
-        others = [] if way else [REGIMES, *_OF_SEVERAL_STARTS, f"{SHARE}LABEL"]
+        others = [] if scale else [REGIMES, *_OF_SEVERAL_STARTS, f"{SHARE}LABEL"]
         raise _not_recorded(name, [*others, *numbers])
 
 
-def _not_recorded(show: str, known: Sequence[str]) -> RequestError:
+def _not_recorded(show: str, allowed: Sequence[str]) -> RequestError:
     """Return the error of something that exists and is not recorded, or that does not exist."""
     if show in NUMBERS or any(show in names for names in GROUPS.values()):
-        return RequestError(f"show = {show!r} is not recorded; there are: {', '.join(known)}")
-    return unknown("show", show, known)
+        return RequestError(f"show = {show!r} is not recorded; there are: {', '.join(allowed)}")
+    return unknown("show", show, allowed)

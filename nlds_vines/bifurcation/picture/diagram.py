@@ -78,9 +78,9 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
 
     Raises `RequestError` where nothing is recorded to draw.
     """
-    cuts, known = slices_of(view), quantities_in(view)
-    shown = _usual_rows(view, cuts, known) if show is None else rows_of(show, known)
-    tiers = _tiers(cuts, shown, known, page)
+    cuts, drawn = slices_of(view), quantities_in(view)
+    shown = _usual_rows(view, cuts, drawn) if show is None else rows_of(show, drawn)
+    tiers = _tiers(cuts, shown, drawn, page)
     if not tiers:
         raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
     figure, grid = new_figure(page, [tier.height for tier in tiers])
@@ -90,8 +90,8 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     rows = [axes[place] for place in range(len(tiers))]
     panels = _draw_tiers(tiers, rows, cuts[0]) or rows
     figure.align_ylabels([panel for panel in panels if panel.get_ylabel() and panel in rows])
-    if show is None and _ENERGY in known and _has_overlay(cuts, shown, known):
-        overlay_energy(panels[0], cuts[0], known[_ENERGY])
+    if show is None and _ENERGY in drawn and _has_overlay(cuts, shown, drawn):
+        overlay_energy(panels[0], cuts[0], drawn[_ENERGY])
     handles = [*legend_of_panel(cuts, shown), *legend_of_strips(cuts, page)]
     if handles:
         add_legend(rows[-1], handles, "below")
@@ -112,15 +112,15 @@ def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
 
     Raises `RequestError` for several quantities, and for strips of several slices.
     """
-    cuts, known = slices_of(view), quantities_in(view)
-    rows = _usual_rows(view, cuts, known)[:1] if show is None else rows_of(show, known)
+    cuts, recorded = slices_of(view), quantities_in(view)
+    rows = _usual_rows(view, cuts, recorded)[:1] if show is None else rows_of(show, recorded)
     if len(rows) > 1:
-        raise several_panels(str(show), known)
-    if len(cuts) > 1 and (not rows or not known[rows[0]].single):
+        raise several_panels(str(show), recorded)
+    if len(cuts) > 1 and (not rows or not recorded[rows[0]].single):
         raise RequestError(f"show = {show!r} needs several panels: give no axes, or one number")
     axes.set_xlim(*edges(cuts[0].values)[[0, -1]])
     if rows:
-        fill_panel(axes, cuts, known, rows[0])
+        fill_panel(axes, cuts, recorded, rows[0])
         handles = legend_of_panel(cuts, rows)
         if handles:
             axes.legend(handles=handles)
@@ -131,71 +131,75 @@ def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
 
 
 def _usual_rows(
-    view: ArchiveView, cuts: Sequence[Slice], known: Mapping[str, Quantity]
+    view: ArchiveView, cuts: Sequence[Slice], recorded: Mapping[str, Quantity]
 ) -> list[str]:
     """Return what the panels show by default, from the top."""
-    below = [name for name in drawn_in(BELOW) if name in known]
-    places = [name for name in GROUPS["displacement"] if name in known]
-    places += [name for name in drawn_in(TOUCHED) if name in known]
+    below = [name for name in drawn_in(BELOW) if name in recorded]
+    places = [name for name in GROUPS["displacement"] if name in recorded]
+    places += [name for name in drawn_in(TOUCHED) if name in recorded]
     if not places:
-        numbers = [name for name in drawn_in(CURVES) if name in known]
+        numbers = [name for name in drawn_in(CURVES) if name in recorded]
         if len(cuts) > 1 and len(numbers) > 1:  # the strips tell the periods
             numbers = [name for name in numbers if name != "periodicity"]
         return numbers + below
     if len(cuts) > 1:
         places = places[:1]
     alone = len(cuts) == 1 and view["start"].size == 1
-    return places + [name for name in (_ENERGY,) if name in known and not alone] + below
+    return places + [name for name in (_ENERGY,) if name in recorded and not alone] + below
 
 
-def _has_overlay(cuts: Sequence[Slice], rows: Sequence[str], known: Mapping[str, Quantity]) -> bool:
+def _has_overlay(
+    cuts: Sequence[Slice], rows: Sequence[str], recorded: Mapping[str, Quantity]
+) -> bool:
     """Return whether the energy lies over the first panel: of one slice, one start, a section."""
     single = len(cuts) == 1 and len(cuts[0].starts) == 1
-    return single and bool(rows) and not known[rows[0]].single
+    return single and bool(rows) and not recorded[rows[0]].single
 
 
 def _tiers(
-    cuts: Sequence[Slice], rows: Sequence[str], known: Mapping[str, Quantity], page: Page
+    cuts: Sequence[Slice], rows: Sequence[str], recorded: Mapping[str, Quantity], page: Page
 ) -> list[Tier]:
     """Return the axes of a diagram from the top: strips, panels of dots, panels of numbers."""
     small = _SMALL if len(cuts) > 1 else 1.0
-    found: list[Tier] = []
+    tiers: list[Tier] = []
     for cut in cuts:
-        own = [name for name in rows if len(cuts) == 1 or not known[name].single]
-        if own or cut.labels() is not None:
-            found += strips_of(cut)
-        found += [_panel([cut], known, name, small * page.panel) for name in own]
+        of_cut = [name for name in rows if len(cuts) == 1 or not recorded[name].single]
+        if of_cut or cut.labels() is not None:
+            tiers += strips_of(cut)
+        tiers += [_panel([cut], recorded, name, small * page.panel) for name in of_cut]
     if len(cuts) > 1:
-        numbers = [name for name in rows if known[name].single]
-        found += [_panel(cuts, known, name, page.panel) for name in numbers]
-    return found
+        numbers = [name for name in rows if recorded[name].single]
+        tiers += [_panel(cuts, recorded, name, page.panel) for name in numbers]
+    return tiers
 
 
-def _panel(cuts: Sequence[Slice], known: Mapping[str, Quantity], name: str, height: float) -> Tier:
-    draw = partial(fill_panel, cuts=cuts, known=known, name=name)
+def _panel(
+    cuts: Sequence[Slice], recorded: Mapping[str, Quantity], name: str, height: float
+) -> Tier:
+    draw = partial(fill_panel, cuts=cuts, recorded=recorded, name=name)
     return Tier(height, draw, name)
 
 
-def _draw_tiers(tiers: Sequence[Tier], found: Sequence[Axes], cut: Slice) -> list[Axes]:
+def _draw_tiers(tiers: Sequence[Tier], rows: Sequence[Axes], cut: Slice) -> list[Axes]:
     """Draw the tiers into their axes along the values of a slice, and return the panels."""
     limits = edges(cut.values)[[0, -1]]
-    for tier, axes in zip(tiers, found, strict=True):
+    for tier, axes in zip(tiers, rows, strict=True):
         axes.set_xlim(*limits)
         tier.draw(axes)
         axes.set_xlim(*limits)
-        axes.tick_params(top=bool(tier.quantity), labelbottom=axes is found[-1])
-    found[-1].tick_params(bottom=True)
-    found[-1].set_xlabel(axis_label(cut.axis))
-    panels = [axes for tier, axes in zip(tiers, found, strict=True) if tier.quantity]
+        axes.tick_params(top=bool(tier.quantity), labelbottom=axes is rows[-1])
+    rows[-1].tick_params(bottom=True)
+    rows[-1].set_xlabel(axis_label(cut.axis))
+    panels = [axes for tier, axes in zip(tiers, rows, strict=True) if tier.quantity]
     _share_scales([tier for tier in tiers if tier.quantity], panels)
     write_letters(panels)
     return panels
 
 
-def _share_scales(tiers: Sequence[Tier], found: Sequence[Axes]) -> None:
+def _share_scales(tiers: Sequence[Tier], rows: Sequence[Axes]) -> None:
     """Give panels that show the same quantity the same limits."""
     for name in {tier.quantity for tier in tiers}:
-        same = [axes for tier, axes in zip(tiers, found, strict=True) if tier.quantity == name]
+        same = [axes for tier, axes in zip(tiers, rows, strict=True) if tier.quantity == name]
         ends = [end for axes in same for end in axes.get_ylim()]
         for axes in same if len(same) > 1 else ():
             axes.set_ylim(min(ends), max(ends))
@@ -224,17 +228,17 @@ _LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white 
 
 
 def fill_panel(
-    panel: Axes, cuts: Sequence[Slice], known: Mapping[str, Quantity], name: str
+    panel: Axes, cuts: Sequence[Slice], recorded: Mapping[str, Quantity], name: str
 ) -> None:
     """Draw a quantity along slices: dots of one slice, a curve for each of several."""
-    quantity = known[name]
+    quantity = recorded[name]
     if quantity.dataset == WATERFALL:
         draw_waterfall(panel, cuts[0], quantity)
         return
     if len(cuts) > 1:
         _draw_curves(panel, cuts, quantity)
     elif name in _WIDTHS:
-        _draw_exponent(panel, cuts[0], quantity, known.get(_WIDTHS[name]))
+        _draw_exponent(panel, cuts[0], quantity, recorded.get(_WIDTHS[name]))
     else:
         _draw_dots(panel, cuts[0], quantity)
     if len(cuts) == 1:
@@ -250,27 +254,27 @@ def fill_panel(
 
 def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
     """Return the entries of a legend for panels of these slices and quantities."""
-    found: list[Any] = []
+    handles: list[Any] = []
     if len(cuts) > 1 and rows:
         line: dict[str, Any] = {"linewidth": 1.2}
-        found = [
+        handles = [
             Line2D([], [], color=color, label=cut.held, **line)
             for cut, color in zip(cuts, curve_colors(len(cuts)), strict=True)
         ]
     elif rows:
         dot: dict[str, Any] = {"marker": "o", "markersize": _LEGEND_DOT, "linestyle": "none"}
         looks = [look for look in looks_of(cuts[0]) if look.name and look.which.any()]
-        found = [Line2D([], [], color=look.color, label=look.name, **dot) for look in looks]
+        handles = [Line2D([], [], color=look.color, label=look.name, **dot) for look in looks]
         if any(_tells_walls(cuts[0], name) for name in rows):
             names = [name.replace("_", " ") for name in cuts[0].view.flags(_WALL).values()]
             pairs = zip(names, _WALL_COLORS, strict=True)
-            found += [
+            handles += [
                 Line2D([], [], color=hue, label=f"at the {name}", **dot) for name, hue in pairs
             ]
     if any(cut.violated().any() for cut in cuts):
         text = PASSES if len(cuts) == 1 else f"{PASSES} (crosses)"
-        found.append(Patch(hatch=PASSED, label=text, **_HATCH))
-    return found
+        handles.append(Patch(hatch=PASSED, label=text, **_HATCH))
+    return handles
 
 
 def curve_colors(count: int) -> list[Any]:
@@ -288,26 +292,26 @@ def overlay_energy(panel: Axes, cut: Slice, energy: Quantity) -> None:
     axes.spines["right"].set_color(GREEN)
 
 
-def _draw_curve(axes: Axes, cut: Slice, found: np.ndarray, color: Any, width: float) -> None:
+def _draw_curve(axes: Axes, cut: Slice, ordinates: np.ndarray, color: Any, width: float) -> None:
     """Draw a number (cells,) of the first start: a curve within a regime, dots between others.
 
     Orbits that are not periodic are dots as well.  Without labels all are joined.
     """
     labels = cut.labels()
     if labels is None:
-        axes.plot(cut.values, found, color=color, linewidth=width)
+        axes.plot(cut.values, ordinates, color=color, linewidth=width)
         return
     ends = np.array([final(str(label)) for label in labels[:, 0]])
     periodic = np.array([period_and_impacts(end) is not None for end in ends])
-    curve, alone = one_regime(cut.values, found, np.where(periodic, ends, ""))
+    curve, alone = one_regime(cut.values, ordinates, np.where(periodic, ends, ""))
     axes.plot(*curve, color=color, linewidth=width)
     axes.plot(*alone, color=color, markersize=1.3 * width, **DOT)
 
 
-def _dots_of(cut: Slice, look: Look, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _dots_of(cut: Slice, look: Look, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return abscissae and ordinates of the dots of some orbits of (cells, starts, many)."""
     cells, _ = np.nonzero(look.which)
-    shown = found[look.which]
+    shown = values[look.which]
     return np.repeat(cut.values[cells], shown.shape[1]), shown.ravel()
 
 
@@ -317,14 +321,14 @@ def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
     Few columns have larger dots.  Where dots cover the panel more than once, they let others shine
     through, so that chaos shows how often it is where; periodic orbits fall on themselves.
     """
-    found = cut.of(quantity)
+    ordinates = cut.of(quantity)
     if scale_of(quantity.dataset) == ERROR:
-        found = np.maximum(found, ROUND_OFF)
+        ordinates = np.maximum(ordinates, ROUND_OFF)
         panel.set_yscale("log")
     wide, tall = size_of(panel)
     least, widest = _NUMBER_DOTS if quantity.single else _SECTION_DOTS
     size = min(max(wide / cut.values.size, least), widest)
-    covered = np.count_nonzero(np.isfinite(found)) * size**2 / (wide * tall)
+    covered = np.count_nonzero(np.isfinite(ordinates)) * size**2 / (wide * tall)
     style: dict[str, Any] = {"markersize": size, "rasterized": True, **DOT}
     if not quantity.single and covered > _COVERED:
         style["alpha"] = max(_COVERED / covered, _FAINTEST)
@@ -332,10 +336,10 @@ def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
         walls = cut.view.take(_WALL, **cut.at)
         for code, color in enumerate(_WALL_COLORS):
             cells, starts, many = np.nonzero(walls == code)
-            panel.plot(cut.values[cells], found[cells, starts, many], color=color, **style)
+            panel.plot(cut.values[cells], ordinates[cells, starts, many], color=color, **style)
         return
-    for look in looks_of(cut, found if quantity.single else None):
-        across, up = _dots_of(cut, look, found)
+    for look in looks_of(cut, ordinates if quantity.single else None):
+        across, up = _dots_of(cut, look, ordinates)
         panel.plot(across, up, color=look.color, **style)
 
 
@@ -350,12 +354,12 @@ def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity |
     Each has its 99 % interval as a bar; the interval of a periodic orbit has no width.
     """
     panel.axhline(0.0, color=GRAY, linewidth=0.6, zorder=0.5)
-    found = cut.of(quantity)
-    width = np.zeros_like(found) if half is None else cut.of(half)
-    for look in looks_of(cut, found):
-        (across, up), (_, reach) = _dots_of(cut, look, found), _dots_of(cut, look, width)
-        kept = np.isfinite(up) & np.isfinite(reach)
-        across, up, reach = across[kept], up[kept], reach[kept]
+    lyapunov = cut.of(quantity)
+    width = np.zeros_like(lyapunov) if half is None else cut.of(half)
+    for look in looks_of(cut, lyapunov):
+        (across, up), (_, reach) = _dots_of(cut, look, lyapunov), _dots_of(cut, look, width)
+        finite = np.isfinite(up) & np.isfinite(reach)
+        across, up, reach = across[finite], up[finite], reach[finite]
         bar: dict[str, Any] = {"alpha": 0.35, "linewidth": 1.0, "rasterized": True}
         panel.vlines(across, up - reach, up + reach, color=look.color, **bar)
         dot = {"markersize": _EXPONENT_DOT, "rasterized": True, **DOT}
@@ -372,16 +376,16 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
     if scale_of(quantity.dataset) == ERROR:
         panel.set_yscale("log")
     for cut, color in zip(cuts, curve_colors(len(cuts)), strict=True):
-        found = cut.of(quantity)
-        many = found.shape[1] * found.shape[2]
+        ordinates = cut.of(quantity)
+        many = ordinates.shape[1] * ordinates.shape[2]
         if many == 1:
-            _draw_curve(panel, cut, found[:, 0, 0], color, 1.0)
+            _draw_curve(panel, cut, ordinates[:, 0, 0], color, 1.0)
         else:
             across = np.repeat(cut.values, many)
-            panel.plot(across, found.ravel(), color=color, markersize=1.4, **DOT)
+            panel.plot(across, ordinates.ravel(), color=color, markersize=1.4, **DOT)
         cells, starts = np.nonzero(_thinned(cut.violated()))
         if cells.size:
-            up = found[cells, starts, 0]
+            up = ordinates[cells, starts, 0]
             panel.plot(cut.values[cells], up, color=color, markersize=2.5, **_CROSS)
 
 
@@ -417,15 +421,15 @@ _BAR = (1.012, 0.0, 0.014, 1.0)  # of the panel: the bar's left edge, foot, widt
 
 def draw_waterfall(panel: Axes, cut: Slice, quantity: Quantity) -> None:
     """Draw amplitudes of the first start over the parameter and the frequency."""
-    found = cut.of(quantity)[:, 0, :]
+    heights = cut.of(quantity)[:, 0, :]
     order = cut.view["frequency"]
-    largest = float(np.nanmax(found[:, 1:], initial=0.0)) or 1.0
+    largest = float(np.nanmax(heights[:, 1:], initial=0.0)) or 1.0
     floor = largest * 10.0**-DECADES
     panel.set_facecolor(NO_VALUE)
     mesh = panel.pcolormesh(
         edges(cut.values),
         edges(order[1:]),
-        np.maximum(found[:, 1:], floor).T,
+        np.maximum(heights[:, 1:], floor).T,
         norm=LogNorm(floor, largest),
         cmap=SHADES,
         rasterized=True,
@@ -488,8 +492,8 @@ def _of_sweeps(both: np.ndarray) -> list[Look]:
     one, other = (np.zeros((both.size, 2), dtype=bool) for _ in SWEEPS)
     one[:, 0], other[:, 1] = ~both, ~both
     shared = np.stack([both, np.zeros_like(both)], axis=1)
-    found = [Look(shared, NAVY, BOTH), Look(one, up, "up"), Look(other, down, "down")]
-    return [look for look in found if look.which.any()]
+    groups = [Look(shared, NAVY, BOTH), Look(one, up, "up"), Look(other, down, "down")]
+    return [look for look in groups if look.which.any()]
 
 
 def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
@@ -502,24 +506,24 @@ def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
     and all points of either lie close to one of the other, in each coordinate that is recorded, or
     else in E1max; and if both are not periodic and have one label.
     """
-    known = quantities_in(cut.view)
-    of_section = [item for item in known.values() if item.dataset == SECTION]
-    places = of_section or [item for item in known.values() if item.name == "E1max"]
+    drawn = quantities_in(cut.view)
+    of_section = [item for item in drawn.values() if item.dataset == SECTION]
+    places = of_section or [item for item in drawn.values() if item.name == "E1max"]
     compared = [cut.of(item) for item in places]
     if not places and numbers is not None:
         compared = [numbers]
-    found = np.ones(cut.values.size, dtype=bool)
+    is_alike = np.ones(cut.values.size, dtype=bool)
     for values in compared:
-        found &= _close(values)
+        is_alike &= _close(values)
     if "periodicity" in cut.view and "impact_count" in cut.view:
         n, k = (cut.view.take(name, **cut.at) for name in ("periodicity", "impact_count"))
-        found &= (n[:, 0] == n[:, 1]) & ((k[:, 0] == k[:, 1]) | (n[:, 0] == 0))
+        is_alike &= (n[:, 0] == n[:, 1]) & ((k[:, 0] == k[:, 1]) | (n[:, 0] == 0))
     labels = cut.labels()
     if labels is None:
-        return found
+        return is_alike
     same = labels[:, 0] == labels[:, 1]
     wild = np.array([period_and_impacts(label) is None for label in labels[:, 0]])
-    return same & (found | wild)
+    return same & (is_alike | wild)
 
 
 def _close(values: np.ndarray) -> np.ndarray:

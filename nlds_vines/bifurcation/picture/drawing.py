@@ -61,9 +61,9 @@ class ScanPicture(Drawing):
         for name in view.axes:
             refuse_undrawable(name, view[name])
         values = [view[name] for name in view.axes]
-        labeled, known = "label" in view, quantities_in(view)
+        labeled, recorded = "label" in view, quantities_in(view)
         if show is not None:
-            check_show(show, values, view["start"].size, known, labeled)
+            check_show(show, values, view["start"].size, recorded, labeled)
         plain = len(values) == 1 or is_map(values)
         if show == BASINS or (show is None and plain and basin_map.drawable(view)):
             if ax is None:
@@ -78,7 +78,7 @@ class ScanPicture(Drawing):
             if ax is None:
                 return diagram(view, show, page)
             return into(ax, lambda: draw_into(ax, view, show))
-        chosen = usual_show(known, labeled) if show is None else show
+        chosen = usual_show(recorded, labeled) if show is None else show
         if chosen is None:
             raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
         if ax is None:

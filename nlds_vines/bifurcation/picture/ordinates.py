@@ -66,11 +66,11 @@ class Quantity:
 
     def of(self, view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
         """Return its values (..., starts, many), NaN where there is none; `at` fixes axes."""
-        taken = {**self.index, **(at or {})}
-        found = view.take(self.dataset, **taken)
-        dims = [dim for dim in view.dims(self.dataset) if dim not in taken]
-        found = found.reshape((*found.shape[: dims.index("start") + 1], -1))
-        return drawable(np.where(found == self.fill, np.nan, found))
+        places = {**self.index, **(at or {})}
+        array = view.take(self.dataset, **places)
+        dims = [dim for dim in view.dims(self.dataset) if dim not in places]
+        array = array.reshape((*array.shape[: dims.index("start") + 1], -1))
+        return drawable(np.where(array == self.fill, np.nan, array))
 
 
 def quantities(
@@ -80,30 +80,30 @@ def quantities(
 
     Arguments: `components` of a state; `signals` of spectra, whose numbers are told one by one.
     """
-    found: dict[str, Quantity] = {}
+    by_name: dict[str, Quantity] = {}
     for entry in datasets:
         if entry.name == SECTION:
-            found |= {name: _coordinate(entry, i, name) for i, name in enumerate(components)}
+            by_name |= {name: _coordinate(entry, i, name) for i, name in enumerate(components)}
         elif SIGNAL in entry.dims:
-            found |= {one.name: one for one in _by_signal(entry, signals)}
+            by_name |= {one.name: one for one in _by_signal(entry, signals)}
         elif _is_numbers(entry):
             about = entry.units, entry.long_name, float(entry.fill)
-            found[entry.name] = Quantity(entry.name, entry.name, *about, single=not entry.tail)
+            by_name[entry.name] = Quantity(entry.name, entry.name, *about, single=not entry.tail)
         elif entry.flags is not None and not entry.tail:
             about = entry.units, entry.long_name, float(entry.fill)
-            found[entry.name] = Quantity(entry.name, entry.name, *about, single=False, coded=True)
-    return found
+            by_name[entry.name] = Quantity(entry.name, entry.name, *about, single=False, coded=True)
+    return by_name
 
 
 def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
     """Return what can be drawn of an archive, by name."""
     components = list(view["component"]) if "component" in view else []
     signals = list(view[SIGNAL]) if SIGNAL in view else []
-    found, body = (
+    by_name, body = (
         quantities(map(view.describe, view.names), components, signals),
         body_of(view.attrs.get("kind")),
     )
-    return {name: replace(quantity, body=body) for name, quantity in found.items()}
+    return {name: replace(quantity, body=body) for name, quantity in by_name.items()}
 
 
 def _coordinate(section: Dataset, place: int, name: str) -> Quantity:
@@ -174,10 +174,10 @@ class Slice:
 
     def marked_labels(self) -> np.ndarray | None:
         """Return the labels, those of orbits that pass a limit with a word that says so."""
-        found = self.labels()
-        if found is None:
+        words = self.labels()
+        if words is None:
             return None
-        return np.where(self.violated(), found + INADMISSIBLE, found)
+        return np.where(self.violated(), words + INADMISSIBLE, words)
 
     def violated(self) -> np.ndarray:
         """Return of which orbits (cells, starts) pass the limit of their scene, if it has one."""

@@ -368,7 +368,7 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
     A number of both signs has two-sided shades around zero.  On a map of settling times, cells in
     which a start did not settle are black.  Hatched are cells in which the limit is passed.
     """
-    way, name = way_and_number(show)
+    scale, name = way_and_number(show)
     quantity = quantities_in(view)[name]
     values = quantity.of(view)[..., 0]
     values = np.where(np.isfinite(values), values, -np.inf).max(axis=-1)
@@ -376,7 +376,7 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
     if scale_of(name) == WAIT:
         unsettled |= (view[name] < 0).any(axis=-1)
     shown = np.ma.masked_where(unsettled | ~np.isfinite(values), values)
-    shades, norm = _scale(quantity.dataset, shown, way)
+    shades, norm = _scale(quantity.dataset, shown, scale)
     mesh = fill_cells(axes, view, shown, cmap=shades.with_extremes(bad=NO_VALUE), norm=norm)
     marks: list[Any] = []
     if unsettled.any():
@@ -407,7 +407,7 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
         bar.ax.axhline(0.0, color="black", linewidth=0.8)
 
 
-def _scale(name: str, shown: np.ma.MaskedArray, way: str) -> tuple[Colormap, Normalize]:
+def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, Normalize]:
     """Return how values become shades: settling and errors by logarithm, signed ones around 0.
 
     Others become shades by logarithm where they span decades; `way`, one of `WAYS`, decides.
@@ -427,10 +427,10 @@ def _scale(name: str, shown: np.ma.MaskedArray, way: str) -> tuple[Colormap, Nor
     low, high = values.min(initial=0.0), values.max(initial=0.0)
     least = values.min(initial=np.inf)
     small = max(least, high * _DEEPEST) if least > 0.0 else 0.0
-    if way == LOG and not 0.0 < small < high:
+    if chosen == LOG and not 0.0 < small < high:
         raise RequestError(f"show = '{LOG}{name}': it takes numbers above 0 that differ")
     signed = scale == SIGNED or low < 0.0 < high
-    if way == LOG or (not way and not signed and 0.0 < small * _WIDE < high):
+    if chosen == LOG or (not chosen and not signed and 0.0 < small * _WIDE < high):
         return plain, LogNorm(small, high)
     if values.size and signed:
         return _around_zero(np.maximum(values, -1.0) if name == REDUCTION else values)
@@ -554,12 +554,12 @@ def manifold_bounds(view: ArchiveView) -> np.ndarray:
 
     def bounds(value: float) -> tuple[float, float]:
         outline, _ = slow_manifold(system.with_(**{other: float(value)})).response().outline
-        found = outline[np.isfinite(outline)]
-        return (found.min(), found.max()) if found.size else (np.nan, np.nan)
+        frequencies = outline[np.isfinite(outline)]
+        return (frequencies.min(), frequencies.max()) if frequencies.size else (np.nan, np.nan)
 
-    found = [(value, *bounds(value)) for value in values]
-    ends = [_end(bounds, one, next_) for one, next_ in pairwise(found) if _differ(one, next_)]
-    return np.array(sorted([*found, *ends])).T
+    rows = [(value, *bounds(value)) for value in values]
+    ends = [_end(bounds, one, next_) for one, next_ in pairwise(rows) if _differ(one, next_)]
+    return np.array(sorted([*rows, *ends])).T
 
 
 _Bounds = tuple[float, float, float]
@@ -576,9 +576,9 @@ def _end(bounds: Callable[[float], tuple[float, float]], one: _Bounds, other: _B
     inside, outside = (other, one[0]) if np.isnan(one[1]) else (one, other[0])
     for _ in range(_HALVED):
         middle = 0.5 * (inside[0] + outside)
-        found = (middle, *bounds(middle))
-        if np.isnan(found[1]):
+        row = (middle, *bounds(middle))
+        if np.isnan(row[1]):
             outside = middle
         else:
-            inside = found
+            inside = row
     return inside

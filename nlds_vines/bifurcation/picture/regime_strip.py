@@ -86,8 +86,8 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
         if _is_stacked(cut):
             strip = draw_stack(axes, cut.values, labels)
         else:
-            found = bands(cut.values, labels[:, start])
-            strip = draw_strip(axes, found, colors(labels.ravel().tolist()))
+            along = bands(cut.values, labels[:, start])
+            strip = draw_strip(axes, along, colors(labels.ravel().tolist()))
             if len(cut.starts) > 1:
                 axes.set_ylabel(cut.starts[start], rotation=0, ha="right", va="center")
         if any(strip.place(band.low) <= _HELD_WIDTH for band in strip.above):
@@ -99,12 +99,12 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
 
 def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
     """Return entries of a legend: how long chaos was watched; what no strip names."""
-    found: list[Any] = []
+    handles: list[Any] = []
     shown = [(cut, labels) for cut in cuts if (labels := cut.marked_labels()) is not None]
     several = len(cuts) == 1 and _is_stacked(cuts[0])  # their dots are in the legend
     if not several and any(np.any(cut.labels() == CHAOS) for cut, _ in shown):
         text = in_legend(CHAOS, shown[0][0].view)
-        found.append(Patch(facecolor=OTHERS[CHAOS], label=text))
+        handles.append(Patch(facecolor=OTHERS[CHAOS], label=text))
     out = []
     for cut, labels in shown:
         low, high = edges(cut.values)[[0, -1]]
@@ -117,10 +117,10 @@ def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
     words = in_order({drawn_as(word) for word in out})
     for word in words[:_MOST_LEFT_OUT]:
         label = example_of(word)
-        found.append(Patch(label=short(word), **patch_look(label, color_of(label))))
+        handles.append(Patch(label=short(word), **patch_look(label, color_of(label))))
     if len(words) > _MOST_LEFT_OUT:
-        found.append(Patch(color="none", label=f"and {len(words) - _MOST_LEFT_OUT} more"))
-    return found
+        handles.append(Patch(color="none", label=f"and {len(words) - _MOST_LEFT_OUT} more"))
+    return handles
 
 
 def _count(cut: Slice) -> int:
@@ -145,7 +145,7 @@ class Strip:
 
     def __init__(
         self,
-        found: Sequence[Band],
+        regimes: Sequence[Band],
         ends: tuple[float, float],
         points: float,
         log: bool = False,
@@ -153,12 +153,14 @@ class Strip:
     ) -> None:
         """Find the places of the names."""
         self._ends, self._points, self._log = ends, points, log
-        labels = {band.label for band in found} if inside else ()
+        labels = {band.label for band in regimes} if inside else ()
         rooms = {label: text_width(short(label), _SIZE) + 2 * _PADDING for label in labels}
-        self.inside = [band for band in found if inside and rooms[band.label] <= self._extent(band)]
+        self.inside = [
+            band for band in regimes if inside and rooms[band.label] <= self._extent(band)
+        ]
         named = {band.label for band in self.inside}
         beside = [
-            band for band in found if band.label not in named and self._extent(band) >= _NARROWEST
+            band for band in regimes if band.label not in named and self._extent(band) >= _NARROWEST
         ]
         widest = list({b.label: b for b in sorted(beside, key=self._extent)}.values())
         self.above, self.left_out = self._near(sorted(widest, key=lambda band: band.center))
@@ -173,28 +175,28 @@ class Strip:
         """The distance of names above, as a fraction of the axis."""
         return _PITCH / self._points
 
-    def _near(self, found: list[Band]) -> tuple[list[Band], list[str]]:
+    def _near(self, named: list[Band]) -> tuple[list[Band], list[str]]:
         """Return the bands whose names find room near them, and the labels of all others.
 
         Of too many for the axis, or for their places, the narrowest are left out.
         """
         out: list[str] = []
-        while found and self._farthest(found) > _FARTHEST:
-            narrowest = min(found, key=self._extent)
-            found = [band for band in found if band is not narrowest]
+        while named and self._farthest(named) > _FARTHEST:
+            narrowest = min(named, key=self._extent)
+            named = [band for band in named if band is not narrowest]
             out.append(narrowest.label)
-        return found, out
+        return named, out
 
-    def _farthest(self, found: Sequence[Band]) -> float:
+    def _farthest(self, named: Sequence[Band]) -> float:
         """Return the largest distance in points of a name from its band; infinite without room."""
-        if len(found) * self.pitch > 1.0:
+        if len(named) * self.pitch > 1.0:
             return inf
-        centers = np.array([self.middle(band) for band in found])
-        return float(np.abs(self.places(found) - centers).max()) * self._points
+        centers = np.array([self.middle(band) for band in named])
+        return float(np.abs(self.places(named) - centers).max()) * self._points
 
-    def places(self, found: Sequence[Band]) -> np.ndarray:
+    def places(self, named: Sequence[Band]) -> np.ndarray:
         """Return where the names of bands stand, from the left, as fractions of the axis."""
-        centers = [self.middle(band) for band in found]
+        centers = [self.middle(band) for band in named]
         return spread(centers, self.pitch, self.pitch / 2, 1.0 - self.pitch / 2)
 
     def middle(self, band: Band) -> float:
@@ -205,15 +207,15 @@ class Strip:
         return self._points * (self.place(band.high) - self.place(band.low))
 
 
-def draw_strip(axes: Axes, found: list[Band], color: Mapping[str, str]) -> Strip:
+def draw_strip(axes: Axes, named: list[Band], color: Mapping[str, str]) -> Strip:
     """Draw bands of regimes as a strip in their colors, and name them.
 
     Returns where the names stand.  The limits of the axes are those of the strip, or within it.
     """
     _clear(axes)
-    for band in found:
+    for band in named:
         _fill(axes, band, color[band.label], 0.0, 1.0)
-    strip = _strip_of(axes, found)
+    strip = _strip_of(axes, named)
     for band in strip.inside:
         _name_inside(axes, strip, band, color[band.label])
     _name_above(axes, strip)
@@ -227,12 +229,12 @@ def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> Strip:
     shares.  Returns where the names stand.
     """
     _clear(axes)
-    found = stacked_bands(values, labels)
-    color = colors(band.label for row in found for band in row)
-    for place, row in enumerate(found):
+    rows = stacked_bands(values, labels)
+    color = colors(band.label for row in rows for band in row)
+    for place, row in enumerate(rows):
         for band in row:
-            _fill(axes, band, color[band.label], place / len(found), 1 / len(found))
-    strip = _strip_of(axes, _widest(found), inside=False)
+            _fill(axes, band, color[band.label], place / len(rows), 1 / len(rows))
+    strip = _strip_of(axes, _widest(rows), inside=False)
     _name_above(axes, strip)
     return strip
 
@@ -252,8 +254,8 @@ def _widest(rows: Sequence[Sequence[Band]]) -> list[Band]:
     return sorted({band.label: band for band in every}.values(), key=lambda band: band.low)
 
 
-def _strip_of(axes: Axes, found: Sequence[Band], inside: bool = True) -> Strip:
-    return Strip(found, axes.get_xlim(), size_of(axes)[0], axes.get_xscale() == "log", inside)
+def _strip_of(axes: Axes, regimes: Sequence[Band], inside: bool = True) -> Strip:
+    return Strip(regimes, axes.get_xlim(), size_of(axes)[0], axes.get_xscale() == "log", inside)
 
 
 def _clear(axes: Axes) -> None:

@@ -329,8 +329,8 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
         is_document = "curves" in read_toml(Path(str(source)))
     document: Any = source if is_document else _DEFAULTS
     if not is_document and not systems:
-        given = source if isinstance(source, list | tuple) else [source]
-        systems = DAMPERS if source is None else given
+        listed = source if isinstance(source, list | tuple) else [source]
+        systems = DAMPERS if source is None else listed
     if systems:
         changes |= {"curves": _rows(systems), "panels": [{}]}
     request = load_curves(document, changes, where)
@@ -412,15 +412,15 @@ def _case(shared: Document, panel: Panel, case: Case) -> Case:
     """Return a case in a panel with its scan; `shared` stands at the top of the file."""
     if panel.system is not None and case.system is not None:
         raise RequestError("system is named by [[panels]] as well: name it in one of the two")
-    of_panel, own = panel.settings or {}, case.settings or {}
-    if both := sorted(of_panel.keys() & own.keys()):
+    of_panel, of_case = panel.settings or {}, case.settings or {}
+    if both := sorted(of_panel.keys() & of_case.keys()):
         raise RequestError(f"{both[0]} is set by [[panels]] as well: set it in one of the two")
-    settings = {**of_panel, **own}
+    settings = {**of_panel, **of_case}
     system = next((x.system for x in (panel, case) if x.system is not None), shared.get("system"))
     scan = load_scan({**shared, "system": system, "set": {**shared.get("set", {}), **settings}})
     if len(scan.axes) != 1:
         raise RequestError(f"{len(scan.axes)} parameters are varied; allowed: one")
-    return replace(case, settings=own, scan=scan, system=None)
+    return replace(case, settings=of_case, scan=scan, system=None)
 
 
 def with_structure_alone(request: CurveRequest) -> CurveRequest:

@@ -28,18 +28,18 @@ def run(
     request: CurveRequest,
     output: Path,
     how: RunOptions | None = None,
-    known: dict[str, Arrays] | None = None,
+    cached: dict[str, Arrays] | None = None,
 ) -> None:
     """Compute response curves into the archive `output`, case by case.
 
-    Arguments: `known`, the arrays of scans that need not be computed, by the hash of the scan; this
+    Arguments: `cached`, the arrays of scans that need not be computed, by the hash of the scan; this
     run adds its own.
 
     Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every complete case kept for --resume,
     and `RequestError` if the archive cannot be written.
     """
     how = RunOptions() if how is None else how
-    known = {} if known is None else known
+    cached = {} if cached is None else cached
     use_threads(how.threads)
     store = Blocks(output, request)
     store.keys = range(len(request.cases))
@@ -49,8 +49,8 @@ def run(
         with Progress(request.lanes, "orbit", quiet=how.quiet) as progress:
             for i, case in enumerate(request.cases):
                 compute = partial(_compute, case.scan, progress)
-                if (arrays := known.get(case.scan.hash)) is None:
-                    arrays = known[case.scan.hash] = store.piece(i, compute)
+                if (arrays := cached.get(case.scan.hash)) is None:
+                    arrays = cached[case.scan.hash] = store.piece(i, compute)
                 results.append(arrays)
                 progress.note(case.scan.lanes, f"case {i + 1} of {len(request.cases)}")
         return store.writer(scales_of(request), contents(request, results))

@@ -25,8 +25,8 @@ from typing import Any, Self
 import numpy as np
 
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.continuation.command import continue_branch
 from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.batch import Batch

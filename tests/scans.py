@@ -34,7 +34,7 @@ def whole(scan):
 
 def computed(scan, settings=None):
     """Return the arrays of a scan that is computed in one block."""
-    from nlds_vines.bifurcation.compute import Computer  # which loads the kernels
+    from nlds_vines.bifurcation.run import Computer  # which loads the kernels
 
     return Computer(scan, settings).block(whole(scan))
 

@@ -20,8 +20,7 @@ import numpy as np
 
 from nlds_vines.__main__ import COMMANDS
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.bifurcation.datasets import ScanContents
-from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.request import Scan, ScanContents
 from nlds_vines.bifurcation.response_curves.request import Case, CurveRequest, Panel
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser

@@ -2,20 +2,14 @@
 
 In reading order:
 
-    request           `Scan`: what to compute, and how a scan file (TOML) is read into one
-    datasets          the datasets of a scan's archive
-    attractors        groups ends of orbits, matches attractors along parameters
-    attractor_ends    where orbits end, with an early stop near known cycles
-    attractor_table   the attractors as datasets of the archive
+    request           `Scan`: what to compute, how a scan file (TOML) is read, which datasets result
     blocks            the rectangles of cells that are computed as one; whether there is room
-    compute           one block through the kernels
-    orbit_counts      counts of orbits: done, failed, of each regime
-    observation_time  for how long chaos was watched, in words
-    run               block after block, from request to archive
-    cluster           blocks on the workers of a Dask cluster
-    cell_start        where the orbits of a scan begin, and those of a cell
-    cell_orbit        from a cell of an archive to its orbit, the same to the last bit
-    result            the archive as a path that can be read and drawn, and its scan
+    cell_orbit        where the orbits of a scan begin; from a cell of an archive to its orbit
+    run               one block through the kernels; block after block, from request to archive
+    cluster           workers of a Dask cluster, which compute blocks
+    attractors        groups ends of orbits, matches attractors along parameters
+    attractor_ends    where orbits end, with an early stop near cycles; attractors as datasets
+    result            `ScanArchive`, and the scan of an archive
     picture/          diagrams and maps, drawn from the archive alone
     response_curves/  several dampers in one archive, with a dimension `case`
     command           `python -m nlds_vines.bifurcation` and `nv.scan`

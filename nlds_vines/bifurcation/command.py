@@ -22,8 +22,7 @@ from nlds_vines.bifurcation.blocks import (
     share_in_words,
     work_bytes,
 )
-from nlds_vines.bifurcation.picture.choices import check_show, is_map
-from nlds_vines.bifurcation.picture.ordinates import quantities
+from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli import command as commands
@@ -183,7 +182,7 @@ class Job(commands.Job):
             lines.append(f"no orbit has an impact; {values}")  # they may not be as expected
         if "spectra_agree" in self.request.table.datasets and not results.missing:
             from nlds_vines.archives.archive import read
-            from nlds_vines.bifurcation.orbit_counts import spectral_summary
+            from nlds_vines.bifurcation.run import spectral_summary
 
             with read(self.archive) as view:
                 lines.append(spectral_summary(view))

@@ -1,4 +1,4 @@
-"""A scan from request to archive, block after block.
+"""A scan from request to archive: counts of orbits, one block through the kernels, all blocks.
 
 Blocks are computed here one after the other, each on all threads, or by any executor, whose workers
 return arrays; this process saves them, and makes the archive when all are there.
@@ -6,35 +6,339 @@ return arrays; this process saves them, and makes the archive when all are there
 
 from __future__ import annotations
 
+import math
 import platform
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.archives import archive, provenance
+from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.bifurcation.blocks import Block, block_bytes, blocks_of, share_in_words
-from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.observation_time import of_chaos
-from nlds_vines.bifurcation.orbit_counts import COUNTED, Tally
+from nlds_vines.bifurcation.cell_orbit import STEP, own_states
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
-from nlds_vines.model.labels import CHAOS
+from nlds_vines.kernels.scene.scene import Span
+from nlds_vines.model.labels import CHAOS, KEPT, least_lifetime
+from nlds_vines.model.linear_response import energy_alone
+from nlds_vines.model.quantities import BY_NAME
+from nlds_vines.orbits import responses
+from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.records import ATTRACTOR
-from nlds_vines.orbits.solver_settings import most_watched
+from nlds_vines.orbits.records import (
+    ATTRACTOR,
+    OK,
+    failures_in,
+    failures_in_words,
+    modulation_of,
+    plain,
+)
+from nlds_vines.orbits.solver_settings import Settings, most_watched
+from nlds_vines.orbits.spectral_values import agreement, arrays_of
+from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
-from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Blocks, Write
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.archive import ArchiveView
+    from nlds_vines.bifurcation.attractor_ends import OrbitEnds
+    from nlds_vines.bifurcation.blocks import Block
+    from nlds_vines.bifurcation.request import Scan
+
+
+_MOST_LABELS = 6  # regimes named in a line: as many as fit beside the bar of progress
+
+Note = Callable[[Mapping[str, np.ndarray]], None]
+"""Is called with the arrays of every block that is done."""
+
+COUNTED = ("status", "label", "violations", "violation_depth")
+"""The datasets that a tally looks at."""
+
+
+@dataclass
+class Tally:
+    """Counts of the orbits so far: all, those that failed, those of each regime.
+
+    `failures`: how many failed, by status.
+    `violated`: those that pass the limit of their scene; `depths`: the least and the largest depth
+    of these [m].
+    """
+
+    lanes: int = 0
+    failures: Counter[int] = field(default_factory=Counter)
+    labels: Counter[str] = field(default_factory=Counter)
+    violated: int = 0
+    depths: tuple[float, float] = (math.inf, 0.0)
+
+    def note(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Count the orbits of a block."""
+        status = arrays["status"]
+        self.lanes += status.size
+        self.failures += failures_in(status)
+        if "label" in arrays:
+            self.labels.update(arrays["label"].ravel().tolist())
+        if "violations" in arrays:
+            self._note_violated(arrays["violations"] > 0, arrays["violation_depth"])
+
+    def _note_violated(self, passed: np.ndarray, depth: np.ndarray) -> None:
+        self.violated += int(np.count_nonzero(passed))
+        finite = depth[passed & np.isfinite(depth)]
+        low, high = self.depths
+        self.depths = finite.min(initial=low), finite.max(initial=high)
+
+    @property
+    def failed(self) -> int:
+        """How many orbits failed."""
+        return self.failures.total()
+
+    def why_failed(self) -> str:
+        """Return how many orbits failed, why, and what helps; empty where none did."""
+        return failures_in_words(self.failures, self.lanes)
+
+    def inadmissible(self) -> list[str]:
+        """Return a line that says how many orbits pass their limit, and how far; none if none."""
+        if not self.violated:
+            return []
+        low, high = (f"{depth:.2g}" for depth in self.depths)
+        by = high if low == high else f"{low} to {high}"
+        return [
+            f"inadmissible: {self.violated} of {self.lanes} orbits pass the limit, by {by} m; they "
+            "are followed as if it were not there"
+        ]
+
+    def follow(self, progress: Progress, arrays: Mapping[str, np.ndarray]) -> None:
+        """Count the orbits of a block and show the counts of all so far."""
+        self.note(arrays)
+        regimes, failed = self.regimes(), f"{self.failed} failed"
+        words = f"{regimes}; {failed}" if regimes else failed
+        progress.note(arrays["status"].size, words)
+
+    def regimes(self) -> str:
+        """Return how many of the commonest regimes: `945 T,1, 32 3T,2`; empty if none is known."""
+        common = self.labels.most_common(_MOST_LABELS)
+        words = [f"{count} {label}" for label, count in common]
+        others = self.labels.total() - sum(count for _, count in common)
+        return ", ".join([*words, *([f"{others} of other regimes"] if others else [])])
+
+
+def of_chaos(watched: int) -> str:
+    """Return the line of a summary on chaos that lasted for all `watched` forcing periods.
+
+    Chaos may be transient.  That it did not end within a time is a fact; its mean lifetime is then
+    bounded from below (`labels.least_lifetime`).
+    """
+    least = least_lifetime(watched)
+    return (
+        f"chaos: watched for {watched} periods each; if it is transient, its mean lifetime is "
+        f"{least:.0f} periods or more (95 %, one orbit)"
+    )
+
+
+def spectral_summary(view: ArchiveView) -> str:
+    """Return in one line where spectra and verdicts disagree: how many orbits, and of which."""
+    agree, spectral = view["spectra_agree"], view["spectral_label"]
+    which = agree == KEPT["no"]
+    pairs = zip(view["label"][which].tolist(), spectral[which].tolist(), strict=True)
+    counts = Counter(f"{label} with {says}" for label, says in pairs)
+    words = [f"{count} {pair}" for pair, count in counts.most_common(_MOST_LABELS)]
+    of = f"{np.count_nonzero(which)} of {np.count_nonzero(agree >= 0)} orbits"
+    ellipsis = ", ..." if len(counts) > _MOST_LABELS else ""
+    return f"spectra disagree: {of}" + (f": {', '.join(words)}{ellipsis}" if words else "")
+
+
+def wanted_of(scan: Scan, settings: Settings | None = None) -> Wanted:
+    """Return what a scan wants of orbits to their end; `settings` None means its own."""
+    settings = scan.settings if settings is None else settings
+    return Wanted(scan.system.scene, plain(scan.want), scan.method, scan.effort, settings)
+
+
+class Computer:
+    """Computes blocks of one scan; what all blocks share is prepared once."""
+
+    def __init__(
+        self,
+        scan: Scan,
+        settings: Settings | None = None,
+        tell: Tell | None = None,
+        *,
+        helped: bool = True,
+    ) -> None:
+        """Prepare the cells and starts of `scan`; by default with its own settings.
+
+        Arguments: `tell` and `helped` as `batch.Kernels` takes them.
+        """
+        self.scan = scan
+        self._cells, self._tell = scan.cells(), tell
+        self._draws = start_states(scan.start) if scan.start.policy == "random" else None
+        wanted = wanted_of(scan, settings)
+        self.ends: OrbitEnds | None = None
+        if ATTRACTOR in scan.want:
+            from nlds_vines.bifurcation.attractor_ends import OrbitEnds  # with SciPy's searches
+
+            self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
+        self._kernels = Kernels(wanted, tell, helped=helped)
+        self._spectral, self._traced = scan.spectral, None
+        if self._spectral is not None:
+            traced = replace(wanted, want=("section",))
+            self._traced = Kernels(traced, tell, helped=helped)
+
+    def block(self, block: Block) -> dict[str, np.ndarray]:
+        """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
+        cells = self._cells[block.selection]
+        sides = (np.arange(first, stop) for first, stop in block.slices)
+        places = np.ravel_multi_index(np.ix_(*sides), self.scan.shape)
+        arrays = self.lanes(*self._chains(cells, places))
+        return {
+            name: self._in_place(arrays[name], cells.shape, name)
+            for name in self.scan.table.datasets
+        }
+
+    def lanes(
+        self, chains: np.ndarray, starts: np.ndarray, places: np.ndarray | None = None
+    ) -> dict[str, np.ndarray]:
+        """Return the results of chains of cells (chains, links) from their starts (chains, 4).
+
+        Arguments: `places` (chains,), the number in the scan of the first cell of each, which
+        attractors need; by default the first one.
+
+        They are arrays (chains, links, tail) by name of the dataset; there may be more of them than
+        the scan wants.
+        """
+        arrays = {"P": chains["P"].copy()}
+        if self._draws is not None:
+            states = user_states(chains[:, 0], starts, self.scan.system.scene)
+            arrays["start_state"] = states[:, np.newaxis]
+        arrays |= self._spectra(chains, starts)
+        if self.ends is not None:
+            where = np.zeros(len(chains), np.int64) if places is None else places
+            arrays |= self.ends.arrays(chains[:, 0], starts, where)
+        if self._kernels.records or "status" not in arrays:
+            outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
+            arrays |= self._arrays(outputs, chains)
+        if "spectra_agree" in self.scan.table.datasets:
+            arrays["spectra_agree"] = agreement(
+                arrays["regime"],
+                arrays["periodicity"],
+                arrays["spectral_label"],
+                self.scan.periods,
+            )
+        for name, dataset in self.scan.table.datasets.items():
+            _one_nan(_failed_filled(arrays[name], dataset, arrays["status"]))
+        return arrays
+
+    def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
+        """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
+        return self._kernels.run(chains, starts, transient, periods)
+
+    def _spectra(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what is recorded of spectra, by name: of the same orbits, at more instants.
+
+        And how they ended, which counts where nothing else is recorded.
+        """
+        if self._spectral is None or self._traced is None:
+            return {}
+        span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
+        states, status = self._traced.states(chains, starts, span)
+        arrays = arrays_of(self._spectral, states, status == OK, self.scan.transient)
+        return {"status": status, **arrays}
+
+    def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return orbits of the scan, each by itself: cells (n, 1), starts (n, 4), places (n,).
+
+        Arguments: the numbers (n,) of the `chosen` ones, counted cell after cell.  Those of a sweep
+        begin at rest here.
+        """
+        places, lanes = np.divmod(chosen, self.scan.starts)
+        where = np.unravel_index(places, self.scan.shape)
+        cells = self._cells[where]
+        states = own_states(self.scan, cells, where, lanes, self._draws, self._tell)
+        return cells[:, np.newaxis], states, places
+
+    def _chains(
+        self, cells: np.ndarray, places: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the chains of a block of cells, the start (x1, v1, r, s) and place of each."""
+        if sweeps := self.scan.start.sweeps:
+            rows = cells.reshape(-1, cells.shape[-1])
+            chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
+            firsts = np.tile(places.reshape(rows.shape)[:, 0], len(sweeps))
+            return chains, np.zeros((len(chains), 4)), firsts
+        numbers = places.reshape(-1, 1) * self.scan.starts + np.arange(self.scan.starts)
+        return self.orbits(numbers.ravel())
+
+    def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the datasets by name, in the order of the lanes: (chains, links, tail)."""
+        status = outputs.status
+        arrays = {"status": status}
+        for name in self.scan.table.datasets:
+            entry = BY_NAME[name]
+            buffer = getattr(outputs, entry.buffer) if entry.buffer in _PLAIN else None
+            if buffer is not None:
+                if entry.buffer == "section":
+                    buffer = buffer[:, :, -self.scan.periods :]
+                with np.errstate(all="ignore"):  # lanes that failed hold anything
+                    arrays[name] = entry.taken(buffer)
+        if "reduction" in self.scan.table.datasets:
+            with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
+                arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)
+        if outputs.response is not None:
+            arrays |= responses.arrays_of(outputs.response, self.scan.system.scene, cells)
+        if outputs.cycle is not None:
+            arrays["periodicity"], by_wall = outputs.cycle[..., 0], outputs.cycle[..., 1:]
+            arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
+        if outputs.counts is not None:
+            arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / self.scan.periods
+        if outputs.counts is not None and "modulation" in self.scan.want:
+            assert outputs.section is not None
+            section = outputs.section[:, :, -self.scan.periods :]
+            with np.errstate(all="ignore"):  # lanes that failed hold anything
+                arrays |= modulation_of(section, cells["omega"], outputs.counts)
+        if outputs.evidence is not None:
+            arrays |= outputs.verdicts(cells)
+        return arrays
+
+    def _in_place(self, values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
+        """Return values of lanes in the block's shape, failed lanes at their fill value."""
+        if sweeps := self.scan.start.sweeps:
+            passes = values.reshape(len(sweeps), -1, *values.shape[1:])
+            ordered = (one[:, :: STEP[sweep]] for one, sweep in zip(passes, sweeps, strict=True))
+            values = np.stack(list(ordered), axis=2)
+        tail = self.scan.table.shape(name)[len(self.scan.axes) :]
+        return values.reshape(*shape, *tail)
+
+
+_PLAIN = ("section", "energy", "peak", "violation", "touches", "clearance")
+"""The buffers of `Outputs` whose numbers are recorded as they are."""
+
+_KNOWN = ("status", "regime", "label", "start_state")
+"""The datasets that also say something of an orbit that failed."""
+
+
+def _one_nan(values: np.ndarray) -> None:
+    """Let every NaN be the same: the sign of one that is computed depends on the processor."""
+    if values.dtype.kind == "f":
+        values[np.isnan(values)] = np.nan
+
+
+def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> np.ndarray:
+    """Return the values, those of failed lanes replaced by the fill value, but for `_KNOWN`."""
+    failed = status != OK
+    if dataset.name not in _KNOWN and failed.any():
+        values[failed] = dataset.fill
+    return values
+
 
 AHEAD_BYTES = 1 << 30
 """Bytes of finished blocks (1 GB) that may wait for this process to save them."""
@@ -235,9 +539,11 @@ def writer_of(scan: Scan, store: Blocks, blocks: Sequence[Block]) -> Write:
 
     table, scales, attractors = scan.table, list(scan.scales()), None
     if ATTRACTOR in scan.want:
-        from nlds_vines.bifurcation.attractor_table import AttractorTable
+        from nlds_vines.bifurcation.attractor_ends import AttractorTable
 
-        attractors = AttractorTable(scan, saved(), interrupts.check)
+        ends = Computer(scan, helped=False).ends
+        assert ends is not None
+        attractors = AttractorTable(ends, saved(), interrupts.check)
         table, scales = attractors.joined(), attractors.scales()
 
     def pieces() -> Iterator[archive.Piece]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, log10
 
-from nlds_vines.bifurcation.cell_start import CellStart
+from nlds_vines.bifurcation.cell_orbit import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import SETTLED

@@ -28,7 +28,7 @@ from bokeh.events import (
 from bokeh.layouts import column, row
 from bokeh.models import Button, CustomJS, NumericInput, Select, Slider
 
-from nlds_vines.bifurcation.cell_start import CellStart
+from nlds_vines.bifurcation.cell_orbit import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, number, printable
 from nlds_vines.explore import live_orbit, recipes

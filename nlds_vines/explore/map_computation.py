@@ -111,7 +111,7 @@ class Job:
             self._changed()
 
     def _run(self) -> None:
-        from nlds_vines.bifurcation.compute import Computer
+        from nlds_vines.bifurcation.run import Computer
 
         scan = self.found.scan
         try:

@@ -14,7 +14,7 @@ from nlds_vines.archives import archive
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.cell_start import (
+from nlds_vines.bifurcation.cell_orbit import (
     CellStart,
     Place,
     recorded_start,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.bifurcation.datasets import begins_at_sections
+from nlds_vines.bifurcation.request import begins_at_sections
 from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, unknown, whole
 from nlds_vines.model.parameters import INITIAL, component_of, described

@@ -10,7 +10,7 @@ from rigid import CASES
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.attractor_ends import sample_size
-from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.chosen import sliders_of
 from nlds_vines.explore.map_data import stored

@@ -7,9 +7,9 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation import attractor_ends
-from nlds_vines.bifurcation.attractor_table import AttractorTable
+from nlds_vines.bifurcation.attractor_ends import AttractorTable
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.model.labels import finals
 
 pytestmark = pytest.mark.kernels
@@ -111,7 +111,7 @@ def test_an_attractor_that_no_start_comes_to_is_carried_on():
     assert arrays["label"][..., 0].tolist() == [["T,0", "T,1"]] * 3
     for name in ("label", "end_state"):
         arrays[name][1, 1] = arrays[name][1, 0]
-    table = AttractorTable(scan, [(block, arrays)])
+    table = AttractorTable(Computer(scan).ends, [(block, arrays)])
     assert table.patched(block, arrays)["attractor"][..., 0].tolist() == [[0, 1], [0, 0], [0, 1]]
     values = {name: array for name, _, array in table.pieces()}
     assert values["attractor_label"].tolist() == [["T,0", "T,1"]] * 3

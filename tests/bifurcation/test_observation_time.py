@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from nlds_vines.bifurcation.observation_time import in_legend, of_chaos
-from nlds_vines.bifurcation.run import Report
+from nlds_vines.bifurcation.picture.choices import in_legend
+from nlds_vines.bifurcation.run import Report, of_chaos
 from nlds_vines.model.labels import least_lifetime
 from nlds_vines.orbits.solver_settings import EFFORTS, most_watched
 

@@ -108,7 +108,7 @@ def test_an_orbit_that_does_not_come_so_far_diverges():
     document = {**PLANE, "system": system, "set": {}, "record": {"want": ["attractor", "energy"]}}
     document["vary"] = {"phase": {"values": [TURN - 1.178]}}
     scan = nv.load_scan({**document, "start": {"state": [-4.9e149, 0.0]}})
-    from nlds_vines.bifurcation.compute import Computer
+    from nlds_vines.bifurcation.run import Computer
 
     found = Computer(scan).lanes(*Computer(scan).orbits(np.array([0])))
     assert found["status"].ravel().tolist() == [DIVERGED]
@@ -171,7 +171,7 @@ def test_an_archive_knows_its_phases(plane, tmp_path, capsys):
 def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
     scan = nv.load_scan(PLANE)
     from nlds_vines.bifurcation.blocks import Block
-    from nlds_vines.bifurcation.compute import Computer
+    from nlds_vines.bifurcation.run import Computer
 
     one = Computer(scan).block(Block(0, ((3, 5), (7, 9))))
     with nv.read(plane) as view:

@@ -15,9 +15,9 @@ from PIL import Image
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.picture import diagram, regime_strip
+from nlds_vines.bifurcation.picture.choices import Slice
 from nlds_vines.bifurcation.picture.diagram import looks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
-from nlds_vines.bifurcation.picture.ordinates import Slice
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette

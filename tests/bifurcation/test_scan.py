@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 import nlds_vines as nv
 from nlds_vines.archives.files import toml_text
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.picture.choices import check_show, is_map
-from nlds_vines.bifurcation.picture.ordinates import quantities
+from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.model.axis import Axis

@@ -14,8 +14,7 @@ import nlds_vines as nv
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.command import main
-from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.run import run
+from nlds_vines.bifurcation.run import Computer, run
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.records import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF

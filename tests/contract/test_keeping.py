@@ -25,9 +25,8 @@ from nlds_vines.bifurcation.blocks import (
     result_bytes,
     work_bytes,
 )
-from nlds_vines.bifurcation.compute import wanted_of
-from nlds_vines.bifurcation.orbit_counts import Tally
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import Tally, wanted_of
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
 from nlds_vines.orbits.records import DIVERGED, OK

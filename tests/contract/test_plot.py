@@ -11,7 +11,7 @@ from nlds_vines.__main__ import main as console
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.command import main
-from nlds_vines.bifurcation.picture.ordinates import quantities
+from nlds_vines.bifurcation.picture.choices import quantities
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.palette import color_of
 

@@ -16,8 +16,8 @@ import pytest
 from commands import printed
 
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import Computer
 
 pytestmark = pytest.mark.kernels
 

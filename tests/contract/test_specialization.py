@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from commands import printed
 
-from nlds_vines.bifurcation.compute import wanted_of
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import wanted_of
 from nlds_vines.kernels.numerics import stored_code
 from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.batch import Outputs, records_of

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.solver_settings import TOLERANCES, Settings

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import recipes
 from nlds_vines.explore.chosen import sliders_of
@@ -218,7 +218,7 @@ def test_a_job_says_that_kernels_are_compiled(monkeypatch):
             tell("compiling the kernels of ssul", 0.0)
             super().__init__(scan, helped=helped)
 
-    monkeypatch.setattr("nlds_vines.bifurcation.compute.Computer", Compiling)
+    monkeypatch.setattr("nlds_vines.bifurcation.run.Computer", Compiling)
     told = []
     job = Job(SCAN, lambda: told.append(job.note))
     job.begin()

@@ -6,7 +6,7 @@ import pytest
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.map_data import empty, stored
 from nlds_vines.explore.map_view import classes_of, column, label_codes, shows_of

@@ -10,7 +10,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.kernels.cells.verdict import attracted, follow_growth, note_exponents
 from nlds_vines.kernels.numerics.matrices import eigenvalues, is_saddle
 from nlds_vines.kernels.orbit.recurrence import impacts_of

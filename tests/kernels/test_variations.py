@@ -10,8 +10,8 @@ from scipy.linalg import expm
 from support import linear_flow, references, system_of
 
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.kernels.cells import verdict as course
 from nlds_vines.kernels.cells.verdict import mean_and_width
 from nlds_vines.kernels.numerics.matrices import eigenvalues, solve, spectral_radius

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.bifurcation.picture.choices import check_show, usual_show
-from nlds_vines.bifurcation.picture.ordinates import quantities
+from nlds_vines.bifurcation.picture.choices import check_show, quantities, usual_show
 from nlds_vines.model.labels import by_frequency, coexisting, finals, most_frequent, share_of
 
 LATE = "transient chaos to T,0"

@@ -8,8 +8,8 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.kernels.orbit import orbit, repetition
 from nlds_vines.kernels.orbit.repetition import same_bits
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene import codes as ev

@@ -8,7 +8,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation import run as scan_run
-from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import DIVERGED
 from nlds_vines.runs.interrupts import Interrupted

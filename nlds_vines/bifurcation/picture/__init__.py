@@ -2,8 +2,7 @@
 
 In reading order:
 
-    ordinates         what is recorded in numbers, whatever it is; along one parameter
-    choices           what a picture may show
+    choices           the quantities that a picture can show
     regime_strip      the colored strip of regimes above a diagram
     diagram           over one parameter: strips; panels of dots, curves, spectra
     regime_map        two varied parameters: regimes, and how many coexist, by color

@@ -17,13 +17,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.datasets import begins_at_sections
 from nlds_vines.bifurcation.picture.regime_map import (
     add_map_legend,
     fill_cells,
     label_axes,
     name_regions,
 )
+from nlds_vines.bifurcation.request import begins_at_sections
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.plotting.bands import inner_edges

@@ -1,17 +1,203 @@
-"""What a picture may show; checked before anything is computed, and before an archive is drawn."""
+"""What a picture of a scan can show: recorded quantities, in all cells or along one parameter.
+
+Whatever a scan records in numbers, one or several for each orbit, can be drawn: a new dataset needs
+nothing here.  A choice is checked before anything is computed, and before an archive is drawn.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.bifurcation.picture.ordinates import Quantity
+from nlds_vines.archives.dataset import Dataset
+from nlds_vines.archives.provenance import SCAN
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError, unknown
+from nlds_vines.model.labels import CHAOS
 from nlds_vines.model.quantities import drawn_in, held_in
-from nlds_vines.model.quantity import MAPS
+from nlds_vines.model.quantity import MAPS, STRUCTURE
 from nlds_vines.orbits.records import ATTRACTOR
-from nlds_vines.plotting.bands import is_list
+from nlds_vines.orbits.signals import SIGNALS
+from nlds_vines.orbits.solver_settings import most_watched
+from nlds_vines.plotting.bands import drawable, is_list
+from nlds_vines.plotting.notation import raised, setting_label, signal_symbol
+from nlds_vines.plotting.palette import INADMISSIBLE
+from nlds_vines.plotting.style import body_of, quantity_label
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.archive import ArchiveView
+
+
+SIGNAL = "signal"
+"""The dimension along which numbers of spectra differ in what they are of."""
+
+SECTION = "section"
+"""The dataset whose components are quantities of their own."""
+
+_NO_NUMBERS = ("component", "part")  # dimensions along which units or meanings differ
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something to draw over the varied parameters.
+
+    Attributes:
+        name: as it is asked for: a dataset, or a component of the section.
+        dataset: where it is; index: the places in dimensions of the dataset that are taken.
+        units, long_name: of the quantity; fill: the value of orbits that have none.
+        single: whether an orbit has one value of it, and not several.
+        coded: whether its values are codes of words, which maps alone show.
+        body: the word for the body that is forced.
+    """
+
+    name: str
+    dataset: str
+    units: str
+    long_name: str
+    fill: float
+    single: bool
+    index: Mapping[str, int] = field(default_factory=dict)
+    body: str = STRUCTURE
+    coded: bool = False
+
+    @property
+    def label(self) -> str:
+        """What stands along its axis: meaning, symbol and unit."""
+        if SIGNAL not in self.index:
+            return quantity_label(self.name, self.units, self.long_name, self.body)
+        meaning = quantity_label(self.dataset, "1", self.long_name)
+        unit = "" if self.units == "1" else f" [{raised(self.units)}]"
+        return f"{meaning}, {signal_symbol(self.name.partition(':')[2])}{unit}"
+
+    def of(self, view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
+        """Return its values (..., starts, many), NaN where there is none; `at` fixes axes."""
+        places = {**self.index, **(at or {})}
+        array = view.take(self.dataset, **places)
+        dims = [dim for dim in view.dims(self.dataset) if dim not in places]
+        array = array.reshape((*array.shape[: dims.index("start") + 1], -1))
+        return drawable(np.where(array == self.fill, np.nan, array))
+
+
+def quantities(
+    datasets: Iterable[Dataset], components: Sequence[str], signals: Sequence[str] = ()
+) -> dict[str, Quantity]:
+    """Return what can be drawn of these datasets, by name.
+
+    Arguments: `components` of a state; `signals` of spectra, whose numbers are told one by one.
+    """
+    by_name: dict[str, Quantity] = {}
+    for entry in datasets:
+        if entry.name == SECTION:
+            by_name |= {name: _coordinate(entry, i, name) for i, name in enumerate(components)}
+        elif SIGNAL in entry.dims:
+            by_name |= {one.name: one for one in _by_signal(entry, signals)}
+        elif _is_numbers(entry):
+            about = entry.units, entry.long_name, float(entry.fill)
+            by_name[entry.name] = Quantity(entry.name, entry.name, *about, single=not entry.tail)
+        elif entry.flags is not None and not entry.tail:
+            about = entry.units, entry.long_name, float(entry.fill)
+            by_name[entry.name] = Quantity(entry.name, entry.name, *about, single=False, coded=True)
+    return by_name
+
+
+def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
+    """Return what can be drawn of an archive, by name."""
+    components = list(view["component"]) if "component" in view else []
+    signals = list(view[SIGNAL]) if SIGNAL in view else []
+    by_name, body = (
+        quantities(map(view.describe, view.names), components, signals),
+        body_of(view.attrs.get("kind")),
+    )
+    return {name: replace(quantity, body=body) for name, quantity in by_name.items()}
+
+
+def _coordinate(section: Dataset, place: int, name: str) -> Quantity:
+    """Return a component of the section: a displacement in m or a velocity in m/s."""
+    units = section.units.split(", ")[name.startswith("v")]
+    text = f"{name}, {section.long_name}"
+    return Quantity(name, SECTION, units, text, np.nan, single=False, index={"component": place})
+
+
+def _by_signal(entry: Dataset, signals: Sequence[str]) -> Iterator[Quantity]:
+    """Yield a number of a spectrum for each signal: `broadband:x1`."""
+    units = entry.units.split(", ")
+    for i, signal in enumerate(signals):
+        unit = units[0] if len(units) == 1 else SIGNALS[signal].unit
+        text = f"{entry.long_name.split(';')[0]}, {signal}"
+        single = entry.tail == (SIGNAL,)
+        yield Quantity(
+            f"{entry.name}:{signal}", entry.name, unit, text, np.nan, single, {SIGNAL: i}
+        )
+
+
+def _is_numbers(entry: Dataset) -> bool:
+    """Return whether a dataset holds numbers of one meaning for each orbit, and no codes."""
+    if entry.dtype == "str" or entry.flags is not None or "start" not in entry.dims:
+        return False
+    return not any(dim in _NO_NUMBERS for dim in entry.tail)
+
+
+# ---- along one parameter -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Slice:
+    """Results along one varied parameter.
+
+    Attributes:
+        view: the open archive; axis: the parameter that runs to the right.
+        at: the place of the value of the other parameter, by its name; empty where there is none.
+    """
+
+    view: ArchiveView
+    axis: str
+    at: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def values(self) -> np.ndarray:
+        """The values (cells,) of the parameter."""
+        return self.view[self.axis]
+
+    @property
+    def starts(self) -> list[str]:
+        """The names of the starts of each cell."""
+        return list(self.view["start"])
+
+    @property
+    def held(self) -> str:
+        """The parameter that is held, its value and unit, in LaTeX; empty for none."""
+        pairs = ((name, float(self.view[name][place])) for name, place in self.at.items())
+        return ", ".join(setting_label(*pair) for pair in pairs)
+
+    def of(self, quantity: Quantity) -> np.ndarray:
+        """Return the values of a quantity, (cells, starts, many), NaN where there is none."""
+        return quantity.of(self.view, self.at)
+
+    def labels(self) -> np.ndarray | None:
+        """Return the labels (cells, starts) of the orbits; None where they are not recorded."""
+        return self.view.take("label", **self.at) if "label" in self.view else None
+
+    def marked_labels(self) -> np.ndarray | None:
+        """Return the labels, those of orbits that pass a limit with a word that says so."""
+        words = self.labels()
+        if words is None:
+            return None
+        return np.where(self.violated(), words + INADMISSIBLE, words)
+
+    def violated(self) -> np.ndarray:
+        """Return of which orbits (cells, starts) pass the limit of their scene, if it has one."""
+        return violated_in(self.view, self.at)
+
+
+def violated_in(view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
+    """Return which orbits (axes, starts) of an archive pass the limit; none without a limit."""
+    if "violations" not in view:
+        return np.zeros(view.take("status", **(at or {})).shape, dtype=bool)
+    return np.asarray(view.take("violations", **(at or {})) > 0)
+
 
 REGIMES, COEXISTING, SHARES, SHARE = "regimes", "coexisting", "shares", "share:"
 BASINS = "basins"
@@ -106,3 +292,11 @@ def _not_recorded(show: str, allowed: Sequence[str]) -> RequestError:
     if show in NUMBERS or any(show in names for names in GROUPS.values()):
         return RequestError(f"show = {show!r} is not recorded; there are: {', '.join(allowed)}")
     return unknown("show", show, allowed)
+
+
+def in_legend(label: str, view: ArchiveView) -> str:
+    """Return the text of a label in a legend: chaos with the forcing periods it was watched for."""
+    if label != CHAOS:
+        return label
+    scan = view.request(SCAN, load_scan)
+    return f"{label} (for {most_watched(scan.transient, scan.periods, scan.effort)} T)"

@@ -16,9 +16,15 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.observation_time import in_legend
-from nlds_vines.bifurcation.picture.choices import GROUPS, rows_of
-from nlds_vines.bifurcation.picture.ordinates import SECTION, Quantity, Slice, quantities_in
+from nlds_vines.bifurcation.picture.choices import (
+    GROUPS,
+    SECTION,
+    Quantity,
+    Slice,
+    in_legend,
+    quantities_in,
+    rows_of,
+)
 from nlds_vines.bifurcation.picture.regime_strip import (
     Tier,
     draw_strip_of,

@@ -10,9 +10,15 @@ from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture import basin_map
-from nlds_vines.bifurcation.picture.choices import BASINS, REGIMES, check_show, is_map, usual_show
+from nlds_vines.bifurcation.picture.choices import (
+    BASINS,
+    REGIMES,
+    check_show,
+    is_map,
+    quantities_in,
+    usual_show,
+)
 from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
-from nlds_vines.bifurcation.picture.ordinates import quantities_in
 from nlds_vines.bifurcation.picture.regime_map import (
     draw_manifold,
     fill_map,

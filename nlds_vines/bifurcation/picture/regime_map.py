@@ -27,17 +27,18 @@ from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.bifurcation.observation_time import in_legend
 from nlds_vines.bifurcation.picture.choices import (
     COEXISTING,
     LOG,
     REGIMES,
     SHARE,
     SHARES,
+    in_legend,
+    quantities_in,
+    violated_in,
     way_and_number,
 )
 from nlds_vines.bifurcation.picture.diagram import PASSES, REDUCTION
-from nlds_vines.bifurcation.picture.ordinates import quantities_in, violated_in
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import (

@@ -13,8 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.transforms import offset_copy
 
-from nlds_vines.bifurcation.observation_time import in_legend
-from nlds_vines.bifurcation.picture.ordinates import Slice
+from nlds_vines.bifurcation.picture.choices import Slice, in_legend
 from nlds_vines.model.labels import CHAOS
 from nlds_vines.plotting.bands import Band, bands, edges, logarithmic, spread
 from nlds_vines.plotting.page import Page, figure_of, size_of, text_width

@@ -11,9 +11,9 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurveRequest
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.runs.executors import use_threads
@@ -32,8 +32,8 @@ def run(
 ) -> None:
     """Compute response curves into the archive `output`, case by case.
 
-    Arguments: `cached`, the arrays of scans that need not be computed, by the hash of the scan; this
-    run adds its own.
+    Arguments: `cached`, the arrays of scans that need not be computed, by the hash of the scan;
+    this run adds its own.
 
     Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every complete case kept for --resume,
     and `RequestError` if the archive cannot be written.

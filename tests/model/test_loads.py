@@ -12,9 +12,10 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from nlds_vines.errors import RequestError
+from nlds_vines.kernels.numerics.tones import fill_tones
 from nlds_vines.loads.request import FORM
 from nlds_vines.model.loads import record as records
-from nlds_vines.model.loads.courses import TERMS, Sweep, tones
+from nlds_vines.model.loads.courses import TERMS, Sweep
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
 
 STRUCK = Struck(mass=1000.0)
@@ -203,11 +204,11 @@ def test_numbers_of_a_load_can_be_changed():
 def test_noise_has_its_rms_and_its_density():
     (one,) = loading_of({"noise": {"rms": 3.0, "low": 2.0, "high": 12.0, "tones": 500}}).noise
     count = 1 << 14
-    times = np.arange(count) * (one.lasts / count)
+    times = np.arange(count) * (one.recurrence / count)
     values = one.value(times)
     assert np.sqrt(np.mean(values**2)) == pytest.approx(3.0, rel=0.05)
     power = np.abs(np.fft.rfft(values * np.hanning(count))) ** 2
-    omegas = 2 * math.pi * np.fft.rfftfreq(count, one.lasts / count)
+    omegas = 2 * math.pi * np.fft.rfftfreq(count, one.recurrence / count)
     assert power[(omegas > 2.1) & (omegas < 11.9)].sum() > 0.97 * power.sum()
     assert one.density == 9.0 / 20.0
     kurtosis = np.mean(values**4) / np.mean(values**2) ** 2
@@ -218,7 +219,8 @@ def test_tones_are_as_sharp_after_a_long_time():
     """In cells of one length, and of others in between, beside cosines of 30 digits."""
     frequencies, phases = np.array([0.37, 4.1, 6.3]), np.array([0.1, 0.5, 0.93])
     edges = 1e5 + np.concatenate([0.01 * np.arange(70), 0.7 + 0.007 * np.arange(1, 50)])
-    rows = tones(frequencies, phases, edges[:-1], np.diff(edges))
+    rows = np.empty((len(edges) - 1, TERMS))
+    fill_tones(frequencies, phases, edges[:-1].copy(), np.diff(edges), rows)
     with mpmath.workdps(30):
         wanted = [
             float(sum(

@@ -1,8 +1,8 @@
-"""Loads as functions of time: Taylor coefficients over cells, pulses and waves.
+"""Loads as functions of time: pulses, tones, sweeps and noise; `record` has samples.
 
-A load tells its kinks, how fast it changes, and over cells without a kink the coefficients of the
-powers of x = (t - begin) / length, 0 <= x <= 1: a row of `TERMS` numbers, by strict arithmetic,
-the same bits everywhere.
+A load lists its kinks and bounds its rate of change.  Over a cell without a kink it returns the
+coefficients of the powers of x = (t - begin) / length, 0 <= x <= 1: a row of `TERMS` numbers.  The
+arithmetic is strict, so that rows have the same bits on every processor.
 """
 
 from __future__ import annotations
@@ -26,39 +26,39 @@ from nlds_vines.model.setting import (
 )
 
 ORDER = 14
-"""Of the polynomials, as of a flight's."""
+"""The order of the polynomials, which is that of a flight."""
 
 TERMS = ORDER + 1
 
 REACH = 0.5
-"""Longest cell in units of 1/rate of a load: what a series leaves out is below 0.5^15 / 15!."""
+"""Longest cell, in units of 1/rate of a load: the truncation error is below 0.5^15 / 15!."""
 
 SPLITTER = 134217729.0
-"""2^27 + 1: cuts a number into two halves of 26 digits each (Veltkamp)."""
+"""2^27 + 1: splits a float64 into two halves of 26 bits each (Veltkamp)."""
 
 
 def cos_sin(turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return cos and sin of 2 pi `turns` (n,)."""
+    """Return the cosine and the sine of 2 pi `turns` (n,)."""
     from nlds_vines.kernels.numerics.elementary import fill_cos_sin
 
-    parts = np.ascontiguousarray(turns - np.floor(turns))  # exact: a difference of near numbers
-    cos, sin = np.empty_like(parts), np.empty_like(parts)
-    fill_cos_sin(parts, cos, sin)
+    fractions = np.ascontiguousarray(turns - np.floor(turns))  # exact, by Sterbenz's lemma
+    cos, sin = np.empty_like(fractions), np.empty_like(fractions)
+    fill_cos_sin(fractions, cos, sin)
     return cos, sin
 
 
 def exponential(x: np.ndarray) -> np.ndarray:
     from nlds_vines.kernels.numerics.elementary import fill_exp
 
-    found = np.empty(len(x))
-    fill_exp(np.ascontiguousarray(x), found)
-    return found
+    values = np.empty(len(x))
+    fill_exp(np.ascontiguousarray(x), values)
+    return values
 
 
 def relative_growth(y: np.ndarray) -> np.ndarray:
     """Return (e^y - 1) / y of `y` (n,), 1 at y = 0.
 
-    Below |y| = 1/2 it is the sum of y^k / (k + 1)!, k < 16, which no difference spoils.
+    For |y| < 1/2 the series of y^k / (k + 1)!, k < 16, avoids the cancellation in e^y - 1.
     """
     small = np.where(np.abs(y) < 0.5, y, 0.0)
     series = np.ones_like(y)
@@ -68,24 +68,18 @@ def relative_growth(y: np.ndarray) -> np.ndarray:
     return np.where(np.abs(y) < 0.5, series, (exponential(large) - 1.0) / large)
 
 
-def logarithm(x: float) -> float:
-    from nlds_vines.kernels.numerics.elementary import log
-
-    return float(log(x))
-
-
 def turns_at(frequency: float, times: np.ndarray) -> np.ndarray:
-    """Return `frequency` [1/s] `times` (n,) [s] in turns, less whole ones; its rounding is added.
+    """Return the fractional part of `frequency` [1/s] times `times` (n,) [s], in turns.
 
-    Of a large product little of its fraction is left; what rounding has taken is the difference of
-    the products of halves (Dekker).
+    A large product keeps few digits of its fraction.  Its rounding error, from the products of the
+    halves of both factors (Dekker), is therefore added.
     """
     product = frequency * times
     f = SPLITTER * frequency - (SPLITTER * frequency - frequency)
     t = SPLITTER * times - (SPLITTER * times - times)
     g, u = frequency - f, times - t
-    lost = ((f * t - product) + f * u + g * t) + g * u
-    return np.asarray((product - np.floor(product)) + lost)
+    rounding = ((f * t - product) + f * u + g * t) + g * u
+    return np.asarray((product - np.floor(product)) + rounding)
 
 
 def cosine(turns: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -100,7 +94,10 @@ def cosine(turns: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def cosine_of(phase: np.ndarray) -> np.ndarray:
-    """Return the rows of cos(p), p given by its rows (n, TERMS) in turns: c' = -p' s, s' = p' c."""
+    """Return the rows of cos(p) for a phase p with the rows `phase` (n, TERMS) [turns].
+
+    They follow from c' = -p' s and s' = p' c, power by power.
+    """
     rates = 2 * np.pi * phase * np.arange(TERMS)
     c, s = np.zeros_like(phase), np.zeros_like(phase)
     c[:, 0], s[:, 0] = cos_sin(phase[:, 0])
@@ -113,22 +110,6 @@ def cosine_of(phase: np.ndarray) -> np.ndarray:
     return c
 
 
-def tones(
-    frequencies: np.ndarray, phases: np.ndarray, begins: np.ndarray, lengths: np.ndarray
-) -> np.ndarray:
-    """Return the rows of the sum of cos(2 pi (f t + p)), frequencies f (N,) [1/s], phases p (N,).
-
-    Arguments: where the cells begin (n,), from 0 on, and how long they are (n,) [s].
-    """
-    from nlds_vines.kernels.numerics.tones import fill_tones
-
-    rows = np.empty((len(begins), TERMS))
-    fill_tones(
-        frequencies, phases, np.ascontiguousarray(begins), np.ascontiguousarray(lengths), rows
-    )
-    return rows
-
-
 def growth(exponents: np.ndarray, rises: np.ndarray) -> np.ndarray:
     """Return the rows (n, TERMS) of exp(exponents + rises x); both arguments (n,)."""
     rows = np.empty((len(exponents), TERMS))
@@ -138,39 +119,32 @@ def growth(exponents: np.ndarray, rises: np.ndarray) -> np.ndarray:
     return rows
 
 
-def times_line(rows: np.ndarray, level: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """Return the rows of the product of a series and of level + slope x."""
-    found = rows * level[:, None]
-    found[:, 1:] += rows[:, :-1] * slope[:, None]
-    return found
-
-
 def polynomial(coefficients: np.ndarray, at: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     """Return the rows (n, TERMS) of polynomials over cells.
 
     Arguments: `coefficients` (n, m) of the powers of a time [s]; `at` (n,), that time where each
     cell begins; `lengths` (n,) of the cells [s].
 
-    Cost: m (m - 1) / 2 products of arrays, synthetic divisions (Horner).
+    The polynomials are shifted by repeated synthetic division (Horner).
     """
     shifted = coefficients.astype(np.float64)
-    most = shifted.shape[1]
-    for first in range(most - 1):
-        for k in range(most - 2, first - 1, -1):
+    terms = shifted.shape[1]
+    for first in range(terms - 1):
+        for k in range(terms - 2, first - 1, -1):
             shifted[:, k] += at * shifted[:, k + 1]
     rows, scale = np.zeros((len(at), TERMS)), np.ones(len(at))
-    for k in range(most):
+    for k in range(terms):
         rows[:, k] = shifted[:, k] * scale
         scale = scale * lengths
     return rows
 
 
 def values_of(rows: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return the values (n,) of rows at the places x (n,) in their cells (Horner)."""
-    found = rows[:, -1].copy()
+    """Return the value of each row (n, TERMS) at its `x` (n,), 0 to 1 within the cell (Horner)."""
+    values = rows[:, -1].copy()
     for k in range(TERMS - 2, -1, -1):
-        found = found * x + rows[:, k]
-    return found
+        values = values * x + rows[:, k]
+    return values
 
 
 # ---- every load ----------------------------------------------------------------------------------
@@ -199,7 +173,7 @@ UNIT_WORDS = (
     "the ground's acceleration"
 )
 
-Given = TypeVar("Given", bound="Load")
+AnyLoad = TypeVar("AnyLoad", bound="Load")
 
 TIME = Real(0.0, 1e9)
 LENGTH = Real(0.0, 1e9, inside=True)
@@ -218,37 +192,36 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
-    """What acts on a structure; frozen and checked when made."""
+    """A load on a structure, validated when it is made."""
 
     kind: ClassVar[str]
-    """The key of `[load]`."""
+    """Its key in `[load]`."""
 
     table: ClassVar[str]
-    """`load.` and the kind."""
+    """The name of its table, `load.KIND`."""
 
     def __init_subclass__(cls) -> None:
-        """Name the table of its settings."""
         cls.table = f"load.{getattr(cls, 'kind', '')}"
 
     def __post_init__(self) -> None:
-        """Check all fields by themselves, then together."""
         check_settings(self)
         self.check()
 
     def check(self) -> None:
-        """Raise `RequestError` where fields contradict each other."""
+        """Raise `RequestError` if fields contradict each other."""
 
-    def kinks(self, end: float) -> np.ndarray:
-        """Return the times [s] up to `end` at which it is not smooth, ascending."""
+    @property
+    def kinks(self) -> np.ndarray:
+        """The times (n,) [s] at which the load is not smooth."""
         return np.zeros(0)
 
     def entry(self) -> dict[str, Any]:
-        """Return its table of a request file."""
+        """Return its table in a request file."""
         return entries(self, self.table)
 
     @classmethod
-    def of(cls: type[Given], entry: object) -> Given:
-        """Return the load that a table means; `RequestError` for anything else."""
+    def of(cls: type[AnyLoad], entry: object) -> AnyLoad:
+        """Return the load of a table; raise `RequestError` if that is none or has wrong keys."""
         settings = {setting.key: setting for setting in settings_of(cls).values()}
         with at(f"[{cls.table}]"):
             entries = table(cls.kind, entry, settings)
@@ -260,36 +233,37 @@ class Load:
 
 @dataclass(frozen=True, kw_only=True)
 class Course(Load):
-    """A force on m1, or an acceleration of the ground, over time."""
+    """A load over time: a force on m1 or an acceleration of the ground."""
 
     unit: str = setting("N", UNIT, "", UNIT_WORDS)
 
     @property
-    def shakes(self) -> bool:
+    def is_acceleration(self) -> bool:
         """Whether it is an acceleration of the ground."""
         return self.unit in ACCELERATIONS
 
     @property
     def factor(self) -> float:
-        """Of its unit, in N or m/s^2."""
+        """Its unit in N or m/s^2."""
         return {**FORCES, **ACCELERATIONS}[self.unit]
 
     def rates(self, times: np.ndarray) -> np.ndarray:
-        """Return bounds [1/s], at times without a kink, on the growth of its derivatives there.
+        """Return its rates [1/s] at `times` (n,), none of which is a kink.
 
-        The n-th is at most its size times rate^n, up to the next kink.
+        Up to the next kink, its n-th derivative is bounded by its size times rate^n.  The rate of
+        polynomials of degree `ORDER` is 0: one row holds them exactly.
         """
         raise NotImplementedError
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return the Taylor coefficients (n, TERMS) in its unit, over cells without a kink within.
+        """Return the Taylor coefficients (n, TERMS), in its unit, over cells without a kink inside.
 
-        Arguments: where the cells begin (n,) and how long they are (n,) [s].
+        Arguments: the times at which the cells begin (n,) and their lengths (n,) [s].
         """
         raise NotImplementedError
 
     def value(self, times: np.ndarray) -> np.ndarray:
-        """Return its values at times (n,) in its unit; of two at a jump, the later one."""
+        """Return its values at `times` (n,), in its unit; at a jump the later value."""
         return values_of(self.rows(times, np.zeros(len(times))), np.zeros(len(times)))
 
 
@@ -298,7 +272,7 @@ class Course(Load):
 
 @dataclass(frozen=True, kw_only=True)
 class Pulse(Course):
-    """One or several pulses of a shape, one after the other."""
+    """One or several equal pulses, one after the other."""
 
     peak: float = setting(MISSING, Size(), "", "largest value, in `unit`; either sign")
     length: float = setting(MISSING, LENGTH, "", "how long it lasts [s]")
@@ -306,11 +280,10 @@ class Pulse(Course):
     repeat: int = setting(1, Whole(1, 10**5), "", "how many there are")
     every: float = setting(0.0, TIME, "", "time from one to the next [s]; at least `length`")
 
-    tail: ClassVar[bool] = False
+    has_tail: ClassVar[bool] = False
     """Whether a pulse goes on after its length."""
 
     def check(self) -> None:
-        """Refuse pulses that would overlap."""
         if self.repeat > 1 and self.every < self.length:
             raise RequestError(
                 f"every = {self.every:g} s between {self.repeat} pulses of {self.length:g} s: "
@@ -319,25 +292,25 @@ class Pulse(Course):
 
     @property
     def begins(self) -> np.ndarray:
-        """When each of them begins (repeat,) [s]."""
+        """The times (repeat,) [s] at which the pulses begin."""
         return self.at + self.every * np.arange(self.repeat)
 
-    def corners(self) -> np.ndarray:
-        """Return the times after its beginning at which a pulse is not smooth [s]."""
-        return np.array([0.0, self.length])
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """The times [s] after its beginning at which a pulse is not smooth."""
+        return 0.0, self.length
 
-    def kinks(self, end: float) -> np.ndarray:
-        found = np.unique(self.begins[:, None] + self.corners())
-        return found[(found > 0.0) & (found < end)]
-
-    def rates(self, times: np.ndarray) -> np.ndarray:
-        """Return those of the pulse that acts; 0 between pulses."""
-        return np.where(self._at(times) >= 0, self.rate, 0.0)
+    @property
+    def kinks(self) -> np.ndarray:
+        return (self.begins[:, None] + self.corners).ravel()
 
     @property
     def rate(self) -> float:
-        """Of one pulse [1/s]; 0 for polynomials, which a row holds whole."""
+        """The rate [1/s] of one pulse; 0 for polynomials."""
         return 0.0
+
+    def rates(self, times: np.ndarray) -> np.ndarray:
+        return np.where(self._at(times) >= 0, self.rate, 0.0)
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         which = self._at(begins + 0.5 * lengths)
@@ -347,14 +320,14 @@ class Pulse(Course):
         return rows
 
     def shape(self, since: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return the rows of a pulse of size 1, over cells that begin so long after it."""
+        """Return the rows of a pulse of size 1 over cells that begin `since` (n,) [s] after it."""
         raise NotImplementedError
 
     def _at(self, times: np.ndarray) -> np.ndarray:
-        """Return which pulse acts at times without a kink; -1 for none."""
+        """Return the number (n,) of the pulse that acts at `times` (n,); -1 for none."""
         which = np.searchsorted(self.begins, times, side="right") - 1
         over = times >= self.begins[which] + self.length
-        return np.where((which >= 0) & (self.tail | ~over), which, -1)
+        return np.where((which >= 0) & (self.has_tail | ~over), which, -1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -368,7 +341,6 @@ class HalfSine(Pulse):
         return np.pi / self.length
 
     def shape(self, since: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return those of the sine, a cosine a quarter of a turn later."""
         return cosine(0.5 * since / self.length - 0.25, np.pi * lengths / self.length)
 
 
@@ -384,14 +356,15 @@ class Rectangular(Pulse):
 
 @dataclass(frozen=True, kw_only=True)
 class Triangular(Pulse):
-    """Up to F in a share of the length, and down to 0; a share of 0 is a jump."""
+    """A line up to F within the fraction `rise` of the length, then a line down to 0."""
 
     rise: float = setting(0.5, Real(0.0, 1.0), "", "share of its length up to the peak")
 
     kind: ClassVar[str] = "triangular"
 
-    def corners(self) -> np.ndarray:
-        return np.array([0.0, self.rise * self.length, self.length])
+    @property
+    def corners(self) -> tuple[float, ...]:
+        return 0.0, self.rise * self.length, self.length
 
     def shape(self, since: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         up, down = self.rise * self.length, (1.0 - self.rise) * self.length
@@ -404,9 +377,9 @@ class Triangular(Pulse):
 
 @dataclass(frozen=True, kw_only=True)
 class Friedlander(Pulse):
-    """That of a blast: F (1 - t / length) exp(-decay t / length).
+    """The pressure of a blast in air: F (1 - t / length) exp(-decay t / length).
 
-    Source: the modified Friedlander equation of explosions in air.
+    Source: the modified Friedlander equation.
     """
 
     decay: float = setting(1.0, Real(0.0, 100.0), "", "exponent of the decay over its length")
@@ -417,7 +390,6 @@ class Friedlander(Pulse):
     kind: ClassVar[str] = "friedlander"
 
     def check(self) -> None:
-        """Refuse several with a negative phase, which would overlap, and one that never ends."""
         super().check()
         if self.suction and self.repeat > 1:
             raise RequestError("suction = true: the negative phase has no end; allowed: repeat = 1")
@@ -425,21 +397,24 @@ class Friedlander(Pulse):
             raise RequestError("suction = true: with decay = 0 the negative phase grows for ever")
 
     @property
-    def tail(self) -> bool:  # type: ignore[override]
+    def has_tail(self) -> bool:  # type: ignore[override]
         return self.suction
 
-    def corners(self) -> np.ndarray:
-        """Return its ends; the negative phase has none."""
-        return np.array([0.0]) if self.suction else np.array([0.0, self.length])
+    @property
+    def corners(self) -> tuple[float, ...]:
+        return (0.0,) if self.suction else (0.0, self.length)  # the negative phase has no end
 
     @property
     def rate(self) -> float:
-        """Of line and exponential: derivatives of their product grow by at most 1 + decay."""
+        """(1 + decay) / length: the sum of the rates of its two factors."""
         return (1.0 + self.decay) / self.length
 
     def shape(self, since: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         x, dx = since / self.length, lengths / self.length
-        return times_line(growth(-self.decay * x, -self.decay * dx), 1.0 - x, -dx)
+        decay = growth(-self.decay * x, -self.decay * dx)
+        rows = decay * (1.0 - x)[:, None]
+        rows[:, 1:] += decay[:, :-1] * -dx[:, None]
+        return rows
 
 
 # ---- waves ---------------------------------------------------------------------------------------
@@ -471,10 +446,10 @@ class Tone(Course):
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep(Course):
-    """A sine whose frequency changes: A sin(phase(t)), d(phase)/dt = omega(t).
+    """A sine of varying frequency: A sin(phase), d(phase)/dt = omega(t), from `at` for `length`.
 
-    With tau = t - at: linear, omega = first + (last - first) tau / length; logarithmic,
-    omega = first (last / first)^(tau / length).  Zero before and after.
+    With tau = t - at, omega = first + (last - first) tau / length if the spacing is linear, and
+    omega = first (last / first)^(tau / length) if it is logarithmic.
     """
 
     amplitude: float = setting(MISSING, Size(), "", "A, in `unit`")
@@ -491,35 +466,37 @@ class Sweep(Course):
 
     @cached_property
     def _log_ratio(self) -> float:
-        """Return ln(last / first), 0 for a linear sweep and for one frequency."""
+        """ln(last / first); 0 for a linear sweep."""
+        from nlds_vines.kernels.numerics.elementary import log
+
         if self.spacing == LINEAR or self.first == self.last:
             return 0.0
-        return logarithm(self.last / self.first)
+        return float(log(self.last / self.first))
 
-    def kinks(self, end: float) -> np.ndarray:
-        found = np.array([self.at, self.at + self.length])
-        return found[(found > 0.0) & (found < end)]
+    @property
+    def kinks(self) -> np.ndarray:
+        return np.array([self.at, self.at + self.length])
 
     def _acts(self, times: np.ndarray) -> np.ndarray:
         return (times >= self.at) & (times < self.at + self.length)
 
     def rates(self, times: np.ndarray) -> np.ndarray:
-        """Return its largest frequency, and what its change adds."""
-        most = max(self.first, self.last) + 1.0 / self.length + abs(self._log_ratio) / self.length
-        most += np.sqrt(abs(self.last - self.first) / self.length)
-        return np.where(self._acts(times), most, 0.0)
+        """Return its largest frequency, with a margin for the change of the frequency."""
+        rate = max(self.first, self.last) + 1.0 / self.length + abs(self._log_ratio) / self.length
+        rate += np.sqrt(abs(self.last - self.first) / self.length)
+        return np.where(self._acts(times), rate, 0.0)
 
     def omegas(self, times: np.ndarray) -> np.ndarray:
-        """Return its frequency (n,) [rad/s] at times (n,) [s]; NaN before and after."""
+        """Return its frequency (n,) [rad/s] at `times` (n,) [s]; NaN before and after it."""
         share = (times - self.at) / self.length
         within = np.clip(share, 0.0, 1.0)
-        found = self.first + (self.last - self.first) * within
         if self._log_ratio:
-            found = self.first * exponential(self._log_ratio * within)
-        return np.where(share == within, found, np.nan)
+            omegas = self.first * exponential(self._log_ratio * within)
+        else:
+            omegas = self.first + (self.last - self.first) * within
+        return np.where(share == within, omegas, np.nan)
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return those of the sine of its phase, whose own rows are a polynomial or exponential."""
         rows = np.zeros((len(begins), TERMS))
         acts = self._acts(begins + 0.5 * lengths)
         since, lengths = begins[acts] - self.at, lengths[acts]
@@ -541,13 +518,13 @@ class Sweep(Course):
 
 @dataclass(frozen=True, kw_only=True)
 class Noise(Course):
-    """Noise whose power is spread evenly over a band: a sum of tones with random phases.
+    """Band-limited white noise: a sum of tones with random phases.
 
         f(t) = rms sqrt(2 / N) sum of cos(omega_i t + phase_i), i = 1 ... N
 
     omega_i = low + (i - 1/2) (high - low) / N.  The two-sided density is
-    S0 = rms^2 / (2 (high - low)).  Its values are near to normally distributed, by the central
-    limit theorem; it repeats itself after 2 pi N / (high - low).
+    S0 = rms^2 / (2 (high - low)).  The values are nearly normally distributed (central limit
+    theorem) and repeat after 2 pi N / (high - low).
 
     Source: M. Shinozuka and G. Deodatis, Simulation of stochastic processes by spectral
     representation, Applied Mechanics Reviews 44 (1991).
@@ -566,20 +543,23 @@ class Noise(Course):
             raise RequestError(f"high = {self.high:g} rad/s must be above low = {self.low:g}")
 
     @property
-    def lasts(self) -> float:
-        """After what time it repeats itself [s]."""
+    def recurrence(self) -> float:
+        """The time [s] after which it repeats itself."""
         return TURN * self.tones / (self.high - self.low)
 
     @property
     def density(self) -> float:
-        """Its two-sided spectral density S0 over the band, in `unit`^2 s / rad."""
+        """The two-sided spectral density S0 over the band, in `unit`^2 s / rad."""
         return self.rms * self.rms / (2.0 * (self.high - self.low))
 
     @cached_property
     def phases(self) -> np.ndarray:
-        """The phases (N,) in turns: the upper 53 bits of the generator's numbers, which stay."""
-        drawn = np.random.PCG64(self.seed).random_raw(self.tones)
-        return (drawn >> np.uint64(11)).astype(np.float64) * 2.0**-53
+        """The phases (N,) [turns], from the upper 53 bits of the generator's raw numbers.
+
+        NumPy guarantees the raw numbers of PCG64, but not the floats that `Generator` makes.
+        """
+        raw = np.random.PCG64(self.seed).random_raw(self.tones)
+        return (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
     @cached_property
     def omegas(self) -> np.ndarray:
@@ -589,10 +569,10 @@ class Noise(Course):
         return np.full(len(times), self.high)
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return the sum over the tones, from the first on.
+        """Return the rows of the sum; they take 3 ns for each cell and tone."""
+        from nlds_vines.kernels.numerics.tones import fill_tones
 
-        Cost: 3 ns a cell and tone.
-        """
-        return tones(self.omegas / TURN, self.phases, begins, lengths) * (
-            self.rms * np.sqrt(2.0 / self.tones)
-        )
+        begins, lengths = np.ascontiguousarray(begins), np.ascontiguousarray(lengths)
+        rows = np.empty((len(begins), TERMS))
+        fill_tones(self.omegas / TURN, self.phases, begins, lengths, rows)
+        return rows * (self.rms * np.sqrt(2.0 / self.tones))

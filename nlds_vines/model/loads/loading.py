@@ -1,4 +1,7 @@
-"""The table `[load]`: the sum of what acts on a structure over time, in cells."""
+"""The table `[load]`: a sum of loads, and its cells, which the kernels take.
+
+The loads themselves are in `courses` and `record`.
+"""
 
 from __future__ import annotations
 
@@ -41,26 +44,27 @@ KINDS: Mapping[str, type[Course]] = {
     one.kind: one
     for one in (HalfSine, Triangular, Rectangular, Friedlander, Record, Tone, Sweep, Noise)
 }
-"""The loads that are smooth between kinks, by their keys in `[load]`."""
+"""All loads but impulses, by their keys in `[load]`."""
 
 MOST_CELLS = 10**6
 """Cells of a load: 120 MB of coefficients."""
 
 NEAR = 8.0
-"""Kinks that are so many units in the last place of the duration apart are one."""
+"""Kinks closer than so many units in the last place of the duration are merged."""
 
 COARSE = 0.1
-"""The longest step of a record, in natural periods of the structure alone."""
+"""The largest step of a record, in natural periods of the structure alone."""
 
 
 @dataclass
 class Cells:
-    """A load as kernels take it.
+    """A load as the kernels take it.
 
-    `edges` (n + 1,) [s], ascending; `rows` (n, TERMS), the coefficients of the force on m1 [N] in
-    powers of x = (t - edges[j]) / (edges[j + 1] - edges[j]); `jumps` (n + 1,), of v1 [m/s] at the
-    edges, or None; `share` is 1 for a force on m1 alone, and 0 where it is -m1 a of the ground's
-    acceleration a, which acts on the damper as -m2 a: then x1 and x2 are relative to the ground.
+    `edges` (n + 1,) [s] ascend.  `rows` (n, TERMS) are the coefficients of the force on m1 [N] in
+    powers of x = (t - edges[j]) / (edges[j + 1] - edges[j]).  `jumps` (n + 1,) are those of v1
+    [m/s] at the edges, or None.  `share` is 1 for a force on m1 alone.  It is 0 for the force
+    -m1 a of the ground's acceleration a: then -m2 a acts on the damper, and x1 and x2 are relative
+    to the ground.
     """
 
     edges: np.ndarray
@@ -77,7 +81,7 @@ class Cells:
 
 @dataclass(frozen=True, kw_only=True)
 class Blow(Load):
-    """An impulse on m1, which changes v1 at once; one or several."""
+    """One or several impulses on m1, each of which changes v1 at once."""
 
     impulse: float = setting(MISSING, Size(), "", "[N s]; either sign")
     at: float = setting(0.0, TIME, "", "when it acts [s]")
@@ -92,25 +96,8 @@ class Blow(Load):
 
     @property
     def times(self) -> np.ndarray:
-        """When each acts (repeat,) [s]."""
+        """The times (repeat,) [s] at which the impulses act."""
         return self.at + self.every * np.arange(self.repeat)
-
-    def kinks(self, end: float) -> np.ndarray:
-        return self.times[(self.times > 0.0) & (self.times < end)]
-
-
-def _parts(kind: str) -> Checked:
-    """Return the check of a kind's tables: one, or a list of several."""
-
-    def check(value: object) -> tuple[Load, ...]:
-        of = ALL[kind].of
-        if isinstance(value, list | tuple):
-            return tuple(one if isinstance(one, Load) else of(one) for one in value)
-        if kind == Record.kind and isinstance(value, str):
-            return (of({"file": value}),)
-        return (of(value),)
-
-    return Checked(check)
 
 
 ALL: Mapping[str, type[Load]] = {Blow.kind: Blow, **KINDS}
@@ -129,16 +116,26 @@ _WORDS = {
 }
 
 
-def _of(kind: str) -> Any:
+def _loads(kind: str) -> Any:
+    """Return the field of the loads of a kind, given as a table, a list of tables or a path."""
+
+    def check(value: object) -> tuple[Load, ...]:
+        of = ALL[kind].of
+        if isinstance(value, list | tuple):
+            return tuple(one if isinstance(one, Load) else of(one) for one in value)
+        if kind == Record.kind and isinstance(value, str):
+            return (of({"file": value}),)
+        return (of(value),)
+
     words = f"{_WORDS[kind]}; a table `[load.{kind}]`, or a list of several"
-    return setting((), _parts(kind), "load", words)
+    return setting((), Checked(check), "load", words)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Loading:
-    """The sum of loads: forces on m1, or accelerations of the ground, not both.
+    """A sum of loads: either forces on m1 or accelerations of the ground.
 
-    Coordinates are relative to the ground where it is shaken.
+    If the ground is accelerated, coordinates are relative to it.
     """
 
     impulse: float = setting(
@@ -150,25 +147,25 @@ class Loading:
         option="--harmonic",
     )  # fmt: skip
     scale: float = setting(
-        1.0, Real(-1e9, 1e9), "load", "by which all loads but the harmonic force are multiplied",
+        1.0, Real(-1e9, 1e9), "load", "factor of all loads but the harmonic force",
     )  # fmt: skip
-    blow: tuple[Load, ...] = _of("blow")
-    half_sine: tuple[Course, ...] = _of("half_sine")
-    triangular: tuple[Course, ...] = _of("triangular")
-    rectangular: tuple[Course, ...] = _of("rectangular")
-    friedlander: tuple[Course, ...] = _of("friedlander")
-    record: tuple[Course, ...] = _of("record")
-    tone: tuple[Course, ...] = _of("tone")
-    sweep: tuple[Course, ...] = _of("sweep")
-    noise: tuple[Course, ...] = _of("noise")
+    blow: tuple[Load, ...] = _loads("blow")
+    half_sine: tuple[Course, ...] = _loads("half_sine")
+    triangular: tuple[Course, ...] = _loads("triangular")
+    rectangular: tuple[Course, ...] = _loads("rectangular")
+    friedlander: tuple[Course, ...] = _loads("friedlander")
+    record: tuple[Course, ...] = _loads("record")
+    tone: tuple[Course, ...] = _loads("tone")
+    sweep: tuple[Course, ...] = _loads("sweep")
+    noise: tuple[Course, ...] = _loads("noise")
 
     def __post_init__(self) -> None:
         check_settings(self)
         if self.shaken and (self.impulse or self.blow or self.harmonic):
             what = "harmonic" if self.harmonic else "impulse"
             raise RequestError(f"{what}: a force on m1 beside an acceleration of the ground")
-        if self.shaken and not all(one.shakes for one in self.parts):
-            one = next(one for one in self.parts if not one.shakes)
+        if self.shaken and not all(one.is_acceleration for one in self.parts):
+            one = next(one for one in self.parts if not one.is_acceleration)
             raise RequestError(
                 f"{one.kind}: unit = {one.unit!r}, a force on m1, beside an acceleration of the "
                 "ground"
@@ -181,22 +178,22 @@ class Loading:
 
     @property
     def acts(self) -> bool:
-        """Whether it is the sum of anything."""
+        """Whether there is any load."""
         return bool(self.impulse or self.blow or self.parts or self.harmonic)
 
     @property
     def shaken(self) -> bool:
         """Whether the ground is accelerated."""
-        return any(one.shakes for one in self.parts)
+        return any(one.is_acceleration for one in self.parts)
 
     @property
     def blows(self) -> tuple[tuple[float, float], ...]:
-        """The impulses: each its time [s] and its size [N s]."""
-        found = [(0.0, self.impulse)] if self.impulse else []
+        """The time [s] and the size [N s] of each impulse."""
+        impulses = [(0.0, self.impulse)] if self.impulse else []
         for one in self.blow:
             assert isinstance(one, Blow)
-            found += [(float(t), one.impulse) for t in one.times]
-        return tuple((t, self.scale * size) for t, size in found)
+            impulses += [(float(t), one.impulse) for t in one.times]
+        return tuple((t, self.scale * size) for t, size in impulses)
 
     @property
     def sweeps(self) -> tuple[Sweep, ...]:
@@ -207,54 +204,54 @@ class Loading:
         return abs(sweep.amplitude * sweep.factor * self.scale)
 
     def to_table(self) -> dict[str, Any]:
-        """Return the table `[load]` that means exactly this sum."""
-        found = entries(self, "load")
-        for kind in ALL.keys() & found.keys():
-            found[kind] = [one.entry() for one in found[kind]]
-        return found
+        """Return the table `[load]` of this sum."""
+        document = entries(self, "load")
+        for kind in ALL.keys() & document.keys():
+            document[kind] = [one.entry() for one in document[kind]]
+        return document
 
     def number(self, name: str) -> float:
-        """Return a number by its name, as `with_` takes it; `RequestError` where there is none."""
+        """Return a number by its name, as in `with_`."""
         owner, key = self._owner(name)
         return number(name, getattr(owner, key))
 
     def is_whole(self, name: str) -> bool:
-        """Return True if a number is a whole one, as a count or a seed."""
+        """Return True if a number is an integer, such as a count or a seed."""
         owner, key = self._owner(name)
         return isinstance(getattr(owner, key), int)
 
     def check_values(self, name: str, values: np.ndarray) -> None:
-        """Raise `RequestError` for the first of the values (n,) that a number may not take."""
+        """Raise `RequestError` for the first of `values` (n,) that is out of the number's range."""
         owner, key = self._owner(name)
-        check = next(said.check for said in settings_of(owner).values() if said.key == key)
+        check = next(entry.check for entry in settings_of(owner).values() if entry.key == key)
         whole = self.is_whole(name)
         for value in values.tolist():
             check(name, int(value) if whole and value == int(value) else value)
 
     def redrawn(self, times: int) -> Loading:
-        """Return the sum with its noise drawn again: each seed raised by so many."""
-        drawn = (one for one in self.noise if isinstance(one, Noise))
-        return replace(self, noise=tuple(replace(one, seed=one.seed + times) for one in drawn))
+        """Return the sum with `times` added to the seed of each noise."""
+        noise = (one for one in self.noise if isinstance(one, Noise))
+        return replace(self, noise=tuple(replace(one, seed=one.seed + times) for one in noise))
 
     def with_(self, changes: Mapping[str, float]) -> Loading:
-        """Return this sum with other numbers, by names as `impulse` and `friedlander.peak`.
+        """Return this sum with other numbers, by names such as `impulse` and `friedlander.peak`.
 
-        Raises `RequestError` for a name that it does not have, or has several of.
+        Raises `RequestError` unless exactly one load has the number.
         """
         loading = self
         for name, value in changes.items():
             owner, key = loading._owner(name)
             if isinstance(owner, Loading):
-                one: dict[str, Any] = {name: value}
+                change: dict[str, Any] = {name: value}
             else:
-                given: Any = getattr(owner, key)
-                exact = int(value) if isinstance(given, int) and value == int(value) else value
-                one = {owner.kind: (replace(owner, **{key: exact}),)}
-            loading = replace(loading, **one)
+                is_whole = isinstance(getattr(owner, key), int) and value == int(value)
+                load = replace(owner, **{key: int(value) if is_whole else value})
+                change = {owner.kind: (load,)}
+            loading = replace(loading, **change)
         return loading
 
     def _owner(self, name: str) -> tuple[Loading | Load, str]:
-        """Return what a number belongs to, and its key; `RequestError` where there is none."""
+        """Return the owner of a number and its key; raise `RequestError` if nothing has it."""
         kind, _, key = name.partition(".")
         if not key:
             if name not in NUMBERS:
@@ -263,24 +260,24 @@ class Loading:
                     "friedlander.peak"
                 )
             return self, name
-        held = getattr(self, kind, None) if kind in ALL else None
-        if not held or len(held) > 1:
-            raise RequestError(f"{name}: the load has {len(held or ())} of {kind!r}; allowed: one")
-        known = [said.key for said in settings_of(held[0]).values()]
-        if key not in known:
-            raise RequestError(f"{name}: {kind} has no {key!r}; allowed: {', '.join(known)}")
-        return held[0], key
+        loads = getattr(self, kind) if kind in ALL else ()
+        if len(loads) != 1:
+            raise RequestError(f"{name}: the load has {len(loads)} of {kind!r}; allowed: one")
+        keys = [entry.key for entry in settings_of(loads[0]).values()]
+        if key not in keys:
+            raise RequestError(f"{name}: {kind} has no {key!r}; allowed: {', '.join(keys)}")
+        return loads[0], key
 
     def check(self, duration: float, period: float) -> None:
-        """Refuse what repeats itself within a duration [s], too coarse records, too many cells.
+        """Raise `RequestError` for noise that recurs, coarse records and too many cells.
 
-        Arguments: `period`, the natural one of the structure [s].
+        Arguments: the `duration` [s], and the natural `period` of the structure [s].
         """
         for noise in self.noise:
             assert isinstance(noise, Noise)
-            if noise.lasts < duration:
+            if noise.recurrence < duration:
                 raise RequestError(
-                    f"noise of {noise.tones} tones repeats itself after {noise.lasts:g} s of "
+                    f"noise of {noise.tones} tones repeats itself after {noise.recurrence:g} s of "
                     f"{duration:g} s: give it more tones, or a shorter duration"
                 )
         for one in self.record:
@@ -290,25 +287,25 @@ class Loading:
                     f"record {one.source}: a step of {one.step:g} s is too coarse for a structure "
                     f"with the natural period {period:g} s; allowed: up to {COARSE * period:g} s"
                 )
-        self._parted(self.parts, duration, np.inf, np.zeros(0))
+        self._divided(self.parts, duration, np.inf, np.zeros(0))
 
     def words(self) -> str:
         """Return the sum in a few words."""
-        found = [f"a blow of {self.impulse:g} N s"] if self.impulse else []
-        found += [_words_of(one) for kind in ALL for one in getattr(self, kind)]
-        found += ["the harmonic force"] if self.harmonic else []
+        terms = [f"a blow of {self.impulse:g} N s"] if self.impulse else []
+        terms += [_words_of(one) for kind in ALL for one in getattr(self, kind)]
+        terms += ["the harmonic force"] if self.harmonic else []
         times = f" times {self.scale:g}" if self.scale != 1.0 else ""
-        return " + ".join(found) + times
+        return " + ".join(terms) + times
 
     def records_in_words(self, duration: float) -> list[str]:
-        """Return a line for each record: its size, and how much acts within a duration [s]."""
+        """Return a line for each record: its samples, and the part within the `duration` [s]."""
         return [one.summary(duration) for one in self.record if isinstance(one, Record)]
 
     def cells(self, on: Struck, duration: float, reach: float, marks: np.ndarray) -> Cells:
-        """Return the cells of what acts on a structure.
+        """Return the sum in cells.
 
-        Arguments: `on`, its mass and its harmonic force; `duration` [s]; `reach`, the longest cell
-        [s] that its flight allows; `marks`, times that are to be edges.
+        Arguments: the structure that it acts `on`; the `duration` [s]; `reach`, the longest cell
+        [s] that the flights of the structure allow; `marks`, further edges [s].
 
         Raises `RequestError` for more than `MOST_CELLS`.
         """
@@ -317,8 +314,11 @@ class Loading:
         if self.harmonic and on.force:
             acting.append((Tone(amplitude=on.force, omega=on.omega), 1.0))
         blows = [(time, size) for time, size in self.blows if time <= duration]
-        courses = [one for one, _ in acting]
-        edges = _divided(*self._parted(courses, duration, reach, marks))
+        edges, counts = self._divided([one for one, _ in acting], duration, reach, marks)
+        which = np.repeat(np.arange(len(counts)), counts)
+        place = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
+        inner = edges[which] + (edges[which + 1] - edges[which]) * (place / counts[which])
+        edges = np.append(inner, duration)
         begins, lengths = edges[:-1], np.diff(edges)
         rows = np.zeros((len(begins), TERMS))
         for one, size in acting:
@@ -329,16 +329,20 @@ class Loading:
             jumps[np.abs(edges - time).argmin()] += size / on.mass
         return Cells(edges, rows, jumps, 0.0 if self.shaken else 1.0)
 
-    def _parted(
+    def _divided(
         self, courses: Sequence[Course], duration: float, reach: float, marks: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the edges at which anything is not smooth, and the number of cells between them.
+        """Return the times (n + 1,) between which all is smooth, and the numbers (n,) of cells.
 
         Raises `RequestError` for more than `MOST_CELLS`.
         """
-        kinks = [one.kinks(duration) for one in courses]
-        times = np.array([time for time, _ in self.blows if time <= duration])
-        edges = _merged(duration, np.concatenate([*kinks, marks, times]))
+        blows = np.array([time for time, _ in self.blows])
+        times = np.unique(np.concatenate([*(one.kinks for one in courses), marks, blows]))
+        gap = NEAR * float(np.spacing(duration))
+        times = times[(times > gap) & (times < duration - gap)]
+        is_apart = np.ones(len(times), bool)
+        is_apart[1:] = np.diff(times) > gap
+        edges = np.concatenate([[0.0], times[is_apart], [duration]])
         middles = 0.5 * (edges[:-1] + edges[1:])
         rates = np.max([one.rates(middles) for one in courses], axis=0, initial=REACH / reach)
         counts = np.maximum(np.ceil(np.diff(edges) * rates / REACH), 1.0)
@@ -351,7 +355,7 @@ class Loading:
 
 
 class Struck(NamedTuple):
-    """The structure that a load acts on: its mass [kg], its harmonic force [N] of omega [rad/s]."""
+    """The mass [kg] that a load acts on, its harmonic force [N] and the force's omega [rad/s]."""
 
     mass: float
     force: float = 0.0
@@ -363,13 +367,13 @@ NUMBERS = ("impulse", "scale")
 
 
 def words_of_number(load: Loading, name: str) -> tuple[str, str]:
-    """Return the unit and the name in words of a number of a load, as `with_` takes it."""
+    """Return the unit and the meaning of a number of a load, whose `name` is as in `with_`."""
     kind, _, key = name.rpartition(".")
     owner: Any = getattr(load, kind)[0] if kind else load
-    said = next(said for said in settings_of(owner).values() if said.key == key)
-    unit = owner.unit if "`unit`" in said.words else "1"
-    if said.words.endswith("]"):
-        unit = said.words[:-1].rpartition("[")[2]
+    words = next(entry.words for entry in settings_of(owner).values() if entry.key == key)
+    unit = owner.unit if "`unit`" in words else "1"
+    if words.endswith("]"):
+        unit = words[:-1].rpartition("[")[2]
     of = "the loads" if name == "scale" else "a blow" if not kind else kind.replace("_", " ")
     return unit, f"{key} of {of}"
 
@@ -377,26 +381,8 @@ def words_of_number(load: Loading, name: str) -> tuple[str, str]:
 def _words_of(one: Load) -> str:
     if isinstance(one, Record):
         return f"record {one.source or len(one.values)}"
-    told = {key: value for key, value in one.entry().items() if isinstance(value, float) and value}
     if isinstance(one, Sweep):
         span = f"{one.first:g} to {one.last:g} rad/s in {one.length:g} s"
         return f"sweep ({span}, amplitude {one.amplitude:g} {one.unit})"
-    return f"{one.kind.replace('_', ' ')} ({', '.join(f'{k} {v:g}' for k, v in told.items())})"
-
-
-def _merged(duration: float, times: np.ndarray) -> np.ndarray:
-    """Return edges from 0 to the duration, of times that are one to round-off the first alone."""
-    inner = np.unique(times)
-    gap = NEAR * float(np.spacing(duration))
-    inner = inner[(inner > gap) & (inner < duration - gap)]
-    apart = np.ones(len(inner), bool)
-    apart[1:] = np.diff(inner) > gap
-    return np.concatenate([[0.0], inner[apart], [duration]])
-
-
-def _divided(edges: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return edges with each interval divided into equal cells, `counts` (n,) of them."""
-    which = np.repeat(np.arange(len(counts)), counts)
-    place = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
-    inner = edges[which] + (edges[which + 1] - edges[which]) * (place / counts[which])
-    return np.concatenate([inner, edges[-1:]])
+    numbers = [f"{key} {v:g}" for key, v in one.entry().items() if isinstance(v, float) and v]
+    return f"{one.kind.replace('_', ' ')} ({', '.join(numbers)})"

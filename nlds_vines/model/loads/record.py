@@ -136,9 +136,9 @@ class Record(Course):
             found[:, 2], found[:, 3] = 0.5 * m[:-1], np.diff(m) / (6.0 * h)
         return found
 
-    def kinks(self, end: float) -> np.ndarray:
-        found = self.at + self._times
-        return found[(found > 0.0) & (found < end)]
+    @property
+    def kinks(self) -> np.ndarray:
+        return self.at + self._times
 
     def rates(self, times: np.ndarray) -> np.ndarray:
         """Return zeros: a row holds a polynomial whole."""

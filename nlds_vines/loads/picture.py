@@ -1,12 +1,13 @@
-"""Pictures of response histories: energy, motion, where the energy went, sweeps; and of scans.
+"""Pictures of response histories (energy, motion, dissipation, sweeps) and of scans of loads.
 
-A scan of loads is drawn as a number over one axis, of each damper, or as a map for each damper.
+A scan is drawn as curves over one axis, one for each damper, or as one map for each damper.
 """
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -27,9 +28,9 @@ from nlds_vines.loads.request import (
     natural_period,
 )
 from nlds_vines.loads.result import (
-    Fall,
     LoadScan,
     ResponseHistories,
+    ResponseHistory,
     closed_form,
     histories_in,
     shares_of,
@@ -62,35 +63,35 @@ _PANEL, _BARS = 4.8 * CM, 0.75 * CM  # inches, heights of a panel and of the bar
 _MAP = 5.0 * CM  # inches
 _NAME = 18  # characters of a line of a name beside a bar
 _LINES = ("solid", "dashed", "dashdot", "dotted")
-_EXACT: dict[str, Any] = {"color": GRAY, "linewidth": 0.6, "zorder": 0}  # of a closed form
-_WAYS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
+_EXACT: dict[str, Any] = {"color": GRAY, "linewidth": 0.6, "zorder": 0}  # closed forms
+_SINKS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
 SWEEP_ENERGY = "sweep_energy"
-"""The panel beside whose sweeps branches are drawn: archives of branches have E1max."""
+"""The panel over which `--mark` draws branches, whose archives have E1max."""
 
 _DOTS: dict[str, Any] = {"marker": "o", "markersize": 3.2, "linestyle": "none", "mfc": "white"}
-_OVER_TIME = {"energy", "motion", "damper"}  # panels
-_LEAST = 1e-4  # of the largest E1 of all dampers: the lower end of the axis
+_OVER_TIME = {"energy", "motion", "damper"}  # panels with a common axis
+_LEAST = 1e-4  # lower end of the axis, in units of the largest E1
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
-    """Return what the panels show, by name; of a scan its numbers."""
+    """Return the panels of an archive with their meanings; those of a scan are its quantities."""
     request = view.request(RESPONSE_HISTORY, load_response_history)
     if request.vary:
         return {entry.name: entry.words for entry in OF_LOADS if entry.name in view}
-    found = {
+    meanings = {
         "energy": "energy of the structure over time",
         "motion": "displacement of the structure over time",
         "damper": "share of the energy that damper and contacts have dissipated, over time",
         "shares": "where the energy went",
     }
     if request.load.sweep:
-        found["sweep"] = "displacement over the frequency of a sweep"
-        found[SWEEP_ENERGY] = "energy of the structure over the frequency of a sweep"
-    return found
+        meanings["sweep"] = "displacement over the frequency of a sweep"
+        meanings[SWEEP_ENERGY] = "energy of the structure over the frequency of a sweep"
+    return meanings
 
 
 def usual(view: ArchiveView) -> list[str]:
-    """Return the panels of the usual picture; of a scan the first number that changes over it."""
+    """Return the panels that are drawn by default; of a scan the first quantity that varies."""
     names = [*panels(view)]
     if _drawable(view).request.vary:
         changing = (n for n in names if np.ptp(view[n][np.isfinite(view[n])]) > 0.0)
@@ -101,16 +102,16 @@ def usual(view: ArchiveView) -> list[str]:
 @styled()
 def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
     """Return the figure of an archive with the panels that are `shown`."""
-    found = _drawable(view)
-    request = found.request
-    if isinstance(found, LoadScan) and len(request.vary) == 2:
-        return _maps(found, shown, page)
+    results = _drawable(view)
+    request = results.request
+    if isinstance(results, LoadScan) and len(request.vary) == 2:
+        return _maps(results, shown, page)
     bars = _BARS * (len(request.systems) + 0.4)
     figure, grid = new_figure(page, [bars if name == "shares" else _PANEL for name in shown])
     places = [figure.add_subplot(grid[i], label=name) for i, name in enumerate(shown)]
     lift = LETTER_ROOM if len(places) > 1 else 0
     for axes, name in zip(places, shown, strict=True):
-        _draw_panel(axes, found, name)
+        _draw_panel(axes, results, name)
     for above, below in pairwise(places):
         if {above.get_label(), below.get_label()} <= _OVER_TIME:
             below.sharex(above)
@@ -125,78 +126,80 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
 
 
 def fill(axes: Axes, view: ArchiveView, name: str) -> None:
-    """Draw one panel into given axes; of maps that of the first damper."""
-    found = _drawable(view)
-    if isinstance(found, LoadScan) and len(found.request.vary) == 2:
-        axes.figure.colorbar(_map(axes, found, name, 0), ax=axes, label=_label(name))
+    """Draw one panel into `axes`; of several maps, that of the first damper."""
+    results = _drawable(view)
+    if isinstance(results, LoadScan) and len(results.request.vary) == 2:
+        axes.figure.colorbar(_map(axes, results, name, 0), ax=axes, label=_label(name))
     else:
-        _draw_panel(axes, found, name)
+        _draw_panel(axes, results, name)
         if axes.get_legend() is None:
             axes.legend()
 
 
-def _draw_panel(axes: Axes, found: ResponseHistories | LoadScan, name: str) -> None:
-    if isinstance(found, ResponseHistories):
-        _FILL[name](axes, found)
+def _draw_panel(axes: Axes, results: ResponseHistories | LoadScan, name: str) -> None:
+    if isinstance(results, ResponseHistories):
+        _FILL[name](axes, results)
     else:
-        _curves(axes, found, name)
+        _curves(axes, results, name)
 
 
 def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
-    """Return what an archive holds; `RequestError` where every orbit failed."""
-    found = histories_in(view.path)
-    if found.failed == found.request.cases:
+    """Return the results in an archive; raise `RequestError` if every orbit failed."""
+    results = histories_in(view.path)
+    if results.failed == results.request.cases:
         status = STATUS[int(view["status"].flat[0])]
         raise RequestError(f"{view.path}: every orbit failed: {status.name}. {status.remedy}")
-    return found
+    return results
 
 
 def _looks(request: HistoryRequest) -> Iterator[tuple[System, dict[str, Any]]]:
-    """Yield each system and how it is drawn."""
+    """Yield each system with the properties of its line."""
     colors = damper_colors([system.name for system in request.systems])
     for i, (system, color) in enumerate(zip(request.systems, colors, strict=True)):
         look = {"color": color, "linestyle": _LINES[i % len(_LINES)], "linewidth": 1.0}
         yield system, {"label": typeset(system_in_words(system)), **look}
 
 
-def _each(found: ResponseHistories) -> Iterator[tuple[System, Fall, dict[str, Any]]]:
-    """Yield each system, its response, and how it is drawn."""
-    for (system, look), fall in zip(_looks(found.request), found.results.values(), strict=True):
-        yield system, fall, look
+def _each(
+    histories: ResponseHistories,
+) -> Iterator[tuple[System, ResponseHistory, dict[str, Any]]]:
+    """Yield each system with its response and the properties of its line."""
+    looks = _looks(histories.request)
+    for (system, look), history in zip(looks, histories.results.values(), strict=True):
+        yield system, history, look
 
 
-def _energy(axes: Axes, found: ResponseHistories) -> None:
-    """Draw E1 on a logarithmic axis, with dots at the last times at shares of its largest."""
-    shares = ", ".join(f"{100 * share:g}" for share in reversed(SHARES))
-    words = f"last time at {shares} % of its largest"
+def _energy(axes: Axes, histories: ResponseHistories) -> None:
+    """Draw E1 on a logarithmic axis, with dots at its last times at `SHARES` of its largest."""
     largest = 0.0
-    for _, fall, look in _each(found):
-        axes.semilogy(fall.time, fall.E1, **look)
-        top = fall.numbers["E1max"]
-        largest = max(largest, top)
+    for _, history, look in _each(histories):
+        axes.semilogy(history.time, history.E1, **look)
+        E1max = history.numbers["E1max"]
+        largest = max(largest, E1max)
         dots = {**_DOTS, "color": look["color"], "label": None}
-        axes.plot(fall.last, top * np.array(SHARES), **dots)
-    axes.plot([], [], color=GRAY, **{**_DOTS, "label": words})
+        axes.plot(history.last, E1max * np.array(SHARES), **dots)
+    shares = ", ".join(f"{100 * share:g}" for share in reversed(SHARES))
+    axes.plot([], [], color=GRAY, **{**_DOTS, "label": f"last time at {shares} % of its largest"})
     axes.set(ylim=(_LEAST * largest, 2.0 * largest), ylabel="energy $E_1$ [J]")
-    _over_time(axes, found.request)
+    _over_time(axes, histories.request)
 
 
-def _motion(axes: Axes, found: ResponseHistories) -> None:
+def _motion(axes: Axes, histories: ResponseHistories) -> None:
     """Draw the displacement of the structure."""
-    for _, fall, look in _each(found):
-        axes.plot(fall.time, fall.x1, **look)
-    _over_time(axes, found.request)
-    frame = " relative to the ground" if found.request.load.shaken else ""
+    for _, history, look in _each(histories):
+        axes.plot(history.time, history.x1, **look)
+    _over_time(axes, histories.request)
+    frame = " relative to the ground" if histories.request.load.shaken else ""
     axes.set_ylabel(f"displacement $x_1${frame} [m]")
 
 
-def _damper(axes: Axes, found: ResponseHistories) -> None:
-    """Draw what the damper's dashpot and the contacts have dissipated, of all that came in."""
-    for _, fall, look in _each(found):
-        gone = np.nan_to_num(fall.dissipated["c2"]) + np.nan_to_num(fall.dissipated["contact"])
-        if gone.any():
-            axes.plot(fall.time, gone / fall.numbers["energy_in"], **look)
-    _over_time(axes, found.request)
+def _damper(axes: Axes, histories: ResponseHistories) -> None:
+    """Draw the share of the supplied energy that the damper's dashpot and contacts dissipated."""
+    for _, history, look in _each(histories):
+        energy = sum(np.nan_to_num(history.dissipated[sink]) for sink in ("c2", "contact"))
+        if np.any(energy):
+            axes.plot(history.time, energy / history.numbers["energy_in"], **look)
+    _over_time(axes, histories.request)
     axes.set(ylim=(0, 1), ylabel="by damper and contacts")
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
 
@@ -205,71 +208,59 @@ def _over_time(axes: Axes, request: HistoryRequest) -> None:
     axes.set(xlim=(0, request.duration), xlabel="time $t$ [s]")
 
 
-def _sweep(axes: Axes, found: ResponseHistories) -> None:
-    """Draw the largest displacement in each natural period over the frequency of each sweep."""
-    _over_frequency(axes, found, energy=False)
-    axes.set_ylabel("largest $|x_1|$ [m]")
+def _sweep(axes: Axes, histories: ResponseHistories, energy: bool = False) -> None:
+    """Draw the largest displacement or energy in each natural period over a sweep's frequency.
 
-
-def _sweep_energy(axes: Axes, found: ResponseHistories) -> None:
-    """Draw the largest energy in each natural period over the frequency of each sweep."""
-    _over_frequency(axes, found, energy=True)
-    axes.set_ylabel("largest $E_1$ [J]")
-
-
-def _over_frequency(axes: Axes, found: ResponseHistories, energy: bool) -> None:
-    """Draw what is largest in each natural period over the frequency of each sweep at that time.
-
-    A sweep that goes down is dotted.  Of systems without walls the steady response stands beside
-    it, in closed form.
+    Downward sweeps are dotted.  The steady response of systems without walls, in closed form, is
+    drawn as well.
     """
-    request = found.request
-    steady_words: str | None = "steady, in closed form"
-    for system, fall, look in _each(found):
-        values = fall.E1 if energy else np.abs(fall.x1)
+    request = histories.request
+    for system, history, look in _each(histories):
+        values = history.E1 if energy else np.abs(history.x1)
         for sweep in request.load.sweeps:
-            omega, largest = envelope(sweep, fall.time, values, natural_period(system))
-            down = sweep.last < sweep.first
-            axes.plot(omega, largest, **{**look, **({"linestyle": ":"} if down else {})})
+            omega, largest = envelope(sweep, history.time, values, natural_period(system))
+            style = {"linestyle": ":"} if sweep.last < sweep.first else {}
+            axes.plot(omega, largest, **{**look, **style})
             look["label"] = None
-    if len({sweep.last < sweep.first for sweep in request.load.sweeps}) > 1:
+    if any(sweep.last < sweep.first for sweep in request.load.sweeps):
         axes.plot([], [], color=GRAY, linestyle=":", linewidth=1.0, label="sweep down")
-    for system, _, _ in _each(found):
+    words: str | None = "steady, in closed form"
+    for system in request.systems:
         if not system.scene.walls and not request.load.shaken:
             sweep = request.load.sweeps[0]
             omega = np.linspace(min(sweep.first, sweep.last), max(sweep.first, sweep.last), 400)
             steady = np.abs(response(system.with_(P=request.load.force_of(sweep)), omega).X1)
             m1, k1, _ = system.structure
             values = harmonic_energy(m1, k1, omega, steady) if energy else steady
-            axes.plot(omega, values, label=steady_words, **_EXACT)
-            steady_words = None
+            axes.plot(omega, values, label=words, **_EXACT)
+            words = None
     axes.set(xlabel="frequency $\\omega$ of the sweep [rad/s]", ylim=(0, None))
+    axes.set_ylabel("largest $E_1$ [J]" if energy else "largest $|x_1|$ [m]")
 
 
 def envelope(
     sweep: Sweep, time: np.ndarray, values: np.ndarray, period: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequency [rad/s] and largest value of each natural period of a sweep."""
+    """Return the frequency [rad/s] and the largest value in each natural period of a sweep."""
     edges = np.arange(sweep.at, min(sweep.at + sweep.length, time[-1]), period)
     largest = np.maximum.reduceat(values, np.searchsorted(time, edges))[:-1]
     return sweep.omegas(0.5 * (edges[:-1] + edges[1:])), largest
 
 
-def _shares(axes: Axes, found: ResponseHistories) -> None:
-    """Draw a bar for each damper: the shares of the energy by what has dissipated them."""
-    words = map(system_in_words, found.request.systems)
+def _shares(axes: Axes, histories: ResponseHistories) -> None:
+    """Draw a bar for each damper: the shares of the supplied energy by what dissipated them."""
+    words = map(system_in_words, histories.request.systems)
     names = ["\n".join(map(typeset, textwrap.wrap(name, _NAME))) for name in words]
-    shares = [shares_of(fall) for fall in found.results.values()]
+    shares = [shares_of(history) for history in histories.results.values()]
     left = [0.0] * len(names)
-    for way in WAYS:
-        widths = [max(0.0, one.get(way, 0.0)) for one in shares]
+    for sink, label in zip(WAYS, ("dashpot $c_1$", "dashpot $c_2$", "contacts"), strict=True):
+        widths = [max(0.0, one.get(sink, 0.0)) for one in shares]
         if any(width > 0.0005 for width in widths):
-            kind = {"c1": "dashpot $c_1$", "c2": "dashpot $c_2$", "contact": "contacts"}[way]
-            axes.barh(names, widths, left=left, color=HUES[_WAYS[way]], label=kind)
+            axes.barh(names, widths, left=left, color=HUES[_SINKS[sink]], label=label)
             left = [a + b for a, b in zip(left, widths, strict=True)]
-    still = [max(0.0, 1.0 - done) for done in left]
-    if any(share > 0.0005 for share in still):
-        axes.barh(names, still, left=left, color=NO_VALUE, label="still there")
+    remaining = [max(0.0, 1.0 - end) for end in left]
+    if any(share > 0.0005 for share in remaining):
+        axes.barh(names, remaining, left=left, color=NO_VALUE, label="still there")
     axes.invert_yaxis()
     axes.set(xlim=(0, 1), xlabel="share of the energy that came in")
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
@@ -279,9 +270,9 @@ def _shares(axes: Axes, found: ResponseHistories) -> None:
 # ---- scans ---------------------------------------------------------------------------------------
 
 
-def _maps(found: LoadScan, shown: Sequence[str], page: Page) -> Figure:
-    """Return a figure with a map for each number and damper, those of a number side by side."""
-    count = len(found.request.systems)
+def _maps(scan: LoadScan, shown: Sequence[str], page: Page) -> Figure:
+    """Return a figure with a map for each quantity and damper, those of a quantity side by side."""
+    count = len(scan.request.systems)
     across = min(count, 2 if page.beside else 1)
     rows = -(-count // across)
     figure, grid = new_figure(page, [_MAP] * (rows * len(shown)), across)
@@ -289,7 +280,7 @@ def _maps(found: LoadScan, shown: Sequence[str], page: Page) -> Figure:
     for number, name in enumerate(shown):
         cells = [divmod(place, across) for place in range(count)]
         row = [figure.add_subplot(grid[number * rows + r, c]) for r, c in cells]
-        meshes = [_map(axes, found, name, damper) for damper, axes in enumerate(row)]
+        meshes = [_map(axes, scan, name, damper) for damper, axes in enumerate(row)]
         for place, axes in enumerate(row):
             if place + across < count:
                 axes.tick_params(labelbottom=False)
@@ -302,16 +293,16 @@ def _maps(found: LoadScan, shown: Sequence[str], page: Page) -> Figure:
         )
         places += row
     write_letters(places)
-    finish(figure, grid, found.request.title)
+    finish(figure, grid, scan.request.title)
     return figure
 
 
-def _curves(axes: Axes, found: LoadScan, name: str) -> None:
-    """Draw a number over the axis of a scan, of each damper; in closed form if there is one."""
-    request = found.request
+def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
+    """Draw a quantity over the axis of a scan for each damper, and closed forms if it has any."""
+    request = scan.request
     (axis,) = request.vary
     words: str | None = "in closed form"
-    pairs = zip(_looks(request), found.numbers[name], strict=True)
+    pairs = zip(_looks(request), scan.numbers[name], strict=True)
     for i, ((_, look), values) in enumerate(pairs):
         axes.plot(axis.values, values, **look)
         cases = (request.case(i * axis.values.size + j) for j in range(axis.values.size))
@@ -319,19 +310,18 @@ def _curves(axes: Axes, found: LoadScan, name: str) -> None:
         if np.isfinite(exact).any():
             axes.plot(axis.values, exact, label=words, **_EXACT)
             words = None
-    axes.set(xlabel=_axis(found, 0), ylabel=_label(name))
+    axes.set(xlabel=_axis(scan, 0), ylabel=_label(name))
     if logarithmic(axis.values):
         axes.set_xscale("log")
     if BY_NAME[name].scale == ERROR:
         axes.set_yscale("log")
 
 
-def _map(axes: Axes, found: LoadScan, name: str, damper: int) -> QuadMesh:
-    """Fill a map of a damper; all maps of a number have the same shades."""
-    x, y = found.request.vary
-    values, every = found.numbers[name][damper], found.numbers[name]
-    told = every[np.isfinite(every)]
-    low, high = (told.min(), told.max()) if told.size else (0.0, 1.0)
+def _map(axes: Axes, scan: LoadScan, name: str, damper: int) -> QuadMesh:
+    """Fill the map of a damper; all maps of a quantity have the same color scale."""
+    x, y = scan.request.vary
+    values, finite = scan.numbers[name][damper], scan.numbers[name][np.isfinite(scan.numbers[name])]
+    low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
     norm: dict[str, Any] = {"vmin": low, "vmax": high}
     if BY_NAME[name].scale == ERROR and low > 0.0:
         norm = {"norm": LogNorm(low, high)}
@@ -340,25 +330,26 @@ def _map(axes: Axes, found: LoadScan, name: str, damper: int) -> QuadMesh:
         edges(x.values), edges(y.values), np.ma.masked_invalid(values.T), cmap=SHADES,
         rasterized=True, **norm,
     )  # fmt: skip
-    for axis, values_of_it in (("x", x.values), ("y", y.values)):
-        if logarithmic(values_of_it):
-            getattr(axes, f"set_{axis}scale")("log")
-    axes.set(xlabel=_axis(found, 0), ylabel=_axis(found, 1))
-    axes.set_title(typeset(system_in_words(found.request.systems[damper])), fontsize=9)
+    if logarithmic(x.values):
+        axes.set_xscale("log")
+    if logarithmic(y.values):
+        axes.set_yscale("log")
+    axes.set(xlabel=_axis(scan, 0), ylabel=_axis(scan, 1))
+    axes.set_title(typeset(system_in_words(scan.request.systems[damper])), fontsize=9)
     return mesh
 
 
-def _axis(found: LoadScan, number: int) -> str:
-    """Return what stands along an axis."""
-    name = found.request.vary[number].name
+def _axis(scan: LoadScan, number: int) -> str:
+    """Return the label of an axis."""
+    name = scan.request.vary[number].name
     if name in DESCRIBED:
         return axis_label(name)
-    unit, words = axis_words(found.request, name)
+    unit, words = axis_words(scan.request, name)
     return words + (f" [{raised(unit)}]" if unit != "1" else "")
 
 
 def _label(name: str) -> str:
-    """Return label, symbol and unit of a number."""
+    """Return the label of a quantity, with its symbol and unit."""
     entry = BY_NAME[name]
     symbol = f" ${in_latex(entry.symbol)}$" if entry.symbol else ""
     return entry.label + symbol + (f" [{raised(entry.unit)}]" if entry.unit != "1" else "")
@@ -370,7 +361,7 @@ _FILL: Mapping[str, Callable[[Axes, ResponseHistories], None]] = {
     "damper": _damper,
     "shares": _shares,
     "sweep": _sweep,
-    SWEEP_ENERGY: _sweep_energy,
+    SWEEP_ENERGY: partial(_sweep, energy=True),
 }
 
 PICTURE = Picture(panels=panels, draw=draw, fill=fill, usual=usual)

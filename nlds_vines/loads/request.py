@@ -1,4 +1,4 @@
-"""The request of a response history: dampers on a structure, a load, and a duration."""
+"""The request of response histories: dampers on a structure, a load, a duration, axes of a scan."""
 
 from __future__ import annotations
 
@@ -37,38 +37,62 @@ from nlds_vines.orbits.solver_settings import tolerance_setting
 from nlds_vines.orbits.starts import starts_inside
 
 TOLERANCE = 1e-10
-"""Of contacts, by default: finer than that of scans, as the energy balance shows each of them."""
+"""The default tolerance of contacts: finer than in scans, as the energy balance sees each."""
 
 MOST_STATES = 10**7
-"""States of a history: as many as a portrait may have."""
+"""States of a history, as in a portrait."""
 
 MOST_CASES = 10**7
-"""Systems and loads of a scan: days of work."""
+"""Orbits of a scan."""
 
 FORCES = ("P", "base_displacement", "base_acceleration")
-"""The parameters of the harmonic force, which is off unless the load has it."""
+"""The parameters of the harmonic force, which acts only if the load has `harmonic = true`."""
 
 
 def _state(value: object) -> tuple[float, ...]:
-    """Return a state at t = 0."""
     if not isinstance(value, list | tuple | np.ndarray):
         raise RequestError(f"state = {shown(value)} must be a list of numbers")
-    read = (from_text(float, "state", one) if isinstance(one, str) else one for one in value)
-    return tuple(number("state", one) for one in read)
+    numbers = (from_text(float, "state", one) if isinstance(one, str) else one for one in value)
+    return tuple(number("state", one) for one in numbers)
 
 
 @dataclass(frozen=True, repr=False)
 class HistoryRequest(Request):
-    """What acts on which structures, and how long; checked when made, immutable afterwards.
+    """A load on one or several structures, for a duration; validated when it is made.
 
-    Arguments:
-        title: one line for people.
-        systems: one or more.
-        load: what acts; the harmonic force is off unless `load.harmonic`.
-        vary: up to two parameters or numbers of the load (`impulse`, `scale`, `friedlander.peak`)
-            and their values: a scan, in which histories are not kept.
+    Parameters
+    ----------
+    title : str
+        One line.
+    systems : tuple of System
+        Structures with their dampers.
+    load : Loading
+        The loads; the harmonic force acts only if `load.harmonic`.
+    vary : tuple of Axis, optional
+        Up to two parameters, or numbers of the load (`impulse`, `scale`, `friedlander.peak`), with
+        their values: a scan, which has no histories.
+    state : tuple of float, optional
+        x1, v1, x2, v2 at t = 0 [m, m/s], before any impulse; by default at rest.
+    duration : float, optional
+        Length of the histories [s].
+    samples : int, optional
+        States in each natural period of the structure.
+    settle : float, optional
+        Time [s] that the rms of x1 leaves out.
+    tolerance : float or str, optional
+        Tolerance of contacts, as in `simulate`.
 
-    and what the fields say of themselves.  Raises `RequestError` for anything else.
+    Raises
+    ------
+    RequestError
+        If a value is out of range or contradicts another.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> request = nv.load_response_history("tmd", {"load": {"impulse": 300.0}})
+    >>> request.duration, request.load.words()
+    (60.0, 'a blow of 300 N s')
     """
 
     content: ClassVar[str] = RESPONSE_HISTORY
@@ -95,7 +119,6 @@ class HistoryRequest(Request):
     tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
 
     def __post_init__(self) -> None:
-        """Check everything."""
         string("title", self.title)
         check_settings(self)
         if not self.systems:
@@ -113,7 +136,9 @@ class HistoryRequest(Request):
                 f"settle = {self.settle:g} s must be below the duration, {self.duration:g} s"
             )
         self._check_axes()
-        corners = self._corners()
+        shape = (len(self.systems), *self.shape)
+        ends = product(range(len(self.systems)), *((0, size - 1) for size in self.shape))
+        corners = [self.case(int(np.ravel_multi_index(place, shape))) for place in ends]
         if not all(load.acts for _, load in corners) and not self.state:
             kinds = ", ".join((*NUMBERS, "harmonic", *ALL))
             raise RequestError(f"[load] is empty and no start is given; allowed: {kinds}")
@@ -127,46 +152,39 @@ class HistoryRequest(Request):
                 )
 
     def _check_axes(self) -> None:
-        """Refuse axes that nothing has, and more than can be drawn or computed."""
+        """Raise `RequestError` for axes that no system and no load has, and for too many orbits."""
         if len(self.vary) > 2:
             raise RequestError(f"{len(self.vary)} parameters vary; allowed: one or two")
         if self.cases > MOST_CASES:
             raise RequestError(f"{self.cases} systems and loads; allowed: up to {MOST_CASES}")
-        names = [axis.name for axis in self.vary]
-        of_systems = [name for name in names if not is_of_load(name)]
-        for name in of_systems:
+        parameters = [axis.name for axis in self.vary if not is_of_load(axis.name)]
+        for name in parameters:
             if not any(has(system, name) for system in self.systems):
-                self.systems[0].with_(**{name: 1.0})  # which says what is allowed
+                self.systems[0].with_(**{name: 1.0})  # raises the error that lists the names
         for system in self.systems:
-            refuse_twice(system.scene, of_systems)
-            refuse_without_effect(system.scene, self.load, of_systems)
+            refuse_twice(system.scene, parameters)
+            refuse_without_effect(system.scene, self.load, parameters)
         for axis in self.vary:
             if is_of_load(axis.name):
                 self.load.check_values(axis.name, axis.values)
 
-    def _corners(self) -> list[tuple[System, Loading]]:
-        """Return each system with its load at the ends of all axes."""
-        shape = (len(self.systems), *self.shape)
-        ends = product(range(len(self.systems)), *((0, size - 1) for size in self.shape))
-        return [self.case(int(np.ravel_multi_index(place, shape))) for place in ends]
-
     def starts_inside(self) -> list[str]:
-        """Return a line on starts inside a wall for each damper that has any."""
-        found = []
+        """Return a line for each damper that starts inside a wall."""
+        lines = []
         for system in self.systems:
             axes = [axis for axis in self.vary if has(system, axis.name)]
             grid = np.meshgrid(*(axis.values for axis in axes), indexing="ij", sparse=True)
             places = dict(zip((axis.name for axis in axes), grid, strict=True))
             state = dict(zip(system.scene.components, self.state, strict=False))
             parameters, shape = {**system.parameters, **places}, tuple(a.values.size for a in axes)
-            lines = starts_inside(system.scene, parameters, state, shape)
-            found += [f"{system.name}: {line}" for line in lines]
-        return found
+            inside = starts_inside(system.scene, parameters, state, shape)
+            lines += [f"{system.name}: {line}" for line in inside]
+        return lines
 
     def case(self, number: int) -> tuple[System, Loading]:
-        """Return the system and the load of a case, counted through the systems, then the axes.
+        """Return the system and the load of an orbit, by its number: systems, then axes.
 
-        A parameter that a system does not have is left out.
+        Parameters that the system does not have are left out.
         """
         which, *places = np.unravel_index(number, (len(self.systems), *self.shape))
         values = {
@@ -174,41 +192,39 @@ class HistoryRequest(Request):
             for axis, place in zip(self.vary, places, strict=True)
         }
         system = self.systems[which]
-        own = {name: value for name, value in values.items() if has(system, name)}
-        return (
-            system.with_(**own) if own else system,
-            self.load.with_({name: value for name, value in values.items() if is_of_load(name)}),
-        )
+        of_system = {name: value for name, value in values.items() if has(system, name)}
+        of_load = {name: value for name, value in values.items() if is_of_load(name)}
+        return system.with_(**of_system) if of_system else system, self.load.with_(of_load)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many values each axis has."""
+        """The number of values of each axis."""
         return tuple(axis.values.size for axis in self.vary)
 
     @property
     def cases(self) -> int:
-        """How many orbits there are."""
+        """The number of orbits."""
         return len(self.systems) * math.prod(self.shape)
 
     @property
     def windows(self) -> int:
-        """How many natural periods of the first structure the duration has, at least one."""
+        """The number of natural periods of the first structure in the duration, at least 1."""
         period = natural_period(self.systems[0])
         return max(1, round(self.duration / period)) if math.isfinite(period) else 1
 
     @property
     def times(self) -> np.ndarray:
-        """The times (windows samples + 1,) [s] of a history, from 0 on."""
+        """The times (windows * samples + 1,) of a history [s]."""
         return np.linspace(0.0, self.duration, self.windows * self.samples + 1)
 
     @property
     def about(self) -> dict[str, Value]:
-        """The attributes of its archive beside the request itself."""
+        """Further attributes of its archive."""
         return {"load": self.load.words(), "duration": self.duration}
 
     def document(self) -> dict[str, Any]:
-        """Return the complete request file of this response history, as nested tables."""
-        found = {
+        """Return the complete request file as nested tables."""
+        document = {
             "title": self.title,
             "systems": [system.to_table() for system in self.systems],
             "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.vary},
@@ -216,11 +232,11 @@ class HistoryRequest(Request):
             "start": entries(self, "start"),
             "sampling": entries(self, "sampling"),
         }
-        return {key: value for key, value in found.items() if value}
+        return {key: value for key, value in document.items() if value}
 
 
 def refuse_without_effect(scene: Scene, load: Loading, names: Collection[str]) -> None:
-    """Raise `RequestError` for the first of `names` that says something of a force that is off."""
+    """Raise `RequestError` if one of `names` belongs to a harmonic force that is off."""
     for name, meant in zip(names, meant_by(scene, names), strict=True):
         if not load.harmonic and meant in (*FORCES, "omega"):
             raise RequestError(
@@ -230,29 +246,26 @@ def refuse_without_effect(scene: Scene, load: Loading, names: Collection[str]) -
 
 
 def has(system: System, name: str) -> bool:
-    """Return True if a system has a parameter, or a ratio, of this name."""
+    """Return True if a system has a parameter or a ratio of this name."""
     return name in system.scene.allowed or name in ratios_in(system.scene)
 
 
 def is_of_load(name: str) -> bool:
-    """Tell whether the name of an axis is that of a number of the load."""
+    """Return True if the name of an axis is that of a number of the load."""
     return name in NUMBERS or "." in name
 
 
-_NEVER = ("damping_ratio", "balance")
-"""Numbers that no tuning makes small."""
-
-_OF_CONTACTS = ("share_contact", "force_max", "impulse_max", "impact_count")
-
-
 def objectives_of_loads(scene: Scene, shaken: bool) -> dict[str, str]:
-    """Return the numbers that a tuning of a damper under a load may minimize, with their units.
+    """Return the quantities that a tuning under a load can minimize, with their units.
 
-    shaken: whether the load is an acceleration of the ground.
+    Contacts need walls, and the drift an acceleration of the ground (`shaken`).
     """
-    contacts = () if scene.walls else _OF_CONTACTS
-    never = (*_NEVER, *contacts, *(() if shaken else ("drift_max",)))
-    return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in never}
+    excluded = {"damping_ratio", "balance"}
+    if not scene.walls:
+        excluded |= {"share_contact", "force_max", "impulse_max", "impact_count"}
+    if not shaken:
+        excluded |= {"drift_max"}
+    return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in excluded}
 
 
 def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
@@ -262,27 +275,21 @@ def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
     return words_of_number(request.load, name)
 
 
-def mass_of(system: System) -> str:
-    """Return the name of the mass that is struck."""
-    return "m1" if "m1" in system.parameters else "m"
-
-
 def spring_of(parameters: Any) -> str:
-    """Return the name of the spring that holds it."""
+    """Return the name of the spring between the mass that the load acts on and the ground."""
     return "k1" if "k1" in parameters else "k"
 
 
 def natural_period(system: System) -> float:
-    """Return the natural period of the structure alone [s], undamped; infinite without a spring."""
-    p = system.parameters
-    mass, spring = p[mass_of(system)], p.get(spring_of(p), 0.0)
+    """Return the undamped natural period of the structure alone [s]; inf without a spring."""
+    mass, spring = struck(system).mass, system.parameters.get(spring_of(system.parameters), 0.0)
     return 2 * math.pi * math.sqrt(mass / spring) if spring > 0.0 else math.inf
 
 
 def struck(system: System) -> Struck:
-    """Return what of a system a load acts on."""
+    """Return the mass that a load acts on, with its harmonic force."""
     p = system.parameters
-    return Struck(p[mass_of(system)], system.force, p["omega"])
+    return Struck(p["m1" if "m1" in p else "m"], system.force, p["omega"])
 
 
 FORM = Form(
@@ -293,13 +300,13 @@ FORM = Form(
     nested=ALL,
     sources="a path, a name, a System, a list of these, a table or a HistoryRequest",
 )
-"""The tables and keys of the request file of a response history."""
+"""The tables and keys of a request file."""
 
 USUAL = ("none", "tmd", "ssbl", "ssul-set6")
-"""The systems that are compared by default: the structure alone, and the paper's dampers."""
+"""The systems of a request that names none: the structure alone and the paper's dampers."""
 
 Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | HistoryRequest | None
-"""What may stand for a response history: systems or their names, a file, the document in one."""
+"""The forms of a request: systems or their names, a file, the document in one."""
 
 
 def load_response_history(
@@ -307,22 +314,41 @@ def load_response_history(
     changes: Mapping[str, Any] | None = None,
     changes_from: str = "changes",
 ) -> HistoryRequest:
-    """Return the response history that a source means, validated throughout.
+    """Return the validated request of response histories.
 
-    Arguments:
-        source: path of a TOML file, a system or its name, a list of these, the document in a file
-            as nested tables, a `HistoryRequest`, or None for the paper's dampers.
-        changes: a document of the same form that overrides it entry by entry; `changes_from` names
-            it in the message of an error.
+    Parameters
+    ----------
+    source : optional
+        Path of a TOML file, a system or its name, a list of these, the document in a file as
+        nested tables, a `HistoryRequest`, or None for the paper's structure alone and with its
+        dampers.
+    changes : mapping, optional
+        A document of the same form that overrides `source` entry by entry.
+    changes_from : str, optional
+        Name of `changes` in messages.
 
-    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    Returns
+    -------
+    HistoryRequest
+
+    Raises
+    ------
+    RequestError
+        One line that names place, key, value and allowed values.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> request = nv.load_response_history(["none", "tmd"], {"load": {"impulse": 300.0}})
+    >>> [system.name for system in request.systems]
+    ['none', 'tmd']
     """
     if isinstance(source, HistoryRequest) and not changes:
         return source
-    given: Any = USUAL if source is None else source
-    if isinstance(given, Sequence) and not isinstance(given, str):
-        given = {"systems": list(given)}
-    request = FORM.read(given, changes, changes_from)
+    form: Any = USUAL if source is None else source
+    if isinstance(form, Sequence) and not isinstance(form, str):
+        form = {"systems": list(form)}
+    request = FORM.read(form, changes, changes_from)
     systems, axes = _systems(request), request.axes("vary")
     with at(request.place("load")):
         load = Loading(**request.of(Loading))
@@ -339,7 +365,7 @@ def load_response_history(
 
 
 def _systems(request: Merged) -> tuple[System, ...]:
-    """Return the systems with what is set; a parameter is set for those that have it."""
+    """Return the systems; `[set]` changes those that have the parameter."""
     listed = request.document.get("systems")
     if not listed or (request.is_changed("system") and not request.is_changed("systems")):
         systems = [request.system()]
@@ -352,15 +378,15 @@ def _systems(request: Merged) -> tuple[System, ...]:
         for name, value in layer.get("set", {}).items():
             if not any(_takes(system, name) for system in systems):
                 with at(f"{place}: [set]"):
-                    systems[0].with_(**{name: value})  # which says what is allowed
+                    systems[0].with_(**{name: value})  # raises the error that lists the names
     varied = dict.fromkeys(request.table("vary"), "vary")
     return tuple(request.as_set(system, varied, _takes) for system in systems)
 
 
 def _system(source: Any) -> System:
-    if isinstance(source, str) and source.endswith(".toml"):
-        return as_system(source)
-    return load_system(source) if isinstance(source, str) else system_from(source)
+    if isinstance(source, str):
+        return as_system(source) if source.endswith(".toml") else load_system(source)
+    return system_from(source)
 
 
 def _takes(system: System, name: str) -> bool:
@@ -368,9 +394,10 @@ def _takes(system: System, name: str) -> bool:
 
 
 def _title(load: Loading, systems: Sequence[System], axes: Sequence[Axis]) -> str:
-    """Return a title made of the load, the systems and what varies."""
-    acts = "" if load == Loading() else load.words()
-    varies = any(is_of_load(axis.name) for axis in axes)
-    acts = acts[:1].upper() + acts[1:] if acts else "Blows" if varies else "Free decay"
+    words = load.words()
+    if load == Loading():
+        is_of_loads = any(is_of_load(axis.name) for axis in axes)
+        words = "Blows" if is_of_loads else "Free decay"
     over = f", by {' and '.join(axis.name for axis in axes)}" if axes else ""
-    return f"{acts}: {', '.join(map(system_in_words, systems))}{over}"[:MOST_CHARACTERS]
+    title = f"{words[0].upper()}{words[1:]}: {', '.join(map(system_in_words, systems))}{over}"
+    return title[:MOST_CHARACTERS]

@@ -1,6 +1,6 @@
-"""Response histories read from an archive: a result for each damper, or the numbers of a scan.
+"""Response histories read from an archive: a history for each damper, or the values of a scan.
 
-Beside them stand closed forms, for structures without walls under a blow or noise.
+Closed forms for structures without walls, under a blow or noise, check them.
 """
 
 from __future__ import annotations
@@ -33,17 +33,33 @@ HISTORIES = {
     "x2": ("m", "displacement of the damper, relative to the ground"),
     "work": ("J", "energy that came in so far, by the start and by the load"),
 }
-"""What is told over time, with its unit and its meaning."""
+"""The histories, with unit and meaning."""
 
 
 @dataclass(frozen=True, repr=False)
-class Fall(Outlined):
-    """What becomes of one structure under a load.
+class ResponseHistory(Outlined):
+    """The response of one structure to a load.
 
-    Arrays over `time` (n,) [s]: energies E1, E2 [J], displacements x1, x2 [m], `work`, the energy
-    [J] that came in so far, and `dissipated`, what is gone so far, by `WAYS`.  What there is not
-    without a damper, or without walls, is NaN.  `numbers`: those of `OF_LOADS`; `status`: how the
-    orbit ended, a code of `STATUS`; all else is NaN where it failed.
+    Values that the structure does not have (without a damper, without walls) are NaN, and so is
+    everything if the orbit failed.
+
+    Attributes
+    ----------
+    time : (n,) ndarray
+        From 0 to the duration [s].
+    E1, E2 : (n,) ndarray
+        Energies of structure and damper [J].
+    x1, x2 : (n,) ndarray
+        Displacements of structure and damper [m], relative to the ground.
+    work : (n,) ndarray
+        Energy supplied so far [J].
+    dissipated : mapping of str to (n,) ndarray
+        Energy dissipated so far [J] by `c1`, `c2` and `contact`.
+    numbers : mapping of str to float
+        The quantities of the response, such as `x1_max` [m] and `a1_max` [m/s^2]; all names are in
+        the table of `loads-in-time`.
+    status : int
+        0 unless the orbit failed.
     """
 
     time: np.ndarray
@@ -58,49 +74,63 @@ class Fall(Outlined):
 
     @property
     def last(self) -> np.ndarray:
-        """The last times (3,) [s] at which E1 exceeds `SHARES` of its largest; NaN: it does."""
+        """The last times (3,) [s] at which E1 exceeds 1, 10 and 50 % of its largest value.
+
+        NaN if E1 exceeds it at the end.
+        """
         return np.array([self.numbers[f"last_{100 * share:g}"] for share in SHARES])
 
 
 @dataclass(frozen=True, repr=False)
 class ResponseHistories(Drawable):
-    """What becomes of a structure under a load with each damper.
+    """The response of a structure to a load, with each damper.
 
-    Attributes:
-        path: of the archive.
-        request: with which the same numbers are computed again.
-        results: by the names of the systems, in the order of the request.
+    Attributes
+    ----------
+    path : ArchivePath
+        Archive of the results.
+    request : HistoryRequest
+        Request that computes them again.
+    results : mapping of str to ResponseHistory
+        The response with each damper, by the name of its system; `histories["tmd"]` is one of them.
 
-    Where there is one damper, `times` and `dissipated` are its own; of several, `found["tmd"]`
-    gives one.
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> histories = nv.response_history("tmd", impulse=300.0, duration=2.0, quiet=True)
+    >>> round(histories["tmd"].numbers["x1_max"], 4)
+    0.0441
     """
 
     drawn_by = "nlds_vines.loads.picture"
 
     path: ArchivePath
     request: HistoryRequest
-    results: Mapping[str, Fall]
+    results: Mapping[str, ResponseHistory]
 
-    def __getitem__(self, name: str) -> Fall:
-        """Return what becomes of the structure with one damper, by the name of the system."""
+    def __getitem__(self, name: str) -> ResponseHistory:
+        """Return the response with one damper, by the name of its system."""
         return self.results[choice("damper", name, self.results)]
 
     @property
     def failed(self) -> int:
-        """Of how many dampers the orbit could not be followed to its end."""
-        return sum(fall.status != OK for fall in self.results.values())
+        """The number of orbits that failed."""
+        return sum(history.status != OK for history in self.results.values())
 
     @property
     def times(self) -> dict[float, float]:
-        """The last times [s] at which E1 exceeds shares of its largest; NaN: it still does."""
+        """The last times [s] at which E1 exceeds fractions of its largest value; one damper only.
+
+        NaN if E1 exceeds it at the end.
+        """
         return dict(zip(SHARES, self._only().last.tolist(), strict=True))
 
     @property
     def dissipated(self) -> dict[str, float]:
-        """The shares of the energy that came in, which dashpots and contacts have dissipated."""
+        """The fractions of the supplied energy dissipated by dashpots and contacts; one damper."""
         return shares_of(self._only())
 
-    def _only(self) -> Fall:
+    def _only(self) -> ResponseHistory:
         if len(self.results) > 1:
             raise RequestError(
                 f"name the damper: [{next(iter(self.results))!r}], of {[*self.results]}"
@@ -112,36 +142,51 @@ class ResponseHistories(Drawable):
         yield self.request.title
         yield from self.request.load.records_in_words(self.request.duration)
         frame = " relative to the ground" if self.request.load.shaken else ""
-        for system, fall in zip(self.request.systems, self.results.values(), strict=True):
-            if fall.status != OK:
-                status = STATUS[fall.status]
-                yield f"{system_in_words(system)}: {status.name}. {status.remedy}"
+        for system, history in zip(self.request.systems, self.results.values(), strict=True):
+            damper = system_in_words(system)
+            if history.status != OK:
+                status = STATUS[history.status]
+                yield f"{damper}: {status.name}. {status.remedy}"
                 continue
-            if fall.numbers["E1max"] == 0.0:
-                yield f"{system_in_words(system)}: at rest for {self.request.duration:g} s"
+            if history.numbers["E1max"] == 0.0:
+                yield f"{damper}: at rest for {self.request.duration:g} s"
                 continue
             last = ", ".join(
                 f"{share:.0%} until {time:.4g} s"
                 if np.isfinite(time)
                 else f"{share:.0%} to the end"
-                for share, time in zip(SHARES[::-1], fall.last[::-1], strict=True)
+                for share, time in zip(SHARES[::-1], history.last[::-1], strict=True)
             )
-            went = ", ".join(f"{way} {share:.1%}" for way, share in shares_of(fall).items())
-            most = f"x1{frame} up to {fall.numbers['x1_max']:.4g} m"
-            yield f"{system_in_words(system)}: {most}; E1 above {last}; dissipated by {went}"
-            if exact := _beside(fall, system, self.request):
+            sinks = ", ".join(f"{sink} {share:.1%}" for sink, share in shares_of(history).items())
+            most = f"x1{frame} up to {history.numbers['x1_max']:.4g} m"
+            yield f"{damper}: {most}; E1 above {last}; dissipated by {sinks}"
+            if exact := _beside(history, system, self.request):
                 yield f"  in closed form: {exact}"
 
 
 @dataclass(frozen=True, repr=False)
 class LoadScan(Drawable):
-    """Numbers of each damper over parameters and numbers of the load.
+    """Quantities of the response with each damper over parameters and numbers of the load.
 
-    Attributes:
-        path: of the archive.
-        request: with which the same numbers are computed again; its `vary` has the axes.
-        numbers: by name (`nlds_vines.model.load_quantities`), each (dampers, axes).
-        status: (dampers, axes) how each orbit ended, a code of `STATUS`.
+    Attributes
+    ----------
+    path : ArchivePath
+        Archive of the results.
+    request : HistoryRequest
+        Request that computes them again; its `vary` has the axes.
+    numbers : mapping of str to ndarray
+        Quantities by name, each with a dimension for the dampers and one for each axis;
+        `scan["x1_max"]` is one of them.
+    status : ndarray of int
+        Of the same shape; 0 unless the orbit failed.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> blows = {"impulse": {"values": [100.0, 200.0]}}
+    >>> scan = nv.response_history("tmd", vary=blows, duration=2.0, quiet=True)
+    >>> scan["x1_max"].round(4).tolist()
+    [[0.0147, 0.0294]]
     """
 
     drawn_by = "nlds_vines.loads.picture"
@@ -152,12 +197,12 @@ class LoadScan(Drawable):
     status: np.ndarray
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return a number of all orbits, by its name."""
+        """Return a quantity of all orbits by its name."""
         return self.numbers[choice("number", name, self.numbers)]
 
     @property
     def failed(self) -> int:
-        """How many orbits could not be followed to their end."""
+        """The number of orbits that failed."""
         return int(np.count_nonzero(self.status != OK))
 
     def lines(self) -> Iterator[str]:
@@ -166,10 +211,10 @@ class LoadScan(Drawable):
         yield from self.request.load.records_in_words(self.request.duration)
         yield from (axis.heading() for axis in self.request.vary)
         for name, values in list(self.numbers.items())[:1]:
-            for system, of_it in zip(self.request.systems, values, strict=True):
-                told = of_it[np.isfinite(of_it)]
-                span = f"{told.min():.4g} to {told.max():.4g}" if told.size else "none"
-                orbits = f"{told.size} of {of_it.size} orbits"
+            for system, row in zip(self.request.systems, values, strict=True):
+                finite = row[np.isfinite(row)]
+                span = f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "none"
+                orbits = f"{finite.size} of {row.size} orbits"
                 yield f"{system_in_words(system)}: {name} from {span} in {orbits}"
         codes, counts = np.unique(self.status[self.status != OK], return_counts=True)
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
@@ -177,56 +222,56 @@ class LoadScan(Drawable):
             yield f"{count} of {self.status.size} orbits: {status.name}. {status.remedy}"
 
 
-def _beside(fall: Fall, system: System, request: HistoryRequest) -> str:
-    """Return what has a closed form, in words, with what was computed beside it."""
+def _beside(history: ResponseHistory, system: System, request: HistoryRequest) -> str:
+    """Return quantities in closed form with the computed ones, in words; empty without any."""
     exact = {} if request.state else closed_form(system, request.load)
-    told = [
-        f"{name} {exact[name]:.6g} (here {fall.numbers[name]:.6g})"
+    words = [
+        f"{name} {exact[name]:.6g} (here {history.numbers[name]:.6g})"
         for name in ("E1max", "x1_max", "x1_rms", "share_c1", "share_c2")
         if name in exact
     ]
     if "E1max" in exact:
-        some = slice(None, None, 1 + fall.time.size // 500)
-        found = energy_after_blow(system, request.load, fall.time[some])
-        off = abs(fall.E1[some] - found).max()
-        told.append(f"E1 over time (here but for {off / exact['E1max']:.0e} of E1max)")
-    return ", ".join(told)
+        some = slice(None, None, 1 + history.time.size // 500)
+        energy = energy_after_blow(system, request.load, history.time[some])
+        error = abs(history.E1[some] - energy).max()
+        words.append(f"E1 over time (here but for {error / exact['E1max']:.0e} of E1max)")
+    return ", ".join(words)
 
 
-def shares_of(fall: Fall) -> dict[str, float]:
-    """Return the shares of the energy that came in, dissipated by the end, of what there is."""
-    found = {way: fall.numbers[f"share_{way}"] for way in WAYS}
-    return {way: share for way, share in found.items() if np.isfinite(share)}
+def shares_of(history: ResponseHistory) -> dict[str, float]:
+    """Return the fractions of the supplied energy that each existing sink dissipated."""
+    shares = {sink: history.numbers[f"share_{sink}"] for sink in WAYS}
+    return {sink: share for sink, share in shares.items() if np.isfinite(share)}
 
 
 def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
-    """Return the response history in an archive; `RequestError` for an archive of anything else."""
+    """Return the response histories in an archive; raise `RequestError` for other archives."""
     with read(path) as view:
         request = view.request(RESPONSE_HISTORY, load_response_history)
         place = ArchivePath.of(view.path)
         if request.vary:
             names = [entry.name for entry in OF_LOADS if entry.name in view]
             return LoadScan(place, request, {name: view[name] for name in names}, view["status"])
-        return ResponseHistories(place, request, _falls(view, request))
+        return ResponseHistories(place, request, _histories(view, request))
 
 
-def _falls(view: ArchiveView, request: HistoryRequest) -> dict[str, Fall]:
-    """Return what became of each damper, by its name."""
+def _histories(view: ArchiveView, request: HistoryRequest) -> dict[str, ResponseHistory]:
+    """Return the response with each damper by the name of its system."""
     codes, time = view["status"], request.times  # an archive without histories has no time
 
-    def values(name: str, *more: int) -> np.ndarray:
-        return view[name] if name in view else np.full((len(codes), *more), np.nan)
+    def values(name: str, *shape: int) -> np.ndarray:
+        return view[name] if name in view else np.full((len(codes), *shape), np.nan)
 
     numbers = {entry.name: values(entry.name) for entry in OF_LOADS}
     histories = {name: values(name, len(time)) for name in HISTORIES}
-    gone = {way: values(f"dissipated_{way}", len(time)) for way in WAYS}
+    dissipated = {sink: values(f"dissipated_{sink}", len(time)) for sink in WAYS}
     return {
-        system.name: Fall(
+        system.name: ResponseHistory(
             time=time,
-            dissipated={way: of_all[i] for way, of_all in gone.items()},
-            numbers={name: float(of_all[i]) for name, of_all in numbers.items()},
+            dissipated={sink: rows[i] for sink, rows in dissipated.items()},
+            numbers={name: float(column[i]) for name, column in numbers.items()},
             status=int(codes[i]),
-            **{name: of_all[i] for name, of_all in histories.items()},
+            **{name: rows[i] for name, rows in histories.items()},
         )
         for i, system in enumerate(request.systems)
     }
@@ -236,15 +281,14 @@ def _falls(view: ArchiveView, request: HistoryRequest) -> dict[str, Fall]:
 
 
 def closed_form(system: System, load: Loading) -> dict[str, float]:
-    """Return numbers of `OF_LOADS` by name; none for walls, and for loads that have none here.
+    """Return quantities of `OF_LOADS` in closed form by name; none with walls or other loads.
 
-    Of a blow at t = 0 on a structure at rest, in the end: E1max = I^2 / (2 m1), the energy that
-    came in; the shares that dashpots dissipate, z0^T P z0 with A^T P + P A = -Q (Lyapunov), where
-    z^T Q z is what a dashpot dissipates in a second; without a damper the largest displacement,
-    v0 / w exp(-z arccos(z) / sqrt(1 - z^2)), z the damping ratio.
+    After a blow at t = 0 on a structure at rest, E1max = I^2 / (2 m1) is the energy supplied.  The
+    share that a dashpot dissipates is z0^T P z0 / E1max with A^T P + P A = -Q (Lyapunov), where
+    z^T Q z is the power of the dashpot.  Without a damper, the largest displacement is
+    v0 / w exp(-z arccos(z) / sqrt(1 - z^2)), where z is the damping ratio.
 
-    Of noise, in the steady state: the rms of x1, sqrt(sum of rms^2 / N |H(i omega_i)|^2) over its
-    tones.
+    Under noise, the stationary rms of x1 is sqrt(sum of rms^2 / N |H(i omega_i)|^2) over its tones.
 
     Source: A. Preumont, Random Vibration and Spectral Analysis (1994).
     """
@@ -254,36 +298,47 @@ def closed_form(system: System, load: Loading) -> dict[str, float]:
         return {}
     blows, parts = load.blows, load.parts
     if not parts and len(blows) == 1 and blows[0][0] == 0.0:
-        return _of_blow(system, A, blows[0][1] / struck(system).mass)
-    if parts and not blows and all(isinstance(one, Noise) for one in parts):
-        return {"x1_rms": _rms(system, A, load)}
-    return {}
+        return _after_blow(system, A, blows[0][1] / struck(system).mass)
+    if not parts or blows or not all(isinstance(one, Noise) for one in parts):
+        return {}
+    push, square = np.zeros(len(A)), 0.0
+    if load.shaken:
+        push[1::2] = -1.0
+    else:
+        push[1] = 1.0 / struck(system).mass
+    for noise in load.noise:
+        assert isinstance(noise, Noise)
+        rates = 1j * noise.omegas[:, np.newaxis, np.newaxis] * np.eye(len(A)) - A
+        x1 = np.linalg.inv(rates)[:, 0] @ push
+        size_of_tones = (noise.rms * noise.factor * load.scale) ** 2 / noise.tones
+        square += size_of_tones * float(np.sum(np.abs(x1) ** 2))
+    return {"x1_rms": math.sqrt(square)}
 
 
-def _of_blow(system: System, A: np.ndarray, speed: float) -> dict[str, float]:
-    """Return the numbers after a blow that made v1 `speed` [m/s]."""
+def _after_blow(system: System, A: np.ndarray, speed: float) -> dict[str, float]:
+    """Return the quantities after a blow that sets v1 to `speed` [m/s]."""
     m1, k1, c1 = system.structure
     energy, start = 0.5 * m1 * speed**2, np.zeros(len(A))
     start[1] = speed
     rates = {"c1": (c1, np.array([0.0, 1.0, 0.0, 0.0]))}
     if system.scene.damper:
         rates["c2"] = (system.parameters["c2"], np.array([0.0, 1.0, 0.0, -1.0]))
-    found = {"E1max": energy, "energy_in": energy}
+    quantities = {"E1max": energy, "energy_in": energy}
     unit = np.eye(len(A))
     lyapunov = np.kron(A.T, unit) + np.kron(unit, A.T)
-    for way, (c, relative) in rates.items():
+    for dashpot, (c, relative) in rates.items():
         Q = c * np.outer(relative[: len(A)], relative[: len(A)])
         P = np.linalg.solve(lyapunov, -Q.ravel()).reshape(Q.shape)
-        found[f"share_{way}"] = float(start @ P @ start) / energy
+        quantities[f"share_{dashpot}"] = float(start @ P @ start) / energy
     zeta = c1 / (2.0 * math.sqrt(k1 * m1))
     if not system.scene.damper and zeta < 1.0:
-        shrunk = math.exp(-zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
-        found["x1_max"] = abs(speed) / math.sqrt(k1 / m1) * shrunk
-    return found
+        decay = math.exp(-zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
+        quantities["x1_max"] = abs(speed) / math.sqrt(k1 / m1) * decay
+    return quantities
 
 
 def energy_after_blow(system: System, load: Loading, times: np.ndarray) -> np.ndarray:
-    """Return E1 [J] at times [s] where `closed_form` has the E1max of a blow: z = exp(A t) z0."""
+    """Return E1 [J] at `times` (n,) [s] after a blow on a structure without walls: exp(A t) z0."""
     from scipy.linalg import expm
 
     m1, k1, _ = system.structure
@@ -291,20 +346,3 @@ def energy_after_blow(system: System, load: Loading, times: np.ndarray) -> np.nd
     flows = expm(times[:, np.newaxis, np.newaxis] * flow_matrix(system)[:size, :size])
     x1, v1 = load.blows[0][1] / struck(system).mass * flows[:, :2, 1].T
     return 0.5 * (m1 * v1**2 + k1 * x1**2)
-
-
-def _rms(system: System, A: np.ndarray, load: Loading) -> float:
-    """Return the rms of x1 [m] in the steady state under noise."""
-    push = np.zeros(len(A))
-    if load.shaken:
-        push[1::2] = -1.0
-    else:
-        push[1] = 1.0 / struck(system).mass
-    square, unit = 0.0, np.eye(len(A))
-    for noise in load.noise:
-        assert isinstance(noise, Noise)
-        size = noise.rms * noise.factor * load.scale
-        rates = 1j * noise.omegas[:, np.newaxis, np.newaxis] * unit - A
-        x1 = np.linalg.inv(rates)[:, 0] @ push
-        square += size**2 / noise.tones * float(np.sum(np.abs(x1) ** 2))
-    return math.sqrt(square)

@@ -260,7 +260,7 @@ class Loading:
                     "friedlander.peak"
                 )
             return self, name
-        loads = getattr(self, kind) if kind in ALL else ()
+        loads: tuple[Load, ...] = getattr(self, kind) if kind in ALL else ()
         if len(loads) != 1:
             raise RequestError(f"{name}: the load has {len(loads)} of {kind!r}; allowed: one")
         keys = [entry.key for entry in settings_of(loads[0]).values()]

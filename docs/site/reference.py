@@ -29,10 +29,8 @@ from nlds_vines.continuation.request import Begin, Continuation, load_continuati
 from nlds_vines.continuation.special_curve_table import curve_datasets
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.contact_laws import LAWS, of_second
 from nlds_vines.model.loads.loading import ALL, Loading
-from nlds_vines.model.parameter import Parameter
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import LAWS, PARAMETERS, Parameter, of_second
 from nlds_vines.model.ratios import RATIOS
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
@@ -42,7 +40,7 @@ from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
 from nlds_vines.portrait.request import ColumnEntry, PortraitRequest, Times
 from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
-from nlds_vines.tuning.tuning_table import Findings, contents
+from nlds_vines.tuning.result import Findings, contents
 
 DOCS = Path(__file__).resolve().parents[1]
 MARKED = re.compile(r"(<!-- made: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)

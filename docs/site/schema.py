@@ -16,11 +16,10 @@ from typing import Any
 from reference import REQUESTS
 
 from nlds_vines.model.catalog import catalog
-from nlds_vines.model.contact_laws import LAWS
 from nlds_vines.model.loads.loading import ALL
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
 from nlds_vines.model.loads.record import Record
-from nlds_vines.model.parameters import INITIAL, PARAMETERS
+from nlds_vines.model.parameters import INITIAL, LAWS, PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
     Check,
@@ -32,7 +31,7 @@ from nlds_vines.model.setting import (
     Whole,
     settings_of,
 )
-from nlds_vines.tuning.draws import NORMAL, UNIFORM
+from nlds_vines.tuning.design_space import NORMAL, UNIFORM
 
 PATH = Path(__file__).resolve().parents[1] / "static" / "request.schema.json"
 

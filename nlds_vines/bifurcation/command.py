@@ -29,8 +29,7 @@ from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, VARY, Option, numbers
 from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, from_text
-from nlds_vines.model.system import System
-from nlds_vines.model.words import parameters_in_words
+from nlds_vines.model.system import System, parameters_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.progress import size

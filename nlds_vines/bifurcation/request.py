@@ -24,9 +24,16 @@ from nlds_vines.errors import RequestError, at, string, unknown
 from nlds_vines.model.axis import MOST_VALUES, Axis, announced
 from nlds_vines.model.catalog import as_system, looks_like_path, resource_text
 from nlds_vines.model.labels import FLAGS, KEPT
-from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of, described
-from nlds_vines.model.quantities import recorded
-from nlds_vines.model.quantity import Quantity
+from nlds_vines.model.parameters import (
+    INITIAL,
+    PARAMETERS,
+    PHASE,
+    component_of,
+    described,
+    setting_in_words,
+    symbol_of,
+)
+from nlds_vines.model.quantities import Quantity, recorded
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, ratios_in, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -41,8 +48,7 @@ from nlds_vines.model.setting import (
     entries,
     setting,
 )
-from nlds_vines.model.system import System
-from nlds_vines.model.words import setting_in_words, symbol_of, system_in_words
+from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import (
     ATTRACTOR,
     STATUS_FLAGS,

@@ -289,7 +289,7 @@ class Computer:
                 if entry.buffer == "section":
                     buffer = buffer[:, :, -self.scan.periods :]
                 with np.errstate(all="ignore"):  # lanes that failed hold anything
-                    arrays[name] = entry.taken(buffer)
+                    arrays[name] = entry.from_buffer(buffer)
         if "reduction" in self.scan.table.datasets:
             with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
                 arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)

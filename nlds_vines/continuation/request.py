@@ -13,6 +13,7 @@ from nlds_vines.archives.provenance import CONTINUATION, Value
 from nlds_vines.errors import RequestError, at, checked_state, number, shown, string, table
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.labels import PERIODIC, TRANSIENT
+from nlds_vines.model.parameters import symbol_of
 from nlds_vines.model.ratios import meant_by, ratios_in
 from nlds_vines.model.setting import (
     Checked,
@@ -28,8 +29,7 @@ from nlds_vines.model.setting import (
     entries,
     setting,
 )
-from nlds_vines.model.system import System
-from nlds_vines.model.words import symbol_of, system_in_words
+from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.solver_settings import TOLERANCES, tolerance_setting
 
 POLICIES = ("rest", "random", "label", "orbits")

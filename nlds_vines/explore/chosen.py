@@ -13,8 +13,7 @@ from nlds_vines.explore.live_orbit import SETTLED
 from nlds_vines.explore.map_computation import Range, finer
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.shared_map import middle
-from nlds_vines.model.parameter import Parameter
-from nlds_vines.model.parameters import CONTACT, INITIAL, PHASE, component_of, described
+from nlds_vines.model.parameters import CONTACT, INITIAL, PHASE, Parameter, component_of, described
 from nlds_vines.model.system import System
 
 LOGARITHMIC = ("K", "E1", "E2", "A", "B", "kc", "k2", "c1", "c2", "cc", "hunt_crossley")

@@ -23,8 +23,7 @@ from nlds_vines.bifurcation.cell_orbit import (
 )
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.model.quantities import QUANTITIES, drawn_in
-from nlds_vines.model.quantity import TOUCHED
+from nlds_vines.model.quantities import QUANTITIES, TOUCHED, drawn_in
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import NOT_COMPUTED
 

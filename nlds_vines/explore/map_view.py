@@ -19,8 +19,7 @@ from nlds_vines.explore.map_data import NUMBERS, TOUCHES, Stored
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.labels import by_frequency, coexisting, finals, most_frequent, share_of
 from nlds_vines.model.parameters import described
-from nlds_vines.model.quantities import BY_NAME, COORDINATES
-from nlds_vines.model.quantity import ERROR
+from nlds_vines.model.quantities import BY_NAME, COORDINATES, ERROR
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
 from nlds_vines.orbits.records import NOT_COMPUTED, OK, STATUS
 from nlds_vines.plotting.palette import (

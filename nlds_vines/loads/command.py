@@ -14,7 +14,7 @@ from nlds_vines.errors import at, from_text, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.loads.loading import ALL, Loading
-from nlds_vines.model.words import system_in_words
+from nlds_vines.model.system import system_in_words
 
 if TYPE_CHECKING:
     from nlds_vines.loads.result import LoadScan, ResponseHistories

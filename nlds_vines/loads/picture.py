@@ -36,12 +36,10 @@ from nlds_vines.loads.result import (
     shares_of,
 )
 from nlds_vines.model.linear_response import harmonic_energy, response
-from nlds_vines.model.load_quantities import BY_NAME, OF_LOADS, SHARES, WAYS
 from nlds_vines.model.loads.courses import Sweep
 from nlds_vines.model.parameters import DESCRIBED
-from nlds_vines.model.quantity import ERROR
-from nlds_vines.model.system import System
-from nlds_vines.model.words import system_in_words
+from nlds_vines.model.quantities import ERROR, OF_LOADS, OF_LOADS_BY_NAME, SHARES, WAYS
+from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.bands import edges, logarithmic
 from nlds_vines.plotting.chosen_panels import Picture
@@ -313,7 +311,7 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
     axes.set(xlabel=_axis(scan, 0), ylabel=_label(name))
     if logarithmic(axis.values):
         axes.set_xscale("log")
-    if BY_NAME[name].scale == ERROR:
+    if OF_LOADS_BY_NAME[name].scale == ERROR:
         axes.set_yscale("log")
 
 
@@ -323,7 +321,7 @@ def _map(axes: Axes, scan: LoadScan, name: str, damper: int) -> QuadMesh:
     values, finite = scan.numbers[name][damper], scan.numbers[name][np.isfinite(scan.numbers[name])]
     low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
     norm: dict[str, Any] = {"vmin": low, "vmax": high}
-    if BY_NAME[name].scale == ERROR and low > 0.0:
+    if OF_LOADS_BY_NAME[name].scale == ERROR and low > 0.0:
         norm = {"norm": LogNorm(low, high)}
     axes.set_facecolor(NO_VALUE)
     mesh = axes.pcolormesh(
@@ -350,7 +348,7 @@ def _axis(scan: LoadScan, number: int) -> str:
 
 def _label(name: str) -> str:
     """Return the label of a quantity, with its symbol and unit."""
-    entry = BY_NAME[name]
+    entry = OF_LOADS_BY_NAME[name]
     symbol = f" ${in_latex(entry.symbol)}$" if entry.symbol else ""
     return entry.label + symbol + (f" [{raised(entry.unit)}]" if entry.unit != "1" else "")
 

@@ -15,9 +15,9 @@ from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import as_system, load_system, system_from
-from nlds_vines.model.load_quantities import OF_LOADS
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck, words_of_number
 from nlds_vines.model.parameters import DESCRIBED
+from nlds_vines.model.quantities import OF_LOADS
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -31,8 +31,7 @@ from nlds_vines.model.setting import (
     entries,
     setting,
 )
-from nlds_vines.model.system import System
-from nlds_vines.model.words import system_in_words
+from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.solver_settings import tolerance_setting
 from nlds_vines.orbits.starts import starts_inside
 

@@ -18,11 +18,10 @@ from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.loads.request import HistoryRequest, load_response_history, struck
 from nlds_vines.model.linear_response import flow_matrix
-from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.loads.courses import Noise
 from nlds_vines.model.loads.loading import Loading
-from nlds_vines.model.system import System
-from nlds_vines.model.words import system_in_words
+from nlds_vines.model.quantities import OF_LOADS, SHARES, WAYS
+from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
 

@@ -11,8 +11,7 @@ from typing import Any
 
 from nlds_vines.archives.files import parse_toml, read_toml
 from nlds_vines.errors import RequestError, at, choice, shown, table, unknown
-from nlds_vines.model.contact_laws import HERTZ, LAWS, SECOND
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import HERTZ, LAWS, PARAMETERS, SECOND
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System

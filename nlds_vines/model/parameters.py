@@ -1,16 +1,208 @@
-"""Every parameter by name: symbol, unit, meaning, range; those of contacts: `contact_laws`.
+"""Every parameter by name, and the contact laws with the parameters that are theirs.
 
-The names are those of the paper's equations (1)-(6).  All values are in SI units.
+The names are those of the paper's equations (1)-(6).  All values are in SI units.  z [m] is the
+depth of a contact: how far the damper has moved beyond the point of touch.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
-from math import pi
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import inf, pi
 
-from nlds_vines.model.contact_laws import CONSTANTS, HERTZ, LAWS
-from nlds_vines.model.parameter import Parameter
+import numpy as np
+
+from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.errors import RequestError
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter: name, symbol, SI unit ("1" for none), meaning and range.
+
+    Allowed are finite values with `low` <= value <= `high`; `above` excludes `low` itself.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    meaning: str
+    low: float = -inf
+    high: float = inf
+    above: bool = False
+
+    def dataset(self, dims: tuple[str, ...], prefix: str = "") -> Dataset:
+        """Return the dataset of its values, with `prefix` before its name."""
+        return Dataset.real(f"{prefix}{self.name}", dims, self.unit, self.meaning)
+
+    def scale(self, values: np.ndarray, prefix: str = "") -> Scale:
+        """Return the dimension along which it varies, with `prefix` before its name."""
+        return Scale(f"{prefix}{self.name}", values, self.unit, self.meaning)
+
+    @property
+    def allowed(self) -> str:
+        """The allowed range in words, for messages and documentation: `> 0 and finite`."""
+        if self.high < inf:
+            return f"from {self.low:g} to {self.high:g}"
+        if self.low > -inf:
+            return f"{'>' if self.above else '>='} {self.low:g} and finite"
+        return "finite"
+
+    def accepts(self, values: np.ndarray) -> np.ndarray:
+        """Return an array like `values`, True for each allowed one; NaN is never allowed."""
+        bottom = values > self.low if self.above else values >= self.low
+        return bottom & (values <= self.high) & np.isfinite(values)
+
+    def check(self, values: np.ndarray) -> None:
+        """Raise `RequestError` for the first of `values` (any shape) outside the range, if any."""
+        wrong = ~self.accepts(values)
+        if np.any(wrong):
+            value = float(values[wrong].flat[0])
+            unit = f" [{self.unit}]" if self.unit != "1" else ""
+            raise RequestError(
+                f"{self.name} = {value!r} is not allowed: "
+                f"{self.name} ({self.meaning}){unit} must be {self.allowed}"
+            )
+
+
+# ---- contact laws --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Law:
+    """One contact law: how a wall acts on the damper.
+
+    Attributes:
+        name: as in files, archives and Python.
+        meaning: in words, with its formula.
+        constants: the names of its parameters.
+        instead: a parameter that may replace all constants; "" for none.
+        optional: parameters that may be added; 0 by default.
+        own: the parameters that no earlier law has.
+        force: returns the force [N] from the constants by name, the depth z > 0 [m] and its rate
+            dz/dt = s [m/s], arrays; None if an impact takes no time.
+    """
+
+    name: str
+    meaning: str
+    constants: tuple[str, ...]
+    instead: str = ""
+    optional: tuple[str, ...] = ()
+    own: tuple[Parameter, ...] = ()
+    force: Callable[[Mapping[str, float], np.ndarray, np.ndarray], np.ndarray] | None = None
+
+    @property
+    def instant(self) -> bool:
+        """Whether an impact takes no time."""
+        return self.force is None
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        """The names of all its parameters."""
+        return self.constants + ((self.instead,) if self.instead else ()) + self.optional
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """The names of the fewest parameters that define it."""
+        return (self.instead,) if self.instead else self.constants
+
+
+DAMPING = "hunt_crossley"
+"""The constant a [s/m] of Hunt and Crossley's damping, a factor max(0, 1 + a dz/dt)."""
+
+
+def _of_power(p: Mapping[str, float], z: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Return K z^n max(0, 1 + a s); n is 3/2 where no exponent is given."""
+    force = p["K"] * z * np.sqrt(z) if "exponent" not in p else p["K"] * z ** p["exponent"]
+    return force * np.maximum(0.0, 1.0 + p[DAMPING] * s) if DAMPING in p else force
+
+
+def _of_joint(p: Mapping[str, float], z: np.ndarray, s: np.ndarray) -> np.ndarray:
+    return p["kc"] * z + p.get("cc", 0.0) * s
+
+
+def _of_pressed_joint(p: Mapping[str, float], z: np.ndarray, s: np.ndarray) -> np.ndarray:
+    return np.maximum(0.0, _of_joint(p, z, s))
+
+
+HERTZ = Law(
+    "hertz",
+    "elastic bodies: force K z^1.5, equations (2) and (4)",
+    ("E1", "E2", "nu1", "nu2", "A", "B", "q1"),
+    "K",
+    (DAMPING,),
+    own=(
+        Parameter("E1", "E₁", "Pa", "Young's modulus of the obstacle", low=0, above=True),
+        Parameter("E2", "E₂", "Pa", "Young's modulus of the damper's surface", low=0, above=True),
+        Parameter("nu1", "ν₁", "1", "Poisson's ratio of the obstacle", low=0, high=0.5),
+        Parameter("nu2", "ν₂", "1", "Poisson's ratio of the damper's surface", low=0, high=0.5),
+        Parameter("A", "A", "1/m", "first constant of the gap between the surfaces", low=0),
+        Parameter("B", "B", "1/m", "second constant of the gap between the surfaces", low=0),
+        Parameter("q1", "q₁", "1", "Hertz coefficient that belongs to A / B", low=0, above=True),
+        Parameter("K", "K", "N/m^1.5", "contact stiffness", low=0, above=True),
+    ),
+    force=_of_power,
+)
+"""The paper's law, and the default of every system."""
+
+_LAWS = (
+    HERTZ,
+    Law(
+        "power",
+        "force K z^n, n the exponent",
+        ("K", "exponent"),
+        optional=(DAMPING,),
+        own=(
+            Parameter("exponent", "n", "1", "exponent of the contact force", low=1, high=3),
+            Parameter(
+                "hunt_crossley", "a", "s/m", "damping of the contact, Hunt and Crossley's", low=0
+            ),
+        ),
+        force=_of_power,
+    ),
+    Law(
+        "linear",
+        "spring and dashpot: force kc z + cc dz/dt, until it is zero",
+        ("kc",),
+        optional=("cc",),
+        own=(
+            Parameter("kc", "kc", "N/m", "stiffness of the contact", low=0, above=True),
+            Parameter("cc", "cc", "N s/m", "damping of the contact", low=0),
+        ),
+        force=_of_pressed_joint,
+    ),
+    Law(
+        "kelvin-voigt",
+        "spring and dashpot, which may pull: force kc z + cc dz/dt, until z is zero",
+        ("kc",),
+        optional=("cc",),
+        force=_of_joint,
+    ),
+    Law(
+        "restitution",
+        "rigid bodies: the approach speed turns into -e times itself, at once",
+        ("e",),
+        own=(Parameter("e", "e", "1", "coefficient of restitution", low=0, high=1),),
+    ),
+)
+
+LAWS: Mapping[str, Law] = {law.name: law for law in _LAWS}
+"""All contact laws by name."""
+
+_IN_KERNELS = {name for law in _LAWS for name in law.needed + law.optional}
+
+CONSTANTS = tuple(one.name for law in _LAWS for one in law.own if one.name in _IN_KERNELS)
+"""The names of the constants that the kernels of all laws read."""
+
+SECOND = "_2"
+"""The suffix of the law and the constants of a second wall with a law of its own: K_2, law_2."""
+
+
+def of_second(names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name + SECOND for name in names)
+
+
+# ---- parameters ----------------------------------------------------------------------------------
 
 STRUCTURE = ("m1", "k1", "c1")
 """The parameters of the primary structure: mass, stiffness, damping."""
@@ -25,7 +217,7 @@ FORCING = ("P", "omega")
 """The parameters of the harmonic force on the structure, P cos(omega t)."""
 
 CONTACT = HERTZ.constants
-"""The constants of a Hertz contact, equation (4); `K` may be given in place of all seven."""
+"""The constants of a Hertz contact, equation (4); `K` may replace all seven."""
 
 
 _ALL = (
@@ -52,27 +244,21 @@ _ALL = (
 )
 
 
-def _of_second(parameter: Parameter) -> Parameter:
-    """Return the parameter of a second wall whose contact is its own."""
-    return replace(
-        parameter,
-        name=f"{parameter.name}_2",
-        symbol=f"{parameter.symbol}₂",
-        meaning=f"{parameter.meaning}, at the second wall",
-    )
-
-
-_OWN = [constant for law in LAWS.values() for constant in law.own]
-
-_NAMED = {parameter.name: parameter for parameter in (*_ALL, *_OWN)}
+_NAMED = {one.name: one for one in (*_ALL, *(one for law in _LAWS for one in law.own))}
 
 PARAMETERS: Mapping[str, Parameter] = _NAMED | {
-    f"{name}_2": _of_second(_NAMED[name]) for name in CONSTANTS
+    name + SECOND: replace(
+        _NAMED[name],
+        name=name + SECOND,
+        symbol=f"{_NAMED[name].symbol}₂",
+        meaning=f"{_NAMED[name].meaning}, at the second wall",
+    )
+    for name in CONSTANTS
 }
-"""All parameters of all kinds of dampers, by name."""
+"""The parameters of all kinds of systems, by name."""
 
 PHASE = "phase"
-"""The phase of the force at the start, an initial condition that is no component of the state."""
+"""The phase of the force at the start: an initial condition outside the state."""
 
 INITIAL: Mapping[str, Parameter] = {
     entry.name: entry
@@ -86,7 +272,7 @@ INITIAL: Mapping[str, Parameter] = {
         Parameter(PHASE, "φ", "rad", "phase of the force at the start", low=0, high=2 * pi),
     )
 }
-"""Where an orbit begins, a component each, and at which phase: no parameters, but axes."""
+"""Initial conditions: state and phase.  They may vary like parameters."""
 
 
 RATIOS: Mapping[str, Parameter] = {
@@ -103,7 +289,7 @@ RATIOS: Mapping[str, Parameter] = {
                   0, above=True),
     )
 }  # fmt: skip
-"""Ratios and frequencies that may stand in place of a parameter (`model.ratios`)."""
+"""Ratios and frequencies that may replace a parameter (`model.ratios`)."""
 
 DESCRIBED: Mapping[str, Parameter] = {**PARAMETERS, **INITIAL, **RATIOS}
 """Everything that may vary: parameters, initial conditions and ratios, by name."""
@@ -115,5 +301,29 @@ def described(name: str) -> Parameter:
 
 
 def component_of(name: str) -> str:
-    """Return the component of the state that an initial condition sets, x2 of x2_0; or `PHASE`."""
+    """Return the component of the state that an initial condition sets, x2 of x2_0, or `PHASE`."""
     return name.removesuffix("_0")
+
+
+# ---- parameters in words -------------------------------------------------------------------------
+
+
+def symbol_of(name: str) -> str:
+    """Return the symbol of a parameter; an unknown name, which is refused later, as it is."""
+    return DESCRIBED[name].symbol if name in DESCRIBED else name
+
+
+def with_unit(name: str, text: str) -> str:
+    """Return a text followed by the unit of a parameter, if it has one."""
+    unit = DESCRIBED[name].unit if name in DESCRIBED else "1"
+    return text if unit == "1" else f"{text} {unit}"
+
+
+def setting_in_words(name: str, value: float) -> str:
+    """Return a parameter with its value and unit as text: K = 2.5e+07 N/m^1.5."""
+    return f"{symbol_of(name)} = {with_unit(name, f'{value:g}')}"
+
+
+def range_in_words(name: str, values: np.ndarray) -> str:
+    """Return a parameter with the first and the last of its values and their unit."""
+    return f"{symbol_of(name)} from {with_unit(name, f'{values[0]:g} to {values[-1]:g}')}"

@@ -1,17 +1,21 @@
-"""Every number that is recorded, a line each: name, unit, words, where it is, how it is drawn.
+"""Every recorded number, a line each: name, unit, meaning, where it is stored, how it is drawn.
 
-Archives, pictures, pages, objectives and `docs/datasets.md` ask this table and no other.  What is
-recorded and is no number, as labels and codes, stands here too.  The most telling stand first.
+Archives, pictures, pages, objectives and `docs/datasets.md` follow from these tables: `QUANTITIES`
+for scans, codes and labels included, and `OF_LOADS` for structures under a load in time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.dataset import Dataset
 from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import (
     AT_PHASE,
@@ -22,25 +26,112 @@ from nlds_vines.kernels.scene.codes import (
     OF_IMPULSES,
     POWERS,
 )
-from nlds_vines.model.quantity import (
-    BELOW,
-    CURVES,
-    ERROR,
-    MAPS,
-    PERIOD,
-    SIGNED,
-    STRUCTURE,
-    TOUCHED,
-    WAIT,
-    Quantity,
-)
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import BASES
 
-TOUCHES = 4
-"""Of how many impacts for each sampled period the touch is kept.
+STRUCTURE = "structure"
+"""The name of the forced body; kinds of one mass have another one (`Scene.body`)."""
 
-In a row, so that an orbit of up to so many periods shows all of its impacts."""
+MAPS, CURVES, TOUCHED, BELOW = "maps", "curves", "touched", "below"
+"""Where a number is drawn by default: on maps, the first recorded one; in diagrams without a
+section, from the top; there, as the section at impact; below the other panels."""
+
+SIGNED, ERROR, PERIOD, WAIT = "signed", "error", "period", "wait"
+"""Scales: symmetric about zero; logarithmic, with zero as round-off; a color for each period;
+logarithmic from one period on."""
+
+_LONGEST = 48  # characters of a label along an axis
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One dataset of a scan: its meaning, its place in the kernels' buffers, its look.
+
+    Attributes:
+        name: of its dataset.
+        unit: SI, in the notation of CF; "1" for a number without one.
+        words: its meaning; {body} and {first} are the forced body, {x} and {v} its coordinates.
+        record: the records, of `RECORDS`, that contain it; () for every scan.  A scene can give
+            the first of them because it has this quantity.
+        label, symbol: on axes; by default the beginning of `words`, and none.
+        has: predicate of the scenes that have it; by default all.
+        dims: the dimensions after `start`; `wall` only with two walls.
+        dtype, fill: as in `archives.dataset.Dataset`.
+        beside: a record that must be requested as well.
+        buffer, column: the field of `batch.Outputs` that stores it, and the column in it, None for
+            the whole field; for a quantity of each wall, the first column.
+        of: in place of a column, a function of the buffer; of `section`, of the sampled periods.
+        reduced: whether it is compared with that of the structure alone.
+        drawn: places, of `MAPS`, `CURVES`, `TOUCHED` and `BELOW`.
+        scale: of `SIGNED`, `ERROR`, `PERIOD` and `WAIT`; by default linear over its range.
+        width: the name of half the width of its interval, drawn over a line at zero.
+    """
+
+    name: str
+    unit: str
+    words: str
+    record: tuple[str, ...]
+    label: str = ""
+    symbol: str = ""
+    has: Callable[[Scene], Any] = lambda scene: True
+    dims: tuple[str, ...] = ()
+    dtype: str = "float64"
+    fill: float | int | str = np.nan
+    beside: str = ""
+    buffer: str = ""
+    column: int | None = None
+    of: Callable[[np.ndarray], np.ndarray] | None = None
+    reduced: bool = False
+    drawn: tuple[str, ...] = ()
+    scale: str = ""
+    width: str = ""
+
+    @cached_property
+    def single(self) -> bool:
+        """Whether it is one number for each orbit, neither a code nor a text."""
+        return not self.dims and self.dtype in ("float64", "int32")
+
+    def title(self, body: str = STRUCTURE) -> str:
+        """Return its label with its symbol, as text; `body` as in `Scene.body`."""
+        words = f"{self.label or clause(self.words)} {self.symbol}".replace("$", "").strip()
+        return words.replace(STRUCTURE, body)
+
+    def from_buffer(self, values: np.ndarray) -> np.ndarray:
+        """Return the values of this quantity from its buffer."""
+        if self.of is not None:
+            return self.of(values)
+        return values if self.column is None else values[..., self.column]
+
+    def dataset(
+        self,
+        dims: tuple[str, ...],
+        scene: Scene,
+        flags: Mapping[str, int] | None = None,
+        prefix: str = "",
+    ) -> Dataset:
+        """Return its dataset over all of `dims`, with `prefix` before its name."""
+        name, words = f"{prefix}{self.name}", self.words_in(scene)
+        return Dataset(name, dims, self.dtype, self.unit, words, self.fill, flags)
+
+    def words_in(self, scene: Scene) -> str:
+        """Return its meaning in a scene."""
+        first = "primary structure" if scene.body == STRUCTURE else scene.body
+        (x, v), by = scene.components[:2], "the motion of the foot" if scene.foot else "the force"
+        frame = ", absolute" if scene.foot else ", relative to the ground" if scene.relative else ""
+        return self.words.format(body=scene.body, first=first, x=x, v=v, by=by, frame=frame)
+
+
+def clause(text: str) -> str:
+    """Return the text before the first comma, semicolon or bracket, up to 48 characters."""
+    clause = re.split(r"[,;:(]", text, maxsplit=1)[0].strip()
+    return clause if len(clause) <= _LONGEST else clause[:_LONGEST].rpartition(" ")[0]
+
+
+# ---- quantities of scans -------------------------------------------------------------------------
+
+TOUCHES = 4
+"""Impacts for each sampled period whose touch is recorded, in sequence: an orbit of up to so many
+impacts per period shows all of them."""
 
 _ORDER = (
     "section", "impacts", "speeds", "impact_section", "modulation", "energy", "peak", "response",
@@ -70,7 +161,7 @@ def _rigid(scene: Scene) -> bool:
 
 
 def _driven(scene: Scene) -> bool:
-    """Tell whether there are walls, and a spring about whose rest the forced body moves."""
+    """Return True if there are walls, and a spring about whose rest the forced body moves."""
     return bool(scene.walls) and not {"k1", "k"}.isdisjoint(scene.own)
 
 
@@ -79,7 +170,6 @@ def _limit(scene: Scene) -> bool:
 
 
 def _energies(kind: str, word: str, which: str, **options: Any) -> Iterator[Quantity]:
-    """Yield the largest energies of both bodies."""
     bodies = ("{first}", STRUCTURE, lambda scene: True), ("damper", "damper", _damper)
     for i, (body, label, has) in enumerate(bodies):
         words = f"{which} of the {body}'s energy E{i + 1}{{frame}}, equation (6)"
@@ -114,7 +204,7 @@ def _response(
 
 
 def _whole(name: str, words: str, record: tuple[str, ...], **options: Any) -> Quantity:
-    """Return a quantity that counts, -1 where it does not apply."""
+    """Return a count, -1 if it does not apply."""
     options = {"fill": -1, **options}
     return Quantity(name, "1", words, record, dtype="int32", **options)
 
@@ -128,14 +218,9 @@ def _code(name: str, words: str, record: tuple[str, ...], fill: int, **options: 
 
 
 def _of_verdict(name: str, unit: str, words: str, column: int, **options: Any) -> Quantity:
-    """Return a number of a verdict's evidence."""
+    """Return a number of the evidence behind a verdict."""
     options = {"record": ("evidence",), **options}
     return Quantity(name, unit, words, buffer="evidence", column=column, **options)
-
-
-def _coded(numbers: np.ndarray) -> np.ndarray:
-    """Return numbers as codes, -1 where there is none."""
-    return np.where(np.isnan(numbers), -1.0, numbers).astype(np.int8)
 
 
 _SPEEDS = f"approach speed of each impact; there is room for {TOUCHES} a sampled period"
@@ -146,7 +231,7 @@ _AMPLITUDE = "{} amplitude of the {{body}}, sqrt({{x}}^2 + ({{v}} / omega)^2) at
 _STATE = "m, m/s"
 
 OF_SIGNALS = "{signals}"
-"""The unit of what has that of the signals that its spectra are of."""
+"""The unit of a quantity that has the unit of its spectrum's signal."""
 
 
 QUANTITIES = (
@@ -221,11 +306,12 @@ QUANTITIES = (
     Quantity(
         "impact_phase", "rad", _PHASES, ("impact_section",), "phase at touch", "φ", has=_walls,
         dims=("impact",), buffer="touches", drawn=(TOUCHED,),
-        of=lambda held: 2.0 * np.pi * (held[..., AT_PHASE] % 1.0),
+        of=lambda touches: 2.0 * np.pi * (touches[..., AT_PHASE] % 1.0),
     ),
     _code(
         "impact_wall", "what each impact strikes", ("impact_section",), -1, has=_two_walls,
-        dims=("impact",), buffer="touches", of=lambda held: _coded(held[..., AT_WALL]),
+        dims=("impact",), buffer="touches",
+        of=lambda touches: np.nan_to_num(touches[..., AT_WALL], nan=-1.0).astype(np.int8),
     ),
     Quantity(
         "amplitude_min", "m", _AMPLITUDE.format("smallest"), ("modulation",), "smallest amplitude",
@@ -271,7 +357,7 @@ QUANTITIES = (
         ev.INTERVAL, record=("lyapunov",),
     ),
     _of_verdict(
-        "residual", "1", "what does not close of a periodic orbit, relative to it", ev.RESIDUAL
+        "residual", "1", "closure error of a periodic orbit, relative to its size", ev.RESIDUAL
     ),
     Quantity(
         "multipliers", "1", "Floquet multipliers of the nT orbit", ("evidence",),
@@ -288,10 +374,10 @@ QUANTITIES = (
         label="digits to which averages agree",
     ),
     _of_verdict(
-        "watched", "1", "forcing periods looked at, from the start of the orbit", ev.WATCHED
+        "watched", "1", "forcing periods computed, from the start of the orbit", ev.WATCHED
     ),
     _of_verdict(
-        "transient_lyapunov", "1/s", "largest exponent before settling, where it is late",
+        "transient_lyapunov", "1/s", "largest exponent before settling, if it is late",
         ev.PASSING, label="exponent before settling", symbol="λ₁", drawn=(MAPS,), scale=SIGNED,
         width="transient_lyapunov_width",
     ),
@@ -320,11 +406,11 @@ QUANTITIES = (
         dims=("component",),
     ),
     Quantity(
-        "P", "N", "amplitude of the force that the ground's motion makes", (),
+        "P", "N", "amplitude of the force due to the ground's motion", (),
         has=lambda scene: scene.shaken in BASES,
     ),
     _whole(
-        "violations", "how often the damper came where it must not, the transient included", (),
+        "violations", "number of violations of the limit, the transient included", (),
         has=_limit, buffer="violation", column=2,
     ),
     Quantity(
@@ -336,12 +422,12 @@ QUANTITIES = (
         drawn=(MAPS,),
     ),
     Quantity(
-        "spectrum", OF_SIGNALS, "amplitude of the line in each bin; that of the mean is its size",
+        "spectrum", OF_SIGNALS, "amplitude of the line in each bin; at zero frequency abs(mean)",
         ("spectrum",), "spectrum", dims=("signal", "frequency"),
     ),
     _whole(
         "line_period",
-        "n of the nT orbit by recurrence, whose lines are told; 0 where none was found", ("lines",),
+        "n of the nT orbit by recurrence, whose lines these are; 0 if none was found", ("lines",),
         fill=0,
     ),
     Quantity(
@@ -353,12 +439,12 @@ QUANTITIES = (
         dims=("signal", "line"),
     ),
     Quantity(
-        "broadband", "1", "share of the power that is no line: of the background of the spectrum",
+        "broadband", "1", "share of the power in the background of the spectrum, outside its lines",
         ("broadband",), "broadband share", dims=("signal",), scale=ERROR,
     ),
     _text(
         "spectral_label",
-        "what the spectra alone say: nT by recurrence, lines, broadband or unclear", ("broadband",),
+        "regime by the spectra: nT by recurrence, lines, broadband or unclear", ("broadband",),
     ),
     _code(
         "spectra_agree", "whether spectral_label agrees with the regime of the verdict",
@@ -366,10 +452,10 @@ QUANTITIES = (
     ),
     _code("status", "how the computation ended, with the remedy", (), NOT_COMPUTED),
 )  # fmt: skip
-"""What is recorded of orbits, the most telling first; of two lines of a name, the first applies."""
+"""The quantities of scans, the most important first; of two of one name, the first applies."""
 
 BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in reversed(QUANTITIES)})
-"""The table by name."""
+"""The quantities of scans by name."""
 
 RECORDS = tuple(dict.fromkeys((*_ORDER, *(word for q in QUANTITIES for word in q.record))))
 """The words of `[record] want`, in the order in which a request keeps them."""
@@ -384,21 +470,21 @@ COORDINATES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "v2": ("velocity of the damper", "v₂"),
     }
 )
-"""The components of a section: what they belong to, and their symbols."""
+"""The components of a section: the body or the meaning, and the symbol."""
 
 
 def drawn_in(place: str) -> tuple[str, ...]:
-    """Return the names of what is drawn by default in a place: `MAPS`, `CURVES` ..."""
+    """Return the names of the quantities drawn by default in a place: `MAPS`, `CURVES` ..."""
     return tuple(entry.name for entry in QUANTITIES if place in entry.drawn)
 
 
 def scale_of(name: str) -> str:
-    """Return the scale of what is recorded by a name; "" where this table does not have it."""
+    """Return the scale of a quantity; "" for a name that this table does not have."""
     return BY_NAME[name].scale if name in BY_NAME else ""
 
 
 def recorded(scene: Scene, want: Collection[str]) -> list[Quantity]:
-    """Return what a scan of a scene records: of `want`, in its order, then what always is."""
+    """Return the quantities that a scan records: those of `want`, then those of every scan."""
     by_name: dict[str, Quantity] = {}
     for word in (*(word for word in RECORDS if word in want), None):
         for entry in QUANTITIES:
@@ -408,6 +494,64 @@ def recorded(scene: Scene, want: Collection[str]) -> list[Quantity]:
     return list(by_name.values())
 
 
-def held_in(buffer: str) -> tuple[Quantity, ...]:
-    """Return what orbits hold in a buffer, in the order of the table."""
+def stored_in(buffer: str) -> tuple[Quantity, ...]:
+    """Return the quantities stored in a buffer, in the order of the table."""
     return tuple(entry for entry in QUANTITIES if entry.buffer == buffer)
+
+
+# ---- quantities under a load ---------------------------------------------------------------------
+
+SHARES = (0.01, 0.1, 0.5)
+"""Shares of the largest E1 for which there is a last time."""
+
+WAYS = ("c1", "c2", "contact")
+"""What dissipates energy: the dashpots and the contacts."""
+
+
+def _of(
+    name: str, unit: str, words: str, label: str, symbol: str = "", scale: str = ""
+) -> Quantity:
+    return Quantity(name, unit, words, (), label, symbol, scale=scale)
+
+
+def _last(share: float) -> Quantity:
+    per_cent = f"{100 * share:g}"
+    words = f"last time at which E1 exceeds {per_cent} % of its largest; NaN: it does at the end"
+    return _of(f"last_{per_cent}", "s", words, f"time above {per_cent} % of the largest E1")
+
+
+OF_LOADS = (
+    *map(_last, SHARES),
+    _of("damping_ratio", "1",
+        "of a linear structure whose E1 falls from its largest to 10 % in the same time",
+        "equivalent damping ratio", "ζ"),
+    _of("E1max", "J", "largest energy of the structure, its velocity relative to the ground",
+        "largest energy", "E₁max"),
+    _of("E2max", "J", "largest energy of the damper, its velocity relative to the ground",
+        "largest energy of the damper", "E₂max"),
+    _of("x1_max", "m", "largest displacement of the structure, relative to the ground",
+        "largest displacement"),
+    _of("drift_max", "m", "largest displacement of the structure, relative to the moving ground",
+        "largest drift"),
+    _of("x1_rms", "m", "rms displacement of the structure, relative to the ground, without the "
+        "time to settle", "rms displacement"),
+    _of("v1_max", "m/s", "largest velocity of the structure, relative to the ground",
+        "largest velocity"),
+    _of("a1_max", "m/s^2", "largest absolute acceleration of the structure, contacts included",
+        "largest absolute acceleration"),
+    _of("stroke_max", "m", "largest stroke of the damper, counted from where its spring rests",
+        "largest stroke"),
+    _of("force_max", "N", "largest contact force", "largest contact force"),
+    _of("impulse_max", "N s", "largest impulse of an impact", "largest impulse"),
+    _of("impact_count", "1", "number of impacts", "impacts"),
+    _of("energy_in", "J", "energy brought in, by the start and by the load", "energy brought in"),
+    *(_of(f"share_{sink}", "1", f"share of the energy brought in that {what} dissipated by the end",
+          f"share dissipated by {what}")
+      for sink, what in zip(WAYS, ("dashpot c1", "dashpot c2", "contacts"), strict=True)),
+    _of("balance", "1", "largest of abs(in - stored - dissipated) by the largest energy brought in",
+        "error of the energy balance", scale=ERROR),
+)  # fmt: skip
+"""The numbers of a structure and its damper under a load, the most important first."""
+
+OF_LOADS_BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in OF_LOADS})
+"""The same by name."""

@@ -22,8 +22,7 @@ import numpy as np
 from nlds_vines.errors import RequestError, number
 from nlds_vines.model import parameters
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.parameter import Parameter
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import PARAMETERS, Parameter
 from nlds_vines.model.scenes import Scene
 
 

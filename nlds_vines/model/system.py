@@ -5,6 +5,7 @@ The parameters are checked here, once.  `System.cells` returns them as numbers f
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -16,11 +17,15 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, unknown
-from nlds_vines.model.contact_laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import (
+    CONSTANTS,
     CONTACT,
+    DAMPING,
+    HERTZ,
+    LAWS,
     OSCILLATOR,
     PARAMETERS,
+    SECOND,
     STRUCTURE,
     described,
 )
@@ -570,3 +575,26 @@ def _checked_stiffness(values: Mapping[str, Any]) -> Any:
             "the contact constants must give a stiffness > 0 and finite"
         )
     return stiffness
+
+
+# ---- systems in words ----------------------------------------------------------------------------
+
+
+def system_in_words(system: System) -> str:
+    """Return the title of a system; without one, its kind if its name is that of a file."""
+    if system.title or not (system.name == system.kind or system.name.endswith(".toml")):
+        return system.title or system.name
+    names = {kind: re.split("[:,]", scene.meaning)[0] for kind, scene in SCENES.items()}
+    name = names[system.kind]
+    is_ambiguous = list(names.values()).count(name) > 1
+    return name[:1].upper() + name[1:] + (f" ({system.kind})" if is_ambiguous else "")
+
+
+def parameters_in_words(system: System, varied: Collection[str] = ()) -> str:
+    """Return kind, law and parameters of a system, without those that are varied."""
+    varied = {*varied, *meant_by(system.scene, varied), *system.following(varied)}
+    law = f" under {system.law}" if system.scene.walls else ""
+    values = (
+        f"{name} = {value:g}" for name, value in system.statements.items() if name not in varied
+    )
+    return f"{system.kind}{law}: {', '.join(values)}"

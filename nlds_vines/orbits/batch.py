@@ -27,7 +27,7 @@ from nlds_vines.kernels.scene.codes import (
 )
 from nlds_vines.kernels.scene.scene import Finished, LaneBuffers, Parts, Span
 from nlds_vines.model.labels import flags_of, labels_of
-from nlds_vines.model.quantities import held_in
+from nlds_vines.model.quantities import stored_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import responses
@@ -282,7 +282,7 @@ def verdict_arrays(
     """
     rows = _without_failed(status, rows)
     multipliers, logarithms = multipliers_of(rows, size)
-    arrays: dict[str, Any] = {one.name: one.taken(rows) for one in held_in("evidence")}
+    arrays: dict[str, Any] = {one.name: one.from_buffer(rows) for one in stored_in("evidence")}
     arrays["settling"] = np.nan_to_num(arrays["settling"], nan=-1.0).astype(np.int32)
     arrays["multipliers"] = multipliers
     measured = rows[..., ev.EXPONENTS : ev.EXPONENTS + size]

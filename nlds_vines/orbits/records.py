@@ -21,7 +21,7 @@ from nlds_vines.kernels.scene.codes import (
     STEP_BUDGET,
     TOO_STIFF,
 )
-from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, held_in
+from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, stored_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import LONGEST_NAME
 
@@ -44,8 +44,8 @@ SPECTRAL = ("spectrum", "lines", "broadband")
 NOTED = 4096
 """Number of last transient periods in which a verdict searches for the settling time."""
 
-_SAMPLED = {word for entry in held_in("section") for word in entry.record} | {"modulation"}
-_TOUCHED = {word for entry in held_in("touches") for word in entry.record}
+_SAMPLED = {word for entry in stored_in("section") for word in entry.record} | {"modulation"}
+_TOUCHED = {word for entry in stored_in("touches") for word in entry.record}
 
 
 def checked_want(want: object) -> tuple[str, ...]:

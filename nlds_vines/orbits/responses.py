@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.model.linear_response import alone, foot_amplitude
-from nlds_vines.model.quantities import held_in
-from nlds_vines.model.quantity import Quantity
+from nlds_vines.model.quantities import Quantity, stored_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 
@@ -23,7 +22,7 @@ AT_STOP = 1.0e-12
 """How far from a rigid stop a displacement is at it, relative to the stop's distance."""
 
 
-ENERGIES = tuple(entry.name for entry in held_in("energy"))
+ENERGIES = tuple(entry.name for entry in stored_in("energy"))
 """The largest energies: objectives beside those of a response."""
 
 
@@ -32,7 +31,7 @@ def objectives_of(scene: Scene) -> dict[str, str]:
 
     The largest energies, and what a response holds; of two walls the larger force or impulse.
     """
-    every = (*held_in("energy"), *quantities_of(scene))
+    every = (*stored_in("energy"), *quantities_of(scene))
     return {entry.name: entry.unit for entry in every if entry.has(scene)}
 
 
@@ -48,7 +47,7 @@ def moving_ground(scene: Scene) -> bool | None:
 
 def quantities_of(scene: Scene) -> tuple[Quantity, ...]:
     """Return what a response of a scene holds, in the order of its datasets."""
-    return tuple(entry for entry in held_in("response") if entry.has(scene))
+    return tuple(entry for entry in stored_in("response") if entry.has(scene))
 
 
 def arrays_of(filled: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, np.ndarray]:
@@ -66,7 +65,7 @@ def arrays_of(filled: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, 
             values = filled[..., first : first + 2]
             values = values if len(scene.walls) > 1 else values.max(axis=-1)
         else:
-            values = entry.taken(filled)
+            values = entry.from_buffer(filled)
         if entry.name == "transmissibility":
             with np.errstate(all="ignore"):  # of a foot at rest: NaN
                 values = values / (np.sqrt(0.5) * foot_amplitude(cells))

@@ -23,6 +23,7 @@ from nlds_vines.errors import (
     string,
     whole,
 )
+from nlds_vines.model.parameters import setting_in_words
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
@@ -38,8 +39,7 @@ from nlds_vines.model.setting import (
     entries,
     setting,
 )
-from nlds_vines.model.system import System
-from nlds_vines.model.words import setting_in_words, system_in_words
+from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.solver_settings import chosen_settings, method_setting, tolerance_setting
 from nlds_vines.orbits.spectrum import TAPERS

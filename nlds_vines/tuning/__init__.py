@@ -1,17 +1,12 @@
-"""Search for the damper with the least energy of the structure, and test how robust it is.
+"""Search for the damper that minimizes an objective, and test how robust the optima are.
 
 In reading order:
 
-    free_parameter  a parameter that is free, its bounds and scale
-    draws           what is uncertain, and the draws of it
-    request         `Tuning`: what to search, checked
-    objective       designs through the kernels: the number to be minimized
-    searches        differential evolution, CMA-ES, Nelder-Mead
-    evaluations     every evaluation of a design, kept on the disk
-    optima          distinct optima, and the changes that test their robustness
-    tuning_table    the datasets of the archive
-    run             from request to archive
-    result          `Tuned`: an archive read
-    picture         the surface over two parameters
-    command         `python -m nlds_vines.tuning` and `nv.tune`
+    design_space  free parameters with bounds and scales; uncertain parameters and their draws
+    request       `Tuning`: free parameters, objective, cases and search, validated
+    objective     trials of designs, the log of a search, perturbations of an optimum
+    result        the datasets of the archive, and `Tuned`, which reads them
+    run           the searches, from request to archive
+    picture       the objective over two parameters, or along the only one
+    command       `nlds-vines tuning` and `nv.tune`
 """

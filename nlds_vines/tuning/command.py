@@ -1,8 +1,4 @@
-"""Tune all parameters of a damper at once: every evaluation in an archive, the optima in words.
-
-As a command: `python -m nlds_vines.tuning`, or `nlds-vines tuning`.
-In Python: `nlds_vines.tune(system)`.
-"""
+"""The command `nlds-vines tuning`, also `python -m nlds_vines.tuning`, and `nlds_vines.tune`."""
 
 from __future__ import annotations
 
@@ -23,8 +19,7 @@ from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
-from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
-from nlds_vines.tuning.searches import check_installed
+from nlds_vines.tuning.request import Search, Surface, Tuning, check_installed, load_tuning
 
 if TYPE_CHECKING:
     from nlds_vines.tuning.result import Tuned
@@ -35,15 +30,15 @@ examples:
   nlds-vines tuning
       k2, c2 and C of an SSul NES, for the least E1max at 6.28 rad/s
   nlds-vines tuning --system tmd --band 5:8:61 --seeds 5 -o tmd.h5 --plot tmd.png
-      a tuned mass damper for the least peak over a band, five times; its surface over k2 and c2
+      a tuned mass damper for the least peak over a band, with five seeds; its surface over k2, c2
   nlds-vines tuning --free k2=100:1000 --over P=600,800,1000 --surface k2,C -o robust.h5
-      the worst of three forces, k2 held in a narrower range
+      the worst of three forces, k2 within narrower bounds
   nlds-vines tuning --objective a1_rms --set base_acceleration=1.0 -o shaken.h5
-      the least acceleration of a structure that is shaken at its foot
+      the least acceleration of a structure on a moving base
   nlds-vines tuning --impulse 1000 --duration 20 --free k2=100:1500 -o struck.h5
       the least time until E1 stays below 1 % after a blow; --objective names another number
   nlds-vines tuning --system tmd --band 5:8:61 --uncertain k1=5% --quantile 0.9 -o firm.h5
-      a peak that 90 % of structures do not exceed, whose stiffness is known to 5 %
+      a peak that 90 % of structures with a stiffness uncertain by 5 % do not exceed
 V (SSul) does not enter the dynamics, only C does: V shifts pictures, and tuning it is pointless.
 exit status: 0 done; 1 no design was admissible; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
@@ -61,21 +56,65 @@ def tune(
     quiet: bool = False,
     **tables: Any,
 ) -> Tuned:
-    """Tune a damper and return what was found.
+    """Search for the parameters of a damper that minimize an objective, by default E1max.
 
-    Arguments:
-        source: a name of the catalog, a `System`, a `Tuning`, the path of a tuning file, the
-            document in one, or None for SSul.
-        to: the archive (.h5) of all evaluations; None for one that is gone with what is returned.
-        plot: a picture of the surface to draw as well (.png, .pdf or .svg).
-        threads: how many; by default as many as the machine has processors.
-        resume, overwrite: continue or replace an archive that exists; not both.
-        quiet: whether to show no progress.
-        tables: tables of a tuning file laid over the source, as `free={"k2": {"low": 100.0,
-            "high": 3000.0}}`, `over={"P": {"values": [600.0, 800.0]}}`, `search={"seed": 1}`,
-            `load={"impulse": 1000.0}`, `uncertain={"k1": "5%"}`; `load` may be a record's path.
+    Parameters
+    ----------
+    source : str, path, mapping, System or Tuning, optional
+        A catalog name, the path of a tuning file, the document in one, a system or a request; by
+        default SSul Set 6.
+    to : path, optional
+        The archive (`.h5`) of all evaluations.  By default it is temporary.
+    plot : path, optional
+        A picture of the surface (`.png`, `.pdf` or `.svg`).
+    threads : int, optional
+        Number of threads; by default that of the processors.
+    resume, overwrite : bool, optional
+        Continue or replace an existing archive; not both.
+    quiet : bool, optional
+        Whether to show no progress.
+    **tables
+        Tables of a tuning file merged over the source, such as
+        `free={"k2": {"low": 100.0, "high": 3000.0}}`, `over={"P": {"values": [600.0, 800.0]}}`,
+        `search={"seed": 1}`, `load={"impulse": 1000.0}` or the path of a record, and
+        `uncertain={"k1": "5%"}`.
 
-    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    Returns
+    -------
+    Tuned
+        The optima, their robustness, and the archive.
+
+    Raises
+    ------
+    RequestError
+        If the request is wrong; nothing has been computed then.
+
+    See Also
+    --------
+    load_tuning, response_curves
+
+    Notes
+    -----
+    Differential evolution or CMA-ES searches the unit cube of the bounds, and the Nelder-Mead
+    method polishes its best designs.  The objective of a design is the largest of all cases; with
+    uncertain parameters, its mean or a quantile over draws.  The same request gives the same bits.
+
+    References
+    ----------
+    R. Storn and K. Price, Differential evolution, J. Global Optim. 11 (1997); F. Gao and L. Han,
+    Implementing the Nelder-Mead simplex algorithm with adaptive parameters, Comput. Optim. Appl. 51
+    (2012).
+
+    Examples
+    --------
+    A tuned mass damper of 60 kg at 6.28 rad/s, with bounds near the design of the paper:
+
+    >>> import nlds_vines as nv
+    >>> small = {"population": 8, "generations": 3, "polish": 10, "optima": 1}
+    >>> near = {"k2": {"low": 1000.0, "high": 3000.0}, "c2": {}}
+    >>> tuned = nv.tune("tmd", free=near, search=small, quiet=True)
+    >>> sorted(tuned.parameters), tuned.objective < 10.0
+    (['c2', 'k2'], True)
     """
     if isinstance(tables.get("load"), str | os.PathLike):
         tables["load"] = {"record": os.fspath(tables["load"])}
@@ -121,7 +160,7 @@ class Job(commands.Job):
         cases = [f"{axis.values.size} values of {axis.name}" for axis in tuning.over]
         cases_in_words = " x ".join(cases) or "one orbit"
         from_rest = "" if history is not None and history.state else ", from rest"
-        lanes = tuning.case_count * (tuning.draws + 1)
+        orbits = tuning.case_count * (tuning.draws + 1)
         records = [] if history is None else history.load.records_in_words(history.duration)
         bounds = [
             f"free:     {item.name} from {item.low:g} to {item.high:g}"
@@ -139,7 +178,7 @@ class Job(commands.Job):
             f"judged:   by the {tuning.judged}: {cases_in_words}{from_rest}",
             f"search:   {search.method}, {search.population} designs in each of at most "
             f"{search.generations + 1} generations, seeds {search.seed} to {search.all_seeds[-1]}",
-            f"designs:  at most {tuning.most_evaluations}, {lanes} orbits each",
+            f"designs:  at most {tuning.most_evaluations}, {orbits} orbits each",
             f"periods:  {tuning.transient} + {tuning.periods} each, "
             f"at most {tuning.most_lanes * each} in all"
             if history is None
@@ -149,7 +188,7 @@ class Job(commands.Job):
 
 
 def _spread(option: str, text: str) -> dict[str, Any]:
-    """Return the entry of [uncertain] that SPREAD or SPREAD:LAW means."""
+    """Return the entry of [uncertain] for SPREAD or SPREAD:LAW."""
     size, _, law = text.partition(":")
     entry: dict[str, Any] = {
         "spread": size if size.endswith("%") else from_text(float, option, size)
@@ -158,7 +197,7 @@ def _spread(option: str, text: str) -> dict[str, Any]:
 
 
 def _free(texts: list[str]) -> dict[str, Any]:
-    """Return the document of NAME or NAME=LOW:HIGH, once or several times."""
+    """Return the document of options NAME or NAME=LOW:HIGH."""
     bounds = named("--free", "NAME or NAME=LOW:HIGH", "", "free", _bounds)
     assert bounds.read is not None
     return dict(bounds.read([text if "=" in text else f"{text}=:" for text in texts]))
@@ -175,16 +214,16 @@ def _band(text: str) -> dict[str, Any]:
 OPTIONS = (
     SYSTEM,
     SET,
-    Option("--free", "NAME[=LOW:HIGH]", "tune this too, or within other bounds", _free, True),
-    Option("--band", "LOW:HIGH:NUM", "the peak over these omega [rad/s]", _band),
+    Option("--free", "NAME[=LOW:HIGH]", "tune this too, or within these bounds", _free, True),
+    Option("--band", "LOW:HIGH:NUM", "minimize the peak over these omega [rad/s]", _band),
     named(
-        "--over", "NAME=A,B,...", "the worst over these values; several combine", "over",
+        "--over", "NAME=A,B,...", "minimize the worst over these values; several combine", "over",
         lambda option, text: {"values": numbers(option, text)},
     ),
     named(
         "--uncertain", "NAME=SPREAD[:LAW]",
-        "known to so much, as k1=5%%; `normal`, the spread its standard deviation, or `uniform`, "
-        "half its width; several combine", "uncertain", _spread,
+        "an uncertain parameter, as k1=5%%; SPREAD is the standard deviation if LAW is `normal`, "
+        "half the width if it is `uniform`; several combine", "uncertain", _spread,
     ),
     LOAD,
 )  # fmt: skip

@@ -1,35 +1,40 @@
-"""The objective of a design: in the worst of all cases, by default E1max; infinite if it fails.
-
-Where something is uncertain, or noise is drawn, it is the mean or a quantile of that over draws.
-"""
+"""Trials of designs, their objective, the log of all trials, and perturbations of an optimum."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 
+from nlds_vines.errors import RequestError
 from nlds_vines.loads.request import is_of_load, spring_of
 from nlds_vines.loads.run import numbers_of
+from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import Loading
+from nlds_vines.model.parameters import DESCRIBED, described
 from nlds_vines.orbits.batch import Batch, Outcome
 from nlds_vines.orbits.starts import random_states
-from nlds_vines.runs.progress import Tell
-from nlds_vines.tuning.draws import FRESH_SEED, places_of
-from nlds_vines.tuning.request import STARTS, Tuning
+from nlds_vines.runs.interrupts import check
+from nlds_vines.runs.progress import Progress, Tell
+from nlds_vines.runs.store import Blocks
+from nlds_vines.tuning.design_space import FRESH_SEED, places_of
+from nlds_vines.tuning.request import DETUNING, SHIFT, SIZE, STARTS, STRETCH, Tuning
 
 
 @dataclass(frozen=True)
 class Trials:
-    """Designs to evaluate; the arrays have shape (n,), but for the points.
+    """Designs to evaluate.
 
-    Arguments: `points` (n, free parameters) in SI units; `detuning`, the factor on omega, or under
-    a load on the structure's natural frequency;
-    `start`, 0 for rest and i for the i-th random start; `stretch`, the factor on the periods
-    discarded and sampled, or on the load.
+    Attributes:
+        points: free parameters (n, parameters) [SI].
+        detuning: factors (n,) on omega; under a load, on the structure's natural frequency.
+        start: 0 for rest, i for the i-th random start (n,).
+        stretch: factors (n,) on the periods discarded and sampled; under a load, on the load.
     """
 
     points: np.ndarray
@@ -39,9 +44,9 @@ class Trials:
 
     @classmethod
     def at_rest(cls, points: np.ndarray) -> Trials:
-        """Return designs as they are, their orbits begun at rest."""
-        one = np.ones(len(points))
-        return cls(points, one, np.zeros(len(points)), one)
+        """Return trials of designs without a perturbation, from rest."""
+        ones = np.ones(len(points))
+        return cls(points, ones, np.zeros(len(points)), ones)
 
     @property
     def table(self) -> np.ndarray:
@@ -50,14 +55,14 @@ class Trials:
 
 
 HOW = ("detuning", "random_start", "stretch")
-"""The columns of a trial's table beside its parameters."""
+"""The columns of a trial's table after its parameters."""
 
 RESULTS = ("objective", "E2max", "status", "worst_case")
-"""The columns of the results of a trial: the objective, infinite where the design is inadmissible;
-E2max [J], status and number of its worst case."""
+"""The results of a trial: the objective, infinite for an inadmissible design; E2max [J], status and
+number of its worst case."""
 
 OF_DRAWS = ("nominal", "mean", "quantile")
-"""The columns that follow where there are draws: the objective as given, and over the draws."""
+"""The results that follow if there are draws: the nominal objective, and that over the draws."""
 
 
 def impacts_of(tuning: Tuning) -> tuple[str, ...]:
@@ -68,18 +73,19 @@ def impacts_of(tuning: Tuning) -> tuple[str, ...]:
 
 
 def results_of(tuning: Tuning) -> tuple[str, ...]:
-    """Return the columns of the results of a tuning's trials."""
+    """Return the names of the results of a tuning's trials."""
     return (*RESULTS, *(OF_DRAWS if tuning.draws else ()), *impacts_of(tuning))
 
 
 class Objective:
-    """The objective of one tuning; what all designs share is prepared once."""
+    """The objective of one tuning; what all designs share is prepared once.
+
+    Arguments: `tell` takes the message of a wait; with `fresh`, designs are judged by
+    `Tuning.fresh_draws` draws, none of which the search has.
+    """
 
     def __init__(self, tuning: Tuning, tell: Tell | None = None, *, fresh: bool = False) -> None:
-        """Prepare for designs of `tuning`; `tell` takes what is waited for meanwhile.
-
-        `fresh`: judge by `Tuning.fresh_draws` that share none with those of the search.
-        """
+        """Draw the uncertain parameters and the random starts."""
         self._tuning, self._tell = tuning, tell
         self._cases = tuning.cases()
         draws, seed = tuning.draws, tuning.search.seed
@@ -98,34 +104,39 @@ class Objective:
         self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
 
     def results(self, trials: Trials) -> np.ndarray:
-        """Return `results_of` each trial (n, columns).
+        """Return the results (n, columns) of trials, in the order of `results_of`.
 
-        objective = max over the cases of E1max, or of what the search is told to make small; of
-        that the mean, or a quantile, over the draws.
+        The objective is the maximum over the cases of E1max, or of the quantity that the search
+        minimizes; with draws, the mean or a quantile of that maximum over the draws.
         """
-        grid, batch = self._grid(trials), self._batch
-        if batch is None:
-            outcome = outcome_under(self._tuning, grid, self._tell)
-            return over_draws(worst(outcome), self._tuning.search.quantile, self._tuning.quantile)
-        cells = self._tuning.system.cells(grid)
-        found = np.empty((len(trials.points), len(results_of(self._tuning))))
-        starts = self._starts(cells, trials)
+        tuning, grid = self._tuning, self._grid(trials)
+        if self._batch is None:
+            values = worst(outcome_under(tuning, grid, self._tell))
+            return over_draws(values, tuning.search.quantile, tuning.quantile)
+        cells = tuning.system.cells(grid)
+        results = np.empty((len(trials.points), len(results_of(tuning))))
+        starts = np.zeros((*cells.shape, 4))
+        moved = np.flatnonzero(trials.start)
+        if moved.size:
+            drawn = random_states(cells[moved], self._starts_drawn, tuning.system.scene)
+            which = trials.start[moved].astype(int) - 1
+            starts[moved] = drawn[np.arange(moved.size), :, :, which]
         for stretch in np.unique(trials.stretch):
             rows = trials.stretch == stretch
-            periods = (round(n * stretch) for n in (self._tuning.transient, self._tuning.periods))
-            values = worst(batch.run(cells[rows], starts[rows], *periods))
-            found[rows] = over_draws(values, self._tuning.search.quantile, self._tuning.quantile)
-        return found
+            periods = (round(n * stretch) for n in (tuning.transient, tuning.periods))
+            values = worst(self._batch.run(cells[rows], starts[rows], *periods))
+            results[rows] = over_draws(values, tuning.search.quantile, tuning.quantile)
+        return results
 
     def _grid(self, trials: Trials) -> dict[str, np.ndarray]:
-        """Return what every orbit has, by name: (trials, draws, cases), the first draw as given."""
+        """Return the parameters of every orbit (trials, draws, cases); draw 0 is nominal."""
         tuning, grid = self._tuning, dict(self._cases)
         shape = len(trials.points), len(self._places), tuning.case_count
         for i, name in enumerate(tuning.names):
             grid[name] = trials.points[:, i, np.newaxis, np.newaxis]
         for i, one in enumerate(tuning.uncertain):
-            given = grid.get(one.name, np.asarray(tuning.value(one.name)))
-            grid[one.name] = one.at(given, self._places[:, i, np.newaxis])
+            nominal = grid.get(one.name, np.asarray(tuning.value(one.name)))
+            grid[one.name] = one.at(nominal, self._places[:, i, np.newaxis])
         factor = trials.detuning[:, np.newaxis, np.newaxis]
         if tuning.history is None:
             grid[tuning.frequency] = grid[tuning.frequency] * factor
@@ -138,21 +149,11 @@ class Objective:
             grid["draw"] = self._noise[:, np.newaxis]
         return {name: np.broadcast_to(values, shape) for name, values in grid.items()}
 
-    def _starts(self, cells: np.ndarray, trials: Trials) -> np.ndarray:
-        """Return the start of each lane, (trials, draws, cases, 4): zeros for rest."""
-        starts = np.zeros((*cells.shape, 4))
-        moved = np.flatnonzero(trials.start)
-        if moved.size:
-            drawn = random_states(cells[moved], self._starts_drawn, self._tuning.system.scene)
-            which = trials.start[moved].astype(int) - 1
-            starts[moved] = drawn[np.arange(moved.size), :, :, which]
-        return starts
-
 
 def worst(outcome: Outcome) -> np.ndarray:
-    """Return `RESULTS` of the worst of the cases, along the last axis of an outcome.
+    """Return the `RESULTS` (..., 4) of the worst case along the last axis of an outcome.
 
-    Shape (..., 4); with walls (..., 5), the last its impacts.
+    With walls the shape is (..., 5); the last column counts the impacts of that case.
     """
     value = np.where(outcome.inadmissible, np.inf, outcome.objective)
     case = value.argmax(axis=-1)[..., np.newaxis]
@@ -168,47 +169,45 @@ def worst(outcome: Outcome) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
-def over_draws(found: np.ndarray, judge: float | None, told: float) -> np.ndarray:
-    """Return the results (designs, columns) of `RESULTS` (designs, draws, 4), the first as given.
+def over_draws(results: np.ndarray, judge: float | None, reported: float) -> np.ndarray:
+    """Reduce results (designs, draws, columns) over the draws to (designs, columns).
 
-    Arguments: the quantile that is to `judge`, None for the mean; the one that is `told`.
+    Arguments: draw 0 of `results` is nominal; `judge` is the quantile that becomes the objective,
+    None for the mean; `reported` is the quantile to report if the mean is the objective.
 
-    A quantile q is the least value that a share q of the draws does not exceed, so that it may be
-    finite where some draws fail; a mean is not.  Energy, status, case and impacts are as given; the
-    status that of a draw where this alone makes a design inadmissible.
+    A quantile q is the least value that a share q of the draws does not exceed.  It may be finite
+    although some draws fail; a mean is not.  E2max, status, case and impacts are nominal, but if
+    the objective is infinite, the status is that of the first draw that failed.
     """
-    given, values = found[:, 0], found[:, 1:, 0]
+    nominal, values = results[:, 0], results[:, 1:, 0]
     if not values.shape[1]:
-        return given
-    share = judge or told
+        return nominal
+    share = judge or reported
     mean = np.add.reduce(values, axis=1) / values.shape[1]
     quantile = np.sort(values, axis=1)[:, ceil(share * values.shape[1]) - 1]
     objective = mean if judge is None else quantile
-    status = given[:, 2].copy()
+    status = nominal[:, 2].copy()
     for i in np.flatnonzero(np.isinf(objective)):
-        status[i] = found[i, np.isinf(found[i, :, 0]).argmax(), 2]
-    rest = [given[:, 1], status, given[:, 3], given[:, 0], mean, quantile]
-    return np.column_stack([objective, *rest, given[:, len(RESULTS) :]])
-
-
-# ---- under a load --------------------------------------------------------------------------------
+        status[i] = results[i, np.isinf(results[i, :, 0]).argmax(), 2]
+    rest = [nominal[:, 1], status, nominal[:, 3], nominal[:, 0], mean, quantile]
+    return np.column_stack([objective, *rest, nominal[:, len(RESULTS) :]])
 
 
 def outcome_under(
     tuning: Tuning, grid: Mapping[str, np.ndarray], tell: Tell | None = None
 ) -> Outcome:
-    """Return the outcome of every orbit, in the shape of the grid.
+    """Return the outcome of every orbit under the load, in the shape of the grid.
 
-    Arguments: the `grid` of parameters, numbers of the load and `draw`, by name, of one shape;
-    `tell` takes what is waited for.
+    Arguments: `grid` holds parameters, numbers of the load and `draw`, by name, of one shape;
+    `tell` takes the message of a wait.
 
-    What a number does not tell makes a design inadmissible: a last time that has not come.
+    An objective that is NaN, as a last time that has not come, makes a design inadmissible.
     """
     history, shape = tuning.history, grid["draw"].shape
     assert history is not None
-    lanes = {name: values.ravel() for name, values in grid.items()}
-    draws = lanes.pop("draw").tolist()
-    of_load = {name: lanes.pop(name).tolist() for name in [*lanes] if is_of_load(name)}
+    orbits = {name: values.ravel() for name, values in grid.items()}
+    draws = orbits.pop("draw").tolist()
+    of_load = {name: orbits.pop(name).tolist() for name in [*orbits] if is_of_load(name)}
 
     @cache  # the orbits of one load share its cells
     def load_of(draw: int, *values: float) -> Loading:
@@ -217,8 +216,169 @@ def outcome_under(
     each = [
         load_of(draw, *(values[i] for values in of_load.values())) for i, draw in enumerate(draws)
     ]
-    told = numbers_of(history, tuning.system, lanes, each, tell)
-    found = {name: values.reshape(shape) for name, values in told.items()}
-    value = found[tuning.search.objective]
-    impacts = found["impact_count"] if tuning.system.scene.walls else None
-    return Outcome(value, found["E2max"], found["status"], found["violations"], value, impacts)
+    flat = numbers_of(history, tuning.system, orbits, each, tell)
+    numbers = {name: values.reshape(shape) for name, values in flat.items()}
+    value = numbers[tuning.search.objective]
+    impacts = numbers["impact_count"] if tuning.system.scene.walls else None
+    return Outcome(
+        value, numbers["E2max"], numbers["status"], numbers["violations"], value, impacts
+    )
+
+
+# ---- the log of a search -------------------------------------------------------------------------
+
+STAGES: Mapping[str, int] = {"global": 0, "polish": 1, "robustness": 2, "surface": 3}
+"""The stages of a search: the CF flags of the dataset `stage`."""
+
+
+class Log:
+    """All evaluations of a tuning, in order; searches reach the objective only through it.
+
+    The evaluations of one call are a block on the disk.  A search depends on its request alone: run
+    again, it asks for the same designs in the same order.  So it is resumed by running it again,
+    and saved blocks replace the kernels' results.
+    """
+
+    def __init__(self, tuning: Tuning, store: Blocks, progress: Progress) -> None:
+        """Begin with no evaluation."""
+        self.tuning = tuning
+        self.replayed = 0  # evaluations that an earlier run has saved
+        self._objective = Objective(tuning, progress.wait)
+        self._store, self._progress, self._calls = store, progress, 0
+        self._blocks: list[np.ndarray] = []
+        self._best = np.inf
+
+    def evaluate(self, trials: Trials, stage: str, seed: int) -> np.ndarray:
+        """Return the objective (n,) of each trial, infinite for an inadmissible design.
+
+        Raises `interrupts.Stopped` after a signal to stop.
+        """
+        results = self._results(self._objective, trials)
+        marks = np.tile([STAGES[stage], seed], (len(results), 1))
+        self._blocks.append(np.column_stack([trials.table, results, marks]))
+        objectives, unit = results[:, 0], self.tuning.unit
+        if stage in ("global", "polish"):
+            self._best = min(self._best, float(objectives.min()))
+        self._progress.note(objectives.size, f"{stage}, seed {seed}, best {self._best:.5g} {unit}")
+        return objectives
+
+    def judged(self, tuning: Tuning, points: np.ndarray, *, fresh: bool = False) -> np.ndarray:
+        """Return the objectives (n,) of designs by another tuning, or by `fresh` draws.
+
+        These evaluations are not logged.  Raises `interrupts.Stopped` after a signal to stop.
+        """
+        objective = Objective(tuning, self._progress.wait, fresh=fresh)
+        return np.array(
+            [self._results(objective, Trials.at_rest(one))[0, 0] for one in points[:, None]]
+        )
+
+    def _results(self, objective: Objective, trials: Trials) -> np.ndarray:
+        """Return the results of trials, from a saved block or computed and saved."""
+        check()
+        key = self._calls
+        self._calls += 1
+        block, began = self._store.load(key), time.monotonic()
+        if block is None:
+            results = objective.results(trials)
+            arrays = {"asked": trials.table, "found": results}
+            self._store.save(key, arrays, time.monotonic() - began)
+            return results
+        if not np.array_equal(block["asked"], trials.table):
+            raise RequestError(f"{self._store.folder} does not fit this search: remove it")
+        self.replayed += len(block["asked"])
+        return block["found"]
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return all evaluations so far, by column."""
+        names = (*self.tuning.names, *HOW, *results_of(self.tuning), "stage", "seed")
+        table = np.concatenate(self._blocks) if self._blocks else np.empty((0, len(names)))
+        return dict(zip(names, table.T, strict=True))
+
+    def designs(self, seed: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return points [SI], objectives and rows in the log of the designs of searches.
+
+        Arguments: the `seed` of one search; None for all of them.
+        """
+        columns = self.columns()
+        wanted = columns["stage"] <= STAGES["polish"]
+        if seed is not None:
+            wanted &= columns["seed"] == seed
+        rows = np.flatnonzero(wanted)
+        points = np.column_stack([columns[name][rows] for name in self.tuning.names])
+        return points, columns["objective"][rows], rows
+
+
+# ---- perturbations of an optimum -----------------------------------------------------------------
+
+BAND = 5
+"""Values of a parameter from which on they stand for a range rather than for themselves."""
+
+_FINER = 8
+"""Intervals into which a step of such a range is divided to judge an optimum between its values."""
+
+
+def is_band(axis: Axis) -> bool:
+    """Return True if the values of a parameter stand for a range."""
+    return axis.name in DESCRIBED and axis.values.size >= BAND
+
+
+def over_finer_bands(tuning: Tuning) -> Tuning | None:
+    """Return a tuning with finer bands, to judge designs by; None without a band.
+
+    The values of the tuning are among the finer ones.  Its search is the smallest allowed one,
+    because only the objective is used.
+    """
+
+    def finer(axis: Axis) -> Axis:
+        places = np.arange(axis.values.size)
+        between = np.linspace(0, places[-1], _FINER * places[-1] + 1)
+        return Axis(axis.name, np.interp(between, places, axis.values))
+
+    if not any(map(is_band, tuning.over)):
+        return None
+    over = tuple(finer(axis) if is_band(axis) else axis for axis in tuning.over)
+    least = replace(tuning.search, population=5, generations=1, polish=0, seeds=1, optima=1)
+    return replace(tuning, over=over, surface=None, search=least)
+
+
+class Perturbation(NamedTuple):
+    """One perturbation of an optimum: its words, what it changes, and by how much.
+
+    `column` is a column of a trial or a free parameter; "" for none.  `value` is a factor; for the
+    column `start`, the number of the start.
+    """
+
+    words: str
+    column: str = ""
+    value: float = 1.0
+
+
+def perturbations(tuning: Tuning) -> list[Perturbation]:
+    """Return the perturbations under which an optimum is tested; the first is none."""
+
+    def both(words: str, column: str, share: float) -> list[Perturbation]:
+        return [Perturbation(f"{words} {s:+.0%}", column, 1.0 + s) for s in (-share, share)]
+
+    none, shifted = [Perturbation("none")], [one for n in tuning.names for one in both(n, n, SHIFT)]
+    if tuning.history is not None:
+        detuned = both("natural frequency", "detuning", DETUNING)
+        return [*none, *detuned, *both("load", "stretch", SIZE), *shifted]
+    starts = [Perturbation(f"random start {i}", "start", i) for i in range(1, STARTS + 1)]
+    longer = Perturbation(f"{STRETCH} x the periods", "stretch", STRETCH)
+    return [*none, *both("omega", "detuning", DETUNING), longer, *shifted, *starts]
+
+
+def perturbed(tuning: Tuning, point: np.ndarray) -> Trials:
+    """Return the trials of a design [SI] under each perturbation; a band is shifted as a whole."""
+    every = perturbations(tuning)
+    points, ones = np.tile(point, (len(every), 1)), np.ones(len(every))
+    how = {"detuning": ones, "start": 0.0 * ones, "stretch": ones.copy()}
+    for row, one in enumerate(every):
+        if one.column in how:
+            how[one.column][row] = one.value
+        elif one.column:
+            points[row, tuning.names.index(one.column)] *= one.value
+    for i, name in enumerate(tuning.names):
+        # within the range of the parameter, as Poisson's ratio up to 0.5
+        points[:, i] = np.clip(points[:, i], described(name).low, described(name).high)
+    return Trials(points, **how)

@@ -1,4 +1,4 @@
-"""A tuning drawn: its objective over two parameters, or along the only one, and the optima."""
+"""Pictures of a tuning: the objective over two parameters or along the only one, and the optima."""
 
 from __future__ import annotations
 
@@ -51,44 +51,62 @@ _MARK = "#d7191c"  # a red that neither the shades nor the contours have
 
 @styled()
 def tuning_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
-    """Return the picture of a tuning: its surface, or the curve along its only free parameter."""
-    free = _free(view)
-    if "surface" in view or len(free) != 1:
-        return tuning_surface(view, page)
+    """Return the picture of a tuning: its surface, or the curve along its only free parameter.
+
+    The surface shows the objective over two parameters in shades and contours; inadmissible designs
+    are gray.  The other parameters are those of the best optimum, which a star marks.  Circles mark
+    optima that are nearly as good; their other parameters may differ.
+
+    Raises `RequestError` for several free parameters without a surface.
+    """
     figure, grid = new_figure(page, [page.map_height])
-    _draw_curve(figure.add_subplot(grid[0]), view, free[0])
-    finish(figure, grid, view.text("title"))
+    _fill(figure.add_subplot(grid[0]), view)
+    constant = ", ".join(
+        f"${latex_symbol(n)}$ = {view[_OPTIMUM + n][0]:.4g} {raised(described(n).unit)}"
+        for n in _free(view)
+        if "surface" in view and n not in _names(view)
+    )
+    finish(figure, grid, view.text("title"), constant and f"with {constant} as in the best")
     return figure
 
 
-def _fill(axes: Axes, view: ArchiveView, name: str) -> None:
-    """Draw the surface of a tuning into axes, or the curve along its only free parameter."""
+def _fill(axes: Axes, view: ArchiveView, name: str = "") -> None:
+    """Draw the surface of a tuning with its bar of shades, or the curve, into axes."""
     free = _free(view)
     if "surface" not in view and len(free) == 1:
         _draw_curve(axes, view, free[0])
-    else:
-        _fill_surface(axes, view)
+        return
+    if "surface" not in view:
+        raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
+    mesh = _draw_surface(axes, view)
+    _mark_optima(axes, view)
+    for parameter, axis in zip(_names(view), (axes.xaxis, axes.yaxis), strict=True):
+        axis.set_label_text(axis_label(parameter))
+    look: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
+    bar = axes.figure.colorbar(mesh, ax=axes, label=_objective(view), **look)
+    if isinstance(bar.norm, LogNorm):
+        write_out_ticks(bar.ax.yaxis)
 
 
 def _free(view: ArchiveView) -> list[str]:
     """Return the parameters that are free and enter the dynamics."""
-    found = (name.removeprefix(_OPTIMUM) for name in view.names if name.startswith(_OPTIMUM))
-    return [name for name in found if name in DESCRIBED and name != "V"]
+    names = (name.removeprefix(_OPTIMUM) for name in view.names if name.startswith(_OPTIMUM))
+    return [name for name in names if name in DESCRIBED and name != "V"]
 
 
 def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
-    """Draw the objective of all designs from rest, undisturbed, against the only parameter."""
+    """Draw the objective of all designs without a perturbation against the only parameter."""
     codes = {word: code for code, word in view.flags("stage").items()}
     plain = view["stage"] != codes["robustness"]
-    values, found = view[name][plain], drawable(view["objective"])[plain]
+    values, objectives = view[name][plain], drawable(view["objective"])[plain]
     order = np.argsort(values)
     look: dict[str, Any] = {"marker": "o", "markersize": 2.5, "linewidth": 0.6, "color": NAVY}
-    axes.plot(values[order], found[order], label="designs", **look)
+    axes.plot(values[order], objectives[order], label="designs", **look)
     best, optima = view["optimum_objective"], view[f"{_OPTIMUM}{name}"]
     star: dict[str, Any] = {"marker": "*", "markersize": 11, "linestyle": "none", "zorder": 5}
     axes.plot(optima[:1], best[:1], label=_best(view), color=_MARK, **star)
-    wide = found[np.isfinite(found)]
-    if wide.size and 0 < wide.min() * _WIDE < wide.max():
+    finite = objectives[np.isfinite(objectives)]
+    if finite.size and 0 < finite.min() * _WIDE < finite.max():
         axes.set_yscale("log")
         write_out_ticks(axes.yaxis)
     if values.min() > 0 and values.max() > _WIDE * values.min():
@@ -101,46 +119,8 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
 
 
 def _best(view: ArchiveView) -> str:
-    """Return the least objective in words."""
     unit = view.units("optimum_objective")
     return f"best: {view['optimum_objective'][0]:.4g}{'' if unit == '1' else f' {raised(unit)}'}"
-
-
-@styled()
-def tuning_surface(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
-    """Return the surface of a tuning: shades and contours of E1max over two free parameters.
-
-    The other parameters are those of the best optimum, which a star marks.  Circles mark optima
-    that are nearly as good; their other parameters may differ.  Inadmissible designs are gray.
-
-    Raises `RequestError` for a tuning without a surface.
-    """
-    _refuse_without_surface(view)
-    figure, grid = new_figure(page, [page.map_height])
-    _fill_surface(figure.add_subplot(grid[0]), view)
-    finish(figure, grid, view.text("title"), _held(view))
-    return figure
-
-
-def _fill_surface(axes: Axes, view: ArchiveView) -> None:
-    """Draw surface, optima, labels and the bar of shades into axes.
-
-    Raises `RequestError` for a tuning without a surface.
-    """
-    _refuse_without_surface(view)
-    mesh = _draw_surface(axes, view)
-    _mark_optima(axes, view)
-    for name, axis in zip(_names(view), (axes.xaxis, axes.yaxis), strict=True):
-        axis.set_label_text(axis_label(name))
-    look: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
-    bar = axes.figure.colorbar(mesh, ax=axes, label=_objective(view), **look)
-    if isinstance(bar.norm, LogNorm):
-        write_out_ticks(bar.ax.yaxis)
-
-
-def _refuse_without_surface(view: ArchiveView) -> None:
-    if "surface" not in view:
-        raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
 
 
 def _names(view: ArchiveView) -> list[str]:
@@ -148,73 +128,56 @@ def _names(view: ArchiveView) -> list[str]:
     return [dim.removeprefix("surface_") for dim in view.dims("surface")]
 
 
-def _held(view: ArchiveView) -> str:
-    """Return in one line the free parameters that are constant on the surface."""
-    prefix, shown = _OPTIMUM, _names(view)
-    free = [n.removeprefix(prefix) for n in view.names if n.startswith(prefix)]
-    held = [
-        f"${latex_symbol(n)}$ = {view[prefix + n][0]:.4g} {raised(described(n).unit)}"
-        for n in free
-        if n in DESCRIBED and n not in shown
-    ]
-    return f"with {', '.join(held)} as in the best" if held else ""
-
-
 def _draw_surface(axes: Axes, view: ArchiveView) -> QuadMesh:
-    """Draw the objective in shades, which are returned, and a few contours over them."""
+    """Draw the objective in shades, with contours; return the shades."""
     across, up = (view[dim] for dim in view.dims("surface"))
-    found = np.ma.masked_invalid(drawable(view["surface"])).T
-    norm = _norm(found)
+    objective = np.ma.masked_invalid(drawable(view["surface"])).T
+    norm = Normalize()
+    if objective.count() and 0 < objective.min() * _WIDE < objective.max():
+        norm = LogNorm(objective.min(), objective.max())
     shades = matplotlib.colormaps[SHADES].with_extremes(bad=NO_VALUE)
     style: dict[str, Any] = {"cmap": shades, "norm": norm, "shading": "flat", "rasterized": True}
-    mesh = axes.pcolormesh(inner_edges(across), inner_edges(up), found, **style)
+    mesh = axes.pcolormesh(inner_edges(across), inner_edges(up), objective, **style)
     levels: Any = _FEW_LINES
     if isinstance(norm, LogNorm):
-        levels = logarithmic_ticks().tick_values(found.min(), found.max())
+        levels = logarithmic_ticks().tick_values(objective.min(), objective.max())
     if not evenly_spaced(across):
         axes.set_xscale("log")
         write_out_ticks(axes.xaxis)
     if not evenly_spaced(up):
         axes.set_yscale("log")
         write_out_ticks(axes.yaxis)
-    _draw_contours(axes, axes.contour(across, up, found, levels=levels, **_CONTOUR), view)
+    _draw_contours(axes, axes.contour(across, up, objective, levels=levels, **_CONTOUR), view)
     return mesh
 
 
 def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None:
     """Outline contours, so that they show on any shade, and write their values on them.
 
-    A value is left out where it would hide the best optimum or another value.
+    A value that would hide the best optimum or another value is left out.
     """
     outline = [Stroke(linewidth=1.3, foreground=_OUTLINE), Normal()]
     lines.set_path_effects(outline)
     best = axes.transData.transform([[view[f"optimum_{name}"][0] for name in _names(view)]])
-    taken, unit = [best[0]], view.units("surface")
+    occupied, unit = [best[0]], view.units("surface")
     written = f"{{:g}} {unit}" if unit != "1" else "{:g}"
     for text in axes.clabel(lines, fmt=written.format, fontsize=_SMALL, inline=False):
         place = axes.transData.transform(text.get_position())
-        if min(np.hypot(*(place - other)) for other in taken) < _APART * axes.figure.dpi:
+        if min(np.hypot(*(place - other)) for other in occupied) < _APART * axes.figure.dpi:
             text.remove()
             continue
         text.set_path_effects([Stroke(linewidth=1.6, foreground=_OUTLINE), Normal()])
-        taken.append(place)
+        occupied.append(place)
 
 
 def _objective(view: ArchiveView) -> str:
-    """Return what stands along an axis or a bar: the objective with its unit."""
+    """Return the label of an axis or a color bar: the objective with its unit."""
     judged, unit = view.long_name("optimum_objective").partition(":")[0], view.units("objective")
     name = judged.removeprefix("largest ").removesuffix(" of all cases")
     if name in BY_NAME:
         cases = "" if name == judged else ", largest of all cases"
         return quantity_label(name, unit, body=body_of(view.attrs.get("kind"))) + cases
     return f"{judged} [{raised(unit)}]" if unit != "1" else judged
-
-
-def _norm(found: np.ma.MaskedArray) -> Normalize:
-    """Return how values become shades: by logarithm where they span a wide range."""
-    if found.count() and 0 < found.min() * _WIDE < found.max():
-        return LogNorm(found.min(), found.max())
-    return Normalize()
 
 
 def _mark_optima(axes: Axes, view: ArchiveView) -> None:
@@ -228,7 +191,7 @@ def _mark_optima(axes: Axes, view: ArchiveView) -> None:
         label = "nearly as good, perhaps off the surface"
         axes.plot(x[1:], y[1:], marker="o", markersize=6, label=label, **ring, **style)
     handles, _ = axes.get_legend_handles_labels()
-    add_legend(axes, handles, "above")  # where it hides nothing
+    add_legend(axes, handles, "above")
 
 
 PICTURE = Picture(
@@ -236,4 +199,4 @@ PICTURE = Picture(
     draw=lambda view, names, page: tuning_picture(view, page),
     fill=_fill,
 )
-"""What draws the archive of a tuning."""
+"""The picture of a tuning's archive."""

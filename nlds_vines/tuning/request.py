@@ -1,7 +1,8 @@
-"""A tuning: which parameters of a damper are free, the objective, and how to search."""
+"""The request of a tuning: free parameters, objective, cases, search; read from its file."""
 
 from __future__ import annotations
 
+import importlib.util
 import os
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, replace
@@ -22,10 +23,10 @@ from nlds_vines.loads.request import (
     refuse_without_effect,
 )
 from nlds_vines.model.axis import Axis, announced
-from nlds_vines.model.load_quantities import BY_NAME as NUMBERS
 from nlds_vines.model.loads.loading import ALL, Loading
-from nlds_vines.model.parameters import DESCRIBED
+from nlds_vines.model.parameters import DESCRIBED, range_in_words, setting_in_words, symbol_of
 from nlds_vines.model.quantities import BY_NAME as QUANTITIES
+from nlds_vines.model.quantities import OF_LOADS_BY_NAME as NUMBERS
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -45,21 +46,27 @@ from nlds_vines.model.setting import (
 )
 from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.model.system import System
-from nlds_vines.model.words import range_in_words, setting_in_words, symbol_of
 from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
-from nlds_vines.tuning.draws import DRAWS, FRESH_DRAWS, MOST_DRAWS, Uncertain
-from nlds_vines.tuning.free_parameter import Free, tunable, usual
+from nlds_vines.tuning.design_space import (
+    DRAWS,
+    FRESH_DRAWS,
+    MOST_DRAWS,
+    USUAL,
+    Free,
+    Uncertain,
+    tunable,
+)
 
 SAMPLED, SAMPLED_FREE = 60, 2
-"""Forcing periods sampled by default: with walls, where motions of many periods are common; without
-any, where the steady state repeats itself in every period."""
+"""Forcing periods sampled by default: with walls, which cause motions of many periods; and without
+walls, when every period of the steady state is the same."""
 
 OBJECTIVE, UNDER_LOAD = "E1max", "last_1"
-"""What is to be small by default: in the steady state, and under a load."""
+"""The default objectives: of the steady state, and under a load."""
 
 QUANTILE = 0.9
-"""The quantile of draws that is told where another one is not judged by."""
+"""The quantile of draws that is reported unless another one is the objective."""
 
 SEARCHES = ("de", "cma")
 """The global searches: differential evolution; CMA-ES, which needs the extra `cma`."""
@@ -68,22 +75,20 @@ MOST_LANES = 10**8
 """The most orbits of one tuning: days of work on a large machine."""
 
 DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
-"""The perturbations of an optimum: frequencies 1 % off, parameters 2 % off, this number of random
-starts, and this multiple of the periods (which shows an orbit that had not settled, or is
-irregular)."""
+"""The perturbations of an optimum: frequencies 1 % off, parameters 2 % off, so many random starts,
+and so many times the periods (which reveals an orbit that is irregular or had not settled)."""
 
 SIZE = 0.1
-"""That of an optimum under a load: the load 10 % smaller and larger, beside frequencies and
-parameters that are off."""
+"""The perturbation of a load: 10 % smaller and larger."""
 
 
-def _of_search(default: Any, check: Check, words: str, form: str = "", **more: Any) -> Any:
-    return setting(default, check, "search", words, form, **more)
+def _of_search(default: Any, check: Check, words: str, form: str = "", **options: Any) -> Any:
+    return setting(default, check, "search", words, form, **options)
 
 
 @dataclass(frozen=True)
 class Search:
-    """How to search, as the fields say of themselves; checked when made."""
+    """The settings of a search; checked when made."""
 
     method: str = _of_search(
         "de", OneOf(SEARCHES, "search method"),
@@ -92,8 +97,8 @@ class Search:
     )  # fmt: skip
     objective: str = _of_search(
         OBJECTIVE, Text(),
-        "what is to be small: `E1max`, `E2max`, a number of a [response](datasets.md) as `a1_rms`; "
-        "under a load a number of [it](loads-in-time.md)", "NAME",
+        "the objective: `E1max`, `E2max`, a number of a [response](datasets.md) such as `a1_rms`; "
+        "under a load, a number of [a response history](loads-in-time.md)", "NAME",
         usual=f"{OBJECTIVE}; under a load {UNDER_LOAD}",
     )  # fmt: skip
     population: int = _of_search(
@@ -109,22 +114,22 @@ class Search:
         5, Whole(1, 50), "designs that are polished and returned, at most", "N"
     )
     within: float = _of_search(
-        0.02, Real(0.0, 1.0, inside=True), "by which share a nearly equal design may be worse"
+        0.02, Real(0.0, 1.0, inside=True), "share by which a nearly equal design may be worse"
     )
     apart: float = _of_search(
         0.1, Real(0.0, 1.0, inside=True),
-        "how far from each other nearly equal designs are, in the unit cube of the bounds",
+        "least distance between nearly equal designs, in the unit cube of the bounds",
     )  # fmt: skip
     seed: int = _of_search(
         0, Whole(0, 2**31), "of the first search: the same seed, the same bits", "N"
     )
     seeds: int = _of_search(1, Whole(1, 1000), "how many searches, each with the next seed", "N")
     draws: int = _of_search(
-        0, Whole(0, MOST_DRAWS), "of all that is uncertain and of noise, by which a design is "
-        "judged: a power of two", "N", usual=f"{DRAWS} where something is uncertain",
+        0, Whole(0, MOST_DRAWS), "draws of uncertain parameters and of noise that judge a design: "
+        "a power of two", "N", usual=f"{DRAWS} if something is uncertain",
     )  # fmt: skip
     quantile: float | None = _of_search(
-        None, Real(0.0, 1.0, inside=True), "of the draws, by which a design is judged", "SHARE",
+        None, Real(0.0, 1.0, inside=True), "quantile of the draws that is the objective", "SHARE",
         usual="their mean",
     )  # fmt: skip
 
@@ -136,8 +141,17 @@ class Search:
 
     @property
     def all_seeds(self) -> range:
-        """The seeds, one for each repetition."""
+        """The seeds, one for each search."""
         return range(self.seed, self.seed + self.seeds)
+
+
+def check_installed(method: str) -> None:
+    """Raise `RequestError` if a search needs a package that is not installed."""
+    if method == "cma" and importlib.util.find_spec("cma") is None:
+        raise RequestError(
+            "search method 'cma' needs the package cma: pip install 'nlds-vines[cma]'; "
+            "without it there is 'de'"
+        )
 
 
 @dataclass(frozen=True)
@@ -146,7 +160,7 @@ class Surface:
 
     parameters: tuple[str, str] = setting(
         MISSING, Checked(lambda value: _two_names(value), listed=True), "surface",
-        "two free parameters: the objective over them, through the optimum", "A,B",
+        "two free parameters over which the objective is computed, through the optimum", "A,B",
         option="--surface",
     )  # fmt: skip
     size: int = setting(
@@ -166,26 +180,45 @@ def _two_names(names: object) -> tuple[str, str]:
 
 @dataclass(frozen=True, repr=False)
 class Tuning(Request):
-    """What to tune; checked when made, immutable afterwards.
+    """The request of a tuning; checked when made, immutable afterwards.
 
-    The objective of a design is E1max [J] after the transient, or another number that
-    `search.objective` names, from rest; where `over` names parameters, the largest of all
-    combinations of their values; where something is uncertain, the mean or a quantile of that.
+    The objective of a design is E1max [J] after the transient, or the quantity that
+    `search.objective` names, from rest.  With `over`, it is the largest value of all cases; with
+    `uncertain`, the mean or a quantile of that over the draws.
 
-    Arguments:
-        title: one line for people.
-        system: the parameters that are not free.
-        free: one or more parameters of the damper.
-        over: other parameters and their values, such as omega for the peak over a band; under a
-            load its numbers, too (`impulse`, `friedlander.peak`).
-        history: the load and how long it is watched, where designs are judged by what becomes of
-            them under it; None for the steady state under the harmonic force.
-        uncertain: parameters, and numbers of the load, that are not known exactly.
-        surface: a grid to compute through the optimum, or None.
-        transient, periods, tolerance: as the fields say; of method exact, which all tunings use.
-        search: how to search.
+    Parameters
+    ----------
+    title : str
+        One line.
+    system : System
+        The system; the values of its free parameters are not used.
+    free : tuple of Free
+        One or more parameters of the damper, each with `name`, `low` and `high` in SI units.
+    over : tuple of Axis, optional
+        Other parameters and their values, such as omega for the peak over a band; under a load
+        also its numbers (`impulse`, `friedlander.peak`).
+    history : HistoryRequest, optional
+        The load and its duration.  By default designs are judged by their steady state under the
+        harmonic force.
+    uncertain : tuple of Uncertain, optional
+        Uncertain parameters and numbers of the load.
+    surface : Surface, optional
+        Two free parameters over which the objective is computed through the optimum.
+    transient, periods : int, optional
+        Forcing periods that are discarded and sampled.
+    search : Search, optional
+        Method, objective, population, seeds and draws of the search.
+    tolerance : float or str, optional
+        Of method exact, which all tunings use.
 
-    Raises `RequestError` for anything else, and for a value that the system refuses.
+    Raises
+    ------
+    RequestError
+        For anything else, and for a value that the system refuses.
+
+    See Also
+    --------
+    load_tuning, tune
     """
 
     content: ClassVar[str] = TUNING
@@ -226,7 +259,7 @@ class Tuning(Request):
 
     @property
     def objectives(self) -> Mapping[str, str]:
-        """What may be small, by name, with its unit."""
+        """The possible objectives by name, with their units."""
         if self.history is None:
             return objectives_of(self.system.scene)
         return objectives_of_loads(self.system.scene, self.history.load.shaken)
@@ -238,7 +271,7 @@ class Tuning(Request):
 
     @property
     def objective_in_words(self) -> str:
-        """The name of the objective, and what it is: its body and its frame."""
+        """The name of the objective and its meaning, with body and frame."""
         name = self.search.objective
         if self.history is None:
             return f"{name}, {QUANTITIES[name].words_in(self.system.scene)}"
@@ -246,26 +279,26 @@ class Tuning(Request):
 
     @property
     def draws(self) -> int:
-        """How many draws a design is judged by; 0: it is judged as it is."""
+        """Number of draws over which a design is judged; 0 for its nominal value."""
         return self.search.draws or (DRAWS if self.uncertain else 0)
 
     @property
     def fresh_draws(self) -> int:
-        """How many draws an optimum is judged again by, if there are any."""
+        """Number of draws by which an optimum is judged again, if the search has draws."""
         return max(FRESH_DRAWS, self.draws)
 
     @property
     def quantile(self) -> float:
-        """The quantile of the draws that is told."""
+        """The quantile of the draws that is reported."""
         return self.search.quantile or QUANTILE
 
     @property
     def judged(self) -> str:
-        """By what a design is judged, in words."""
+        """The number that judges a design, in words."""
         return self.judged_by(self.draws)
 
     def judged_by(self, draws: int) -> str:
-        """Return by what a design is judged over so many draws, in words."""
+        """Return in words the number that judges a design over so many draws."""
         name = self.search.objective
         worst = name if self.case_count == 1 else f"largest {name} of all cases"
         if not self.draws:
@@ -275,21 +308,21 @@ class Tuning(Request):
 
     @property
     def first_design(self) -> np.ndarray | None:
-        """The design that is known without a search, SI values in the order of `free`; or None.
+        """A first design in closed form, SI values in the order of `free`; None if there is none.
 
-        Where both clearances of a free mass between two rigid walls are free, and nothing else:
-        the best clearance in closed form, `model.slow_manifold`.
+        If only the two clearances of a free mass between two rigid walls are free, it is the best
+        clearance of `model.slow_manifold`.
         """
         if set(self.names) != {"C", "D"}:
             return None
         try:
-            found = slow_manifold(self.system.with_(C=1.0, D=1.0)).best.clearance
+            clearance = slow_manifold(self.system.with_(C=1.0, D=1.0)).best.clearance
         except RequestError:
             return None
-        return np.array([found, found])
+        return np.array([clearance, clearance])
 
     def starts_inside(self) -> list[str]:
-        """Return a line if the state from which designs start is inside a wall of the system."""
+        """Return a line if designs start inside a wall."""
         return [] if self.history is None else self.history.starts_inside()
 
     def _check_names(self) -> None:
@@ -314,7 +347,7 @@ class Tuning(Request):
                 raise RequestError("a surface takes two different parameters")
 
     def _check_uncertain(self) -> None:
-        """Refuse what is uncertain and has no one value, and draws of nothing."""
+        """Refuse draws of nothing, and uncertain parameters without a single nominal value."""
         over = [axis.name for axis in self.over]
         if self.history is not None:
             names = [*over, *(one.name for one in self.uncertain)]
@@ -330,8 +363,8 @@ class Tuning(Request):
             if one.name in over:
                 raise RequestError(f"{one.name} is uncertain and has values of its own: not both")
             if not self._of_load(one.name):
-                known = (*self.system.parameters, *self.system.ratios)
-                choice("uncertain parameter", one.name, known)
+                allowed = (*self.system.parameters, *self.system.ratios)
+                choice("uncertain parameter", one.name, allowed)
         uncertain = [one.name for one in self.uncertain if not self._of_load(one.name)]
         free = dict(zip(meant_by(self.system.scene, self.names), self.names, strict=True))
         for name, meant in zip(uncertain, meant_by(self.system.scene, uncertain), strict=True):
@@ -344,7 +377,7 @@ class Tuning(Request):
         refuse_twice(self.system.scene, names)
 
     def _of_load(self, name: str) -> bool:
-        """Tell whether a name is that of a number of the load, where there is one."""
+        """Return True if there is a load and the name is that of one of its numbers."""
         return self.history is not None and is_of_load(name)
 
     def value(self, name: str) -> float:
@@ -354,7 +387,7 @@ class Tuning(Request):
         return {**self.system.ratios, **self.system.parameters}[name]
 
     def _check_corners(self) -> None:
-        """Let system and load check the corners of all intervals: what holds there holds inside."""
+        """Check system and load at the corners of all intervals: what holds there holds inside."""
         ends = {item.name: np.array([item.low, item.high]) for item in self.free}
         ends |= {axis.name: axis.values[[0, -1]] for axis in self.over}
         for one in self.uncertain:
@@ -394,29 +427,29 @@ class Tuning(Request):
         return {**self.system.attributes(self.names), "seed": self.search.seed}
 
     def cases(self) -> Mapping[str, np.ndarray]:
-        """Return the values of `over` in every combination; of the steady state with omega."""
+        """Return the values (cases,) of `over` in every combination; without a load, omega too."""
         grids = np.meshgrid(*(axis.values for axis in self.over), indexing="ij")
-        found = {axis.name: grid.ravel() for axis, grid in zip(self.over, grids, strict=True)}
+        cases = {axis.name: grid.ravel() for axis, grid in zip(self.over, grids, strict=True)}
         if self.history is not None:
-            return MappingProxyType(found)
+            return MappingProxyType(cases)
         value = np.array([self.value(self.frequency)])
-        return MappingProxyType({self.frequency: np.repeat(value, self.case_count)} | found)
+        return MappingProxyType({self.frequency: np.repeat(value, self.case_count)} | cases)
 
     @property
     def frequency(self) -> str:
-        """The name of what says the frequency of the force: omega, or its ratio if that is set."""
+        """The name of the forcing frequency: omega, or f or omega_ratio if that is set."""
         names = [*self.system.fixed_ratios, *(axis.name for axis in self.over)]
         names += [one.name for one in self.uncertain]
         return next((name for name in ("omega_ratio", "f") if name in names), "omega")
 
     @property
     def case_count(self) -> int:
-        """Number of orbits of one design."""
+        """Number of cases under which one design is judged."""
         return prod(axis.values.size for axis in self.over)
 
     @property
     def most_evaluations(self) -> int:
-        """The most designs that will be evaluated, each perturbed one counted."""
+        """The largest number of evaluations, perturbed designs included."""
         search = self.search
         globally = search.population * (search.generations + 1)
         locally = search.optima * search.polish
@@ -426,13 +459,13 @@ class Tuning(Request):
 
     @property
     def most_lanes(self) -> int:
-        """The most orbits that will be computed."""
+        """The largest number of orbits."""
         fresh = self.search.optima * (self.fresh_draws + 1) if self.draws else 0
         return self.case_count * (self.most_evaluations * (self.draws + 1) + fresh)
 
     def document(self) -> dict[str, Any]:
-        """Return the tuning file that means exactly this tuning, complete, as nested tables."""
-        found: dict[str, Any] = {
+        """Return the complete tuning file of this request as nested tables."""
+        document: dict[str, Any] = {
             "title": self.title,
             "system": self.system.to_table(),
             "free": {item.name: {"low": item.low, "high": item.high} for item in self.free},
@@ -441,12 +474,15 @@ class Tuning(Request):
             "search": entries(self.search, "search"),
         }
         if self.history is not None:
-            found |= {"load": self.history.load.to_table(), "start": entries(self.history, "start")}
+            document |= {
+                "load": self.history.load.to_table(),
+                "start": entries(self.history, "start"),
+            }
         if self.uncertain:
-            found["uncertain"] = {one.name: one.entry() for one in self.uncertain}
+            document["uncertain"] = {one.name: one.entry() for one in self.uncertain}
         if self.surface is not None:
-            found["surface"] = entries(self.surface, "surface")
-        return found
+            document["surface"] = entries(self.surface, "surface")
+        return document
 
 
 FORM = Form(
@@ -466,15 +502,35 @@ def load_tuning(
     changes: Mapping[str, Any] | None = None,
     changes_from: str = "changes",
 ) -> Tuning:
-    """Return the tuning that a tuning file means, validated throughout.
+    """Read and validate a tuning file.
 
-    Arguments:
-        source: path of a TOML file (its name ends in `.toml`), a name of the catalog, the
-            document as nested tables, a `System`, a `Tuning`, or None for SSul.
-        changes: a document of the same form that overrides it entry by entry; what it sets is no
-            longer free.  `changes_from` names it in the message of an error.
+    Parameters
+    ----------
+    source : path, str, mapping, System or Tuning, optional
+        The path of a TOML file (`*.toml`), a catalog name, the document as nested tables, a system
+        or a request; by default SSul Set 6.
+    changes : mapping, optional
+        A document of the same form that overrides the source entry by entry.  A parameter that it
+        sets is no longer free.
+    changes_from : str, optional
+        The name of `changes` in messages.
 
-    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    Returns
+    -------
+    Tuning
+        The request.
+
+    Raises
+    ------
+    RequestError
+        One line that names place, key, value and what is allowed.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> request = nv.load_tuning("tmd", {"over": {"omega": {"start": 5.0, "stop": 8.0, "num": 61}}})
+    >>> request.names, request.case_count, request.judged
+    (('k2', 'c2'), 61, 'largest E1max of all cases')
     """
     if isinstance(source, Tuning) and not changes:
         return source
@@ -514,13 +570,13 @@ def load_tuning(
 
 
 def _free(request: Merged, scene: Scene) -> dict[str, Any]:
-    """Return the entries of [free], by default the usual parameters that the file does not set.
+    """Return the entries of [free], by default the `USUAL` parameters that the file does not set.
 
-    A parameter that the changes set or vary, or free by another name, is no longer free.
+    A parameter that the changes set or vary, or free under another name, is no longer free.
     """
     (_, below), (_, above) = request.layers
     names = set(meant_by(scene, below.get("set", {})))
-    entries = below.get("free", {name: {} for name in usual(scene) if name not in names})
+    entries = below.get("free", {n: {} for n in USUAL if n in scene.own and n not in names})
     free = above.get("free", {})
     stated = {*meant_by(scene, [*above.get("set", {}), *above.get("over", {})])}
     stated |= {*meant_by(scene, free)} - {*free}
@@ -528,18 +584,18 @@ def _free(request: Merged, scene: Scene) -> dict[str, Any]:
 
 
 def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, dict[str, Any]]:
-    """Return the response history by which designs are judged, and the settings without one.
+    """Return the response history that judges designs, if any, and the settings without one.
 
-    If there is a load or a start, there is a history.  A file may have [sampling] for both.
+    There is a history if there is a load or a start.  A file may have [sampling] for both.
     """
     loaded = bool(request.table("load") or request.table("start"))
     owner: type = HistoryRequest if loaded else Tuning
-    known = [said.key for said in settings_of(owner, "sampling").values()]
+    keys = [entry.key for entry in settings_of(owner, "sampling").values()]
     for name in request.layers[1][1].get("sampling", {}):
-        if name not in known:
+        if name not in keys:
             why = "under a load" if loaded else "without [load] or [start]"
             with at(request.place("sampling")):
-                raise RequestError(f"{name} is not used {why}; allowed: {', '.join(known)}")
+                raise RequestError(f"{name} is not used {why}; allowed: {', '.join(keys)}")
     if not loaded:
         periods = SAMPLED if system.scene.walls else SAMPLED_FREE
         return None, {"periods": periods} | request.of(Tuning)
@@ -551,7 +607,7 @@ def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, di
 def _over(
     request: Merged, system: System, history: HistoryRequest | None, changing: list[str]
 ) -> tuple[Axis, ...]:
-    """Return the axes of [over]; the parameters `changing` beside them are free or uncertain."""
+    """Return the axes of [over]; the parameters `changing` are free or uncertain."""
     scene = system.scene
     with at(request.place("over")):
         cases = prod(announced(request.table("over")))
@@ -570,7 +626,7 @@ def _over(
 def _made_up_title(
     system: System, free: tuple[Free, ...], over: tuple[Axis, ...], history: HistoryRequest | None
 ) -> str:
-    """Return a title made of the scene, the free parameters and what they are tuned for."""
+    """Return a title of the scene, the free parameters and the cases."""
     names = ", ".join(symbol_of(item.name) for item in free)
     ranges = [range_in_words(axis.name, axis.values) for axis in over if axis.name in DESCRIBED]
     if history is not None:

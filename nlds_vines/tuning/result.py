@@ -1,4 +1,4 @@
-"""The results of a tuning, read from its archive: the optima and their robustness."""
+"""The results of a tuning: the datasets of its archive, and the archive read as a `Tuned`."""
 
 from __future__ import annotations
 
@@ -10,31 +10,169 @@ from math import isfinite, nan
 import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
+from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import TUNING
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.records import OK
+from nlds_vines.model.loads.loading import words_of_number
+from nlds_vines.model.parameters import DESCRIBED, described
+from nlds_vines.orbits.records import OK, STATUS_FLAGS
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.tuning.evaluations import STAGES
-from nlds_vines.tuning.free_parameter import Free
-from nlds_vines.tuning.objective import OF_DRAWS, impacts_of
-from nlds_vines.tuning.optima import is_band, over_finer_bands
+from nlds_vines.tuning.design_space import Free
+from nlds_vines.tuning.objective import (
+    OF_DRAWS,
+    STAGES,
+    impacts_of,
+    is_band,
+    over_finer_bands,
+    perturbations,
+)
 from nlds_vines.tuning.request import Tuning, load_tuning
 
-_ON_BOUND = 1e-6  # of the range: so near to a bound a search is at it
-_AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
+_ON_BOUND = 1e-6  # of the range: a search that stops so near to a bound has reached it
+_AT_BOUND = 1e-3  # of the range: an optimum so near to a bound is reported
+
+# ---- datasets ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The results of a search, to be written.
+
+    Attributes:
+        columns: all evaluations, by column of the log.
+        optima: rows in the log of the nearly equal optima, the best first.
+        robustness: objectives (optima, perturbations).
+        surface: (values of the first parameter, of the second, objectives), or None.
+        spread: the best objective of each seed.
+        finer: objectives (optima,) over finer bands; None without a band.
+        fresh: objectives (optima,) over draws that the search did not have; None without draws.
+    """
+
+    columns: dict[str, np.ndarray]
+    optima: np.ndarray
+    robustness: np.ndarray
+    surface: tuple[np.ndarray, np.ndarray, np.ndarray] | None
+    spread: np.ndarray
+    finer: np.ndarray | None = None
+    fresh: np.ndarray | None = None
+
+
+def scales(tuning: Tuning, findings: Findings) -> list[Scale]:
+    """Return the dimensions of the archive."""
+    names = np.array([one.words for one in perturbations(tuning)], dtype=np.str_)
+    seeds = np.array(tuning.search.all_seeds, dtype=np.int64)
+    count = len(findings.columns["objective"])
+    dims = [
+        Scale.counted("evaluation", count, "evaluation, in order"),
+        Scale.counted("case", tuning.case_count, "case under which each design is judged"),
+        Scale("search", seeds, "1", "seed of a search"),
+        Scale.counted("optimum", len(findings.optima), "near-equal optimum, the best first"),
+        Scale("perturbation", names, "1", "perturbation of an optimum"),
+    ]
+    if tuning.surface is not None and findings.surface is not None:
+        for name, values in zip(tuning.surface.parameters, findings.surface, strict=False):
+            dims.append(described(name).scale(values, "surface_"))
+    return dims
+
+
+def contents(tuning: Tuning, findings: Findings) -> list[tuple[Dataset, np.ndarray]]:
+    """Return the datasets of the archive with their values; those without values are left out."""
+    columns, rows, dims = findings.columns, findings.optima, ("optimum",)
+    datasets = [(entry, columns[entry.name]) for entry in _of_evaluations(tuning)]
+    for name, values in tuning.cases().items():
+        if name in DESCRIBED:
+            entry = described(name).dataset(("case",), "case_")
+        else:
+            assert tuning.history is not None
+            of_load = words_of_number(tuning.history.load, name)
+            entry = Dataset.real(f"case_{name}", ("case",), *of_load)
+        datasets.append((entry, np.ascontiguousarray(values)))
+    for name in tuning.names:
+        datasets.append((described(name).dataset(dims, "optimum_"), columns[name][rows]))
+    place = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
+    datasets.append((place, rows))
+    again = f"{tuning.judged_by(tuning.fresh_draws)} that the search did not have"
+    surface = "objective over two parameters, the others as in the best optimum"
+    grid = None if tuning.surface is None else tuning.surface.parameters
+    for name, dimensions, words, objectives in (
+        ("optimum_objective", dims, _judged(tuning), columns["objective"][rows]),
+        ("robustness", (*dims, "perturbation"), f"{tuning.judged} under a perturbation",
+         findings.robustness),
+        ("search_best", ("search",), "best objective of a search", findings.spread),
+        ("optimum_finer", dims, f"{tuning.judged}, with more values in each band", findings.finer),
+        ("optimum_fresh", dims, again, findings.fresh),
+        ("surface", tuple(f"surface_{name}" for name in grid or ()), surface,
+         None if grid is None or findings.surface is None else findings.surface[2]),
+    ):  # fmt: skip
+        if objectives is not None:
+            entry = Dataset.real(name, dimensions, tuning.unit, words, np.inf)
+            datasets.append((entry, objectives))
+    return [(entry, values) for entry, values in datasets if values.size]
+
+
+def _judged(tuning: Tuning) -> str:
+    return f"{tuning.judged}: {tuning.objective_in_words}"
+
+
+def _of_evaluations(tuning: Tuning) -> list[Dataset]:
+    """Return the datasets of the log, one for each column."""
+    dims, unit = ("evaluation",), tuning.unit
+    table = [described(name).dataset(dims) for name in tuning.names]
+    if tuning.history is None:
+        each = "per forcing period"
+        table += [
+            Dataset.real("detuning", dims, "1", "factor on every omega"),
+            Dataset.whole("random_start", dims, "random start; 0: from rest"),
+            Dataset.real("stretch", dims, "1", "factor on all numbers of periods"),
+        ]
+    else:
+        each = "under the load"
+        off = "factor on the structure's natural frequency, by its stiffness"
+        table += [
+            Dataset.real("detuning", dims, "1", off),
+            Dataset.real("stretch", dims, "1", "factor on the load"),
+        ]
+    if tuning.draws:
+        largest = f"largest {tuning.search.objective} of all cases"
+        share = f"{100 * tuning.quantile:g} % quantile"
+        table += [
+            Dataset.real("nominal", dims, unit, f"{largest}, nominal", np.inf),
+            Dataset.real("mean", dims, unit, "mean of it over the draws", np.inf),
+            Dataset.real("quantile", dims, unit, f"{share} of it over the draws", np.inf),
+        ]
+    table += [
+        Dataset.real("objective", dims, unit, _judged(tuning), np.inf),
+        Dataset.real("E2max", dims, "J", "the damper's energy in that case"),
+        Dataset.whole("worst_case", dims, "number of that case"),
+    ]
+    impacts = f"impacts {each} in that case, nominal"
+    table += [Dataset.real(name, dims, "1", impacts) for name in impacts_of(tuning)]
+    return [
+        *table,
+        Dataset.code("stage", dims, "stage of the search", STAGES),
+        Dataset("seed", dims, "int64", "1", "seed of the search", 0),
+        Dataset.code("status", dims, "how its worst orbit ended", STATUS_FLAGS),
+    ]
+
+
+# ---- the result ----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, repr=False)
 class Optimum(Outlined):
-    """One optimum: its parameters [SI], its objective, and that under perturbations.
+    """One optimum of a tuning.
 
-    `robustness` holds the objective under each perturbation, `none` among them; `finer` is the
-    objective with more values in each band, NaN where there is no band.  Where there are draws,
-    `objective` is that over `Tuning.fresh_draws` draws that the search did not have, `searched` the
-    one by which the design was chosen and which flatters it; `nominal` is that of the design as
-    given, `mean` and `quantile` those over the draws of the search.  With walls, `impacts` counts
-    those of the worst case: in each forcing period, or under the load.
+    Attributes:
+        parameters: its free parameters by name [SI].
+        objective: of the design; with draws, over `Tuning.fresh_draws` draws that the search did
+            not have.
+        robustness: the objective under each perturbation, `none` among them.
+        finer: the objective with more values in each band; NaN without a band.
+        searched: the objective by which the design was chosen; with draws, it flatters the design.
+        nominal, mean, quantile: with draws, the nominal objective, and its mean and quantile over
+            the draws of the search.
+        impacts: with walls, those of the worst case: per forcing period, or under the load.
     """
 
     parameters: Mapping[str, float]
@@ -60,11 +198,27 @@ class Optimum(Outlined):
 
 @dataclass(frozen=True, repr=False)
 class Tuned(Drawable):
-    """The results of a tuning.
+    """The results of a tuning, as `tune` and `open_archive` return them.
 
-    `optima` are designs nearly as good as the best and apart from one another, the best first;
-    empty where every design was inadmissible.  `spread` is the best objective of each seed;
-    `evaluations` counts all designs evaluated, `refused` those whose orbits failed.
+    Attributes
+    ----------
+    tuning : Tuning
+        The request; `request` is the same.
+    optima : tuple of Optimum
+        Designs nearly as good as the best and apart from one another, the best first; empty if
+        every design was inadmissible.  Each has `parameters`, `objective`, `robustness`, `impacts`.
+    spread : dict of int to float
+        The best objective of each seed.
+    evaluations : int
+        Number of designs evaluated.
+    refused : int
+        Number of designs that were inadmissible, because an orbit failed or broke a constraint.
+    path : path
+        The archive.
+
+    See Also
+    --------
+    tune
     """
 
     drawn_by = "nlds_vines.tuning.picture"
@@ -97,91 +251,89 @@ class Tuned(Drawable):
 
     @property
     def best(self) -> Optimum:
-        """The best design; `RequestError` where none was admissible."""
+        """The best design.
+
+        Raises
+        ------
+        RequestError
+            If no design was admissible.
+        """
         if not self.optima:
             raise RequestError(f"{self.path}: every design was inadmissible; widen the bounds")
         return self.optima[0]
 
     @property
     def parameters(self) -> Mapping[str, float]:
-        """The parameters of the best design [SI]."""
+        """The free parameters of the best design by name [SI]."""
         return self.best.parameters
 
     @property
     def objective(self) -> float:
-        """The objective of the best design, in `tuning.unit`."""
+        """The objective of the best design, in the unit `tuning.unit`."""
         return self.best.objective
 
     def lines(self) -> Iterator[str]:
-        """Yield the report, a line at a time."""
-        yield self.tuning.title
-        if self.tuning.history is not None:
-            yield from self.tuning.history.load.records_in_words(self.tuning.history.duration)
+        """Yield the lines of the report."""
+        tuning = self.tuning
+        yield tuning.title
+        if tuning.history is not None:
+            yield from tuning.history.load.records_in_words(tuning.history.duration)
         if not self.optima:
             yield f"all {self.evaluations} designs were inadmissible"
             return
         yield f"{self.evaluations} designs, {self.refused} of them inadmissible"
-        yield f"objective: {self.tuning.objective_in_words}"
-        names, unit = self.tuning.names, self.tuning.unit
-        heads = [f"{self.tuning.search.objective} [{unit}]"]
-        heads += [f"finer [{unit}]"] if isfinite(self.best.finer) else []
-        each = "impacts/T" if self.tuning.history is None else "impacts"
-        heads += [each] * len(impacts_of(self.tuning))
+        yield f"objective: {tuning.objective_in_words}"
+        has_finer, has_impacts = isfinite(self.best.finer), bool(impacts_of(tuning))
+        each = "impacts/T" if tuning.history is None else "impacts"
+        heads = [f"{tuning.search.objective} [{tuning.unit}]"]
+        heads += [f"finer [{tuning.unit}]"] * has_finer + [each] * has_impacts
         heads = [f"{head:>11}" for head in heads]
-        yield "  ".join([*(f"{name:>10}" for name in names), *heads, f"disturbed [{unit}]"])
+        yield "  ".join([*(f"{n:>10}" for n in tuning.names), *heads, f"disturbed [{tuning.unit}]"])
         for item in self.optima:
-            values = [item.objective, *([item.finer] if isfinite(self.best.finer) else [])]
-            values += [item.impacts] * len(impacts_of(self.tuning))
-            columns = [f"{_told(one, item.parameters[one.name]):10.5g}" for one in self.tuning.free]
+            values = [item.objective, *[item.finer] * has_finer, *[item.impacts] * has_impacts]
+            columns = [f"{_at_bound(one, item.parameters[one.name]):10.5g}" for one in tuning.free]
             columns += [f"{value:11.5g}" for value in values]
             yield "  ".join([*columns, f"{item.worst:.5g} ({item.cause})"])
         yield from self._remarks()
 
     def _remarks(self) -> Iterator[str]:
-        """Yield remarks: draws, the spread over the seeds, inert parameters, optima at a bound."""
-        if self.tuning.draws:
-            best, what = self.best, ", ".join(one.words() for one in self.tuning.uncertain)
+        """Yield remarks on draws, seeds and bands, on inert parameters and optima at a bound."""
+        tuning, best, unit = self.tuning, self.best, self.tuning.unit
+        if tuning.draws:
+            what = ", ".join(one.words() for one in tuning.uncertain) or "noise"
             yield (
-                f"judged by the {self.tuning.judged}{f' of {what}' if what else ' of noise'}: "
+                f"judged by the {tuning.judged} of {what}: "
                 f"as given {best.nominal:.5g}, mean {best.mean:.5g}, "
-                f"{100 * self.tuning.quantile:g} % quantile {best.quantile:.5g} {self.tuning.unit}"
+                f"{100 * tuning.quantile:g} % quantile {best.quantile:.5g} {unit}"
             )
             yield (
-                f"chosen by {best.searched:.5g} {self.tuning.unit}, which flatters: the table has "
-                f"the {self.tuning.judged_by(self.tuning.fresh_draws)} that the search did not have"
+                f"chosen by {best.searched:.5g} {unit}, which flatters: the table has "
+                f"the {tuning.judged_by(tuning.fresh_draws)} that the search did not have"
             )
         if len(self.spread) > 1:
             low, middle, high = np.percentile(list(self.spread.values()), [0, 50, 100])
             yield (
                 f"{len(self.spread)} seeds: best {low:.6g}, median {middle:.6g}, "
-                f"worst {high:.6g} {self.tuning.unit}"
+                f"worst {high:.6g} {unit}"
             )
-        yield from self._of_bands()
-        for item in self.tuning.free:
+        finer = over_finer_bands(tuning)
+        for axis, finer_axis in zip(tuning.over, finer.over if finer else tuning.over, strict=True):
+            largest = f"the largest of {axis.values.size} values of {axis.name}"
+            if is_band(axis) and isfinite(best.finer):
+                yield f"{tuning.search.objective} is {largest}; finer: of {finer_axis.values.size}"
+            elif is_band(axis):
+                yield f"{largest}; between them it may be larger"
+        for item in tuning.free:
             value = self.parameters[item.name]
             if item.inert:
                 yield f"{item.name} does not enter the dynamics: any value is as good"
             elif not _AT_BOUND < item.unit(np.asarray(value)) < 1 - _AT_BOUND:
-                told = _told(item, value)
-                yield f"{item.name} stands at its bound {told:.4g}: the optimum may lie beyond"
-
-    def _of_bands(self) -> Iterator[str]:
-        """Yield what the objective says of the ranges that it is the largest of."""
-        finer = over_finer_bands(self.tuning)
-        if finer is None:
-            return
-        for axis, more in zip(self.tuning.over, finer.over, strict=True):
-            if not is_band(axis):
-                continue
-            found = f"the largest of {axis.values.size} values of {axis.name}"
-            if isfinite(self.best.finer):
-                yield f"{self.tuning.search.objective} is {found}; finer: of {more.values.size}"
-            else:
-                yield f"{found}; between them it may be larger"
+                at = f"{_at_bound(item, value):.4g}"
+                yield f"{item.name} stands at its bound {at}: the optimum may lie beyond"
 
 
-def _told(free: Free, value: float) -> float:
-    """Return the value of a design to print: that of a bound where a search has stopped at it."""
+def _at_bound(free: Free, value: float) -> float:
+    """Return the bound at which a search has stopped, or the value if it has not."""
     place = float(free.unit(np.asarray(value)))
     if place < _ON_BOUND:
         return free.low
@@ -189,7 +341,7 @@ def _told(free: Free, value: float) -> float:
 
 
 def tuned(path: str | os.PathLike[str]) -> Tuned:
-    """Return the results of a tuning, from its archive.
+    """Return the results of a tuning, read from its archive.
 
     Raises `RequestError` for any other file.
     """
@@ -215,9 +367,9 @@ def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
     finer = view["optimum_finer"] if "optimum_finer" in view else np.full(objective.size, nan)
     rows = view["optimum_evaluation"]
     fresh = view["optimum_fresh" if tuning.draws else "optimum_objective"]
-    drawn = {name: view[name][rows].tolist() for name in OF_DRAWS if tuning.draws}
+    columns = {name: view[name][rows].tolist() for name in OF_DRAWS if tuning.draws}
     for name in impacts_of(tuning):
-        drawn["impacts"] = view[name][rows].tolist()
+        columns["impacts"] = view[name][rows].tolist()
     for i in range(objective.size):
         yield Optimum(
             parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
@@ -225,5 +377,5 @@ def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
             searched=float(objective[i]),
             robustness=dict(zip(causes, view["robustness"][i].tolist(), strict=True)),
             finer=float(finer[i]),
-            **{name: values[i] for name, values in drawn.items()},
+            **{name: values[i] for name, values in columns.items()},
         )

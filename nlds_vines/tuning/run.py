@@ -1,35 +1,44 @@
-"""A tuning from request to archive: search, polish, disturb the optima, compute the surface."""
+"""A tuning from request to archive: search, polish, perturb the optima, compute the surface.
+
+The searches work in the unit cube that the bounds span; a design is a point in it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from nlds_vines.cli.running import RunOptions
+from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.store import Blocks, Write
-from nlds_vines.tuning import tuning_table
-from nlds_vines.tuning.evaluations import Log
-from nlds_vines.tuning.free_parameter import units_of, values_of
-from nlds_vines.tuning.objective import Trials
-from nlds_vines.tuning.optima import distinct, over_finer_bands, perturbed
-from nlds_vines.tuning.request import Tuning
-from nlds_vines.tuning.searches import Evaluate, polish, search_globally
+from nlds_vines.tuning.design_space import units_of, values_of
+from nlds_vines.tuning.objective import Log, Trials, over_finer_bands, perturbed
+from nlds_vines.tuning.request import Search, Tuning, check_installed
+from nlds_vines.tuning.result import Findings, contents, scales
 
 PROMISING = 0.25
 """How much worse than the best, relatively, a design may be from which a local search begins."""
 
+Evaluate = Callable[[np.ndarray], np.ndarray]
+"""The objective (n,) of points (n, parameters) in the unit cube."""
+
+_CONTRACTED = 1e-4  # spread of a generation's objectives relative to their mean that ends a search
+_SIMPLEX = 0.03  # first steps of the local search, in the unit cube
+_SMALLEST = 1e-5  # its last steps
+_FIRST_STEP = 0.3  # of CMA-ES: standard deviation of its first generation
+_INADMISSIBLE = 1e30  # in place of infinity, with which CMA-ES cannot compute
+
 
 def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
-    """Do a tuning into the archive `output`.
+    """Run a tuning and write the archive `output`.
 
-    Arguments: `how` the run goes, None for the defaults of `RunOptions`; there are no shards.
-
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every evaluation kept for --resume,
-    and `RequestError` where the archive cannot be written.
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every evaluation saved for --resume,
+    and `RequestError` if the archive cannot be written.
     """
     how = RunOptions() if how is None else how
     use_threads(how.threads)
@@ -39,19 +48,19 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
         most = tuning.most_evaluations
         with Progress(most, "design", quiet=how.quiet, at_most=True) as progress:
             log = Log(tuning, store, progress)
-            found = _findings(tuning, log)
+            findings = _findings(tuning, log)
         derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
-        free = (*tuning.names, *derived)  # what is free has no value of its own
-        scales, contents = tuning_table.scales(tuning, found), tuning_table.contents(tuning, found)
-        return store.writer(scales, contents, free, replayed=log.replayed)
+        free = (*tuning.names, *derived)  # no free parameter has one value for the archive
+        datasets = contents(tuning, findings)
+        return store.writer(scales(tuning, findings), datasets, free, replayed=log.replayed)
 
     store.carry_out(how, work)
 
 
-def _findings(tuning: Tuning, log: Log) -> tuning_table.Findings:
-    """Search with every seed; disturb the optima, and compute the surface through the best."""
-    spread = np.array([_search(tuning, log, seed) for seed in tuning.search.all_seeds])
+def _findings(tuning: Tuning, log: Log) -> Findings:
+    """Search with every seed; perturb the optima, and compute the surface through the best."""
     search = tuning.search
+    spread = np.array([_search(tuning, log, seed) for seed in search.all_seeds])
     points, values, rows = log.designs()
     chosen = _distinct(tuning, points, values, search.within)
     robustness = [
@@ -61,7 +70,7 @@ def _findings(tuning: Tuning, log: Log) -> tuning_table.Findings:
     surface = _surface(tuning, log, points[chosen[0]]) if chosen.size else None
     finer = over_finer_bands(tuning) if chosen.size else None
     width = len(perturbed(tuning, points[0]).start)
-    return tuning_table.Findings(
+    return Findings(
         columns=log.columns(),
         optima=rows[chosen],
         robustness=np.array(robustness).reshape(-1, width),
@@ -73,13 +82,13 @@ def _findings(tuning: Tuning, log: Log) -> tuning_table.Findings:
 
 
 def _search(tuning: Tuning, log: Log, seed: int) -> float:
-    """Search globally, then around the best designs of it; return the best objective [J]."""
+    """Search globally, then around the best designs; return the best objective."""
 
     def evaluate(stage: str) -> Evaluate:
-        def of(units: np.ndarray) -> np.ndarray:
+        def objective(units: np.ndarray) -> np.ndarray:
             return log.evaluate(Trials.at_rest(values_of(tuning.free, units)), stage, seed)
 
-        return of
+        return objective
 
     search = tuning.search
     first = tuning.first_design
@@ -95,15 +104,35 @@ def _search(tuning: Tuning, log: Log, seed: int) -> float:
 
 def _distinct(tuning: Tuning, points: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
     """Return the indices of good designs that differ in parameters that enter the dynamics."""
-    counts = [i for i, parameter in enumerate(tuning.free) if not parameter.inert]
-    units = units_of(tuning.free, points)[:, counts]
+    active = [i for i, item in enumerate(tuning.free) if not item.inert]
+    units = units_of(tuning.free, points)[:, active]
     return distinct(units, values, within, tuning.search.apart, tuning.search.optima)
+
+
+def distinct(
+    units: np.ndarray, values: np.ndarray, within: float, apart: float, most: int
+) -> np.ndarray:
+    """Return the indices of good designs that lie apart from one another, the best first.
+
+    Arguments: `units` (n, parameters), points in the unit cube; `values` (n,), their objectives;
+    `within`, the largest objective relative to the best; `apart`, the smallest distance from all
+    better designs chosen; `most`, the largest number.  Empty if no value is finite.
+    """
+    limit = values.min(initial=np.inf) * (1 + within)
+    candidates = np.flatnonzero(np.isfinite(values) & (values <= limit))
+    left = candidates[np.argsort(values[candidates], kind="stable")]
+    chosen: list[int] = []
+    while left.size and len(chosen) < most:
+        chosen.append(int(left[0]))
+        distance = np.linalg.norm(units[left] - units[left[0]], axis=1)
+        left = left[distance >= apart]
+    return np.array(chosen, dtype=int)
 
 
 def _surface(
     tuning: Tuning, log: Log, best: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Evaluate the grid through the best design, a row at a time; None where none is asked for."""
+    """Evaluate the grid through the best design, a row at a time; None if none was requested."""
     if tuning.surface is None:
         return None
     first, second = (tuning.names.index(name) for name in tuning.surface.parameters)
@@ -115,3 +144,113 @@ def _surface(
         points[:, first], points[:, second] = value, up
         rows.append(log.evaluate(Trials.at_rest(points), "surface", tuning.search.seed))
     return across, up, np.array(rows)
+
+
+# ---- searches ------------------------------------------------------------------------------------
+
+
+def search_globally(
+    evaluate: Evaluate, dimension: int, search: Search, seed: int, first: np.ndarray | None = None
+) -> None:
+    """Run the global search of a request, by whole generations; the log has its evaluations.
+
+    Arguments: `first`, a point of the unit cube from which the search begins, or None.
+
+    Raises `RequestError` if the search needs a package that is not installed.
+    """
+    method = {"de": _differential_evolution, "cma": _cma}[search.method]
+    method(evaluate, dimension, search, seed, first)
+
+
+def _differential_evolution(
+    evaluate: Evaluate, dimension: int, search: Search, seed: int, first: np.ndarray | None
+) -> None:
+    """Run SciPy's differential evolution (best1bin), a generation at a time.
+
+    The first generation is a Latin hypercube (M. D. McKay et al., Technometrics 21, 1979).
+    Source: R. Storn and K. Price, Differential evolution, J. Global Optim. 11 (1997).
+    """
+    from scipy.optimize import differential_evolution
+
+    generator = np.random.default_rng(seed)
+    population = latin_hypercube(search.population, dimension, generator)
+    if first is not None:
+        population[0] = first
+    try:
+        differential_evolution(
+            lambda points: evaluate(np.ascontiguousarray(points.T)),
+            bounds=[(0.0, 1.0)] * dimension,
+            init=population,
+            maxiter=search.generations,
+            tol=_CONTRACTED,
+            seed=generator,
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+        )
+    except RuntimeError as error:  # SciPy takes a ValueError of the objective for one of its own
+        if isinstance(error.__cause__, RequestError):
+            raise error.__cause__ from None
+        raise
+
+
+def latin_hypercube(count: int, dimension: int, generator: np.random.Generator) -> np.ndarray:
+    """Return points (count, dimension) of the unit cube, one in each of `count` slices per axis."""
+    order = np.stack([generator.permutation(count) for _ in range(dimension)], axis=1)
+    return (order + generator.random((count, dimension))) / count
+
+
+def _cma(
+    evaluate: Evaluate, dimension: int, search: Search, seed: int, first: np.ndarray | None
+) -> None:
+    """Run CMA-ES with restarts from random points until the evaluations are used up.
+
+    Source: N. Hansen and A. Ostermeier, Evolutionary Computation 9 (2001).
+    """
+    check_installed("cma")
+    import cma
+
+    generator = np.random.default_rng(seed)
+    left = search.population * (search.generations + 1)
+    while left >= search.population:
+        options = {
+            "bounds": [0.0, 1.0],
+            "popsize": search.population,
+            "seed": int(generator.integers(1, 2**31)),
+            "verbose": -9,
+        }
+        start = generator.random(dimension) if first is None else first
+        strategy, first = cma.CMAEvolutionStrategy(start, _FIRST_STEP, options), None
+        while left >= search.population and not strategy.stop():
+            points = np.array(strategy.ask())
+            values = evaluate(np.clip(points, 0.0, 1.0))
+            strategy.tell(list(points), np.minimum(values, _INADMISSIBLE).tolist())
+            left -= search.population
+
+
+def polish(evaluate: Evaluate, start: np.ndarray, most: int) -> None:
+    """Search around a point of the unit cube by the simplices of Nelder and Mead, as the paper.
+
+    Makes at most `most` evaluations, which the log has, inside the bounds.
+
+    Source: F. Gao and L. Han, Implementing the Nelder-Mead simplex algorithm with adaptive
+    parameters, Comput. Optim. Appl. 51 (2012), as SciPy implements it.
+    """
+    from scipy.optimize import minimize
+
+    if most <= start.size:  # too few evaluations for the first simplex
+        return
+    steps = np.where(start + _SIMPLEX <= 1.0, _SIMPLEX, -_SIMPLEX)
+    minimize(
+        lambda point: float(evaluate(point[np.newaxis, :])[0]),
+        start,
+        method="Nelder-Mead",
+        bounds=[(0.0, 1.0)] * start.size,
+        options={
+            "initial_simplex": np.vstack([start, start + np.diag(steps)]),
+            "maxfev": most,
+            "maxiter": most,
+            "xatol": _SMALLEST,
+            "fatol": 1e-9,
+        },
+    )

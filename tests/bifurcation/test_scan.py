@@ -18,8 +18,7 @@ from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.model.scenes import SCENES, Scene
-from nlds_vines.model.system import CELL, System
-from nlds_vines.model.words import parameters_in_words
+from nlds_vines.model.system import CELL, System, parameters_in_words
 from nlds_vines.orbits.records import (
     DIVERGED,
     OK,

@@ -145,7 +145,7 @@ def test_its_change_is_one_file_and_one_entry_of_the_model(tmp_path):
     there = {path.relative_to(new) for path in (new / "nlds_vines").rglob("*.py")}
     differ = {path for path in files if (ROOT / path).read_bytes() != (new / path).read_bytes()}
     assert there - files == {Path("nlds_vines/kernels/laws/bilinear.py")}
-    assert differ == {Path("nlds_vines/model/contact_laws.py")}
+    assert differ == {Path("nlds_vines/model/parameters.py")}
 
 
 @compiles

@@ -15,7 +15,7 @@ from nlds_vines.archives.representation import WIDTH
 from nlds_vines.bifurcation.response_curves.request import load_curves
 from nlds_vines.bifurcation.response_curves.result import ResponseCurve, ResponseCurves
 from nlds_vines.loads.result import LoadScan, ResponseHistories, ResponseHistory
-from nlds_vines.model.load_quantities import SHARES, WAYS
+from nlds_vines.model.quantities import SHARES, WAYS
 from nlds_vines.model.setting import Request
 from nlds_vines.model.slow_manifold import FrequencyResponse
 from nlds_vines.model.system import System

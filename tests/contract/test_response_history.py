@@ -16,7 +16,7 @@ from nlds_vines.loads.request import load_response_history, natural_period
 from nlds_vines.loads.result import HISTORIES, closed_form
 from nlds_vines.loads.run import arrays_of, numbers_of
 from nlds_vines.model.linear_response import flow_matrix
-from nlds_vines.model.load_quantities import OF_LOADS, WAYS
+from nlds_vines.model.quantities import OF_LOADS, WAYS
 from nlds_vines.orbits.records import STATUS
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.upkeep.rerun import differing

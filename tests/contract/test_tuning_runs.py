@@ -12,8 +12,7 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.tuning import picture as drawn
 from nlds_vines.tuning.command import main
-from nlds_vines.tuning.evaluations import STAGES
-from nlds_vines.tuning.objective import Objective
+from nlds_vines.tuning.objective import STAGES, Objective
 
 pytestmark = pytest.mark.kernels
 
@@ -282,7 +281,7 @@ def test_the_surface_is_drawn_alike_every_time(form, whole, tmp_path):
 
 def test_the_surface_shows_parameters_values_and_optima(whole):
     with nv.read(whole) as view:
-        axes, bar = drawn.tuning_surface(view).axes
+        axes, bar = drawn.tuning_picture(view).axes
         (mesh,) = (
             item
             for item in axes.collections
@@ -319,7 +318,7 @@ def test_contours_have_values_that_hide_neither_each_other_nor_the_optimum(tmp_p
     path = tmp_path / "a.h5"
     tune(path, "--system", "tmd", "--surface", "k2,c2", "--surface-size", "15", *SMALL)
     with nv.read(path) as view:
-        figure = drawn.tuning_surface(view)
+        figure = drawn.tuning_picture(view)
         best = [view["optimum_k2"][0], view["optimum_c2"][0]]
     axes = figure.axes[0]
     values = [text for text in axes.texts if text.get_text().endswith(" J")]

@@ -13,13 +13,18 @@ from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.records import DIVERGED, OK, TOO_STIFF
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.store import Blocks
-from nlds_vines.tuning.evaluations import Log
-from nlds_vines.tuning.free_parameter import BOUNDS, Free, units_of, values_of
-from nlds_vines.tuning.objective import Objective, Trials, worst
-from nlds_vines.tuning.optima import distinct, perturbations, perturbed
+from nlds_vines.tuning.design_space import BOUNDS, Free, units_of, values_of
+from nlds_vines.tuning.objective import (
+    Log,
+    Objective,
+    Trials,
+    perturbations,
+    perturbed,
+    worst,
+)
 from nlds_vines.tuning.request import STARTS, Search, load_tuning
 from nlds_vines.tuning.result import Optimum, Tuned
-from nlds_vines.tuning.searches import latin_hypercube, polish, search_globally
+from nlds_vines.tuning.run import distinct, latin_hypercube, polish, search_globally
 
 TABLE_1_BEST = 81.8492  # J, the least E1max of the paper's sets at 6.28 rad/s: set 5
 
@@ -206,7 +211,8 @@ def test_near_equal_optima_lie_apart():
 
 def test_a_winner_is_disturbed_in_one_way_at_a_time():
     tuning = load_tuning("ssul-set6", {"set": {"C": 0.1}})
-    names, trials = perturbations(tuning), perturbed(tuning, np.array([1000.0, 50.0]))
+    names = [one.words for one in perturbations(tuning)]
+    trials = perturbed(tuning, np.array([1000.0, 50.0]))
     rows = dict(zip(names, trials.table.tolist(), strict=True))
     assert rows["none"] == [1000, 50, 1, 0, 1]
     assert rows["omega -1%"] == [1000, 50, 0.99, 0, 1]

@@ -16,9 +16,15 @@ from nlds_vines.orbits.records import OK, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.tuning import objective
 from nlds_vines.tuning.command import main
-from nlds_vines.tuning.draws import CUT, DRAWS, Uncertain, places_of
-from nlds_vines.tuning.objective import Objective, Trials, over_draws, worst
-from nlds_vines.tuning.optima import perturbations, perturbed
+from nlds_vines.tuning.design_space import CUT, DRAWS, Uncertain, places_of
+from nlds_vines.tuning.objective import (
+    Objective,
+    Trials,
+    over_draws,
+    perturbations,
+    perturbed,
+    worst,
+)
 from nlds_vines.tuning.request import load_tuning
 
 FILE = """
@@ -198,7 +204,8 @@ def test_the_worst_case_is_found_in_each_draw():
 
 def test_a_winner_under_a_load_is_disturbed_in_one_way_at_a_time():
     tuning = load_tuning("tmd", {**BLOW, "uncertain": {"k1": "1%"}})
-    names, trials = perturbations(tuning), perturbed(tuning, DESIGN[0])
+    names = [one.words for one in perturbations(tuning)]
+    trials = perturbed(tuning, DESIGN[0])
     rows = dict(zip(names, trials.table.tolist(), strict=True))
     assert rows == {
         "none": [1500, 100, 1, 0, 1],

@@ -17,8 +17,7 @@ from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError, unknown
 from nlds_vines.model.labels import CHAOS
-from nlds_vines.model.quantities import drawn_in, held_in
-from nlds_vines.model.quantity import MAPS, STRUCTURE
+from nlds_vines.model.quantities import MAPS, STRUCTURE, drawn_in, stored_in
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.solver_settings import most_watched
@@ -212,7 +211,7 @@ NUMBERS = drawn_in(MAPS)
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "displacement": ("x2", "x1", "x"),
     "velocity": ("v2", "v1", "v"),
-    "energy": tuple(entry.name for entry in held_in("energy")),
+    "energy": tuple(entry.name for entry in stored_in("energy")),
 }
 """Words for several quantities of a diagram."""
 

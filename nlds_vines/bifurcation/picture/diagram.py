@@ -33,8 +33,15 @@ from nlds_vines.bifurcation.picture.regime_strip import (
 )
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import final
-from nlds_vines.model.quantities import QUANTITIES, drawn_in, scale_of
-from nlds_vines.model.quantity import BELOW, CURVES, ERROR, TOUCHED
+from nlds_vines.model.quantities import (
+    BELOW,
+    CURVES,
+    ERROR,
+    QUANTITIES,
+    TOUCHED,
+    drawn_in,
+    scale_of,
+)
 from nlds_vines.plotting.bands import bands, edges, logarithmic, one_regime
 from nlds_vines.plotting.chosen_panels import several_panels
 from nlds_vines.plotting.notation import raised, signal_symbol

@@ -52,8 +52,7 @@ from nlds_vines.model.labels import (
     share_of,
 )
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.model.quantities import scale_of
-from nlds_vines.model.quantity import ERROR, PERIOD, SIGNED, WAIT, clause
+from nlds_vines.model.quantities import ERROR, PERIOD, SIGNED, WAIT, clause, scale_of
 from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.plotting.bands import inner_edges, logarithmic
 from nlds_vines.plotting.notation import literal

@@ -24,7 +24,7 @@ from nlds_vines.bifurcation.request import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError, at, checked_words, shown, string, unknown, whole
 from nlds_vines.model.catalog import as_system, catalog
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import PARAMETERS, range_in_words, setting_in_words
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
@@ -43,8 +43,7 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
-from nlds_vines.model.system import System
-from nlds_vines.model.words import range_in_words, setting_in_words, system_in_words
+from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.palette import damper_colors

@@ -18,7 +18,7 @@ NES: nonlinear energy sink.
 
 from collections.abc import Mapping
 
-from nlds_vines.model.contact_laws import HERTZ
+from nlds_vines.model.parameters import HERTZ
 from nlds_vines.model.scenes import (
     ball,
     none,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from nlds_vines.model.contact_laws import DAMPING, HERTZ, LAWS, SECOND, Law, of_second
+from nlds_vines.model.parameters import DAMPING, HERTZ, LAWS, SECOND, Law, of_second
 
 Values = Mapping[str, Any]
 """Parameters by name, in SI units; each a float, or an array where it varies."""

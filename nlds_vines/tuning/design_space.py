@@ -1,0 +1,242 @@
+"""The parameters that a search changes, with bounds and scales, and those that are uncertain.
+
+Draws of uncertain parameters are points of a scrambled Sobol sequence, the same for every design.
+Source: A. B. Owen, Scrambling Sobol' and Niederreiter-Xing points, J. Complexity 14 (1998), as
+SciPy's `qmc.Sobol` implements it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nlds_vines.errors import RequestError, choice, from_text, number, shown, table
+from nlds_vines.model.axis import Interval
+from nlds_vines.model.parameters import FORCING, STRUCTURE
+from nlds_vines.model.ratios import ratios_in
+from nlds_vines.model.scenes import Scene
+from nlds_vines.model.scenes.base import BASES
+
+# ---- free parameters -----------------------------------------------------------------------------
+
+
+class Bounds(NamedTuple):
+    """Default bounds of a parameter, and whether its scale is logarithmic."""
+
+    low: float
+    high: float
+    logarithmic: bool
+
+
+BOUNDS: Mapping[str, Bounds] = {
+    "m2": Bounds(10.0, 200.0, True),
+    "k2": Bounds(10.0, 1e4, True),
+    "c2": Bounds(10.0, 1e3, True),
+    "C": Bounds(0.0, 0.5, False),
+    "V": Bounds(0.0, 0.5, False),
+    "D": Bounds(0.0, 0.5, False),
+    "L": Bounds(0.0, 0.5, False),
+    "E2": Bounds(1e6, 1e9, True),
+    "K": Bounds(1e6, 1e9, True),
+    "mass_ratio": Bounds(0.01, 0.2, True),
+    "zeta2": Bounds(0.01, 1.0, True),
+}
+"""The default bounds (SI units), wide for a structure of a tonne as in the paper.
+
+k2 reaches from far below the stiffness m2 omega^2 that tunes a linear damper of 60 kg to 6.28 rad/s
+(2366 N/m) to far above it; c2 from a damping at which orbits still settle within the default
+transient of 300 periods to ten times that of a good tuned mass damper."""
+
+USUAL = ("k2", "c2", "C", "D")
+"""The parameters that are tuned by default, as far as the scene has them."""
+
+INERT = ("V",)
+"""Parameters that do not enter the dynamics: V shifts pictures and the rest position only."""
+
+
+def tunable(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the damper's parameters and of the ratios that stand for them."""
+    of_damper = [name for name in scene.allowed if name not in STRUCTURE + FORCING + BASES]
+    ratios = ratios_in(scene).items()
+    return (*of_damper, *(name for name, ratio in ratios if ratio.gives in of_damper))
+
+
+@dataclass(frozen=True)
+class Free(Interval):
+    """A free parameter with its bounds `low` < `high` in SI units."""
+
+    @classmethod
+    def of(cls, name: str, entry: object) -> Free:
+        """Return the free parameter of a table with `low` and `high`; `BOUNDS` are the defaults.
+
+        Raises `RequestError` if a bound is missing and has no default, and as `Interval`.
+        """
+        bounds = dict(table(name, entry, ("low", "high")))
+        if name in BOUNDS:
+            bounds = {"low": BOUNDS[name].low, "high": BOUNDS[name].high} | bounds
+        if bounds.keys() != {"low", "high"}:
+            raise RequestError(
+                f"{name} has no default bounds: give both; those with: {', '.join(BOUNDS)}"
+            )
+        return cls(name, **bounds)
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether distances are taken between logarithms."""
+        return self.name in BOUNDS and BOUNDS[self.name].logarithmic and self.low > 0
+
+    @property
+    def inert(self) -> bool:
+        """Whether the dynamics do not depend on it."""
+        return self.name in INERT
+
+    def value(self, unit: np.ndarray) -> np.ndarray:
+        """Return the values [SI] at places from 0 (low) to 1 (high) on its scale."""
+        if self.logarithmic:
+            low, high = logarithms(np.array([self.low, self.high]))
+            values = exponentials(low + unit * (high - low))
+        else:
+            values = self.low + unit * (self.high - self.low)
+        return np.clip(values, self.low, self.high)  # round-off must not exceed a bound
+
+    def unit(self, value: np.ndarray) -> np.ndarray:
+        """Return the places from 0 (low) to 1 (high) of values [SI] on its scale."""
+        if self.logarithmic:
+            low, high = logarithms(np.array([self.low, self.high]))
+            return (logarithms(value) - low) / (high - low)
+        return (value - self.low) / (self.high - self.low)
+
+
+def exponentials(values: np.ndarray) -> np.ndarray:
+    """Return e^x of each value; NumPy's depends on the processor, and a search on every bit."""
+    from nlds_vines.kernels.numerics.elementary import exp
+
+    return np.reshape([exp(float(x)) for x in np.ravel(values)], np.shape(values))
+
+
+def logarithms(values: np.ndarray) -> np.ndarray:
+    """Return the natural logarithm of each value, as `exponentials`."""
+    from nlds_vines.kernels.numerics.elementary import log
+
+    return np.reshape([log(float(x)) for x in np.ravel(values)], np.shape(values))
+
+
+def values_of(free: tuple[Free, ...], units: np.ndarray) -> np.ndarray:
+    """Return the designs [SI], one column per parameter, of points in the unit cube."""
+    return np.stack([item.value(units[:, i]) for i, item in enumerate(free)], axis=1)
+
+
+def units_of(free: tuple[Free, ...], points: np.ndarray) -> np.ndarray:
+    """Return the points in the unit cube of designs [SI], one column per parameter."""
+    return np.stack([item.unit(points[:, i]) for i, item in enumerate(free)], axis=1)
+
+
+# ---- uncertain parameters ------------------------------------------------------------------------
+
+NORMAL, UNIFORM = "normal", "uniform"
+
+CUT = 3.0
+"""Standard deviations at which a normal distribution is cut, so that no stiffness is negative."""
+
+DRAWS = 64
+"""The default number of draws if something is uncertain."""
+
+FRESH_DRAWS = 1024
+"""The least number of draws by which an optimum is judged again, none of them from the search."""
+
+FRESH_SEED = 2**32
+"""Offset of the seed of the fresh draws: the seeds of searches are smaller."""
+
+MOST_DRAWS = 2**16
+"""The most draws.  Their number is a power of two: only then are Sobol points even."""
+
+DIGITS = 9
+"""Decimals of a place on a normal distribution: libraries' logarithms differ in the last bit."""
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """An uncertain parameter, or an uncertain number of a load.
+
+    Attributes:
+        name: of the parameter.
+        spread: the standard deviation of a normal distribution, or half the width of a uniform one.
+        relative: whether the spread is in per cent of the value; otherwise it is in SI units.
+        law: the distribution, `NORMAL` or `UNIFORM`.
+
+    Raises `RequestError` for a spread that is not positive, and for another law.
+    """
+
+    name: str
+    spread: float
+    relative: bool
+    law: str = NORMAL
+
+    def __post_init__(self) -> None:
+        """Check everything."""
+        choice(f"distribution of {self.name}", self.law, (NORMAL, UNIFORM))
+        if not number(f"spread of {self.name}", self.spread) > 0.0:
+            raise RequestError(f"spread of {self.name} = {self.spread!r} must be > 0")
+
+    @classmethod
+    def of(cls, name: str, entry: object) -> Uncertain:
+        """Return the uncertain parameter of an entry of `[uncertain]`.
+
+        The entry is a spread, or a table with `spread` and `law`.  A spread is a text such as "5%",
+        or a number in SI units.
+        """
+        is_table = isinstance(entry, Mapping)
+        keys = ("spread", "law")
+        settings: Mapping[str, Any] = table(name, entry, keys) if is_table else {"spread": entry}
+        spread, law = settings.get("spread"), settings.get("law", NORMAL)
+        if isinstance(spread, str) and spread.endswith("%"):
+            return cls(name, from_text(float, f"spread of {name}", spread[:-1]), True, law)
+        if isinstance(spread, str) or spread is None:
+            raise RequestError(f"spread of {name} = {shown(spread)} must be as '5%', or a number")
+        return cls(name, number(f"spread of {name}", spread), False, law)
+
+    def entry(self) -> dict[str, Any]:
+        """Return the table of a tuning file that means this."""
+        return {"spread": f"{self.spread!r}%" if self.relative else self.spread, "law": self.law}
+
+    @property
+    def reach(self) -> float:
+        """The farthest place of a draw, in spreads."""
+        return CUT if self.law == NORMAL else 1.0
+
+    def at(self, values: Any, places: Any) -> Any:
+        """Return the parameter values at `places`, in spreads from the nominal `values`."""
+        scale = np.abs(values) / 100.0 if self.relative else 1.0
+        return values + places * (self.spread * scale)
+
+    def words(self) -> str:
+        """Return name, spread and distribution as text."""
+        return f"{self.name} ±{self.spread:g}{' %' if self.relative else ''} ({self.law})"
+
+
+def places_of(uncertain: tuple[Uncertain, ...], draws: int, seed: int) -> np.ndarray:
+    """Return the places (draws + 1, uncertain) of all draws in spreads; the first is nominal, 0.
+
+    The places of a uniform distribution lie evenly from -1 to 1; those of a normal one are
+    quantiles of the distribution cut at `CUT`.
+    """
+    places = np.zeros((draws + 1, len(uncertain)))
+    if not (draws and uncertain):
+        return places
+    from scipy.stats import qmc
+
+    sobol = qmc.Sobol(len(uncertain), scramble=True, seed=seed)
+    points = sobol.random_base2(draws.bit_length() - 1)
+    normal = NormalDist()
+    low = normal.cdf(-CUT)
+    for i, one in enumerate(uncertain):
+        if one.law == UNIFORM:
+            places[1:, i] = 2.0 * points[:, i] - 1.0
+        else:
+            shares = (low + (1.0 - 2.0 * low) * points[:, i]).tolist()
+            places[1:, i] = [round(normal.inv_cdf(share), DIGITS) for share in shares]
+    return places

@@ -1,25 +1,28 @@
-"""What is known of all branches in tables: of their points, of special points, of the branches."""
+"""The datasets of a continuation: points, special points and branches; curves of special points."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.continuation.branch_arm import ENDS
+from nlds_vines.continuation.exploration import Piece, Switch, Track
 from nlds_vines.continuation.request import Continuation
-from nlds_vines.continuation.section_map import Cycle, SectionMap
-from nlds_vines.continuation.special_points import KINDS, label_of_cycle
-from nlds_vines.continuation.start_orbits import states_of
-from nlds_vines.continuation.whole_branch import Switch, Track
+from nlds_vines.continuation.section_map import Cycle, SectionMap, states_of
+from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
+from nlds_vines.continuation.special_curves import Curve, Tracer, trace_curve
+from nlds_vines.continuation.special_points import KINDS, Special, label_of_cycle
 from nlds_vines.kernels.numerics.elementary import exp
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.quantities import BY_NAME
+from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.runs.store import Arrays
 
 ORIGINS = {"start": 0, "PD": 1, "BP": 2}
-"""From where a branch comes: the CF flags of the dataset `origin`."""
+"""The origins of branches: CF flags of the dataset `origin`."""
 
 KIND_FLAGS = {kind: number for number, kind in enumerate(KINDS)}
 END_FLAGS = {word: number for number, word in enumerate(ENDS)}
@@ -27,8 +30,8 @@ SWITCH_FLAGS = {outcome.name.lower(): int(outcome) for outcome in Switch}
 STATUS_FLAGS = {"complete": 0, "incomplete": 1}
 STABLE_FLAGS = {"unstable": 0, "stable": 1}
 
-SI = "m, m/s"
-"""Units of the components of a state."""
+SI, DEFECT = "m, m/s", "closing error of the orbit, relative"
+"""Units of the components of a state; meaning of two datasets."""
 
 INCOMPLETE = ("lost", "long")
 """The ends of branches that are not complete."""
@@ -37,16 +40,17 @@ Tables = dict[str, np.ndarray]
 """Arrays by the name of a dataset."""
 
 Entries = Iterator[tuple[Dataset, Callable[[Any], Any] | None]]
-"""Datasets, and what of a cycle, a special point or a track stands there; None: of all at once."""
+"""Datasets, each with the function of a cycle, special point or track that gives its entry, or None
+if all entries are computed at once."""
 
 
 def _of_points(request: Continuation) -> Entries:
-    """Yield the datasets of all points, of their cycles."""
+    """Yield the datasets of points, as functions of their cycles."""
     dims, free, scene = ("point",), PARAMETERS[request.along.name], request.system.scene
     pair = ("multiplier", "part")
     yield Dataset.whole("branch_of_point", dims, "branch that a point belongs to"), None
     yield free.dataset(dims), lambda c: c.values[0]
-    yield Dataset.real("state", (*dims, "component"), SI, "orbit at the first of them"), None
+    yield Dataset.real("state", (*dims, "component"), SI, "orbit at phase zero"), None
     yield Dataset.real("section", ("row", "component"), SI, "orbits at phase zero"), None
     yield Dataset.whole("periodicity", dims, "n of nT"), lambda c: c.n
     near, far = (f"impacts per nT at the {wall} wall" for wall in ("near", "far"))
@@ -56,8 +60,8 @@ def _of_points(request: Continuation) -> Entries:
     words = "whether all multipliers lie inside"
     yield Dataset.code("stable", dims, words, STABLE_FLAGS), lambda c: c.unstable == 0
     yield BY_NAME["multipliers"].dataset((*dims, *pair), scene), _parts
-    yield Dataset.real("residual", dims, "1", "what does not close, relative"), lambda c: c.defect
-    words = "product of multipliers, relative"
+    yield Dataset.real("residual", dims, "1", DEFECT), lambda c: c.defect
+    words = "error of the product of multipliers, relative"
     yield Dataset.real("determinant_error", dims, "1", words), _determinant_error
     yield BY_NAME["E1max"].dataset(dims, scene), None
     yield BY_NAME["E2max"].dataset(dims, scene), None
@@ -69,14 +73,14 @@ def _of_points(request: Continuation) -> Entries:
 
 
 def _of_specials(request: Continuation) -> Entries:
-    """Yield the datasets of all special points."""
+    """Yield the datasets of special points."""
     dims, free, scene = ("special",), PARAMETERS[request.along.name], request.system.scene
     pair = ("multiplier", "part")
     yield Dataset.whole("special_branch", dims, "branch that it lies on"), None
     words = "kind of special point"
     yield Dataset.code("kind", dims, words, KIND_FLAGS), lambda s: KIND_FLAGS[s.kind]
     yield free.dataset(dims, "special_"), lambda s: s.point.cycle.values[0]
-    yield Dataset.real("special_state", (*dims, "component"), SI, "orbit there"), None
+    yield Dataset.real("special_state", (*dims, "component"), SI, "orbit at phase zero"), None
     yield Dataset.whole("special_index", dims, "point of its branch before it"), lambda s: s.index
     yield Dataset.whole("special_periodicity", dims, "n of nT"), lambda s: s.point.cycle.n
     yield BY_NAME["E1max"].dataset(dims, scene, prefix="special_"), None
@@ -85,26 +89,30 @@ def _of_specials(request: Continuation) -> Entries:
     yield Dataset.text("wall", dims, "wall of a grazing impact"), lambda s: s.wall
     words = "test function there, relative"
     yield Dataset.real("special_residual", dims, "1", words), lambda s: s.residual
-    words = "what does not close, relative"
-    yield Dataset.real("special_defect", dims, "1", words), lambda s: s.point.cycle.defect
+    yield Dataset.real("special_defect", dims, "1", DEFECT), lambda s: s.point.cycle.defect
     yield Dataset.real("bracket", dims, free.unit, "width of the last bracket"), lambda s: s.bracket
-    words = "what became of the branch that leaves or crosses there"
+    words = "outcome of following the branch that leaves or crosses there"
     yield Dataset.code("switch", dims, words, SWITCH_FLAGS), None
     multipliers = BY_NAME["multipliers"].dataset((*dims, *pair), scene, prefix="special_")
     yield multipliers, lambda s: _parts(s.point.cycle)
 
 
 def _of_branches() -> Entries:
-    """Yield the datasets of all branches, of their tracks."""
+    """Yield the datasets of branches, as functions of their tracks."""
     dims = ("branch",)
     incomplete = Dataset.code("status", dims, "whether a branch is complete", STATUS_FLAGS)
     yield incomplete, lambda t: any(end in INCOMPLETE for end in t.ends)
-    yield Dataset.code("origin", dims, "where it comes from", ORIGINS), lambda t: ORIGINS[t.origin]
-    yield Dataset.whole("parent", dims, "branch that it leaves, -1: none", -1), lambda t: t.parent
-    yield Dataset.whole("parent_special", dims, "special point of that branch", -1), lambda t: t.at
-    first = Dataset.code("first_end", dims, "why it ends at its beginning", END_FLAGS)
+    yield Dataset.code("origin", dims, "origin of the branch", ORIGINS), lambda t: ORIGINS[t.origin]
+    yield Dataset.whole("parent", dims, "branch that it leaves, -1 if none", -1), lambda t: t.parent
+    yield (
+        Dataset.whole(
+            "parent_special", dims, "special point at which it leaves that branch, -1 if none", -1
+        ),
+        lambda t: t.at,
+    )
+    first = Dataset.code("first_end", dims, "reason of its end at its beginning", END_FLAGS)
     yield first, lambda t: END_FLAGS[t.ends[0]]
-    last = Dataset.code("last_end", dims, "why it ends at its end", END_FLAGS)
+    last = Dataset.code("last_end", dims, "reason of its end at its end", END_FLAGS)
     yield last, lambda t: END_FLAGS[t.ends[1]]
 
 
@@ -115,7 +123,7 @@ def datasets_of(request: Continuation) -> list[Dataset]:
 
 
 def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[Track]) -> Tables:
-    """Return everything that is kept of branches, by the names of datasets."""
+    """Return the arrays of the datasets of branches by name."""
     cycles = [point.cycle for track in tracks for point in track.points]
     specials = [special for track in tracks for special in track.specials]
     size, along, system = section_map.size, (request.along.name,), request.system
@@ -152,15 +160,15 @@ def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[T
 
 
 def _filled(entries: Entries, records: Sequence[Any], size: int) -> Tables:
-    """Return the arrays of datasets, as far as each record tells its own value."""
-    found = {}
+    """Return the arrays of the datasets that are functions of single records."""
+    arrays = {}
     for entry, of in entries:
         if of is not None:
             kind: Any = object if entry.dtype == "str" else entry.dtype
             tail = (size, 2) if "part" in entry.dims else ()
             values = np.array([of(record) for record in records], dtype=kind)
-            found[entry.name] = values.reshape(len(records), *tail)
-    return found
+            arrays[entry.name] = values.reshape(len(records), *tail)
+    return arrays
 
 
 def _parts(cycle: Cycle) -> np.ndarray:
@@ -169,15 +177,16 @@ def _parts(cycle: Cycle) -> np.ndarray:
 
 
 def _determinant_error(cycle: Cycle) -> float:
-    """Return by how much the product of multipliers differs from exp(volume), relatively.
+    """Return the relative difference of the product of multipliers and exp(volume).
 
-    Where it has to be 0, as an impact with e = 0 or a damper that sticks makes it: its modulus.
+    If exp(volume) is 0 (an impact with e = 0, a damper that sticks), return the modulus of the
+    product.
     """
     product = 1.0 + 0.0j
     for mu in cycle.multipliers.tolist():
         product *= mu
-    wanted = exp(cycle.volume)
-    return abs(abs(product) - wanted) / (wanted if wanted > 0.0 else 1.0)
+    exact = exp(cycle.volume)
+    return abs(abs(product) - exact) / (exact if exact > 0.0 else 1.0)
 
 
 def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
@@ -197,3 +206,152 @@ def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
         numbered("multiplier", "", "Floquet multiplier, the largest modulus first", 1),
         Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number"),
     ]
+
+
+# ---- curves of special points in the plane of two parameters ----
+
+CURVED = ("LP", "PD", "NS", "GR")
+"""The kinds of special points whose curves are followed."""
+
+SAME = 1.0e-7
+"""Relative difference of a parameter below which two special points are the same."""
+
+CURVE_END_FLAGS = {word: number for number, word in enumerate(CURVE_ENDS)}
+
+
+def curves_through(
+    request: Continuation,
+    specials: Sequence[Special],
+    piece: Piece,
+) -> dict[str, np.ndarray]:
+    """Follow the curves through `specials` in the plane of both parameters; return their tables.
+
+    A special point on a curve that has been followed has no curve of its own.  `piece` saves each
+    curve.
+    """
+    plane = request.plane
+    assert plane is not None
+    along, second = request.along, float(request.system.parameters[plane.name])
+    settings = Settings(float(request.tolerance))
+    section_map = SectionMap(request.system, (along.name, plane.name), settings)
+    low, high = np.array([along.low, plane.low]), np.array([along.high, plane.high])
+    curves: list[Arrays] = []
+    for special in specials:
+        if special.kind not in CURVED or any(_holds(arrays, special, second) for arrays in curves):
+            continue
+
+        def follow(special: Special = special) -> Arrays:
+            tracer = Tracer(section_map, special.kind, low, high)
+            place = np.append(special.point.cycle.place, second)
+            curve = trace_curve(tracer, place, special.point.cycle.n, special.impacts)
+            return _arrays_of(request, section_map, special, curve)
+
+        curves.append(piece(follow))
+    return _curve_tables(request, [arrays for arrays in curves if len(arrays["values"])])
+
+
+def _holds(arrays: Arrays, special: Special, second: float) -> bool:
+    """Return True if a curve passes a special point at the value `second` of its parameter.
+
+    Between two points, the curve is interpolated by a parabola through three: its error is smaller
+    than the distance of two special points of one branch.
+    """
+    kind, n = arrays["about"][:2].tolist()
+    values = arrays["values"]
+    if (KINDS[kind], n) != (special.kind, special.point.cycle.n) or len(values) < 3:
+        return False
+    for i in np.flatnonzero((values[:-1, 1] - second) * (values[1:, 1] - second) <= 0.0):
+        j = min(max(int(i) - 1, 0), len(values) - 3)
+        x, y = values[j : j + 3, 1], values[j : j + 3, 0]
+        value = sum(
+            y[k] * np.prod([(second - x[m]) / (x[k] - x[m]) for m in range(3) if m != k])
+            for k in range(3)
+        )
+        step = abs(values[i + 1, 0] - values[i, 0])
+        if abs(value - special.value) <= max(SAME * abs(special.value), 1.0e-2 * step):
+            return True
+    return False
+
+
+def _arrays_of(
+    request: Continuation, section_map: SectionMap, special: Special, curve: Curve | None
+) -> Arrays:
+    """Return a curve as arrays; None has no points."""
+    size = section_map.size
+    points = [] if curve is None else [point.cycle for point in curve.points]
+    meetings = [] if curve is None else curve.meetings
+    ends = (-1, -1) if curve is None else tuple(CURVE_END_FLAGS[end] for end in curve.ends)
+    places = np.array([cycle.place for cycle in points]).reshape(-1, size + 2)
+    cycles = [meeting.point.cycle for meeting in meetings]
+    mu = np.array([cycle.multipliers for cycle in points], dtype=complex).reshape(-1, size)
+    about = [KIND_FLAGS[special.kind], special.point.cycle.n, *ends]
+    return {
+        "about": np.array(about, dtype=np.int64),
+        "values": places[:, size:],
+        "states": states_of(request.system, _names(request), places),
+        "multipliers": np.stack([mu.real, mu.imag], axis=-1),
+        "impacts": np.array([sum(cycle.counts) for cycle in points], dtype=np.int64),
+        "names": np.array([meeting.name for meeting in meetings], dtype="U8"),
+        "meetings": np.array([cycle.values for cycle in cycles]).reshape(-1, 2),
+    }
+
+
+def _curve_tables(request: Continuation, curves: Sequence[Arrays]) -> dict[str, np.ndarray]:
+    """Return the arrays of the datasets of curves by name."""
+    names, size = _names(request), len(request.system.scene.components)
+
+    def joined(key: str, *shape: int) -> np.ndarray:
+        return np.concatenate([np.empty((0, *shape)), *(arrays[key] for arrays in curves)])
+
+    about = np.array([arrays["about"] for arrays in curves], dtype=np.int64).reshape(-1, 4)
+    counts = [len(arrays["values"]) for arrays in curves]
+    met = [len(arrays["meetings"]) for arrays in curves]
+    values, meetings = joined("values", 2), joined("meetings", 2)
+    return {
+        "curve_of_point": np.repeat(np.arange(len(curves)), counts),
+        **{f"curve_{name}": values[:, i] for i, name in enumerate(names)},
+        "curve_state": joined("states", size),
+        "curve_multipliers": joined("multipliers", size, 2),
+        "curve_impact_count": joined("impacts").astype(np.int64),
+        "curve_kind": about[:, 0].astype(np.int8),
+        "curve_periodicity": about[:, 1],
+        "curve_first_end": about[:, 2].astype(np.int8),
+        "curve_last_end": about[:, 3].astype(np.int8),
+        "curve_of_meeting": np.repeat(np.arange(len(curves)), met),
+        **{f"meeting_{name}": meetings[:, i] for i, name in enumerate(names)},
+        "meeting": np.array([str(n) for a in curves for n in a["names"]], dtype=object),
+    }
+
+
+def _names(request: Continuation) -> tuple[str, str]:
+    assert request.plane is not None
+    return request.along.name, request.plane.name
+
+
+def curve_scales(tables: Mapping[str, np.ndarray]) -> list[Scale]:
+    """Return the dimensions of curves in an archive."""
+    texts = {
+        "curve_point": ("curve_of_point", "point of a curve, curve after curve"),
+        "curve": ("curve_kind", "curve of special points"),
+        "meeting_point": ("meeting", "point where two kinds meet"),
+    }
+    return [Scale.counted(name, len(tables[like]), text) for name, (like, text) in texts.items()]
+
+
+def curve_datasets(request: Continuation) -> Iterator[Dataset]:
+    """Yield the datasets of curves in an archive."""
+    point, curve, meeting = ("curve_point",), ("curve",), ("meeting_point",)
+    yield Dataset.whole("curve_of_point", point, "curve that a point belongs to")
+    for name in _names(request):
+        yield PARAMETERS[name].dataset(point, "curve_")
+        yield PARAMETERS[name].dataset(meeting, "meeting_")
+    yield Dataset.real("curve_state", (*point, "component"), SI, "orbit at phase zero")
+    pair = (*point, "multiplier", "part")
+    yield Dataset.real("curve_multipliers", pair, "1", "Floquet multipliers")
+    yield Dataset.whole("curve_impact_count", point, "k of nT,k")
+    yield Dataset.code("curve_kind", curve, "kind of its special points", KIND_FLAGS)
+    yield Dataset.whole("curve_periodicity", curve, "n of nT")
+    yield Dataset.code("curve_first_end", curve, "reason of its first end", CURVE_END_FLAGS)
+    yield Dataset.code("curve_last_end", curve, "reason of its last end", CURVE_END_FLAGS)
+    yield Dataset.whole("curve_of_meeting", meeting, "curve that it lies on")
+    yield Dataset.text("meeting", meeting, "the kinds that meet")

@@ -1,9 +1,14 @@
-"""All branches that start orbits lead to: their own, and those that leave at special points."""
+"""The branches that start orbits lead to: their own, and those that leave at special points.
+
+A `Track` joins both directions of a branch.  It is saved as arrays, from which it is restored bit
+for bit.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
 from functools import partial
 
 import numpy as np
@@ -16,6 +21,7 @@ from nlds_vines.continuation.arclength import (
     point_of,
 )
 from nlds_vines.continuation.branch_arm import (
+    ENDS,
     MOST_POINTS,
     SAME_ORBIT,
     Arm,
@@ -26,27 +32,173 @@ from nlds_vines.continuation.branch_arm import (
     follow,
 )
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
-from nlds_vines.continuation.special_points import Special, doubled, other_branch
-from nlds_vines.continuation.whole_branch import Piece, Switch, Track, made_now, packed, unpacked
+from nlds_vines.continuation.special_points import KINDS, Special, doubled, other_branch
 from nlds_vines.runs.interrupts import check
+from nlds_vines.runs.store import Arrays
 
 EVERY = 16
-"""Every so many points, a branch is compared with those that are known."""
+"""Number of points after which a branch is compared again with those that have been followed."""
 
 ASIDE, FARTHEST = 1.0e-4, 0.2
-"""How far beside a grazing of rigid bodies the other orbit is looked for, relative to the orbit and
-the interval; and how far from it an orbit may be that counts as the other."""
+"""Distance from a grazing of rigid bodies at which the other orbit is searched for, relative to the
+orbit and the interval; and the largest distance of an orbit that counts as the other."""
 
 KICKS, LIKELY = (1.0, 0.3, 3.0), 4
 AHEAD = tuple(sign * 1.1**i for sign in (1.0, -1.0) for i in range(-40, 75))
-"""Kicks that are tried, and how far ahead, in units of what an orbit beyond the grazing shows; and
-how many of the places that an orbit nearly closes."""
+"""Trial kicks, in units of the kick of an orbit beyond the grazing; the number of trial places with
+the smallest closing error that are tried first; and trial distances along the tangent."""
 
 SAME_POINT = 1.0e-8
-"""Distance, relative to the orbit and to the parameter, of special points that are one."""
+"""Distance, relative to the orbit and to the parameter, below which special points are the same."""
 
 NEAR = 0.05
-"""How near, relative to the orbit, a known branch is compared at all."""
+"""Distance, relative to the orbit, within which a branch is compared with an orbit."""
+
+
+_CYCLE_ARRAYS = ("state", "values", "points", "matrix", "slopes", "multipliers")
+_CYCLE_NUMBERS = ("defect", "span", "clearance", "slowest", "volume")
+
+
+class Switch(IntEnum):
+    """The outcome of following the branch that leaves or crosses another at a special point."""
+
+    NONE = 0  # not to be followed
+    FOLLOWED = 1
+    KNOWN = 2  # followed before
+    FAILED = 3  # searched for and not located
+
+
+@dataclass
+class Track:
+    """One branch.
+
+    Attributes:
+        points: in order; with two directions, the one along which the parameter falls comes first,
+            reversed.
+        specials: in the same order.
+        ends: the reasons of its ends, keys of `branch_arm.ENDS`.
+        origin: "start", "PD" or "BP"; `parent` and `at` are the numbers of the branch that it
+            leaves and of the special point there, -1 for none.
+        switches: the outcomes at its special points, by their numbers.
+    """
+
+    points: list[Point]
+    specials: list[Special]
+    ends: tuple[str, str]
+    origin: str = "start"
+    parent: int = -1
+    at: int = -1
+    switches: dict[int, Switch] = field(default_factory=dict)
+
+    @classmethod
+    def joined(cls, down: Arm, up: Arm) -> Track:
+        """Return the track of two directions from the same first point."""
+
+        def turned(point: Point) -> Point:
+            return Point(point.cycle, -point.tangent, point.weights, -point.border)
+
+        before = len(down.points) - 1
+        specials = [
+            replace(
+                s, point=turned(s.point), before=s.after, after=s.before, index=before - 1 - s.index
+            )
+            for s in reversed(down.specials)
+        ]
+        specials += [replace(s, index=before + s.index) for s in up.specials]
+        points = [*map(turned, reversed(down.points[1:])), *up.points]
+        return cls(points, specials, (down.end, up.end))
+
+    @property
+    def n(self) -> int:
+        """The number of forcing periods of its orbits."""
+        return self.points[0].cycle.n
+
+    @property
+    def values(self) -> np.ndarray:
+        """The parameter at its points (points,)."""
+        return np.array([point.value for point in self.points])
+
+
+# ---- a track as arrays ----
+
+Piece = Callable[[Callable[[], Arrays]], Arrays]
+"""Returns the arrays of the next track or curve: those of an earlier run, or the result of a call
+of its argument, which it saves."""
+
+
+def made_now(make: Callable[[], Arrays]) -> Arrays:
+    """Call `make` and save nothing."""
+    return make()
+
+
+def packed(track: Track | Switch) -> Arrays:
+    """Return a track, or the reason why there is none, as arrays by name."""
+    if isinstance(track, Switch):
+        return {"switch": np.array([track])}
+    ends = [list(ENDS).index(end) for end in track.ends]
+    origin = [("start", "PD", "BP").index(track.origin), track.parent, track.at]
+    texts = [[s.before, s.after, s.wall] for s in track.specials]
+    numbers = [[s.residual, s.bracket, KINDS.index(s.kind), s.index] for s in track.specials]
+    return {
+        "ends": np.array(ends),
+        "origin": np.array(origin),
+        "texts": np.array(texts, dtype="U16").reshape(-1, 3),
+        "numbers": np.array(numbers, dtype=float).reshape(-1, 4),
+        **_packed_points("point", track.points),
+        **_packed_points("special", [s.point for s in track.specials]),
+    }
+
+
+def _packed_points(name: str, points: list[Point]) -> dict[str, np.ndarray]:
+    if not points:
+        return {}
+    cycles = [point.cycle for point in points]
+    return {
+        **{f"{name}_{key}": np.array([getattr(c, key) for c in cycles]) for key in _CYCLE_ARRAYS},
+        f"{name}_counts": np.array([c.counts for c in cycles]),
+        f"{name}_numbers": np.array([[getattr(c, key) for key in _CYCLE_NUMBERS] for c in cycles]),
+        f"{name}_tangent": np.array([p.tangent for p in points]),
+        f"{name}_weights": np.array([p.weights for p in points]),
+        f"{name}_border": np.array([p.border for p in points]),
+    }
+
+
+def unpacked(arrays: Arrays) -> Track | Switch:
+    """Return the track, or the reason why there is none, from the arrays of `packed`."""
+    if "switch" in arrays:
+        return Switch(int(arrays["switch"][0]))
+    ends, words = arrays["ends"].tolist(), list(ENDS)
+    origin, parent, at = arrays["origin"].tolist()
+    specials = [
+        Special(KINDS[int(kind)], point, before, after, residual, bracket, wall, int(index))
+        for point, (residual, bracket, kind, index), (before, after, wall) in zip(
+            _unpacked_points("special", arrays),
+            arrays["numbers"].tolist(),
+            arrays["texts"].tolist(),
+            strict=True,
+        )
+    ]
+    return Track(
+        _unpacked_points("point", arrays), specials, (words[ends[0]], words[ends[1]]),
+        ("start", "PD", "BP")[origin], parent, at,
+    )  # fmt: skip
+
+
+def _unpacked_points(name: str, arrays: Arrays) -> list[Point]:
+    if f"{name}_border" not in arrays:
+        return []
+    points = []
+    for i, border in enumerate(arrays[f"{name}_border"].tolist()):
+        near, far = arrays[f"{name}_counts"][i].tolist()
+        numbers = dict(zip(_CYCLE_NUMBERS, arrays[f"{name}_numbers"][i].tolist(), strict=True))
+        rows = {key: arrays[f"{name}_{key}"][i] for key in _CYCLE_ARRAYS}
+        cycle = Cycle(counts=(near, far), **rows, **numbers)
+        tangent, weights = arrays[f"{name}_tangent"][i], arrays[f"{name}_weights"][i]
+        points.append(Point(cycle, tangent, weights, border))
+    return points
+
+
+# ---- following all branches ----
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +211,8 @@ class Seed:
 
 @dataclass(frozen=True)
 class Search:
-    """What is followed: `doublings` of the period one after another; the `longest` step; `unstable`
-    points, one after another, behind a stable one."""
+    """Limits of the search: successive `doublings` of the period, the `longest` step, and the most
+    successive `unstable` points."""
 
     doublings: int = 0
     longest: float = LONGEST_STEP
@@ -68,7 +220,7 @@ class Search:
 
 
 class Explorer:
-    """Follows branches one after another; each is known to those that come later."""
+    """Follows branches one after another; a branch ends where it meets one followed before."""
 
     def __init__(
         self,
@@ -77,13 +229,12 @@ class Explorer:
         search: Search,
         piece: Piece = made_now,
     ) -> None:
-        """Take the map, the interval, what is followed, and where tracks are saved."""
         self._map, self._bounds, self._search = section_map, bounds, search
         self._piece = piece
         self.tracks: list[Track] = []
 
     def run(self, seeds: Sequence[Seed]) -> list[Track]:
-        """Follow the branches of all seeds, then those that leave them; return all tracks."""
+        """Follow the branches of all seeds, then those that leave them; return the tracks."""
         for seed in seeds:
             cycle = at_value(self._map, seed.place, seed.n, float(seed.place[-1]))
             if cycle is None or self.lies_on(cycle) is not None:
@@ -98,13 +249,13 @@ class Explorer:
         return self.tracks
 
     def _keep(self, make: Callable[[], Track | Switch]) -> Switch:
-        """Add the next track, if there is one: that which an earlier run saved, or that made."""
+        """Add the next track, saved by an earlier run or made now; return the outcome."""
         made = unpacked(self._piece(lambda: packed(make())))
         if isinstance(made, Switch):
             return made
         self._share_points(made)
         self.tracks.append(made)
-        self._serve(made)
+        self._note_doubling_at_end(made)
         return Switch.FOLLOWED
 
     def _both_ways(self, cycle: Cycle, grazing: Special | None = None) -> Track | Switch:
@@ -122,7 +273,7 @@ class Explorer:
         return Track.joined(arms[1], arms[0])
 
     def _follow(self, start: Point, first: float = FIRST_STEP) -> Arm:
-        """Follow one direction from a point on, the first step so long."""
+        """Follow one direction of a branch from a point, with a first step of length `first`."""
         count = 0
 
         def followed(point: Point) -> bool:
@@ -142,7 +293,7 @@ class Explorer:
     # ---- from a special point on ----
 
     def _switch(self, parent: int, at: int, longest: int) -> None:
-        """Follow the branch that leaves another at a special point, if one is to be followed."""
+        """Follow the branch that leaves the track number `parent` at its special point `at`."""
         track = self.tracks[parent]
         kind = track.specials[at].kind
         if at in track.switches:
@@ -159,10 +310,10 @@ class Explorer:
         track.switches[at] = self._keep(partial(make, parent, at))
 
     def _from_grazing(self, parent: int, at: int) -> Track | Switch:
-        """Follow the other orbit that grazes, of rigid bodies: without the impact, or with it.
+        """Follow the other branch at a grazing of rigid bodies: without the impact, or with it.
 
-        The map has no derivative there. So the orbit is looked for at places around, on both sides
-        of the parameter.
+        The map has no derivative at the grazing.  An orbit of the other branch is therefore
+        searched for at places around it, on both sides of the parameter.
         """
         grazing, outcome = self.tracks[parent].specials[at], Switch.FAILED
         point = grazing.point
@@ -183,12 +334,12 @@ class Explorer:
 
     def _from_doubling(self, parent: int, at: int) -> Track | Switch:
         origin = self.tracks[parent].specials[at].point
-        found = doubled(self._map, origin)
-        if found is None:
+        beside = doubled(self._map, origin)
+        if beside is None:
             return Switch.FAILED
-        if self.lies_on(found[0].cycle) is not None:
+        if self.lies_on(beside[0].cycle) is not None:
             return Switch.KNOWN
-        start, far = found
+        start, far = beside
         arm = self._follow(start, far)
         first = self._map.at(origin.cycle.place, start.cycle.n)
         if first is not None:  # the branch begins with the orbit that doubles
@@ -198,12 +349,12 @@ class Explorer:
         return Track(arm.points, arm.specials, ("shorter", arm.end), "PD", parent, at)
 
     def _from_branch_point(self, parent: int, at: int) -> Track | Switch:
-        found = other_branch(self._map, self.tracks[parent].specials[at].point)
-        if found is None:
+        beside = other_branch(self._map, self.tracks[parent].specials[at].point)
+        if beside is None:
             return Switch.FAILED
-        if self.lies_on(found[0].cycle) is not None:
+        if self.lies_on(beside[0].cycle) is not None:
             return Switch.KNOWN
-        arms, (start, far) = [], found
+        arms, (start, far) = [], beside
         for turned in (1.0, -1.0):
             point = Point(start.cycle, turned * start.tangent, start.weights, turned * start.border)
             arms.append(self._follow(point, far))
@@ -214,26 +365,24 @@ class Explorer:
         track.origin, track.parent, track.at = "BP", parent, at
         return track
 
-    def _serve(self, track: Track) -> None:
-        """Mark the period doublings from which a track comes, and in which it ends."""
-        if track.origin != "PD":
+    def _note_doubling_at_end(self, track: Track) -> None:
+        """Mark the period doubling of the parent in which a track ends as followed."""
+        if track.origin != "PD" or track.ends[1] != "shorter":
             return
-        parent = self.tracks[track.parent]
-        if track.ends[1] == "shorter":
-            last = track.points[-1]
-            near = [
-                (abs(special.value - last.value), i)
-                for i, special in enumerate(parent.specials)
-                if special.kind == "PD"
-            ]
-            if near and min(near)[0] < abs(track.points[-2].value - last.value) + SAME_ORBIT:
-                parent.switches.setdefault(min(near)[1], Switch.KNOWN)
+        parent, last = self.tracks[track.parent], track.points[-1]
+        near = [
+            (abs(special.value - last.value), i)
+            for i, special in enumerate(parent.specials)
+            if special.kind == "PD"
+        ]
+        if near and min(near)[0] < abs(track.points[-2].value - last.value) + SAME_ORBIT:
+            parent.switches.setdefault(min(near)[1], Switch.KNOWN)
 
     def _share_points(self, track: Track) -> None:
-        """Note the branch points, and rigid grazings, that a new track shares with others.
+        """Mark branch points and rigid grazings that a new track shares with others as followed.
 
-        Two branches meet there: when both are known, there is nothing more to follow.  A branch
-        point gets the same, most exact orbit on both.
+        Two branches meet there, and both have been followed.  A branch point gets the most accurate
+        orbit on both.
         """
         for i, mine in enumerate(track.specials):
             for other in self.tracks:
@@ -248,32 +397,32 @@ class Explorer:
                     if other.switches.get(j, Switch.FAILED) == Switch.FAILED:
                         other.switches[j] = Switch.KNOWN
 
-    # ---- what is known ----
+    # ---- comparison with branches followed before ----
 
     def lies_on(self, cycle: Cycle) -> int | None:
         """Return the number of the track that an orbit belongs to; None if it is new.
 
-        Newton's method takes the known branch to the orbit's parameter: the two are one if they
-        agree to round-off, at whatever phase.
+        Newton's method brings the track to the orbit's parameter; the orbits are the same if they
+        agree to round-off at any phase.
         """
-        for number, track in enumerate(self.tracks):
-            if track.n == cycle.n and any(self._is_one(cycle, p) for p in crossings(track, cycle)):
-                return number
-        return None
-
-    def _is_one(self, cycle: Cycle, place: np.ndarray) -> bool:
         value = float(cycle.values[0])
-        found = at_value(self._map, place, cycle.n, value)
-        return found is not None and is_same(self._map, cycle, found)
+        for number, track in enumerate(self.tracks):
+            if track.n != cycle.n:
+                continue
+            for place in crossings(track, cycle):
+                other = at_value(self._map, place, cycle.n, value)
+                if other is not None and is_same(self._map, cycle, other):
+                    return number
+        return None
 
 
 def places_around(section_map: SectionMap, point: Point) -> Iterator[np.ndarray]:
-    """Yield places (size + 1,) where the other orbit may be that grazes at a point.
+    """Yield trial places (size + 1,) of the other orbit that grazes at a point.
 
-    First the orbit's own state on both sides of the parameter, for an orbit without the impact.
-    Then what an impact of a small speed adds to the orbit: each gives the same kick, and those of
-    all periods add up to (I - M)^-1 times what one leaves at the end of its period. At which value
-    of the parameter, is tried.
+    First the state of the orbit itself on both sides of the parameter, for an orbit without the
+    impact.  Then the orbit changed by a soft impact per period: the equal kicks of all periods add
+    up to (I - M)^-1 times the change that one kick leaves at the end of its period.  The value of
+    the parameter is found by trial.
     """
     place, unit = point.cycle.place, 1.0 / point.weights[-1]
     for side in (1.0, -1.0):
@@ -281,29 +430,29 @@ def places_around(section_map: SectionMap, point: Point) -> Iterator[np.ndarray]
         there[-1] += side * ASIDE * unit
         yield there
     for side in (1.0, -1.0):
-        way = side * ASIDE * point.tangent
-        kicked = section_map.at(place + way, point.cycle.n)
+        step = side * ASIDE * point.tangent
+        kicked = section_map.at(place + step, point.cycle.n)
         if kicked is None or kicked.counts == point.cycle.counts:
             continue
         size = len(place) - 1
         row = np.zeros((1, size + 1))
         row[0, size] = 1.0
         right = np.append(-kicked.gap, 0.0)
-        found, _ = bordered(closing(point.cycle), np.zeros((1, size)), row, right)
-        if found is None:
+        solution, _ = bordered(closing(point.cycle), np.zeros((1, size)), row, right)
+        if solution is None:
             continue
-        kick = np.append(found[:-1], 0.0)
+        kick = np.append(solution[:-1], 0.0)
         for share in KICKS:
-            tried = [place + share * (kick + ahead * way) for ahead in AHEAD]
-            yield from _likely(section_map, tried, kicked)
+            trials = [place + share * (kick + ahead * step) for ahead in AHEAD]
+            yield from _nearly_closed(section_map, trials, kicked)
         for share in KICKS:
-            yield from (place + share * (kick + ahead * way) for ahead in AHEAD[::8])
+            yield from (place + share * (kick + ahead * step) for ahead in AHEAD[::8])
 
 
-def _likely(
+def _nearly_closed(
     section_map: SectionMap, places: Sequence[np.ndarray], kicked: Cycle
 ) -> Iterator[np.ndarray]:
-    """Yield those places, the best first, that an orbit with as many impacts nearly closes."""
+    """Yield the places with the impacts of `kicked` and the smallest closing errors."""
     images = [section_map.at(place, kicked.n) for place in places]
     defects = [
         (cycle.defect, i)
@@ -315,14 +464,10 @@ def _likely(
 
 
 def crossings(track: Track, cycle: Cycle) -> Iterator[np.ndarray]:
-    """Yield the places, between neighboring points of a track, with an orbit's parameter.
-
-    Only those near the orbit, at whatever phase of it.
-    """
+    """Interpolate a track to the parameter of an orbit; yield the places near it at any phase."""
     values, value = track.values, float(cycle.values[0])
-    found = (values[:-1] - value) * (values[1:] - value) <= 0.0
     size = cycle.state.size
-    for i in np.flatnonzero(found):
+    for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
         a, b = track.points[i], track.points[i + 1]
         step = b.value - a.value
         share = (value - a.value) / step if step else 0.0
@@ -348,18 +493,18 @@ def _meet(section_map: SectionMap, one: tuple[Track, Special], two: tuple[Track,
 
 
 def _located_as(special: Special, best: Special) -> Special:
-    """Return a special point of one branch with the orbit that another one has there."""
+    """Return a special point with the orbit of `best`."""
     point = replace(special.point, cycle=best.point.cycle)
     return replace(special, point=point, residual=best.residual, bracket=best.bracket)
 
 
 def is_same(section_map: SectionMap, cycle: Cycle, other: Cycle) -> bool:
-    """Tell whether two orbits of one parameter are one, at whatever phase."""
+    """Return True if two orbits at one value of the parameter are the same at any phase."""
     return distance_of(section_map, cycle, other) < SAME_ORBIT
 
 
 def distance_of(section_map: SectionMap, cycle: Cycle, other: Cycle) -> float:
-    """Return the distance of two orbits, relative to their size, at the phase where it is least."""
+    """Return the smallest distance of two orbits over their phases, relative to their size."""
     weights = section_map.weights(other, np.ones(len(other.values)))[: other.state.size]
     off = np.abs(cycle.points[:, : other.state.size] - other.state) * weights
     return float(off.max(axis=1).min())

@@ -1,6 +1,7 @@
-"""The diagram of branches: stable orbits solid, unstable ones dashed, special points marked.
+"""Pictures of a continuation: the diagram of branches, and curves of special points in a plane.
 
-It may lie over the diagram of a scan, whose orbits are dots.
+In the diagram, stable orbits are solid, unstable ones dashed, and special points marked.  Both
+pictures may lie over those of a scan.
 """
 
 from __future__ import annotations
@@ -14,13 +15,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView, read
+from nlds_vines.bifurcation.picture.choices import REGIMES
+from nlds_vines.bifurcation.picture.regime_map import fill_map, name_regimes
 from nlds_vines.bifurcation.picture.regime_strip import STRIP, draw_strip
-from nlds_vines.continuation.marks import MARKS, WORDS
-from nlds_vines.continuation.plane_picture import fill_plane, plane_diagram
 from nlds_vines.continuation.regime_borders import borders_of
-from nlds_vines.continuation.result import Branch, Continued, continued
+from nlds_vines.continuation.result import (
+    MARKS,
+    WORDS,
+    Branch,
+    Continued,
+    SpecialCurve,
+    continued,
+)
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable
 from nlds_vines.plotting.chosen_panels import Picture
@@ -59,104 +68,104 @@ _TICK = 0.06  # height of a border's tick, of the panel's
 
 
 def picture(over: str | os.PathLike[str] | None = None) -> Picture:
-    """Return what draws the archive of a continuation: its branches, or its curves in a plane.
+    """Return the picture of a continuation's archive: its branches, or its curves in a plane.
 
-    Arguments: `over`, the archive of a scan along the same parameters, which is drawn beneath.
+    `over` is the archive of a scan along the same parameters, drawn beneath.
     """
 
     def draw(view: ArchiveView, names: Sequence[str], page: Page) -> Figure:
-        found = continued(view.path)
+        result = continued(view.path)
         with nullcontext() if over is None else read(over) as scan:
-            if found.request.plane is not None:
-                return plane_diagram(found, scan, page)
-            return branch_diagram(found, scan, page, names)
+            if result.request.plane is not None:
+                return plane_diagram(result, scan, page)
+            return branch_diagram(result, scan, page, names)
 
     return Picture(_panels, draw, _fill_axes)
 
 
 def _panels(view: ArchiveView) -> dict[str, str]:
-    """Return what the panels of an archive's picture show, by name."""
-    found = continued(view.path)
-    if found.request.plane is None:
-        return panels_of(found)
+    """Return the names of the panels with their meanings."""
+    result = continued(view.path)
+    if result.request.plane is None:
+        return panels_of(result)
     return {"plane": "curves of special points in the plane of two parameters"}
 
 
 def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
-    found = continued(view.path)
-    if found.request.plane is None:
-        fill_branches(axes, found, name)
+    result = continued(view.path)
+    if result.request.plane is None:
+        fill_branches(axes, result, name)
     else:
-        fill_plane(axes, found)
+        fill_plane(axes, result)
 
 
 PICTURE = picture()
-"""What draws the archive of a continuation."""
+"""The picture of a continuation without a scan."""
 
 
 @styled()
 def branch_diagram(
-    found: Continued,
+    result: Continued,
     scan: ArchiveView | None = None,
     page: Page = TWO_COLUMNS,
     shown: Sequence[str] = (),
 ) -> Figure:
     """Return the diagram of branches: a coordinate of the section, and the energy E1max.
 
-    Arguments: what was `found`; a `scan` along the same parameter, as an open archive; the `page`;
-    the panels that are `shown`, of `panels_of`, by default all.
+    Arguments: an open `scan` along the same parameter; the `page`; the panels `shown`, of
+    `panels_of`, by default all.
 
     Raises `RequestError` for a scan along another parameter.
     """
-    name, shown = found.request.along.name, shown or list(panels_of(found))
+    name, shown = result.request.along.name, shown or list(panels_of(result))
     if scan is not None and scan.axes != (name,):
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {name} alone")
-    regimes = [] if scan is None or "label" not in scan else _regimes(found, scan)
+    regimes = [] if scan is None or "label" not in scan else _regimes(result, scan)
     heights = [STRIP] * bool(regimes) + [_PANEL * page.panel] * len(shown)
     figure, grid = new_figure(page, heights)
     panels: list[Axes] = []
     for quantity in shown:
         place = grid[len(panels) + bool(regimes)]
         panels.append(figure.add_subplot(place, sharex=panels[0] if panels else None))
-        _fill(panels[-1], found, quantity, scan)
+        _fill(panels[-1], result, quantity, scan)
         panels[-1].tick_params(top=True, labelbottom=len(panels) == len(shown))
     panels[-1].set_xlabel(axis_label(name))
-    panels[0].set_xlim(found.request.along.low, found.request.along.high)
+    panels[0].set_xlim(result.request.along.low, result.request.along.high)
     figure.align_ylabels(panels)
     if scan is not None and regimes:
         strip = figure.add_subplot(grid[0], sharex=panels[0])
         draw_strip(strip, regimes, colors(band.label for band in regimes))
-        panels[0].set_xlim(found.request.along.low, found.request.along.high)
-        _mark_borders(panels[-1], found, scan)
-    add_legend(panels[-1], _handles(found, scan is not None, bool(regimes)), "below")
+        panels[0].set_xlim(result.request.along.low, result.request.along.high)
+        _mark_borders(panels[-1], result, scan)
+    add_legend(panels[-1], _handles(result, scan is not None, bool(regimes)), "below")
     write_letters(panels)
-    finish(figure, grid, found.request.title)
+    finish(figure, grid, result.request.title)
     return figure
 
 
-def panels_of(found: Continued) -> dict[str, str]:
-    """Return what the panels of a diagram show, by name: a displacement, and the energy."""
-    component = _component(found)
+def panels_of(result: Continued) -> dict[str, str]:
+    """Return the panels of a diagram with their meanings: a displacement, and the energy."""
+    component = _component(result)
     return {component: f"{component} at the section [m]", _ENERGY: "largest energy [J]"}
 
 
-def fill_branches(axes: Axes, found: Continued, name: str) -> None:
+def fill_branches(axes: Axes, result: Continued, name: str) -> None:
     """Draw one panel of a diagram of branches into axes, with its legend."""
-    _fill(axes, found, name)
-    axes.set_xlabel(axis_label(found.request.along.name))
-    axes.set_xlim(found.request.along.low, found.request.along.high)
-    axes.legend(handles=_handles(found))
+    _fill(axes, result, name)
+    axes.set_xlabel(axis_label(result.request.along.name))
+    axes.set_xlim(result.request.along.low, result.request.along.high)
+    axes.legend(handles=_handles(result))
 
 
-def _component(found: Continued) -> str:
-    """Return the displacement that is drawn: of what meets a wall, if there is one."""
-    names = found.request.system.scene.components
+def _component(result: Continued) -> str:
+    """Return the displacement that is drawn: that of the body that meets a wall."""
+    names = result.request.system.scene.components
     return next(name for name in ("x2", "x", "x1") if name in names)
 
 
-def _inside(found: Continued, scan: ArchiveView) -> np.ndarray:
-    """Tell which cells of a scan lie in the interval; raise `RequestError` where none does."""
-    along = found.request.along
+def _inside(result: Continued, scan: ArchiveView) -> np.ndarray:
+    """Return which cells of a scan lie in the interval; `RequestError` if none does."""
+    along = result.request.along
     values = scan[along.name]
     inside = (values >= along.low) & (values <= along.high)
     if not inside.any():
@@ -166,27 +175,27 @@ def _inside(found: Continued, scan: ArchiveView) -> np.ndarray:
     return np.asarray(inside)
 
 
-def _fill(panel: Axes, found: Continued, name: str, scan: ArchiveView | None = None) -> None:
-    """Draw all branches with their special points into a panel, over the dots of a scan."""
-    unit, body = "J" if name == _ENERGY else "m", found.request.system.scene.body
+def _fill(panel: Axes, result: Continued, name: str, scan: ArchiveView | None = None) -> None:
+    """Draw all branches with their special points, over the dots of a scan, into a panel."""
+    unit, body = "J" if name == _ENERGY else "m", result.request.system.scene.body
     panel.set_ylabel(quantity_label(name, unit, body=body))
     if scan is not None:
-        _draw_scan(panel, found, scan, name)
+        _draw_scan(panel, result, scan, name)
     energy = name == _ENERGY
-    index = 0 if energy else found.request.system.scene.components.index(name)
-    for branch in found.branches:
+    index = 0 if energy else result.request.system.scene.components.index(name)
+    for branch in result.branches:
         for phase in range(1 if energy else branch.period):
             values = branch.E1max if energy else branch.sections[:, phase, index]
             _draw_curve(panel, branch, values)
-    for row, largest in zip(found.special_points, found.tables["special_E1max"], strict=True):
+    for row, largest in zip(result.special_points, result.tables["special_E1max"], strict=True):
         look = {**_POINT, **MARKS[row.kind]}
         panel.plot(row.value, largest if energy else row.state[index], **look)
 
 
-def _draw_scan(panel: Axes, found: Continued, scan: ArchiveView, name: str) -> None:
+def _draw_scan(panel: Axes, result: Continued, scan: ArchiveView, name: str) -> None:
     """Draw the orbits of a scan as dots."""
-    inside = _inside(found, scan)
-    values = scan[found.request.along.name][inside]
+    inside = _inside(result, scan)
+    values = scan[result.request.along.name][inside]
     if name == _ENERGY and name in scan:
         states = scan[name][inside]
     elif name != _ENERGY and "section" in scan:
@@ -200,7 +209,7 @@ def _draw_scan(panel: Axes, found: Continued, scan: ArchiveView, name: str) -> N
 
 
 def _draw_curve(panel: Axes, branch: Branch, values: np.ndarray) -> None:
-    """Draw one number along a branch: solid between stable points, dashed elsewhere."""
+    """Draw a quantity along a branch: solid between stable points, dashed elsewhere."""
     shown, unstable = drawable(values), ~branch.stable
     dashed = unstable.copy()
     dashed[1:] |= unstable[:-1]
@@ -209,20 +218,20 @@ def _draw_curve(panel: Axes, branch: Branch, values: np.ndarray) -> None:
     panel.plot(branch.parameter, np.where(branch.stable, shown, np.nan), zorder=3, **_STABLE)
 
 
-def _regimes(found: Continued, scan: ArchiveView) -> list[Band]:
-    """Return the regimes of a scan, of its first start, along the interval."""
-    inside = _inside(found, scan)
+def _regimes(result: Continued, scan: ArchiveView) -> list[Band]:
+    """Return the regimes of the first start of a scan along the interval."""
+    inside = _inside(result, scan)
     return bands(scan[scan.axes[0]][inside], scan.take("label", start=0)[inside])
 
 
-def _mark_borders(panel: Axes, found: Continued, scan: ArchiveView) -> None:
-    """Mark along the foot of a panel what makes the borders of a scan's regimes: a tick for each.
+def _mark_borders(panel: Axes, result: Continued, scan: ArchiveView) -> None:
+    """Mark the borders of a scan's regimes by ticks at the foot of a panel.
 
-    It has the color of the special point that ends or begins a regime there, and is gray where
-    both orbits live on and the start has only changed basins.
+    A tick has the color of the special point that ends or begins a regime there.  It is gray if
+    both orbits stay stable and the start only changes basins.
     """
     low, high = panel.get_ylim()
-    for border in borders_of(found, scan):
+    for border in borders_of(result, scan):
         kinds = [kind for kind, _ in border.events]
         at = [value for _, value in border.events] or [0.5 * (border.low + border.high)]
         colors_here = [MARKS[kind]["color"] for kind in kinds] or [GRAY]
@@ -231,23 +240,115 @@ def _mark_borders(panel: Axes, found: Continued, scan: ArchiveView) -> None:
     panel.set_ylim(low, high)
 
 
-def _handles(found: Continued, over: bool = False, borders: bool = False) -> list[Line2D]:
-    """Return the entries of the legend: curves, marks of the kinds found, dots, borders of a scan.
-
-    Arguments: what was `found`; whether it lies `over` a scan, and whether `borders` are marked.
-    """
+def _handles(result: Continued, over: bool = False, borders: bool = False) -> list[Line2D]:
+    """Return the entries of the legend, with those of a scan `over` which the branches lie."""
     curves = (("stable", _STABLE, False), ("unstable", _UNSTABLE, True))
     handles = [
         Line2D([], [], label=label, **look)
         for label, look, lost in curves
-        if any((branch.stable != lost).any() for branch in found.branches)
+        if any((branch.stable != lost).any() for branch in result.branches)
     ]
     mark: dict[str, Any] = {"linestyle": "none", "markersize": _MARK, "markeredgewidth": 0}
-    kinds = [kind for kind in MARKS if kind in found.special_points.kind]
+    kinds = [kind for kind in MARKS if kind in result.special_points.kind]
     handles += [Line2D([], [], label=f"{k} {WORDS[k]}", **mark, **MARKS[k]) for k in kinds]
     if over:
         handles.append(Line2D([], [], label="scan", color=_PALE, markersize=3.5, **DOT))
     if borders:
         tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markersize": 6}
         handles.append(Line2D([], [], label="its regime changes", color=GRAY, **tick))
+    return handles
+
+
+# ---- curves in the plane of two parameters ----
+
+_DASHES = {1: (), 2: (4, 1.5), 4: (4, 1.5, 1, 1.5), 8: (1, 1.5)}
+"""The dashes of a curve by n of nT; of any other n, those of 8."""
+
+_HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
+"""A white outline, so that curves are legible over a map."""
+
+_SIZE = 7  # points, of the names of meetings
+
+
+@styled()
+def plane_diagram(
+    result: Continued, scan: ArchiveView | None = None, page: Page = TWO_COLUMNS
+) -> Figure:
+    """Return the curves of a continuation in their plane, over the map of an open `scan`.
+
+    Dots with names mark points of codimension two.
+
+    Raises `RequestError` for a scan of other parameters.
+    """
+    assert result.request.plane is not None
+    names = (result.request.along.name, result.request.plane.name)
+    if scan is not None and set(scan.axes) != set(names):
+        raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {names[0]}, {names[1]}")
+    figure, grid = new_figure(page, [page.map_height])
+    axes = figure.add_subplot(grid[0])
+    if scan is None:
+        across = 0
+        _label(axes, result)
+    else:
+        across = names.index(scan.axes[0])
+        fill_map(axes, scan, REGIMES, page)
+    limits = axes.get_xlim(), axes.get_ylim()
+    for curve in result.curves:
+        _draw_special(axes, curve, across)
+    axes.set_xlim(limits[0])
+    axes.set_ylim(limits[1])
+    add_legend(axes, _plane_handles(result), "above", handlelength=2.2)
+    finish(figure, grid, result.request.title)
+    if scan is not None:
+        name_regimes(axes, scan)
+    return figure
+
+
+def fill_plane(axes: Axes, result: Continued) -> None:
+    """Draw the curves of a continuation in their plane into axes, with their legend."""
+    _label(axes, result)
+    for curve in result.curves:
+        _draw_special(axes, curve, 0)
+    axes.legend(handles=_plane_handles(result))
+
+
+def _label(axes: Axes, result: Continued) -> None:
+    """Give axes the intervals and names of both parameters."""
+    (along, plane) = result.request.free
+    axes.set_xlim(along.low, along.high)
+    axes.set_ylim(plane.low, plane.high)
+    axes.set_xlabel(axis_label(along.name))
+    axes.set_ylabel(axis_label(plane.name))
+
+
+def _draw_special(axes: Axes, curve: SpecialCurve, across: int) -> None:
+    """Draw one curve and the meetings on it; `across` is the number of the horizontal parameter."""
+    x, y = curve.values[:, across], curve.values[:, 1 - across]
+    axes.plot(x, y, path_effects=_HALO, zorder=4, **_look(curve.kind, curve.period))
+    halo = [Stroke(linewidth=1.8, foreground="white"), Normal()]
+    for name, *values in curve.meetings:
+        axes.plot(
+            values[across], values[1 - across], marker="o", markersize=_MARK, color="black",
+            markeredgecolor="white", markeredgewidth=0.5, zorder=6,
+        )  # fmt: skip
+        axes.annotate(
+            name, (values[across], values[1 - across]), (3, 3), textcoords="offset points",
+            fontsize=_SIZE, zorder=7, path_effects=halo,
+            annotation_clip=True,
+        )  # fmt: skip
+
+
+def _look(kind: str, n: int) -> dict[str, Any]:
+    """Return color and dashes of a curve of nT orbits."""
+    look: dict[str, Any] = {"color": MARKS[kind]["color"], "linewidth": 1.1}
+    dashes = _DASHES.get(n, _DASHES[8])
+    return look | ({"dashes": dashes} if dashes else {})
+
+
+def _plane_handles(result: Continued) -> list[Line2D]:
+    """Return the entries of the legend: the kinds and periods of the curves."""
+    handles = []
+    for kind, n in dict.fromkeys((curve.kind, curve.period) for curve in result.curves):
+        label = f"{kind} of {'T' if n == 1 else f'{n}T'} ({WORDS[kind]})"
+        handles.append(Line2D([], [], label=label, **_look(kind, n)))
     return handles

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -20,18 +21,34 @@ from nlds_vines.continuation.branch_table import (
     ORIGINS,
     SWITCH_FLAGS,
     Tables,
+    curve_datasets,
     datasets_of,
 )
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.request import Continuation, load_continuation
-from nlds_vines.continuation.section_map import Cycle, SectionMap
-from nlds_vines.continuation.special_curve_table import curve_datasets
+from nlds_vines.continuation.section_map import Cycle, SectionMap, place_of, states_of
 from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
 from nlds_vines.continuation.special_points import label_of_cycle
-from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
+from nlds_vines.plotting.style import HUES
+
+MARKS: dict[str, dict[str, Any]] = {
+    "LP": {"marker": "o", "color": HUES["green"]},
+    "PD": {"marker": "^", "color": HUES["vermillion"]},
+    "NS": {"marker": "s", "color": HUES["blue"]},
+    "BP": {"marker": "X", "color": HUES["black"]},
+    "GR": {"marker": "D", "color": HUES["orange"]},
+    "LIM": {"marker": "v", "color": HUES["pink"]},
+}
+"""The mark of each kind of special point in pictures."""
+
+WORDS = {
+    "LP": "fold", "PD": "period doubling", "NS": "torus", "BP": "branch point",
+    "GR": "grazing", "LIM": "limit touched",
+}  # fmt: skip
+"""The kinds of special points in words."""
 
 _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
 _SWITCHES = {code: word for word, code in SWITCH_FLAGS.items()}
@@ -122,7 +139,7 @@ class SpecialCurve(Outlined):
         kind: LP, PD, NS or GR; period: n of nT.
         values: (points, 2) both parameters; states: (points, components) at phase zero.
         multipliers: (points, components), complex.
-        ends: in a word each, why it ends (`curve_tracer.ENDS`).
+        ends: in a word each, why it ends (`special_curves.ENDS`).
         meetings: (name, first parameter, second) where another kind is met: R1 to R4, the strong
             resonances; CP, a cusp; LP-PD, a fold-flip; GR-LP, GR-PD, GR-NS.
     """

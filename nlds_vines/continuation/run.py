@@ -1,4 +1,4 @@
-"""A continuation from request to archive, branch by branch: each is a block when it is complete."""
+"""A continuation from request to archive; each complete branch or curve is a block."""
 
 from __future__ import annotations
 
@@ -8,13 +8,19 @@ from pathlib import Path
 
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.continuation.branch_arm import Bounds
-from nlds_vines.continuation.branch_table import Tables, datasets_of, scales_of, tables_of
-from nlds_vines.continuation.exploration import Explorer, Search
+from nlds_vines.continuation.branch_table import (
+    Tables,
+    curve_datasets,
+    curve_scales,
+    curves_through,
+    datasets_of,
+    scales_of,
+    tables_of,
+)
+from nlds_vines.continuation.exploration import Explorer, Piece, Search, made_now
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.result import map_of
-from nlds_vines.continuation.special_curve_table import curve_datasets, curve_scales, curves_through
 from nlds_vines.continuation.start_orbits import seeds_of
-from nlds_vines.continuation.whole_branch import Piece, made_now
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Arrays, Blocks, Write
@@ -23,8 +29,7 @@ from nlds_vines.runs.store import Arrays, Blocks, Write
 def compute(request: Continuation, piece: Piece = made_now, tell: Tell | None = None) -> Tables:
     """Follow all branches and curves of a continuation and return their tables.
 
-    Arguments: `piece` saves each of them; `tell` takes what is waited for where something is
-    compiled.
+    `piece` saves each of them; `tell` receives messages about compiling.
     """
     along, section_map = request.along, map_of(request)
     search = Search(request.doublings, request.step, request.unstable)
@@ -40,10 +45,10 @@ def compute(request: Continuation, piece: Piece = made_now, tell: Tell | None = 
 
 
 def run(request: Continuation, output: Path, how: RunOptions | None = None) -> None:
-    """Do a continuation into the archive `output`.
+    """Compute a continuation into the archive `output`.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every branch kept for --resume, and
-    `RequestError` where there is no periodic orbit to begin with.
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with complete branches saved for --resume,
+    and `RequestError` if there is no periodic start orbit.
     """
     how = RunOptions() if how is None else how
     use_threads(how.threads)

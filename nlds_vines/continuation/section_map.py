@@ -8,6 +8,7 @@ processor.
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
@@ -317,6 +318,29 @@ def room_for(n: int, size: int, count: int) -> cycles.Traced:
         np.empty((n, 4)), np.zeros(2, np.int64), np.empty((size, size)), np.empty((count, 4)),
         np.empty((size, 2)), np.empty(cycles.NUMBERS_OF_CYCLE),
     )  # fmt: skip
+
+
+def place_of(system: System, name: str, value: float, state: Sequence[float]) -> np.ndarray:
+    """Return the place (size + 1,) of a state in the user's coordinates at a parameter's value."""
+    place = [*state, value]
+    rest = system.with_(**{name: value}).rest
+    if rest is not None:
+        place[2], place[3] = state[0] - (state[2] - rest), state[1] - state[3]
+    return np.array(place)
+
+
+def states_of(system: System, names: Sequence[str], places: np.ndarray) -> np.ndarray:
+    """Return the states (count, size) in the user's coordinates at places (count, size + m).
+
+    `names` are the m free parameters, any of which may move the rest position.
+    """
+    size = len(system.scene.components)
+    states = places[:, :size].copy()
+    if system.scene.damper:
+        rest = system.cells({name: places[:, size + i] for i, name in enumerate(names)})["rest"]
+        states[:, 2] = places[:, 0] - places[:, 2] + rest
+        states[:, 3] = places[:, 1] - places[:, 3]
+    return states
 
 
 @stoppable

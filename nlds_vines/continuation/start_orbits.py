@@ -1,8 +1,8 @@
-"""The orbits that branches begin with: from rest, from random starts, from an archive's cells."""
+"""The start orbits of branches: from rest, from random starts, from the archive of a scan."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.continuation.exploration import Seed
 from nlds_vines.continuation.request import Continuation, Orbit
+from nlds_vines.continuation.section_map import place_of
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.system import System
@@ -20,36 +21,13 @@ from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.runs.progress import Tell
 
 TRANSIENT, PERIODS = 600, 120
-"""Forcing periods after which a start is judged."""
-
-
-def place_of(system: System, name: str, value: float, state: tuple[float, ...]) -> np.ndarray:
-    """Return the place (size + 1,) of a state in the user's coordinates at a parameter's value."""
-    found = list(state)
-    rest = system.with_(**{name: value}).rest
-    if rest is not None:
-        found[2], found[3] = state[0] - (state[2] - rest), state[1] - state[3]
-    return np.array([*found, value])
-
-
-def states_of(system: System, names: Sequence[str], places: np.ndarray) -> np.ndarray:
-    """Return the states (count, size) in the user's coordinates of places (count, size + m).
-
-    Arguments: the `names` of the m free parameters, any of which may move the rest position.
-    """
-    size = len(system.scene.components)
-    states = places[:, :size].copy()
-    if system.scene.damper:
-        rest = system.cells({name: places[:, size + i] for i, name in enumerate(names)})["rest"]
-        states[:, 2] = places[:, 0] - places[:, 2] + rest
-        states[:, 3] = places[:, 1] - places[:, 3]
-    return states
+"""Forcing periods after which a start is classified, and those that are sampled for it."""
 
 
 def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
     """Return the start orbits of a continuation.
 
-    Raises `RequestError` where none of the starts ends in a periodic orbit, or none has the label.
+    Raises `RequestError` if no start ends in a periodic orbit, or none in one with the label.
     """
     begin, name, system = request.begin, request.along.name, request.system
     if begin.policy == "orbits":
@@ -59,90 +37,80 @@ def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
     if begin.policy != "rest":
         draws = start_states(Start("random", begin.count, begin.seed))
         starts = random_states(there.cells(), draws, there.scene)
-    found = list(_judged(there, starts, float(request.tolerance), tell))
-    wanted = [(n, y) for label, n, y in found if n and label in (begin.label or label)]
-    if begin.label:
-        wanted = wanted[:1]
-    if not wanted:
-        raise RequestError(_nothing_to_follow(request, [label for label, _, _ in found]))
+    orbits = list(_classified(there, starts, float(request.tolerance), tell))
+    seeds = [(n, y) for label, n, y in orbits if n and label in (begin.label or label)]
+    if not seeds:
+        labels = ", ".join(dict.fromkeys(label for label, _, _ in orbits))
+        where = f"{name} = {request.value:g}"
+        if begin.label:
+            raise RequestError(f"no start at {where} ends in {begin.label}: {labels}")
+        who = "the orbit from rest" if begin.policy == "rest" else "every random start"
+        raise RequestError(
+            f"{who} at {where} is {labels}: only a periodic orbit can be followed; give a start"
+        )
     size = len(there.scene.components)
-    return [Seed(np.append(y[:size], request.value), n) for n, y in wanted]
+    used = seeds[:1] if begin.label else seeds
+    return [Seed(np.append(y[:size], request.value), n) for n, y in used]
 
 
-def _nothing_to_follow(request: Continuation, labels: list[str]) -> str:
-    """Return in words why there is no orbit to begin with."""
-    where = f"{request.along.name} = {request.value:g}"
-    seen = ", ".join(dict.fromkeys(labels))
-    if request.begin.label:
-        return f"no start at {where} ends in {request.begin.label}: {seen}"
-    starts = "the orbit from rest" if request.begin.policy == "rest" else "every random start"
-    return f"{starts} at {where} is {seen}: only a periodic orbit can be followed; give a start"
-
-
-def _judged(
+def _classified(
     system: System, starts: np.ndarray, tolerance: float, tell: Tell | None
 ) -> Iterator[tuple[str, int, np.ndarray]]:
-    """Yield the label, n, and a state (4,) of the orbit at phase zero, of each start (count, 4)."""
+    """Yield label, n, and a state (4,) at phase zero of the orbit of each start (count, 4)."""
     wanted = Wanted(system.scene, USUAL, "exact", "standard", Settings(tolerance))
     cells = np.repeat(np.atleast_1d(system.cells()), len(starts))[:, np.newaxis]
     outputs = Kernels(wanted, tell).run(cells, starts, TRANSIENT, PERIODS)
     arrays = outputs.verdicts(cells)
-    for lane in range(len(starts)):
-        label = str(arrays["label"][lane, 0])
-        n = int(arrays["periodicity"][lane, 0]) if outputs.status[lane, 0] == OK else 0
-        point = arrays["orbit_point"][lane, 0]
-        state = np.zeros(4)
+    for i in range(len(starts)):
+        n = int(arrays["periodicity"][i, 0]) if outputs.status[i, 0] == OK else 0
+        point, state = arrays["orbit_point"][i, 0], np.zeros(4)
         state[: point.size] = point
         if system.rest is not None:
             state[2] = point[0] - (point[2] - system.rest)
             state[3] = point[1] - point[3]
-        yield label, n, state
+        yield str(arrays["label"][i, 0]), n, state
 
 
-# ---- from an archive -----------------------------------------------------------------------------
+# ---- from the archive of a scan ----
 
 
 def orbits_in(view: ArchiveView, name: str, cell: dict[str, float]) -> tuple[Orbit, ...]:
-    """Return periodic orbits that a scan's archive holds, along a parameter that it varied.
+    """Return periodic orbits of a scan along a parameter that it varied.
 
-    Arguments: the parameter's `name`; `cell`: values by the name of a varied parameter, whose
-    nearest cells are looked at: of the parameter itself, that cell alone, otherwise of every run of
-    one label the first, the middle and the last cell.
+    Arguments:
+        name: the parameter.
+        cell: values of varied parameters by name, of which the nearest cells count; of parameters
+            that are missing, the first.  If it holds `name` itself, there is one cell; otherwise
+            the first, the middle and the last cell of each run of equal labels.
 
-    Raises `RequestError` where the archive holds no periods, or no states.
+    Raises `RequestError` if the archive holds no periods or no states.
     """
     if name not in view.axes:
         raise RequestError(f"{view.path} varies {', '.join(view.axes)}, not {name}")
     for dataset in ("periodicity", "label"):
         if dataset not in view:
             raise RequestError(f"{view.path} holds no {dataset}: scan with regime in --record")
-    where = {}
-    for other, value in cell.items():
-        if other not in view.axes:
-            raise RequestError(f"{view.path} varies {', '.join(view.axes)}, not {other}")
-        where[other] = int(np.abs(view[other] - value).argmin())
-    for axis in view.axes:
-        if axis not in where and axis != name:
-            where[axis] = 0
-    return tuple(_orbits_of(view, name, where))
-
-
-def _orbits_of(view: ArchiveView, name: str, where: dict[str, int]) -> Iterator[Orbit]:
-    values = view[name]
+    where = {axis: 0 for axis in view.axes if axis != name}
+    for axis, value in cell.items():
+        if axis not in view.axes:
+            raise RequestError(f"{view.path} varies {', '.join(view.axes)}, not {axis}")
+        where[axis] = int(np.abs(view[axis] - value).argmin())
+    one = where.pop(name, None)
     source = "orbit_point" if "orbit_point" in view else "section"
     if source not in view:
         raise RequestError(f"{view.path} holds no section: record section or evidence")
-    chosen = {axis: index for axis, index in where.items() if axis != name}
-    period, label = view.take("periodicity", **chosen), view.take("label", **chosen)
-    states = view.take(source, **chosen)
+    values = view[name]
+    period, label = view.take("periodicity", **where), view.take("label", **where)
+    states = view.take(source, **where)
     if source == "section":
         states = states[..., -1, :]
+    orbits = []
     for start in range(period.shape[1]):
-        cells = [where[name]] if name in where else _of_runs(label[:, start])
-        for i in cells:
-            n = int(period[i, start])
-            if n > 0 and np.isfinite(states[i, start]).all():
-                yield Orbit(tuple(states[i, start].tolist()), float(values[i]), n)
+        for i in _of_runs(label[:, start]) if one is None else (one,):
+            n, state = int(period[i, start]), states[i, start]
+            if n > 0 and np.isfinite(state).all():
+                orbits.append(Orbit(tuple(state.tolist()), float(values[i]), n))
+    return tuple(orbits)
 
 
 def _of_runs(labels: np.ndarray) -> Iterator[int]:

@@ -14,7 +14,17 @@ import pytest
 from nlds_vines.continuation import arclength, regime_borders, special_points
 from nlds_vines.continuation.arclength import angle_of, close, length, point_of
 from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow, half_of
-from nlds_vines.continuation.exploration import Explorer, Search, Seed, crossings, is_same
+from nlds_vines.continuation.exploration import (
+    Explorer,
+    Search,
+    Seed,
+    Switch,
+    Track,
+    crossings,
+    is_same,
+    packed,
+    unpacked,
+)
 from nlds_vines.continuation.section_map import Cycle
 from nlds_vines.continuation.special_points import (
     doubled,
@@ -24,7 +34,6 @@ from nlds_vines.continuation.special_points import (
     other_branch,
     wall_of_change,
 )
-from nlds_vines.continuation.whole_branch import Switch, Track, packed, unpacked
 
 MU = 1.0 + sqrt(6.0)
 """Where the orbit 2T of the logistic map doubles."""

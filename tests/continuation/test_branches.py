@@ -10,8 +10,7 @@ from benchmarks.shooting import Orbit, again
 from nlds_vines import classify, continue_branch, load_system, simulate
 from nlds_vines.continuation import arclength, special_points
 from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow
-from nlds_vines.continuation.section_map import SectionMap, closing
-from nlds_vines.continuation.start_orbits import place_of
+from nlds_vines.continuation.section_map import SectionMap, closing, place_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import Settings
 

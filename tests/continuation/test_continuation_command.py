@@ -20,10 +20,10 @@ from nlds_vines import (
 from nlds_vines.__main__ import main
 from nlds_vines.archives.archive import read
 from nlds_vines.continuation import run as running
+from nlds_vines.continuation.exploration import packed, unpacked
 from nlds_vines.continuation.picture import branch_diagram, picture
 from nlds_vines.continuation.regime_borders import borders_of
 from nlds_vines.continuation.result import continued
-from nlds_vines.continuation.whole_branch import packed, unpacked
 from nlds_vines.model.linear_response import response
 from nlds_vines.runs.interrupts import Interrupted, Stopped
 from nlds_vines.runs.store import Blocks

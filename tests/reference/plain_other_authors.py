@@ -7,8 +7,7 @@ import pytest
 
 from nlds_vines import continue_branch, load_system, simulate
 from nlds_vines.continuation.branch_arm import at_value
-from nlds_vines.continuation.section_map import SectionMap
-from nlds_vines.continuation.start_orbits import place_of
+from nlds_vines.continuation.section_map import SectionMap, place_of
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.linear_response import response
 

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from bokeh.models import ColumnDataSource
 
-from nlds_vines.continuation.marks import MARKS, WORDS
-from nlds_vines.continuation.result import Branch, Continued, continued
+from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.plotting.style import GRAY, HUES

@@ -11,7 +11,7 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.run import Computer
-from nlds_vines.kernels.cells.verdict import attracted, follow_growth, note_exponents
+from nlds_vines.kernels.cells.verdict import attracted, cycle_through, follow_growth, note_exponents
 from nlds_vines.kernels.numerics.matrices import eigenvalues, is_saddle
 from nlds_vines.kernels.orbit.recurrence import impacts_of
 from nlds_vines.kernels.orbit.variations import (
@@ -21,7 +21,6 @@ from nlds_vines.kernels.orbit.variations import (
     place_state,
     polish,
     set_identity,
-    span_of,
 )
 from nlds_vines.kernels.scene.codes import EXPONENTS, INTERVAL, LENGTH_OF_ROW, LYAPUNOV, OK
 from nlds_vines.model.linear_response import steady_state
@@ -80,12 +79,11 @@ def test_newtons_method_goes_on_until_rounding_stops_it():
 def test_an_orbit_that_is_drawn_in_slowly_is_attracted():
     """Its returns are not yet at the point of the orbit, but where the matrix maps them."""
     system = nv.load_system("none", c1=2.0)
-    flow, y, span = flow_on(system), np.zeros(4), 0.0
+    flow, y = flow_on(system), np.zeros(4)
     y[:2] = steady_state(system)
     points, counts, tangent = np.empty((1, 4)), np.zeros(2, np.int64), np.zeros(16)
     polish(flow, y, points, counts, tangent)
-    span = span_of(flow.space, points)
-    assert attracted(flow, tangent, y, y * 1.2, 1, span)
+    assert attracted(flow, cycle_through(flow.space, y, tangent, points), y * 1.2)
 
 
 @pytest.mark.parametrize(
@@ -112,12 +110,12 @@ def test_an_orbit_that_goes_elsewhere_is_not_attracted():
     flow, struck, points, _, tangent, _ = closed("ssul-set6", 7.85, 2)
     _, silent, free, _, free_tangent, _ = closed("ssul-set6", 7.85, 2, start=still)
     assert nv.simulate(system, 20, transient=100, start=still).impacts.size == 0
-    assert attracted(flow, tangent, struck, struck + 1e-4 * struck, 2, span_of(flow.space, points))
-    assert attracted(
-        flow, free_tangent, silent, silent + 1e-4 * silent, 2, span_of(flow.space, free)
-    )
-    assert not attracted(flow, tangent, struck, silent, 2, span_of(flow.space, points))
-    assert not attracted(flow, free_tangent, silent, struck, 2, span_of(flow.space, free))
+    of_impacts = cycle_through(flow.space, struck, tangent, points)
+    of_flights = cycle_through(flow.space, silent, free_tangent, free)
+    assert attracted(flow, of_impacts, struck + 1e-4 * struck)
+    assert attracted(flow, of_flights, silent + 1e-4 * silent)
+    assert not attracted(flow, of_impacts, silent)
+    assert not attracted(flow, of_flights, struck)
 
 
 @pytest.mark.parametrize(

@@ -15,12 +15,13 @@ more effort can only find more.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log, log10
+from ..numerics.fours import bare, four, four_at, four_of, number_of
 from ..numerics.matrices import eigenvalues, is_saddle, spectral_radius
 from ..orbit.recurrence import TOLERANCE, repeats
 from ..orbit.variations import (
@@ -153,17 +154,27 @@ def oldest_of(course):
 
 
 @jit
-def section_at(space, course, m, y):
-    """Fill y (4,) with section m, which is kept."""
-    y[:] = 0.0
+def bare_course(course):
+    """Return a course to read sections of, whose record is one bare row."""
+    record = bare(course.record.reshape(-1))
+    return Course(record, course.length, course.first, bare(course.origin))
+
+
+@jit
+def state_of(y):
+    return y[0], y[1], y[2], y[3]
+
+
+@jit
+def section_at(space, course, m):
+    """Return the state (x1, v1, r, s) at section m of a bare course."""
     if m == 0:
-        for i in range(4):
-            y[i] = course.origin[i]
-        return
-    record, row = course.record, m - course.first - 1
-    y[0], y[1] = record[row, 0], record[row, 1]
-    if space.size == 4:
-        y[2], y[3] = y[0] - record[row, 2] + space.rest, y[1] - record[row, 3]
+        return state_of(course.origin)
+    record, i = course.record, space.size * (m - course.first - 1)
+    x1, v1 = record[i], record[i + 1]
+    if space.size == 2:
+        return x1, v1, 0.0, 0.0
+    return x1, v1, x1 - record[i + 2] + space.rest, v1 - record[i + 3]
 
 
 @jit
@@ -227,95 +238,102 @@ LONG_TRANSIENT = 50  # periods before settling; a shorter time is too short for 
 LONGEST_LOOK = 2400  # periods of a transient whose exponent is measured: the first ones
 
 
+class Cycle(NamedTuple):
+    """A stable orbit of n periods, and what its returns are predicted with."""
+
+    n: int
+    point: Any  # (4,) its state (x1, v1, r, s) at the sections that are multiples of n, a bare row
+    tangent: Any  # (16,) its monodromy matrix there, column by column, a bare row
+    span: float  # its largest energy norm at a section [J^0.5]
+    resolvable: float  # the least deviation that shows on a section, in the energy norm [J^0.5]
+
+
 @jit
-def resolvable(space, span):
-    """Return the least deviation, a `norm`, that shows on a section of an orbit of size `span`.
+def cycle_through(space, y, tangent, points):
+    """Return the `Cycle` through y whose sections are `points` (n, 4).
 
     Sections hold positions: of a motion that is tiny beside the damper's rest offset they keep few
     digits.
     """
-    ps, damper = space.ps, space.damper
-    return TINY * span + scale_of(ps, damper, 0.0, 0.0, BLUR * space.rest, 0.0)
+    span = span_of(space, points)
+    blur = scale_of(space.ps, space.damper, 0.0, 0.0, BLUR * space.rest, 0.0)
+    return Cycle(len(points), bare(y), bare(tangent), span, TINY * span + blur)
 
 
 @jit
-def returns_as_predicted(space, tangent, y, now, then, span):
-    """Return True if the state `now` returns to `then` after the orbit's n periods as predicted.
+def returns_as_predicted(space, cycle, now, far, then, far_then):
+    """Return True if the state `now` returns to `then`, n periods later, as a cycle predicts.
 
-    True where the deviation from the orbit's point y is mapped by its monodromy matrix, or is too
-    small to tell.
+    Its monodromy matrix maps the deviation of `now` from the cycle's point to that of `then`. far,
+    far_then: the energy norms of both deviations. Those that do not show on a section agree.
     """
-    far, tiny = distance(space, now, y), resolvable(space, span)
-    if far <= tiny and distance(space, then, y) <= tiny:
+    if far <= cycle.resolvable and far_then <= cycle.resolvable:
         return True
-    image = np.zeros(4)
+    image = four(0.0)
     for c in range(space.size):
-        for i in range(space.size):
-            image[i] += tangent[4 * c + i] * (now[c] - y[c])
-    for i in range(4):
-        image[i] += y[i]
-    return far <= UNPREDICTED * span and distance(space, image, then) <= PREDICTION_ERROR * far
+        image = image + four_at(cycle.tangent, 4 * c) * (now[c] - cycle.point[c])
+    image = image + four_at(cycle.point, 0)
+    off = image - four_of(then[0], then[1], then[2], then[3])
+    error = scale_of(
+        space.ps, space.damper, number_of(off, 0), number_of(off, 1), number_of(off, 2),
+        number_of(off, 3),
+    )  # fmt: skip
+    return far <= UNPREDICTED * cycle.span and error <= PREDICTION_ERROR * far
 
 
 @jit
-def attracted(flow, tangent, y, x, n, span):
-    """Return True if the state x is drawn to the stable orbit through y.
+def attracted(flow, cycle, x):
+    """Return True if the state x is drawn to a stable cycle.
 
     Each return must be as predicted, until the deviation is too small to tell, or for so long that
     no chance explains it: one flight without impact always obeys the law of an impact-free orbit.
     """
-    state, now = new_state(), x.copy()
+    state, then, n = new_state(), state_of(x), cycle.n
+    far_then = distance(flow.space, then, cycle.point)
     place_state(flow, x, state)
     for _ in range(0, CONVINCING, n):
         if run_on(flow, no_section(flow.space), n, state) != OK:
             return False
-        if not returns_as_predicted(flow.space, tangent, y, now, state, span):
+        now, far, then = then, far_then, state_of(state)
+        far_then = distance(flow.space, then, cycle.point)
+        if not returns_as_predicted(flow.space, cycle, now, far, then, far_then):
             return False
-        for i in range(4):
-            now[i] = state[i]
-        if distance(flow.space, now, y) <= resolvable(flow.space, span):
+        if far_then <= cycle.resolvable:
             return True
     return True
 
 
 @jit
-def settled_before(flow, course, tangent, y, n, span, m):
-    """Return the section from which on returns are as predicted, all those from section m on being.
-
-    The orbit is run again from its beginning, n periods at a time.
-    """
-    state, now, settled = new_state(), np.zeros(4), 0
-    place_state(flow, course.origin, state)
-    for p in range(n, m + 1, n):
-        for i in range(4):
-            now[i] = state[i]
-        if run_on(flow, no_section(flow.space), n, state) != OK:
-            return m
-        if not returns_as_predicted(flow.space, tangent, y, now, state, span):
-            settled = p
-    return settled
-
-
-@jit
-def settling_period(flow, course, tangent, y, n, span):
+def settling_period(flow, course, cycle):
     """Return the number of the first section from which on all returns are as predicted.
 
-    tangent, y: matrix and point of the periodic orbit, of n periods, at the sections that are
-    multiples of n; span: its size. The last section where not even the last return is.
+    Of the sections whose numbers are multiples of n; the last one if not even the last return is.
     """
-    now, then = np.zeros(4), np.zeros(4)
+    n, sections, oldest = cycle.n, bare_course(course), oldest_of(course)
     m = last_of(course) // n * n
-    section_at(flow.space, course, m, then)
-    while m - n >= oldest_of(course):
-        section_at(flow.space, course, m - n, now)
-        if not returns_as_predicted(flow.space, tangent, y, now, then, span):
+    then = section_at(flow.space, sections, m)
+    far_then = distance(flow.space, then, cycle.point)
+    while m - n >= oldest:
+        now = section_at(flow.space, sections, m - n)
+        far = distance(flow.space, now, cycle.point)
+        if not returns_as_predicted(flow.space, cycle, now, far, then, far_then):
             return m
-        for i in range(4):
-            then[i] = now[i]
-        m -= n
+        then, far_then, m = now, far, m - n
     if course.first == 0:
         return 0
-    return settled_before(flow, course, tangent, y, n, span, m)
+    # the sections before section m are not in the course: the orbit is run again from its beginning
+    state, settled = new_state(), 0
+    place_state(flow, course.origin, state)
+    then = state_of(state)
+    far_then = distance(flow.space, then, cycle.point)
+    for p in range(n, m + 1, n):
+        if run_on(flow, no_section(flow.space), n, state) != OK:
+            return m
+        now, far, then = then, far_then, state_of(state)
+        far_then = distance(flow.space, then, cycle.point)
+        if not returns_as_predicted(flow.space, cycle, now, far, then, far_then):
+            settled = p
+    return settled
 
 
 @jit
@@ -365,8 +383,20 @@ NOTHING, NEIGHBOR, FOUND = 0, 1, 2
 @jit
 def recent_period(record, length):
     """Return the least n of which the last 2n sections, or more, repeat, or 0."""
+    # The last section rules out nearly all n: its return is compared with the largest values of
+    # the rows that `repeats` looks at.
+    columns, first = record.shape[1], length
+    bounds = np.zeros(columns)
     for n in range(1, min(MOST_PERIODS, length // 3) + 1):
-        if repeats(record, length, n, max(2 * n, FEWEST_REPEATED), TOLERANCE):
+        count = max(2 * n, FEWEST_REPEATED)
+        while first > max(length - count - n, 0):
+            first -= 1
+            for c in range(columns):
+                bounds[c] = max(bounds[c], TOLERANCE * abs(record[first, c]))
+        near = True
+        for c in range(columns):
+            near = near and abs(record[length - 1, c] - record[length - 1 - n, c]) <= bounds[c]
+        if near and repeats(record, length, n, count, TOLERANCE):
             return n
     return 0
 
@@ -379,31 +409,30 @@ def near_returns(space, course, chaotic):
     section m - 2n is not kept. In chaos many returns are near by chance: there, m - n must lie as
     far or farther from m - 2n, but at most SLOW_RETURN times, a guess of how fast an orbit settles.
     """
-    m = last_of(course)
-    last, other, earlier, nearest_yet = np.zeros(4), np.zeros(4), np.zeros(4), math.inf
-    section_at(space, course, m, last)
-    found = np.full(min(MOST_PERIODS, (m - oldest_of(course)) // 2) + 1, math.inf)
-    for n in range(1, len(found)):
-        section_at(space, course, m - n, other)
+    m, nearest_yet = last_of(course), math.inf
+    sections = bare_course(course)
+    last = section_at(space, sections, m)
+    returns = np.full(min(MOST_PERIODS, (m - oldest_of(course)) // 2) + 1, math.inf)
+    for n in range(1, len(returns)):
+        other = section_at(space, sections, m - n)
         far = distance(space, last, other)
         if not far < nearest_yet:
             continue
         nearest_yet = far
-        section_at(space, course, m - 2 * n, earlier)
-        if not chaotic or far <= distance(space, other, earlier) <= SLOW_RETURN * far:
-            found[n] = far
-    return found
+        before = distance(space, other, section_at(space, sections, m - 2 * n))
+        if not chaotic or far <= before <= SLOW_RETURN * far:
+            returns[n] = far
+    return returns
 
 
 @jit
 def spacing(space, course, n):
     """Return the distance of the last section from the nearest of the n - 1 before it."""
-    m = last_of(course)
-    last, other, nearest_yet = np.zeros(4), np.zeros(4), math.inf
-    section_at(space, course, m, last)
+    m, nearest_yet = last_of(course), math.inf
+    sections = bare_course(course)
+    last = section_at(space, sections, m)
     for p in range(m - n + 1, m):
-        section_at(space, course, p, other)
-        nearest_yet = min(nearest_yet, distance(space, last, other))
+        nearest_yet = min(nearest_yet, distance(space, last, section_at(space, sections, p)))
     return nearest_yet
 
 
@@ -416,25 +445,25 @@ def try_period(flow, course, n, apart, evidence):
     steps of Newton's method are at most `apart`, the distance to the nearest of the sections before
     that are fewer periods away.
     """
-    x = np.zeros(4)
-    section_at(flow.space, course, last_of(course) // n * n, x)
-    y = x.copy()
+    x, y = section_at(flow.space, bare_course(course), last_of(course) // n * n), np.empty(4)
+    for i in range(4):
+        y[i] = x[i]
     points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
     residual, clearance, slowest = polish(flow, y, points, counts, tangent, apart)
     if not residual < np.inf or not is_minimal(flow.space, y, points):
         return NOTHING
-    span = span_of(flow.space, points)
+    cycle = cycle_through(flow.space, y, tangent, points)
     multipliers = eigenvalues(matrix_of(tangent, flow.space.size))
     radius = spectral_radius(multipliers)
     stable = radius < 1.0 - MARGIN
-    if not stable or not attracted(flow, tangent, y, x, n, span):
+    if not stable or not attracted(flow, cycle, x):
         beside = distance(flow.space, x, y) <= apart
         return NEIGHBOR if beside and (stable or is_saddle(multipliers)) else NOTHING
     evidence[ev.KIND], evidence[ev.CYCLE_PERIOD] = PERIODIC, n
     evidence[ev.NEAR_IMPACTS], evidence[ev.FAR_IMPACTS] = counts[0], counts[1]
     evidence[ev.RESIDUAL], evidence[ev.RADIUS] = residual, radius
     evidence[ev.CLEARANCE], evidence[ev.SLOWEST] = clearance, slowest
-    evidence[ev.SETTLING] = settling_period(flow, course, tangent, y, n, span)
+    evidence[ev.SETTLING] = settling_period(flow, course, cycle)
     for i in range(16):
         evidence[ev.MONODROMY + i] = tangent[i]
     for i in range(4):

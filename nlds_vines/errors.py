@@ -45,6 +45,14 @@ class RequestError(ValueError):
     """The request is wrong: an unknown name, a value out of range, a contradiction.
 
     The message is one line that names what was given, where, and what is allowed.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> nv.load_system("tmd", m2=-1.0)
+    Traceback (most recent call last):
+        ...
+    nlds_vines.errors.RequestError: m2 = -1.0 is not allowed: m2 (mass of the damper) [kg] must be > 0 and finite
     """
 
 

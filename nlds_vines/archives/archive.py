@@ -160,8 +160,37 @@ def chunk_shape(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
 def read(path: str | os.PathLike[str]) -> ArchiveView:
     """Open an archive for reading, with or without a `with` statement.
 
-    Raises `RequestError` if the file does not exist, is not an archive of this program, or has a
-    format that this version does not know.
+    Datasets are read from the disk when they are asked for.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The archive (.h5).
+
+    Returns
+    -------
+    ArchiveView
+        The open archive: datasets by name, `attrs`, `dims`, `units`, `take`, `to_csv`,
+        `to_dataframe`, `to_xarray`.
+
+    Raises
+    ------
+    RequestError
+        If the file does not exist, is not an archive of this program, or has a format that this
+        version does not know.
+
+    See Also
+    --------
+    open_archive : The results as the function that computed them returned them.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> vary = {"omega": {"values": [6.0, 6.4]}}
+    >>> scan = nv.scan("ssul-set6", vary=vary, sampling={"transient": 100}, quiet=True)
+    >>> with nv.read(scan) as archive:
+    ...     print(archive.dims("E1max"), archive["E1max"].round(2).ravel(), archive.units("E1max"))
+    ('omega', 'start') [140.4  105.79] J
     """
     if not isinstance(path, str | os.PathLike):
         raise RequestError(f"archive = {shown(path)} must be the path of a file")
@@ -190,12 +219,22 @@ class ArchiveView(Outlined):
     """An open archive; its datasets are read from the disk when they are asked for.
 
     `view["section"]` is the whole array, `view.take("section", start=0, component=2)` a part of
-    it.  Reading a damaged dataset raises `RequestError` with its name.  It is closed at the end of
-    a `with` block, by `close`, or when nothing refers to it any more.
+    it.  It is closed at the end of a `with` block, by `close`, or when nothing refers to it any
+    more.
 
-    Attributes:
-        path: the path of the file.
-        names: the names of the recorded datasets, without the scales of their dimensions.
+    Attributes
+    ----------
+    path : ArchivePath
+        The path of the file.
+    names : tuple of str
+        The names of the recorded datasets, without the scales of their dimensions.
+    attrs : dict
+        The attributes of the file: title, history, request, parameters, versions.
+
+    Raises
+    ------
+    RequestError
+        For a damaged dataset, with its name, when it is read.
     """
 
     def __init__(self, path: ArchivePath, file: h5py.File) -> None:
@@ -243,8 +282,7 @@ class ArchiveView(Outlined):
     def take(self, name: str, **index: int | slice) -> np.ndarray:
         """Return a part of a dataset: at the `index` of some dimensions, all of the others.
 
-        Raises `RequestError` for a dataset or a dimension that there is not, and an index out of
-        range.
+        Raises `RequestError` for an unknown dataset or dimension and for an index out of range.
         """
         entry, shape = self.describe(name), self.shape(name)
         for dim, i in index.items():
@@ -334,11 +372,18 @@ class ArchiveView(Outlined):
             return dataset.load()
 
     def to_dataframe(self, *names: str) -> Any:
-        """Return datasets as a `pandas.DataFrame`: one row for each orbit, its place in front.
+        """Return datasets as a `pandas.DataFrame`: one row for each orbit.
 
-        Arguments: `names` of datasets; none for all that have one value for each orbit.  Those of
-        an enumeration come as words; `section` as x1, v1, x2, v2, a row for each period.  The units
-        of the columns are in `attrs`.
+        Parameters
+        ----------
+        *names : str
+            Datasets; none for all that have one value for each orbit.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The varied parameters and the start, then the datasets: enumerations as words, `section`
+            as x1, v1, x2, v2 with a row for each period.  `attrs` holds the units.
         """
         frame = library("pandas").DataFrame(self._columns(names))
         units = {name: self.units(name) for name in frame.columns if name in self}
@@ -348,8 +393,19 @@ class ArchiveView(Outlined):
     def to_csv(self, path: str | os.PathLike[str], *names: str, overwrite: bool = False) -> None:
         """Write datasets as comma-separated values, in the rows and columns of `to_dataframe`.
 
-        Numbers have all their digits.  Raises `RequestError` for a file that exists, unless
-        `overwrite`, and always for an archive.
+        Parameters
+        ----------
+        path : str or os.PathLike
+            The file to write.
+        *names : str
+            Datasets, as in `to_dataframe`.
+        overwrite : bool
+            Whether a file of this name is replaced; an archive never is.
+
+        Raises
+        ------
+        RequestError
+            If the file exists and is not to be replaced, or cannot be written.
         """
         if os.path.lexists(path) and not overwrite:
             raise RequestError(f"{path} exists: overwrite=True replaces it, another name keeps it")

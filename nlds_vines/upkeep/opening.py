@@ -32,9 +32,32 @@ if TYPE_CHECKING:
 def open_archive(path: str | os.PathLike[str]) -> Opened:
     """Return the results in an archive, as the function that computed them returned them.
 
-    Arguments: the path (.h5).  The object has `.request`, `.plot()` and `.to_xarray()`.
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The archive (.h5).
 
-    Raises `RequestError` if it cannot be read.
+    Returns
+    -------
+    ScanArchive, Ensemble, ResponseCurves, Tuned, Continued, ResponseHistories or Portrait
+        The results, with `.request`, `.plot()`, `.to_xarray()` and `.to_dataframe()`.
+
+    Raises
+    ------
+    RequestError
+        If the file is no archive of this program, or is damaged.
+
+    See Also
+    --------
+    read : The datasets of any archive by name.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> vary = {"omega": {"values": [6.0, 6.4]}}
+    >>> scan = nv.scan("ssul-set6", vary=vary, sampling={"transient": 100}, quiet=True)
+    >>> nv.open_archive(scan).request.axes[0].name
+    'omega'
     """
     with read(path) as view:
         task = task_of(view)

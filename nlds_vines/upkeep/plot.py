@@ -57,24 +57,45 @@ def plot(
 ) -> Figure:
     """Return the picture of an archive as a matplotlib figure; nothing is computed or written.
 
-    Arguments:
-        archive: the path of an archive: a scan, transients, a tuning, branches, a portrait.
-        show: of a scan what `bifurcation.picture.drawing` takes: quantities of a diagram such as
-            `x2,v2,E1max`, regimes or a number of a map; of any other archive panels of its
-            picture, as `--show ?` names them; None for what is usual.
-        ax: axes to draw one panel into, the one to `show` or else the first; the figure returned
-            is theirs.
-        columns: 1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
-        style: a style sheet of matplotlib's, by name or path.  What the user has set in
-            `matplotlib.rcParams` or in a `matplotlibrc` stays as well.
-        marks: a continuation of the same system along omega, or several, whose branches are drawn
-            over the energies of a sweep (`show="sweep_energy"`).
-        manifold: whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a
-            map of omega and another parameter.
-        frequency: what axes of the frequency count in: rad/s (omega), Hz (f), or ratio, omega over
-            that of the structure, sqrt(k1 / m1).
+    Parameters
+    ----------
+    archive : str or os.PathLike
+        A finished archive: a scan, transients, a tuning, branches, response histories, a portrait.
+    show : str, optional
+        Panels, separated by commas, as `nlds-vines plot FILE.h5 --show ?` names them: of a diagram
+        quantities such as ``"x2,v2,E1max"``, of a map ``"regimes"`` or a number.  By default the
+        usual ones.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw one panel into: the one to `show`, or else the first.
+    columns : int or str
+        1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
+    style : str, optional
+        A style sheet of matplotlib's, by name or path.  The user's `matplotlib.rcParams` stay.
+    marks : str, os.PathLike or sequence of them
+        Continuations of the same system along omega, whose branches are drawn over the energies of
+        a sweep (``show="sweep_energy"``).
+    manifold : bool
+        Whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a map of
+        omega and another parameter.
+    frequency : {'rad/s', 'Hz', 'ratio'}
+        The unit of axes of the frequency: omega, f, or omega over sqrt(k1 / m1).
 
-    Raises `RequestError` for a file that is no archive, and where it does not hold what to show.
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The picture; with `ax`, the figure of these axes.
+
+    Raises
+    ------
+    RequestError
+        For a file that is no archive, and for panels that it has not.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> vary = {"omega": {"values": [6.0, 6.2, 6.4]}}
+    >>> scan = nv.scan("ssul-set6", vary=vary, sampling={"transient": 100}, quiet=True)
+    >>> nv.plot(scan, "E1max").savefig("E1max.pdf")
     """
     from nlds_vines.archives.archive import read
     from nlds_vines.plotting.page import count_in, page_of, sheet

@@ -52,7 +52,7 @@ class RequestError(ValueError):
     >>> nv.load_system("tmd", m2=-1.0)
     Traceback (most recent call last):
         ...
-    nlds_vines.errors.RequestError: m2 = -1.0 is not allowed: m2 (mass of the damper) [kg] must be > 0 and finite
+    nlds_vines.errors.RequestError: m2 = -1.0 is not allowed: ... must be > 0 and finite
     """
 
 

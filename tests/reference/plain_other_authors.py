@@ -184,3 +184,13 @@ def test_the_ball_of_siconos_bounces_as_published():
     exact = speed * since - 0.5 * 9.81 * since**2, speed - 9.81 * since
     assert orbit.state == pytest.approx(exact, rel=1e-6)
     assert len(orbit.impacts) == last + 2
+
+
+def test_the_oscillator_of_siconos_rebounds_as_published():
+    """LinearOscillatorED.ref: a weight on a spring, pulled 1 m from a stop of e = 0.9."""
+    stiffness, mass, weight = 100.0, 1e-3, 9.81e-3
+    numbers = {"m": mass, "k": stiffness, "C": -weight / stiffness, "e": 0.9, "P": 0.0}
+    system = load_system("hard-oscillator", **numbers, omega=100.0)
+    impact = simulate(system, 4, start=(-1.0 - weight / stiffness, 0.0)).impacts[19]
+    assert impact["touch"] == pytest.approx(0.1936844398238720, rel=1e-13)
+    assert impact["speed"] == pytest.approx(42.72187248905225, rel=1e-12)

@@ -76,7 +76,7 @@ _FLOOR = 1e-6  # amplitudes below this share of the unit of length are not resol
 
 
 class Ends(NamedTuple):
-    """Ends of orbits (n,): final regime, state (n, 4), and what a verdict rests on (n, COLUMNS)."""
+    """Ends of orbits (n,): status, final regime, state (n, 4), evidence (n, COLUMNS)."""
 
     status: np.ndarray
     labels: np.ndarray
@@ -96,7 +96,6 @@ class OrbitEnds:
     """Follows the orbits of one scan to their ends."""
 
     def __init__(self, scan: Scan, wanted: Wanted, tell: Tell | None, *, helped: bool) -> None:
-        """Prepare for a scan; arguments as those of `compute.Computer`."""
         self.scan, self._tell, self.scene = scan, tell, wanted.scene
         self._verdicts = Kernels(replace(wanted, want=("regime",)), tell, helped=helped)
         self._energies = Kernels(replace(wanted, want=("energy",)), tell, helped=False)
@@ -106,7 +105,7 @@ class OrbitEnds:
     def arrays(
         self, cells: np.ndarray, starts: np.ndarray, places: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Return the datasets of orbits by name, (n, 1, ...) each; no attractor has a number yet.
+        """Return the datasets of orbits by name, (n, 1, ...) each; attractors are not numbered yet.
 
         Arguments: `cells` (n,) and `starts` (n, 4); the `places` (n,) of their cells in the scan.
         """
@@ -158,7 +157,7 @@ class OrbitEnds:
         return energy[:, 0]
 
     def system(self, cell: np.ndarray, states: np.ndarray) -> System:
-        """Return a system without attractors, whose unit is that of its ends (n, 4)."""
+        """Return a system without attractors, with the unit of its ends `states` (n, 4)."""
 
         def sections(some: np.ndarray, periods: int) -> np.ndarray:
             return self.sections(np.repeat(cell, len(some)), some, periods)
@@ -176,7 +175,7 @@ class OrbitEnds:
     def _cycle(
         self, cell: np.ndarray, label: str, points: np.ndarray, radius: float = RADIUS
     ) -> Cycle:
-        """Return a cycle, given by its points (n, 4), with a radius in amplitudes."""
+        """Return the cycle through `points` (n, 4), with a radius in amplitudes."""
         unit, weights = self._amplitudes(cell, points), np.zeros(4)
         weights[: unit.size] = 1.0 / (radius * unit)
         return Cycle(label, points, weights)
@@ -204,7 +203,7 @@ class OrbitEnds:
         return radius
 
     def _learn(self, cells: np.ndarray, systems: np.ndarray) -> None:
-        """Judge the samples of systems that are not known yet, and keep their cycles."""
+        """Judge the samples of systems without cycles so far, and store their cycles."""
         size = sample_size(self.scan)
         numbers, first = np.unique(systems, return_index=True)
         is_new = np.array([number not in self._known for number in numbers.tolist()], bool)
@@ -230,7 +229,7 @@ class OrbitEnds:
         return own_states(scan, np.repeat(cells, size), where, lanes, tell=self._tell)
 
     def _cycles(self, cell: np.ndarray, ends: Ends) -> list[Cycle]:
-        """Return the cycles that orbits of a system have ended on."""
+        """Return the cycles on which the sampled orbits of a system end."""
         closed = np.flatnonzero(_is_closed(ends))
         system = self.system(cell, ends.states[closed])
         system.add(ends.labels[closed], ends.states[closed], closed)
@@ -299,7 +298,7 @@ def _is_closed(ends: Ends) -> np.ndarray:
 
 
 def systems_of(scan: Scan, places: np.ndarray) -> np.ndarray:
-    """Return the numbers (n,) of the systems of cells, given by their places in the scan."""
+    """Return the numbers (n,) of the systems to which cells belong, given by place in the scan."""
     where, parameters = np.unravel_index(places, scan.shape), scan.parameters
     chosen = [at for at, axis in zip(where, scan.axes, strict=True) if axis in parameters]
     if not chosen:
@@ -308,14 +307,14 @@ def systems_of(scan: Scan, places: np.ndarray) -> np.ndarray:
 
 
 def sample_size(scan: Scan) -> int:
-    """Return how many orbits of each system are judged first; 0 where early stops save nothing."""
+    """Return the number of orbits of each system that are judged first; 0 if stops save nothing."""
     systems = prod(axis.values.size for axis in scan.parameters)
     size = max(LEAST, SAMPLE // systems)
     return size if 2 * size < scan.lanes // systems else 0
 
 
 def kernel_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return user's states (n, components) as kernels take them: (n, 4), x1, v1, r, s."""
+    """Convert states (n, components) of users to those of kernels, (n, 4): x1, v1, r, s."""
     return given_states(cells, Start(), dict(zip(scene.components, states.T, strict=True)), scene)
 
 
@@ -355,7 +354,6 @@ class AttractorTable:
         return Table.of(datasets, {**scan.length, **lengths})
 
     def scales(self) -> list[Scale]:
-        """Return the dimensions of the archive with their values."""
         size = len(self._scan.system.scene.components)
         scales = {scale.name: scale for scale in (*state_scales(size), *self._scan.scales())}
         return [*scales.values(), Scale.counted(NUMBER, self._count, "number of an attractor")]
@@ -365,7 +363,6 @@ class AttractorTable:
         return {**arrays, ATTRACTOR: self._numbers[block.selection]}
 
     def pieces(self) -> Iterator[Piece]:
-        """Yield the datasets of the attractors, each as one piece."""
         yield from whole(self._table)
 
     def _collected(
@@ -373,7 +370,7 @@ class AttractorTable:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the final regimes and the end states (components) of all orbits, in their order.
 
-        The regime is empty where an orbit failed.
+        The regime of a failed orbit is empty.
         """
         scan = self._scan
         labels = np.full((*scan.shape, scan.starts), "", object)
@@ -407,7 +404,7 @@ class AttractorTable:
         self._numbers = numbers.reshape(*scan.shape, scan.starts)
 
     def _carry(self, system: System, cell: np.ndarray, numbering: Numbering) -> None:
-        """Follow an orbit of each neighboring attractor to which no orbit of the system comes."""
+        """Follow an orbit of each neighboring attractor that no orbit of the system reaches."""
         absent = numbering.absent(system.attractors)
         if absent:
             cells, states = np.repeat(cell, len(absent)), [one.state for one in absent.values()]
@@ -475,10 +472,7 @@ class AttractorTable:
     def _energies(
         self, attractors: list[Attractor], cells: np.ndarray, states: np.ndarray
     ) -> np.ndarray:
-        """Return the largest energies (n, 2) of attractors.
-
-        Of one that is not periodic they are those of its first orbit.
-        """
+        """Return the largest E1 and E2 (n, 2) of attractors, on irregular ones of one orbit."""
         starts, periods = states.copy(), np.array([one.period for one in attractors])
         for i, one in enumerate(attractors):
             if not one.period and one.lanes[0] >= 0:

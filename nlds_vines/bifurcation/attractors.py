@@ -91,19 +91,19 @@ class Attractor:
     margin: float = np.inf
 
     def tree(self, unit: np.ndarray) -> KDTree:
-        """Return its section points in units, to be searched."""
+        """Return a search tree of its section points, in units."""
         return KDTree(_scaled(self.points, unit))
 
     def is_comparable(self, other: Attractor) -> bool:
-        """Return True if distances alone tell it from another attractor: of one n, or label."""
+        """Return True if only distances distinguish it from another: same n, or same label."""
         return self.period == other.period and (self.period > 0 or self.label == other.label)
 
 
 @dataclass
 class System:
-    """The attractors of one system, grown by `add`.
+    """The attractors of one system, which `add` extends.
 
-    Attributes: `sections` follows its orbits; `unit` (size,), the amplitudes of the components.
+    `sections` follows its orbits; `unit` (size,) are the amplitudes of the components.
     """
 
     sections: Sections
@@ -125,7 +125,7 @@ class System:
                     one.margin = min(one.margin, self._gap(one, other) / one.cut)
 
     def _gap(self, one: Attractor, other: Attractor) -> float:
-        """Return the distance of two attractors: the least of cycles, the median of clouds.
+        """Return the distance of two attractors: least of cycles, median of clouds.
 
         Of the medians in both directions it is the smaller one.
         """
@@ -219,9 +219,9 @@ def _scaled(states: np.ndarray, unit: np.ndarray) -> np.ndarray:
 def _join(
     attractors: Sequence[Attractor], distances: np.ndarray, lanes: np.ndarray, left: np.ndarray
 ) -> np.ndarray:
-    """Let attractors take the ends `left` that are nearest to them; return those of none.
+    """Assign the ends `left` to the nearest attractors, if near enough; return the remaining ends.
 
-    Arguments: `distances` (left, attractors); the `lanes` of all ends, of which some are `left`.
+    `distances` has the shape (left, attractors); `lanes` are the numbers of all ends.
     """
     nearest = distances.argmin(axis=1)
     least = distances[np.arange(left.size), nearest]
@@ -245,7 +245,7 @@ def step_between(one: Attractor, other: Attractor) -> float:
 
 
 def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[int, int]:
-    """Return the numbers of attractors by their place in `now`, of those that are `before`.
+    """Return the numbers of attractors `now`, by their index, that continue one `before`.
 
     It is the cheapest assignment.  A pair is accepted if its step is small beside the distances of
     the other attractors of both systems.
@@ -263,7 +263,7 @@ def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[i
 
 
 class Numbering:
-    """Numbers of attractors, given to one system of a grid of parameters after another."""
+    """Numbers attractors in one system of a grid of parameters after another."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self._shape = shape
@@ -271,7 +271,7 @@ class Numbering:
         self.table = list[dict[int, Attractor]]()
 
     def absent(self, attractors: Sequence[Attractor]) -> dict[int, Attractor]:
-        """Return the neighboring attractors that none of those of the next system continues.
+        """Return the neighboring attractors that no attractor of the next system continues.
 
         An orbit from each is to be added to the next system as the lane `seed_of` its number.
         """
@@ -282,7 +282,7 @@ class Numbering:
     def _beside(self) -> dict[int, Attractor]:
         """Return the attractors one step before the next system along each parameter.
 
-        Of several with one number it is that of the system before along the last parameter.
+        If several have one number, that of the system before along the last parameter is returned.
         """
         place = np.unravel_index(len(self.table), self._shape) if self._shape else ()
         neighbors = dict[int, Attractor]()
@@ -294,8 +294,8 @@ class Numbering:
     def give(self, attractors: Sequence[Attractor]) -> None:
         """Number the attractors of the next system.
 
-        As the neighbors whose sections are close, or from which an orbit came; then as those that
-        were there earlier; or anew.
+        An attractor gets the number of a neighbor whose section is close, or from which an orbit
+        came; else of one that existed earlier; else a new one.
         """
         beside = self._beside()
         earlier = {k: attractor for k, attractor in self._last.items() if k not in beside}
@@ -311,12 +311,12 @@ class Numbering:
 
 
 def seed_of(number: int) -> int:
-    """Return the lane of an orbit that was carried on from the attractor of a number."""
+    """Return the lane of an orbit that is carried on from the attractor of a number."""
     return -1 - number
 
 
 def _led_to(attractors: Sequence[Attractor], used: Container[int]) -> dict[int, int]:
-    """Return the numbers, not yet used, from which an orbit came to each attractor, by place."""
+    """Return the unused numbers from which an orbit came to each attractor, by index."""
     pairs = dict[int, int]()
     for place, attractor in enumerate(attractors):
         numbers = [seed_of(lane) for lane in attractor.lanes[attractor.lanes < 0].tolist()]
@@ -327,6 +327,6 @@ def _led_to(attractors: Sequence[Attractor], used: Container[int]) -> dict[int, 
 
 
 def _order(attractor: Attractor) -> tuple[object, ...]:
-    """Return a key by n, k and place of an attractor, which no order of the starts changes."""
+    """Return a sorting key by n, k and position, which the order of the starts does not change."""
     first = attractor.points[:, : attractor.unit.size].min(axis=0).tolist()
     return attractor.period or np.inf, impacts_of(attractor.label), attractor.label, first

@@ -47,12 +47,10 @@ class Block:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Number of cells along each axis."""
         return tuple(stop - first for first, stop in self.slices)
 
     @property
     def cells(self) -> int:
-        """Number of cells in all."""
         return math.prod(self.shape)
 
     @property
@@ -62,9 +60,9 @@ class Block:
 
 
 def blocks_of(scan: Scan, shard: Shard | None = None) -> list[Block]:
-    """Return the blocks of a scan: all of them, or those of one shard.
+    """Return the blocks of a scan, or of one shard of it.
 
-    Where orbits follow an attractor along the last axis, that axis stays whole.
+    If orbits follow an attractor along the last axis, that axis stays whole.
     """
     rows, along = _block_sides(scan)
     rows_of = [_spans(n, rows) for n in scan.shape[:-1]]
@@ -74,12 +72,11 @@ def blocks_of(scan: Scan, shard: Shard | None = None) -> list[Block]:
 
 
 def counted(number: int, what: str) -> str:
-    """Return a number of things in words."""
     return f"{number} {what}" + "s" * (number != 1)
 
 
 def share_in_words(scan: Scan, shard: Shard) -> str:
-    """Return in one line what a shard has to compute, also where that is nothing."""
+    """Return a line on the blocks of a shard, which may be none."""
     all_blocks, count = len(blocks_of(scan)), len(blocks_of(scan, shard))
     of_all = f"{count} of {counted(all_blocks, 'block')}"
     if count:
@@ -95,7 +92,7 @@ def result_bytes(scan: Scan) -> int:
 def lane_bytes(scan: Scan) -> int:
     """Return the bytes of one orbit's buffers while it is computed; most are its section.
 
-    For a verdict the section is longer than what is stored, by a part of the transient.
+    A verdict needs a longer section than is stored, by a part of the transient.
     """
     rows = noted(scan.want, scan.transient, scan.periods)
     touches = touches_noted(scan.want, scan.system.scene, scan.periods)
@@ -116,7 +113,6 @@ def work_bytes(scan: Scan) -> int:
 
 
 def _largest(scan: Scan) -> int:
-    """Return the number of cells of the largest block."""
     return min(math.prod(scan.shape), math.prod(_block_sides(scan)))
 
 
@@ -128,7 +124,7 @@ def _block_sides(scan: Scan) -> tuple[int, int]:
 
 
 def _block_cells(scan: Scan) -> int:
-    """Return how many cells make a block of about `BLOCK_PERIODS`, within `BLOCK_BYTES`."""
+    """Return the cells of a block of about `BLOCK_PERIODS`, within `BLOCK_BYTES`."""
     per_cell = scan.starts * (scan.transient + scan.periods)
     total = math.prod(scan.shape)
     by_time = max(BLOCK_PERIODS // per_cell, math.ceil(total / MOST_BLOCKS))
@@ -137,7 +133,7 @@ def _block_cells(scan: Scan) -> int:
 
 
 def _spans(length: int, size: int) -> list[tuple[int, int]]:
-    """Return (first, last + 1) of pieces of at most `size`, as equal as can be."""
+    """Return (first, last + 1) of pieces of at most `size`, as equal as possible."""
     pieces = math.ceil(length / size)
     edges = [length * i // pieces for i in range(pieces + 1)]
     return list(pairwise(edges))

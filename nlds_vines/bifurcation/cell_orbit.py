@@ -35,12 +35,11 @@ if TYPE_CHECKING:
 def begun(
     scan: Scan, cells: np.ndarray, initial: Mapping[str, np.ndarray], tell: Tell | None = None
 ) -> np.ndarray:
-    """Return the states (n, 4), x1, v1, r, s, from which the orbits of cells count.
+    """Return the states (n, 4), x1, v1, r, s, of the orbits of cells at their first section.
 
-    Arguments: the `cells` (n,); the `initial` conditions that are not those of the scan's start,
-    (n,) each, as `Scan.initial` has them; `tell` as `batch.Kernels` takes it.
-
-    An orbit that begins at another phase is followed to the next section.
+    Arguments: the `cells` (n,); the `initial` conditions that axes set, (n,) each, by name; `tell`
+    as `batch.Kernels` takes it.  An orbit that begins at another phase is followed to the next
+    section.
     """
     phases = initial.get(PHASE, np.full(len(cells), scan.start.phase))
     components = {name: values for name, values in initial.items() if name != PHASE}
@@ -61,7 +60,7 @@ Place = tuple[int, ...]
 
 
 class CellStart(NamedTuple):
-    """A start (x1, v1, x2, v2) [m, m/s], None for rest, and what it is, in words."""
+    """A start (x1, v1, x2, v2) [m, m/s], None for rest, and its description."""
 
     state: tuple[float, ...] | None
     words: str
@@ -74,9 +73,9 @@ def values_at(scan: Scan, place: Place) -> dict[str, float]:
 
 
 def system_at(scan: Scan, place: Place, settings: Mapping[str, float] | None = None) -> System:
-    """Return the system of a cell; `settings` are parameters that have other values than there.
+    """Return the system of a cell; `settings` override parameters.
 
-    Raises `RequestError` where the system refuses these.
+    Raises `RequestError` if the system refuses these.
     """
     values = values_at(scan, place)
     varied = {axis.name: values[axis.name] for axis in scan.parameters}
@@ -91,11 +90,11 @@ def own_states(
     draws: np.ndarray | None = None,
     tell: Tell | None = None,
 ) -> np.ndarray:
-    """Return the states in which orbits begin that follow no other one; rest for sweeps.
+    """Return the initial states of orbits that do not follow another one; rest for sweeps.
 
-    Arguments: the `cells` (n,) and `where` they are along each axis, (n,) each; `lanes` (n,), which
-    start of its cell each orbit is; `draws` of `start_states`, by default drawn here; `tell` as
-    `batch.Kernels` takes it.
+    Arguments: the `cells` (n,) and their index along each axis, `where`, (n,) each; `lanes` (n,),
+    the start of its cell that each orbit has; `draws` of `start_states`, by default drawn here;
+    `tell` as `batch.Kernels` takes it.
 
     Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s].
     """
@@ -111,9 +110,9 @@ def own_state(scan: Scan, cell: np.ndarray, place: Place, lane: int) -> np.ndarr
 
 
 def swept_before(scan: Scan, place: Place, lane: int) -> list[Place]:
-    """Return the cells that a sweep passes before one, in its order; none where there is no sweep.
+    """Return the cells that a sweep passes before `place`, in its order; none without a sweep.
 
-    The orbit of each begins where that of the one before ended, and the first at rest.
+    The orbit of each begins where that of the cell before ended; the first begins at rest.
     """
     if not scan.start.sweeps:
         return []
@@ -130,14 +129,14 @@ def recorded_start(
     system: System,
     moved: Mapping[str, float] | None = None,
 ) -> CellStart:
-    """Return where an orbit of a cell begins, of a sweep as far as its results tell.
+    """Return the start of an orbit, of a sweep as far as its results contain it.
 
-    Arguments: the scan and its results, datasets by name; the `place` of the cell; the `lane`,
-    which start of the cell; a `system` like that of the cell; `moved`, the initial conditions by
-    name that are other ones than there, where they are the cell's own.
+    Arguments: the scan and its datasets by name; the `place` of the cell and the start `lane`; a
+    `system` like that of the cell; `moved`, initial conditions by name that override those of the
+    cell.
 
-    The start in a sweep is the last state of the cell before, known where sections are recorded;
-    without them, a point of the cell's own periodic orbit.
+    The start within a sweep is the last recorded section of the cell before; without sections it is
+    a point of the cell's own periodic orbit.
     """
     if scan.start.sweeps:
         return _recorded_in_sweep(scan, arrays, place, lane)
@@ -186,8 +185,8 @@ def _named(state: np.ndarray, words: str) -> CellStart:
 class CellOrbit:
     """The orbit of one start in one cell of a scan.
 
-    Attributes: the `scan`; `begin`, where the orbit begins; `start`, the name of it; the `label`
-    that the archive has for it, empty where none is recorded.
+    Attributes: the `scan`; `begin`, its initial state; the name of its `start`; its `label` in the
+    archive, empty if none is recorded.
     """
 
     scan: Scan
@@ -196,7 +195,7 @@ class CellOrbit:
     label: str = ""
 
     def orbit(self, record: Collection[str] | None = None, quiet: bool = False) -> Orbit:
-        """Return the orbit over the periods of the scan, which records what `simulate` can."""
+        """Return the orbit over the periods of the scan, with the records that `simulate` has."""
         from nlds_vines.orbits.simulation import checked_record
 
         words, scan = checked_record(self.begin.system, record), self.scan
@@ -242,20 +241,43 @@ def orbit_of(
     quiet: bool = False,
     **values: float,
 ) -> Orbit:
-    """Return the orbit of a cell of a scan's archive, the same to the last bit as the scan's.
+    """Return the orbit of a cell of a scan's archive, equal to that of the scan to the last bit.
 
-    Arguments:
-        archive: open, or its path.
-        start: which orbit of the cell: its number, or its name ("up", "random 3").
-        record: as `simulate` takes it; by default section and, if there are walls, impacts.
-        quiet: whether not to say that something is compiled.
-        values: of each varied parameter, `omega=7.4, C=0.06`; the nearest cell is taken, whose
-            values stand in the `system` of the orbit.
+    The orbit is computed again, over the transient and the periods of the scan; in a sweep, all
+    cells before it are, too.
 
-    The orbit is computed again, over the transient and the periods of the scan, from the archive
-    alone; of a sweep, all cells before it are, too.  Raises `RequestError` for a parameter that did
-    not vary, a value outside the scan, and a start that there is not; `IntegrationError` where the
-    orbit ends early, as it did in the scan.
+    Parameters
+    ----------
+    archive : ArchiveView or path
+    start : int or str
+        The orbit of the cell, by number or name ("up", "random 3").
+    record : collection of str, optional
+        As in `simulate`; by default the section and, if there are walls, impacts.
+    quiet : bool
+        Hide the note that kernels are compiled.
+    **values : float
+        Each varied parameter, `omega=7.4, C=0.06`.  The nearest cell is used; its values are in the
+        `system` of the orbit.
+
+    Returns
+    -------
+    Orbit
+
+    Raises
+    ------
+    RequestError
+        For a parameter that did not vary, a value outside the scan, or an unknown start.
+    IntegrationError
+        If the orbit ends early, as it did in the scan.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> scan = nv.scan("tmd", vary={"omega": {"values": [6.0]}}, record=["section"], quiet=True)
+    >>> orbit = nv.orbit_of(scan, omega=6.0, quiet=True)
+    >>> with scan.read() as results:
+    ...     bool((orbit.section == results["section"][0, 0]).all())
+    True
     """
     return cell_orbit(archive, values, start).orbit(record, quiet)
 
@@ -263,7 +285,7 @@ def orbit_of(
 def cell_orbit(
     archive: ArchiveView | str | os.PathLike[str], values: Mapping[str, float], start: int | str = 0
 ) -> CellOrbit:
-    """Return where the orbit of a cell begins; arguments and errors as `orbit_of`."""
+    """Return the beginning of a cell's orbit; arguments and errors as `orbit_of`."""
     if not isinstance(archive, ArchiveView):
         with read(archive) as view:
             return cell_orbit(view, values, start)
@@ -283,12 +305,11 @@ def cell_orbit(
 
 
 def _record(cells: np.ndarray, place: Place) -> Any:
-    """Return the kernels' record of one cell."""
     return cells[place].reshape(1).view(np.recarray)[0]
 
 
 def _place(where: object, scan: Scan, values: Mapping[str, float]) -> Place:
-    """Return the index of the cell nearest to the values of the varied parameters."""
+    """Return the index of the cell nearest to `values` of the varied parameters."""
     names = [axis.name for axis in scan.axes]
     for name in values:
         if name not in names:
@@ -305,7 +326,7 @@ def _span(axis: Axis) -> str:
 
 
 def _nearest(axis: Axis, value: float) -> int:
-    """Return the index of the nearest value of an axis, of which a cell reaches halfway."""
+    """Return the index of the nearest value of an axis; a cell extends halfway to the next."""
     value, grid = number(axis.name, value), axis.values
     edges = np.diff(grid[[0, 1, -2, -1]])[[0, 2]] / 2 if grid.size > 1 else np.zeros(2)
     slack = 1e-9 * max(abs(grid[0]), abs(grid[-1]))
@@ -315,7 +336,7 @@ def _nearest(axis: Axis, value: float) -> int:
 
 
 def _lane(scan: Scan, start: int | str) -> int:
-    """Return the number of a start of a cell, given as that or by its name."""
+    """Return the index of a start, given by index or name."""
     names = scan.start.names
     if isinstance(start, str) and not start.isdecimal():
         if start not in names:
@@ -325,7 +346,7 @@ def _lane(scan: Scan, start: int | str) -> int:
 
 
 def _swept(scan: Scan, cells: np.ndarray, place: Place, lane: int, begin: Beginning) -> Beginning:
-    """Return the beginning of an orbit that follows those of the cells before it in a sweep."""
+    """Return the beginning of an orbit that follows the cells before it in a sweep."""
     from nlds_vines.orbits.simulation import IntegrationError
 
     first, *others = *swept_before(scan, place, lane), place

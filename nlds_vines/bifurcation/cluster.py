@@ -24,12 +24,10 @@ _UNREACHABLE = (OSError, ValueError, TypeError, RuntimeError, ImportError, Timeo
 
 @contextmanager
 def workers(scheduler: str, threads: int | None) -> Iterator[Executor]:
-    """Return an executor within the `with` block: of a scheduler, or of one that is started here.
+    """Return an executor within the `with` block: `local:N` processes, or those of a scheduler.
 
-    Arguments: `local:N` for N processes here, or the address of a scheduler; the `threads` that
-    each process here may use, by default 1.
-
-    Raises `RequestError` where there is no such scheduler, and where it is lost.
+    `threads` are those of each process here, by default 1.  Raises `RequestError` if the scheduler
+    cannot be reached, or is lost.
     """
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)  # tracebacks of a lost scheduler

@@ -73,23 +73,52 @@ def scan(
     quiet: bool = False,
     **tables: Any,
 ) -> ScanArchive:
-    """Compute a scan and return its archive, which can be read and drawn.
+    """Compute a scan: orbits over one parameter or two, or over a plane of initial conditions.
 
-    Arguments:
-        source: a `System` or the name of one, a `Scan`, the path of a scan file, the document in
-            one, or None for Figure 8.
-        to: the archive (.h5); None for one that is gone with what is returned.
-        threads: how many; by default as many as the machine has processors.
-        resume, overwrite: continue or replace an archive that exists; not both.
-        scheduler: `local:N`, or the address of a Dask scheduler whose workers are to compute.
-        executor: of `concurrent.futures`, whose workers are to compute: a pool of processes, one of
-            MPI or submitit.
-        quiet: whether to show no progress.
-        tables: tables of a scan file laid over the source, as `vary={"omega": {"start": 5.0,
-            "stop": 8.0, "num": 1201}}`, `sampling={"transient": 600}`; `record` may be a list of
-            names, `start` the name of a policy.
+    Parameters
+    ----------
+    source : System, Scan, str, path, mapping or None
+        A system or the name of one, the path of a scan file (TOML), its document as nested tables,
+        or None for Figure 8 of the paper.
+    to : path, optional
+        The archive (.h5).  Without it the archive is deleted together with the result.
+    threads : int, optional
+        By default one for each processor.
+    resume, overwrite : bool
+        Continue or replace an existing archive; not both.
+    scheduler : str, optional
+        `local:N` for N processes here, or the address of a Dask scheduler.
+    executor : concurrent.futures.Executor, optional
+        Its workers compute blocks of orbits: processes, MPI, submitit.
+    quiet : bool
+        Hide the progress bar.
+    **tables
+        Tables of a scan file that override the source: `vary={"omega": {"start": 5.0, "stop": 8.0,
+        "num": 1201}}`, `sampling={"transient": 600}`; `record` may be a list of names, `start` the
+        name of a policy.
 
-    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    Returns
+    -------
+    ScanArchive
+        The path of the archive, which can be read, drawn and opened with xarray.
+
+    Raises
+    ------
+    RequestError
+        If anything in the request is wrong, before anything is computed.
+
+    See Also
+    --------
+    response_curves : several dampers along one parameter.
+    continue_branch : one periodic orbit along a parameter, stable or not.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> scan = nv.scan("tmd", vary={"omega": {"values": [6.0, 6.5]}}, record=["energy"], quiet=True)
+    >>> with scan.read() as results:
+    ...     results["E1max"].round(1).ravel().tolist()
+    [492.3, 413.8]
     """
     document = dict(tables)
     if isinstance(document.get("record"), list | tuple):
@@ -104,7 +133,7 @@ def scan(
 
 @dataclass(frozen=True)
 class Job(commands.Job):
-    """A scan and where it goes; `show`, what the picture shows, None for what is usual."""
+    """A scan and its files; `show` is the content of the picture, None for the default."""
 
     default: ClassVar[str] = "figure8.h5"
     is_named_after_source: ClassVar[bool] = True
@@ -196,12 +225,12 @@ class Job(commands.Job):
 
 
 def _can_be_drawn(scan: Scan) -> bool:
-    """Return True if there will be something to draw: a map has no room for sections."""
+    """Return True unless a map records only sections."""
     return not is_map([axis.values for axis in scan.axes]) or scan.want != ("section",)
 
 
 def start_of(text: str) -> dict[str, Any]:
-    """Return the document of rest, up, down, random:N or a state, perhaps with a phase after @."""
+    """Parse --start: rest, up, down, random:N or a state, with an optional @PHASE."""
     text, at, phase = text.partition("@")
     if at and not text:
         raise RequestError(f"--start @{phase}: a state or rest stands before the @")

@@ -75,17 +75,17 @@ from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 
 
 def struck(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the two bodies that a damper strikes; empty for a scene of one wall."""
+    """Return the names of the bodies that a damper strikes; empty for a scene of one wall."""
     return scene.bodies_struck if len(scene.walls) > 1 else ()
 
 
 def struck_flags(scene: Scene) -> dict[str, int]:
-    """Return the code of each body that is struck, 0 at the near wall, by its name in a word."""
+    """Return the code of each body that is struck, 0 at the near wall, by its name as one word."""
     return {name.replace(" ", "_"): code for code, name in enumerate(struck(scene))}
 
 
 def state_scales(count: int) -> Iterator[Scale]:
-    """Yield the dimensions that count what belongs to a state of so many components."""
+    """Yield the dimensions of multipliers, exponents and complex parts for `count` components."""
     yield Scale.counted("multiplier", count, "Floquet multiplier, the largest modulus first", 1)
     yield Scale.counted("exponent", count, "Lyapunov exponent, the largest first", 1)
     yield Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number")
@@ -102,10 +102,7 @@ _FLAGS: Mapping[str, Mapping[str, int]] = {
 
 @dataclass(frozen=True)
 class ScanContents:
-    """What the archive of a scan holds: of its axes, scene, starts, sampled periods and records.
-
-    `spectral` says more of spectra, where any are wanted.
-    """
+    """The datasets and dimensions of a scan's archive."""
 
     axes: Sequence[Axis]
     scene: Scene
@@ -115,10 +112,10 @@ class ScanContents:
     spectral: SpectralRecords | None = None
 
     def table(self) -> Table:
-        """Return the datasets: those that `want` asks for, and `status`.
+        """Return the datasets that `want` asks for, and `status`.
 
         Impacts and clearances exist only in scenes with a wall, the damper's energy only with a
-        damper: what cannot happen in a scene takes no room in its archive.
+        damper.
         """
         lanes = (*(axis.name for axis in self.axes), "start")
         datasets = [
@@ -148,11 +145,11 @@ class ScanContents:
 
     @property
     def _touches(self) -> int:
-        """Of how many impacts of an orbit the touch is kept."""
+        """Number of impacts of an orbit whose touch is recorded."""
         return touches_noted(self.want, self.scene, self.periods)
 
     def _lengths(self) -> dict[str, int]:
-        """Return the length of every dimension: there may be too many values to make them."""
+        """Return the length of every dimension, without making its values."""
         size, walls = len(self.scene.components), struck(self.scene)
         lengths = {axis.name: axis.values.size for axis in self.axes}
         lengths |= {"start": self.start.orbits, "forcing_period": self.periods, "component": size}
@@ -173,7 +170,7 @@ def dataset_of(entry: Quantity, lanes: tuple[str, ...], scene: Scene) -> Dataset
 
 
 def begins_at_sections(view: ArchiveView) -> bool:
-    """Tell whether all orbits of a scan begin at phase zero, as points of attractors lie."""
+    """Return True if all orbits of a scan begin at phase zero, as points of attractors lie."""
     start = parse_toml(view.text("scan"), "the attribute scan").get("start", {})
     return PHASE not in view.axes and not start.get(PHASE)
 
@@ -183,7 +180,7 @@ MOST_LANES = 10**8
 
 
 def refuse_too_many(shape: Sequence[int], starts: int) -> None:
-    """Raise `RequestError` for more than `MOST_LANES` orbits: cells of a `shape` times starts."""
+    """Raise `RequestError` for more than `MOST_LANES` orbits."""
     cells = prod(shape)
     if cells * starts > MOST_LANES:
         sides = " x ".join(map(str, shape))
@@ -194,25 +191,41 @@ def refuse_too_many(shape: Sequence[int], starts: int) -> None:
 
 
 def _for_experts(name: str, words: str) -> Any:
-    """Return the setting of what the tolerance decides otherwise."""
+    """Return a setting that by default follows from the tolerance."""
     words += ", for experts, as [`nv.simulate`](python.md#options-of-simulate) takes them"
     return setting(None, Checked(FINENESS[name]), "sampling", words)
 
 
 @dataclass(frozen=True, repr=False)
 class Scan(Request):
-    """What to compute; checked when made, immutable afterwards.
+    """A scan: what to compute; validated when made, immutable afterwards.
 
-    Arguments:
-        title: one line for people.
-        system: the parameters that do not vary.
-        axes: one or two varied parameters, or initial conditions (`parameters.INITIAL`).
-        want: of `orbits.records.WANTS`, kept in that order; nothing else is computed.
-        start: where the orbits of each cell begin.
+    Parameters
+    ----------
+    title : str
+        One line.
+    system : System
+        The parameters that do not vary [SI units].
+    axes : tuple of Axis
+        One or two varied parameters, or initial conditions.
+    want : tuple of str
+        The records; nothing else is computed, stored or compiled.
+    start : Start
+        The initial states of each cell's orbits.
 
-    and what the fields say of themselves.
+    The other fields are settings of a scan file, described there (`docs/keys.md`).
 
-    Raises `RequestError` for anything else, and for a varied value that the system refuses.
+    Raises
+    ------
+    RequestError
+        For anything else, and for a varied value that the system refuses.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> scan = nv.load_scan("tmd", {"vary": {"omega": {"start": 5.0, "stop": 8.0, "num": 4}}})
+    >>> scan.shape, scan.starts, scan.axes[0].values.tolist()
+    ((4,), 1, [5.0, 6.0, 7.0, 8.0])
     """
 
     content: ClassVar[str] = SCAN
@@ -290,13 +303,13 @@ class Scan(Request):
         refuse_too_many(self.shape, self.starts)
 
     def _grid(self, values: list[np.ndarray]) -> np.ndarray:
-        """Return the numbers for kernels, the same along an axis of initial conditions."""
+        """Return the cells of the grid for kernels, constant along axes of initial conditions."""
         varied = dict(zip((axis.name for axis in self.axes), np.ix_(*values), strict=True))
         varied = {name: value for name, value in varied.items() if name not in INITIAL}
         return np.broadcast_to(self.system.cells(varied), tuple(map(len, values)))
 
     def _check_initial(self, names: Sequence[str]) -> None:
-        """Refuse axes of these `names`, which are no parameters, unless orbits can begin so."""
+        """Refuse the axes `names`, which are no parameters, unless orbits can begin so."""
         components = self.system.scene.components
         allowed = (*components, PHASE)
         if self.start.state and len(self.start.state) != len(components):
@@ -330,7 +343,7 @@ class Scan(Request):
     def initial(self, where: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
         """Return the components of the state, and the phase, that axes set: (n,) each, by name.
 
-        Arguments: the places (n,) of cells along each axis.
+        `where` are the places (n,) of cells along each axis.
         """
         return {
             component_of(axis.name): axis.values[places]
@@ -339,9 +352,9 @@ class Scan(Request):
         }
 
     def starts_inside(self) -> list[str]:
-        """Return a line on starts inside a wall, if there are any; random ones never are.
+        """Return a line on starts inside a wall, if there are any; random starts never are.
 
-        Of a sweep, the orbit of its first cell alone begins at rest.
+        In a sweep only the orbit of the first cell begins at rest.
         """
         if self.start.policy == "random":
             return []
@@ -394,7 +407,7 @@ class Scan(Request):
 
     @cached_property
     def spectral(self) -> SpectralRecords | None:
-        """What is recorded of spectra; None where nothing is."""
+        """The records of spectra; None without any."""
         want = spectral(self.want)
         if not want:
             return None
@@ -419,10 +432,7 @@ class Scan(Request):
         )
 
     def document(self) -> dict[str, Any]:
-        """Return the scan file that means exactly this scan, complete, as nested tables.
-
-        All parameters and all values of the axes are written out.
-        """
+        """Return the complete scan file, as nested tables with all parameters and axis values."""
         start: dict[str, Any] = {"policy": self.start.policy}
         if self.start.policy == "random":
             start |= {"count": self.start.count, "seed": self.start.seed}
@@ -467,13 +477,30 @@ def load_scan(
 ) -> Scan:
     """Return the scan that a scan file means, validated throughout.
 
-    Arguments:
-        source: path of a TOML file, the document in it as nested tables, a `Scan`, or None for
-            the embedded default (Figure 8); a `System`, or the name of one, for the default of it.
-        changes: a document of the same form that overrides it entry by entry, and `vary` as a
-            whole; `changes_from` names it in the message of an error.
+    Parameters
+    ----------
+    source : path, mapping, Scan, System, str or None
+        A TOML file, its document as nested tables, a scan; a system or the name of one for the
+        default scan of that; None for the default (Figure 8).
+    changes : mapping, optional
+        A document of the same form that overrides the source entry by entry, and `vary` as a whole.
+    changes_from : str
+        The name of the changes in messages of errors.
 
-    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    Returns
+    -------
+    Scan
+
+    Raises
+    ------
+    RequestError
+        One line that names place, key, value and what is allowed.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> nv.load_scan().title
+    'Bifurcation diagram, SSul NES Set 6 (Figure 8)'
     """
     if isinstance(source, Scan) and not changes:
         return source
@@ -516,7 +543,7 @@ def load_scan(
 
 
 def _start(request: Merged) -> Start:
-    """Return where orbits begin; a state alone means the policy of that name."""
+    """Return the start; a state without a policy means the policy of that name."""
     entries = request.of(Start)
     with at(request.place("start")):
         return Start(**({"policy": STATE} if "state" in entries else {}) | entries)
@@ -536,7 +563,7 @@ def _want(request: Merged, scene: Scene) -> tuple[str, ...]:
 
 
 def _made_up_title(request: Merged, system: System, axes: tuple[Axis, ...]) -> str:
-    """Return a title made of the system, the parameters that are set, and those that vary."""
+    """Return a title of the system, the parameters that are set, and those that vary."""
     varied = [axis.name for axis in axes]
     system = system.with_axes(varied)  # without a force, where the ground's motion varies
     settings = {name for _, layer in request.layers for name in layer.get("set", {})}

@@ -18,18 +18,31 @@ if TYPE_CHECKING:
 
 
 class ScanArchive(ArchivePath):
-    """The path of a scan's archive; wherever a path may stand, it may stand."""
+    """The path of a scan's archive, which is accepted wherever a path is.
+
+    Attributes
+    ----------
+    request : Scan
+        The scan; computed again, it gives the same numbers.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> scan = nv.scan("tmd", vary={"omega": {"values": [6.0]}}, record=["energy"], quiet=True)
+    >>> scan.request.system.name, scan.request.want
+    ('tmd', ('energy',))
+    """
 
     @property
     def request(self) -> Scan:
-        """The scan, with which the same numbers are computed again."""
+        """The scan; computed again, it gives the same numbers."""
         if not self.is_file():
             raise RequestError(f"{shown(str(self))}: there is no such file")
         with self.read() as view:
             return scan_of(view)
 
     def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
-        """Return its picture as a matplotlib figure, as `nlds_vines.plot` does."""
+        """Return its picture as a Matplotlib figure, see `nlds_vines.plot`."""
         from nlds_vines.bifurcation.picture.drawing import PICTURE
 
         return PICTURE.of(self, show, ax)
@@ -38,7 +51,7 @@ class ScanArchive(ArchivePath):
 def scan_of(view: ArchiveView) -> Scan:
     """Return the scan of an open archive.
 
-    Raises `RequestError` if it holds no scan, or if its scan means something else by now.
+    Raises `RequestError` if it holds no scan, or if this version reads the scan differently.
     """
     if view.content != SCAN:
         raise RequestError(f"{view.path} holds a {view.content}, not a scan")

@@ -69,11 +69,9 @@ COUNTED = ("status", "label", "violations", "violation_depth")
 
 @dataclass
 class Tally:
-    """Counts of the orbits so far: all, those that failed, those of each regime.
+    """Counts of orbits: all, failed ones by status, those of each regime.
 
-    `failures`: how many failed, by status.
-    `violated`: those that pass the limit of their scene; `depths`: the least and the largest depth
-    of these [m].
+    `violated` pass the limit of their scene, by the least and the largest of `depths` [m].
     """
 
     lanes: int = 0
@@ -83,7 +81,6 @@ class Tally:
     depths: tuple[float, float] = (math.inf, 0.0)
 
     def note(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Count the orbits of a block."""
         status = arrays["status"]
         self.lanes += status.size
         self.failures += failures_in(status)
@@ -100,15 +97,14 @@ class Tally:
 
     @property
     def failed(self) -> int:
-        """How many orbits failed."""
         return self.failures.total()
 
     def why_failed(self) -> str:
-        """Return how many orbits failed, why, and what helps; empty where none did."""
+        """Return how many orbits failed, why, and the remedy; empty if none did."""
         return failures_in_words(self.failures, self.lanes)
 
     def inadmissible(self) -> list[str]:
-        """Return a line that says how many orbits pass their limit, and how far; none if none."""
+        """Return a line on the orbits that pass their limit, if there are any."""
         if not self.violated:
             return []
         low, high = (f"{depth:.2g}" for depth in self.depths)
@@ -119,14 +115,14 @@ class Tally:
         ]
 
     def follow(self, progress: Progress, arrays: Mapping[str, np.ndarray]) -> None:
-        """Count the orbits of a block and show the counts of all so far."""
+        """Count the orbits of a block and show the counts in the progress bar."""
         self.note(arrays)
         regimes, failed = self.regimes(), f"{self.failed} failed"
         words = f"{regimes}; {failed}" if regimes else failed
         progress.note(arrays["status"].size, words)
 
     def regimes(self) -> str:
-        """Return how many of the commonest regimes: `945 T,1, 32 3T,2`; empty if none is known."""
+        """Return the counts of the commonest regimes, `945 T,1, 32 3T,2`; empty without labels."""
         common = self.labels.most_common(_MOST_LABELS)
         words = [f"{count} {label}" for label, count in common]
         others = self.labels.total() - sum(count for _, count in common)
@@ -147,7 +143,7 @@ def of_chaos(watched: int) -> str:
 
 
 def spectral_summary(view: ArchiveView) -> str:
-    """Return in one line where spectra and verdicts disagree: how many orbits, and of which."""
+    """Return one line on the orbits whose spectra and verdicts disagree."""
     agree, spectral = view["spectra_agree"], view["spectral_label"]
     which = agree == KEPT["no"]
     pairs = zip(view["label"][which].tolist(), spectral[which].tolist(), strict=True)
@@ -159,13 +155,13 @@ def spectral_summary(view: ArchiveView) -> str:
 
 
 def wanted_of(scan: Scan, settings: Settings | None = None) -> Wanted:
-    """Return what a scan wants of orbits to their end; `settings` None means its own."""
+    """Return the records that a scan wants of whole orbits; `settings` None means its own."""
     settings = scan.settings if settings is None else settings
     return Wanted(scan.system.scene, plain(scan.want), scan.method, scan.effort, settings)
 
 
 class Computer:
-    """Computes blocks of one scan; what all blocks share is prepared once."""
+    """Computes blocks of one scan; cells, starts and kernels are prepared once."""
 
     def __init__(
         self,
@@ -175,10 +171,7 @@ class Computer:
         *,
         helped: bool = True,
     ) -> None:
-        """Prepare the cells and starts of `scan`; by default with its own settings.
-
-        Arguments: `tell` and `helped` as `batch.Kernels` takes them.
-        """
+        """Prepare for `scan`; `tell` and `helped` as `batch.Kernels` takes them."""
         self.scan = scan
         self._cells, self._tell = scan.cells(), tell
         self._draws = start_states(scan.start) if scan.start.policy == "random" else None
@@ -210,11 +203,9 @@ class Computer:
     ) -> dict[str, np.ndarray]:
         """Return the results of chains of cells (chains, links) from their starts (chains, 4).
 
-        Arguments: `places` (chains,), the number in the scan of the first cell of each, which
-        attractors need; by default the first one.
-
-        They are arrays (chains, links, tail) by name of the dataset; there may be more of them than
-        the scan wants.
+        `places` (chains,) are the numbers in the scan of the first cell of each, by default the
+        first cell; attractors need them.  The arrays (chains, links, tail) are named as the
+        datasets; there may be more of them than the scan wants.
         """
         arrays = {"P": chains["P"].copy()}
         if self._draws is not None:
@@ -243,10 +234,7 @@ class Computer:
         return self._kernels.run(chains, starts, transient, periods)
 
     def _spectra(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
-        """Return what is recorded of spectra, by name: of the same orbits, at more instants.
-
-        And how they ended, which counts where nothing else is recorded.
-        """
+        """Return the records of spectra, of the same orbits at more instants, and their status."""
         if self._spectral is None or self._traced is None:
             return {}
         span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
@@ -255,10 +243,10 @@ class Computer:
         return {"status": status, **arrays}
 
     def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return orbits of the scan, each by itself: cells (n, 1), starts (n, 4), places (n,).
+        """Return single orbits of the scan: cells (n, 1), starts (n, 4), places (n,).
 
-        Arguments: the numbers (n,) of the `chosen` ones, counted cell after cell.  Those of a sweep
-        begin at rest here.
+        `chosen` (n,) are their numbers, counted cell after cell.  Orbits of a sweep begin at rest
+        here.
         """
         places, lanes = np.divmod(chosen, self.scan.starts)
         where = np.unravel_index(places, self.scan.shape)
@@ -269,7 +257,7 @@ class Computer:
     def _chains(
         self, cells: np.ndarray, places: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the chains of a block of cells, the start (x1, v1, r, s) and place of each."""
+        """Return the chains of cells of a block, the start (x1, v1, r, s) and the place of each."""
         if sweeps := self.scan.start.sweeps:
             rows = cells.reshape(-1, cells.shape[-1])
             chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
@@ -279,7 +267,7 @@ class Computer:
         return self.orbits(numbers.ravel())
 
     def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the datasets by name, in the order of the lanes: (chains, links, tail)."""
+        """Return the datasets (chains, links, tail) by name."""
         status = outputs.status
         arrays = {"status": status}
         for name in self.scan.table.datasets:
@@ -310,7 +298,7 @@ class Computer:
         return arrays
 
     def _in_place(self, values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
-        """Return values of lanes in the block's shape, failed lanes at their fill value."""
+        """Return values (chains, links, tail) in the shape of the block."""
         if sweeps := self.scan.start.sweeps:
             passes = values.reshape(len(sweeps), -1, *values.shape[1:])
             ordered = (one[:, :: STEP[sweep]] for one, sweep in zip(passes, sweeps, strict=True))
@@ -327,13 +315,13 @@ _KNOWN = ("status", "regime", "label", "start_state")
 
 
 def _one_nan(values: np.ndarray) -> None:
-    """Let every NaN be the same: the sign of one that is computed depends on the processor."""
+    """Replace every NaN by the same: the sign of a computed one depends on the processor."""
     if values.dtype.kind == "f":
         values[np.isnan(values)] = np.nan
 
 
 def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> np.ndarray:
-    """Return the values, those of failed lanes replaced by the fill value, but for `_KNOWN`."""
+    """Return the values, those of failed orbits replaced by the fill value."""
     failed = status != OK
     if dataset.name not in _KNOWN and failed.any():
         values[failed] = dataset.fill
@@ -346,10 +334,12 @@ AHEAD_BYTES = 1 << 30
 
 @dataclass
 class Report:
-    """The archive of a scan, or of a shard of it, how long it took, and counts of its orbits.
+    """The archive of a scan, or of a shard of it: run time and counts of its orbits.
 
-    `watched`: the forcing periods for which its chaotic orbits are watched; `empty`: what is to be
-    said of a shard without blocks; `missing`: blocks that other shards have to compute.
+    Attributes:
+        watched: forcing periods for which chaotic orbits are watched.
+        empty: the remark on a shard without blocks.
+        missing: number of blocks that other shards have to compute.
     """
 
     path: Path
@@ -362,16 +352,13 @@ class Report:
 
     @property
     def lanes(self) -> int:
-        """How many orbits there are results of."""
         return self.tally.lanes
 
     @property
     def failed_lanes(self) -> int:
-        """How many orbits failed."""
         return self.tally.failed
 
     def why_failed(self) -> str:
-        """Return how many orbits failed, why, and what helps; empty where none did."""
         return self.tally.why_failed()
 
     def note_archive(self) -> None:
@@ -380,14 +367,14 @@ class Report:
             self.tally.note({name: view[name] for name in COUNTED if name in view})
 
     def summary(self) -> str:
-        """Return one line: how many orbits, how long, how many of each regime."""
+        """Return one line: number of orbits, run time, counts of regimes."""
         which = f"shard {self.shard}: " if self.shard else ""
         text = f"{which}{self.tally.lanes} orbits in {self.seconds:.1f} s"
         regimes = self.tally.regimes()
         return f"{text}: {regimes}" if regimes else text
 
     def remarks(self) -> list[str]:
-        """Return what else is to be said of the results, one thing a line."""
+        """Return further lines: an empty shard, passed limits, how long chaos was watched."""
         if self.empty:
             return [self.empty]
         chaos = [of_chaos(self.watched)] if CHAOS in self.tally.labels else []
@@ -397,12 +384,12 @@ class Report:
 def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     """Compute a scan into the archive `output` and return a `Report`.
 
-    Arguments: `how` the run goes, None for the defaults of `RunOptions`.  With a shard, only its
-    blocks are computed; the shard that finds all blocks of the scan makes the archive.  Workers
-    of a scheduler or an executor compute each block on `how.threads` threads, by default one.
+    With a shard only its blocks are computed; the shard that finds all blocks of the scan makes the
+    archive.  Workers of a scheduler or an executor compute each block on `how.threads` threads, by
+    default one.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every finished block kept for
-    --resume, and `RequestError` where the archive cannot be written.
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every finished block saved for
+    --resume, and `RequestError` if the archive cannot be written.
     """
     how = RunOptions() if how is None else how
     began, waited = time.perf_counter(), Compilation.waited
@@ -467,7 +454,7 @@ def _save(
 
 
 def _timed(computer: Computer, block: Block) -> tuple[dict[str, np.ndarray], float]:
-    """Compute a block; return its datasets as an archive has them, and the seconds it took."""
+    """Compute a block; return its datasets with the types of the archive, and the seconds."""
     interrupts.check()
     began, arrays = time.perf_counter(), computer.block(block)
     for name, entry in computer.scan.table.datasets.items():
@@ -480,7 +467,7 @@ def _timed(computer: Computer, block: Block) -> tuple[dict[str, np.ndarray], flo
 
 
 def _pool(how: RunOptions) -> Any:
-    """Return what gives the executor within a `with` block: that of Python stays open after it."""
+    """Return a context manager of the executor; an executor of the caller stays open after it."""
     if how.executor is not None:
         return nullcontext(how.executor)
     from nlds_vines.bifurcation.cluster import workers
@@ -492,7 +479,7 @@ def _pool(how: RunOptions) -> Any:
 def _by_workers(
     scan: Scan, blocks: Sequence[Block], pool: Executor, threads: int
 ) -> Iterator[tuple[Block, dict[str, np.ndarray], float]]:
-    """Yield each block with its datasets and the seconds it took, as workers finish them."""
+    """Yield each block with its datasets and its seconds, as workers finish them."""
     compute = partial(compute_block, scan.to_toml(), threads, provenance.makers())
     ahead = max(2, min(1000, AHEAD_BYTES // max(1, block_bytes(scan))))
     by_index = {block.index: block for block in blocks}
@@ -503,11 +490,9 @@ def _by_workers(
 def compute_block(
     toml: str, threads: int, asked_by: Mapping[str, str], index: int
 ) -> tuple[dict[str, np.ndarray], float]:
-    """Compute a block of the scan in a text, on a worker; return it as `_timed` does.
+    """Compute block `index` of the scan file `toml` on a worker; return it as `_timed` does.
 
-    Arguments: the `threads` to use; the versions of who asks.
-
-    Raises `RequestError`, before anything is computed, if other versions are here.
+    Raises `RequestError` before anything is computed if the versions `asked_by` are not those here.
     """
     here = provenance.makers()
     if different := [f"{k} {here[k]}, not {v}" for k, v in asked_by.items() if here.get(k) != v]:
@@ -527,7 +512,7 @@ def _computer(toml: str) -> Computer:
 
 
 def writer_of(scan: Scan, store: Blocks, blocks: Sequence[Block]) -> Write:
-    """Return what writes the archive of all blocks, holding one of them in memory at a time."""
+    """Return a function that writes the archive, with one block in memory at a time."""
 
     def saved() -> Iterator[tuple[Block, dict[str, np.ndarray]]]:
         for block in blocks:

@@ -66,11 +66,10 @@ class BasinEntropy(Outlined):
 
     @property
     def fractal(self) -> bool:
-        """Whether the boundary is certainly fractal; where False, it may be smooth or fractal."""
+        """True if the boundary is certainly fractal; False if it may be smooth or fractal."""
         return self.boundary > FRACTAL
 
     def outline(self) -> Rows:
-        """Return the entropies, one a line."""
         yield "basin entropy", f"{self.basin:.4f} ({self.boxes} boxes of {self.side} x {self.side})"
         if self.boundary_boxes:
             verdict = "fractal" if self.fractal else "smooth or fractal"
@@ -85,7 +84,7 @@ class Uncertainty(Outlined):
     A smooth boundary of a plane has a = 1; a fractal one has a = 2 - D with its box dimension D.
 
     Attributes:
-        exponent, error: a and its standard error, from leaving out parts of the plane in turn.
+        exponent, error: a and its jackknife standard error, over parts of the plane.
         distances: cells between the two starts of a pair, ascending, shape (m,).
         shares: of the pairs that end on different attractors, shape (m,).
     """
@@ -96,7 +95,6 @@ class Uncertainty(Outlined):
     shares: np.ndarray
 
     def outline(self) -> Rows:
-        """Return the exponent."""
         if not np.isfinite(self.exponent):
             yield "uncertainty exponent", "there is no boundary"
             return
@@ -110,10 +108,10 @@ class Uncertainty(Outlined):
 def basin_entropy(attractor: Any, side: int = BOX) -> BasinEntropy:
     """Return the basin entropies of a plane, divided into boxes of `side` times `side` cells.
 
-    Arguments: `attractor`, whole numbers (rows, columns), -1 where the attractor is not known;
-    those cells count in no box.  Cells at the end of a row or column that fill no box are left out.
+    `attractor` are whole numbers (rows, columns), -1 if the attractor is not known; such cells
+    count in no box.  Cells at the end of a row or column that fill no box are ignored.
 
-    Raises `RequestError` for no plane, and for one that is smaller than a box.
+    Raises `RequestError` if it is no plane, or smaller than a box.
     """
     plane = _checked(attractor)
     side = whole("side", side, 2)
@@ -148,11 +146,11 @@ def uncertainty_exponent(attractor: Any, longest: int | None = None) -> Uncertai
 
     A pair is two cells of a row or of a column, d = 1, 2, 4, ... apart, whose attractors are known;
     f is the mean of the shares in rows and in columns.  The exponent is the slope of ln f over
-    ln d, each d weighted by its number of uncertain pairs.  Where no pair differs there is no
+    ln d, each d weighted by its number of uncertain pairs.  If no pair differs there is no
     boundary, and the exponent is NaN.  After McDonald, Grebogi, Ott, Yorke, Physica D 17, 125
     (1985).
 
-    Raises `RequestError` for no plane, or where fewer than three distances fit.
+    Raises `RequestError` if it is no plane, or if fewer than three distances fit.
     """
     plane = _checked(attractor)
     short = min(plane.shape)
@@ -172,7 +170,6 @@ def uncertainty_exponent(attractor: Any, longest: int | None = None) -> Uncertai
 
 
 def _checked(attractor: Any) -> np.ndarray:
-    """Return a plane of attractors' numbers; raise `RequestError` for anything else."""
     plane = np.asarray(attractor)
     if plane.ndim != 2 or plane.dtype.kind not in "iu" or not plane.size:
         raise RequestError(
@@ -185,7 +182,7 @@ def _checked(attractor: Any) -> np.ndarray:
 
 
 def _pairs(plane: np.ndarray, distances: np.ndarray) -> np.ndarray:
-    """Return of rows and columns how many pairs differ and how many there are: (parts, m, 2, 2).
+    """Return the numbers of differing pairs and of pairs, in rows and columns: (parts, m, 2, 2).
 
     The first cells of the pairs are the same for each distance, so that a boundary near the end of
     the plane has the same weight for all of them.
@@ -227,15 +224,19 @@ def _slope(distances: np.ndarray, pairs: np.ndarray) -> float:
 class Basin(Outlined):
     """The basin of one attractor.
 
-    Attributes:
-        number, label: of the attractor; number -1: all whose attractor is not known.
-        count, total: how many of all cells and starts.
-        low, high: the ends of Wilson's interval of the share where starts were drawn at random;
-            NaN for a lattice, which is no sample.
-        nearest: what must be added to the attractor's point, along each axis of the plane, to come
-            to the nearest cell of another basin [units of the axes]; empty where the point does
-            not lie in the plane.
-        distance: its length, each axis divided by its range; NaN where there is none.
+    Attributes
+    ----------
+    number, label : int, str
+        Of the attractor; -1 stands for all cells with an unknown attractor.
+    count, total : int
+        Number of its cells and starts, and of all.
+    low, high : float
+        The ends of Wilson's interval of the share for random starts; NaN for a lattice.
+    nearest : tuple of float
+        The step from the attractor's point to the nearest cell of another basin, along each axis of
+        the plane; empty if the point does not lie in the plane.
+    distance : float
+        Its length, each axis divided by its range; NaN without `nearest`.
     """
 
     number: int
@@ -249,7 +250,6 @@ class Basin(Outlined):
 
     @property
     def share(self) -> float:
-        """The share of all cells and starts, from 0 to 1."""
         return self.count / self.total
 
 
@@ -257,12 +257,18 @@ class Basin(Outlined):
 class Basins(Outlined):
     """The basins at one value of each parameter of a scan.
 
-    Attributes:
-        title: of the scan, with these values.
-        basins: of each attractor, by its number; last what is not known, if anything is.
-        entropy, uncertainty: of a plane; None where the scan has no plane, or one too small.
-        attractor, arrival: (cells ..., starts) of the archive.
-        axes: the names of the axes of initial conditions.
+    Attributes
+    ----------
+    title : str
+        The title of the scan, with these values.
+    basins : tuple of Basin
+        Of each attractor, by its number; unknown ones last, if there are any.
+    entropy, uncertainty : BasinEntropy, Uncertainty or None
+        Of a plane of two initial conditions that is large enough.
+    attractor, arrival : (cells ..., starts) ndarray
+        The number of the attractor, -1 if unknown; forcing periods until an orbit is near it.
+    axes : tuple of str
+        The axes of initial conditions.
     """
 
     title: str
@@ -274,7 +280,6 @@ class Basins(Outlined):
     axes: tuple[str, ...]
 
     def outline(self) -> Rows:
-        """Return the measures, one a line."""
         for basin in self.basins:
             name = f"attractor {basin.number}, " if basin.number >= 0 else ""
             text = f"{basin.share:.4f} ({basin.count} of {basin.total})"
@@ -291,9 +296,9 @@ class Basins(Outlined):
             yield from measure.outline() if measure is not None else ()
 
     def arrived(self, periods: float, attractor: int | None = None) -> float:
-        """Return the share of all orbits that are near their attractor after so many periods.
+        """Return the share of orbits that are near their attractor after so many forcing periods.
 
-        Arguments: forcing `periods`; the number of the `attractor`, None for any one.
+        `attractor` is the number of one attractor; None counts all.
         """
         periods = number("periods", periods)
         there = (self.arrival >= 0) & (self.arrival <= periods)
@@ -305,17 +310,40 @@ class Basins(Outlined):
 def basin_measures(
     archive: ArchiveView | str | os.PathLike[str], side: int = BOX, **values: float
 ) -> Basins:
-    """Return the basins of attraction of a scan that recorded `attractor`, measured.
+    """Measure the basins of attraction of a scan that recorded `attractor`.
 
-    Arguments:
-        archive: open, or its path.
-        side: cells along the side of a box, for basin entropies.
-        values: of each varied parameter, `omega=7.7`; the nearest one is taken.
+    Parameters
+    ----------
+    archive : ArchiveView or path
+    side : int
+        Cells along the side of a box, for basin entropies.
+    **values : float
+        Each varied parameter, `omega=7.7`; the nearest value is used.
 
-    Shares have intervals where starts were drawn at random.  A plane of two initial conditions has
-    basin entropies (Daza et al. 2016) and an uncertainty exponent (McDonald et al. 1985).
+    Returns
+    -------
+    Basins
+        Shares, with intervals if starts were drawn at random; for a plane of two initial conditions
+        basin entropies and the uncertainty exponent, too.
 
-    Raises `RequestError` where the archive holds no attractors.
+    Raises
+    ------
+    RequestError
+        If the archive holds no attractors.
+
+    References
+    ----------
+    Daza et al., Sci. Rep. 6, 31416 (2016); McDonald et al., Physica D 17, 125 (1985).
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> vary = {"P": {"values": [0.5]}, "v_0": {"values": [0.0, 3.0]}}
+    >>> scan = nv.scan(
+    ...     "impact-oscillator", set={"omega": 1.5}, vary=vary, record=["attractor"], quiet=True
+    ... )
+    >>> [(basin.label, basin.share) for basin in nv.basin_measures(scan, P=0.5).basins]
+    [('T,0', 0.5), ('T,1', 0.5)]
     """
     if isinstance(archive, str | os.PathLike):
         from nlds_vines.archives.archive import read
@@ -380,7 +408,7 @@ def _nearest(
 ) -> tuple[tuple[float, ...], float] | None:
     """Return the step from an attractor's point to the nearest cell of another basin, its length.
 
-    None where the point is not in the plane, or no cell is in another basin.
+    None if the point is not in the plane, or no cell is in another basin.
     """
     names, along = view["component"].tolist(), [component_of(name) for name in axes]
     point = dict(zip(names, view.take("attractor_point", number=k, **where), strict=True))

@@ -68,22 +68,48 @@ def transient_lifetimes(
     overwrite: bool = False,
     quiet: bool = False,
 ) -> Ensemble:
-    """Follow an ensemble of starts; return how long each took to settle, and where.
+    """Follow many random starts of a system; return how long each took to settle, and where.
 
-    Arguments:
-        system: a `System`, the name of one or the path of a TOML file, by default SSul NES Set 6.
-        to: the archive (.h5); None for one that is gone with what is returned.
-        starts, seed: how many random starts, drawn by which seed (`orbits.starts.random_states`).
-        transient, periods: forcing periods of each, discarded and sampled; what has not settled
-            then is watched for as many more as the `effort` of verdicts allows.
-        method: of `orbits.solver_settings.METHODS`; effort: of `orbits.solver_settings.EFFORTS`.
-        tolerance: of method exact: a number, draft, standard (the default) or fine.
-        delay: forcing periods after which lifetimes count in the exponential law.
-        threads: how many; by default as many as the machine has processors.
-        resume, overwrite: continue or replace an archive that exists; not both.
-        quiet: whether to show no progress.
+    Parameters
+    ----------
+    system : System, str or path, optional
+        A system, its name or TOML file; by default SSul NES Set 6.
+    to : path, optional
+        The archive (.h5).  Without it the archive is deleted together with the result.
+    starts, seed : int
+        Number of random starts, and the seed that draws them.
+    transient, periods : int
+        Forcing periods of each orbit, discarded and sampled.  An orbit that has not settled then is
+        watched for as many more as `effort` allows.
+    method, effort : str
+        `exact` or `rk4`; `quick`, `standard` or `thorough`.
+    tolerance : float or str, optional
+        Of method exact: a number, `draft`, `standard` (the default) or `fine`.
+    delay : float
+        Forcing periods after which lifetimes count in the exponential law.
+    threads : int, optional
+        By default one for each processor.
+    resume, overwrite : bool
+        Continue or replace an existing archive; not both.
+    quiet : bool
+        Hide the progress bar.
 
-    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    Returns
+    -------
+    Ensemble
+
+    Raises
+    ------
+    RequestError
+        If anything in the request is wrong, before anything is computed.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> system = nv.load_system("ssul-set6", omega=7.575)
+    >>> ensemble = nv.transient_lifetimes(system, starts=20, transient=200, quiet=True)
+    >>> ensemble.labels.size, sum(share.count for share in ensemble.shares)
+    (20, 20)
     """
     sampling = {"transient": transient, "periods": periods, "method": method, "effort": effort}
     if tolerance is not None:
@@ -100,7 +126,7 @@ def transient_lifetimes(
 
 @dataclass(frozen=True)
 class Job(bifurcation.Job):
-    """The scan of an ensemble and where it goes; `delay`, before lifetimes count in the law."""
+    """The scan of an ensemble and its files; lifetimes beyond `delay` count in the law."""
 
     default: ClassVar[str] = f"{_NAME}.h5"
 
@@ -151,7 +177,7 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
 
 
 def _title(system: System) -> str:
-    """Return the name of a system with what tells one ensemble from another."""
+    """Return the name of a system with the parameters that distinguish ensembles."""
     p = system.parameters
     values = {name: p[name] for name in ("omega", "P", "Y", *BASES) if name in p}
     if system.scene.law == HERTZ and system.scene.walls:
@@ -162,7 +188,6 @@ def _title(system: System) -> str:
 
 
 def _whole(flag: str, words: str, key: str) -> Option:
-    """Return an option for a whole number of [start]."""
     return Option(flag, "N", words, lambda text: {"start": {key: from_text(int, flag, text)}})
 
 

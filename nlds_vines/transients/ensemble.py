@@ -34,7 +34,7 @@ _NO_LIFETIME = ("failed", "quasiperiodic", "")
 
 @dataclass(frozen=True)
 class Share:
-    """How many of `total` starts ended in a regime, and how many of these passed through chaos.
+    """Number of `total` starts that ended in a regime, and of those that passed through chaos.
 
     `low` and `high` are the ends of Wilson's interval of the share, from 0 to 1.
     """
@@ -48,21 +48,38 @@ class Share:
 
     @property
     def share(self) -> float:
-        """The share of the starts, from 0 to 1."""
         return self.count / self.total
 
 
 @dataclass(frozen=True, repr=False)
 class Ensemble(Drawable):
-    """The results of the starts of one cell.
+    """The lifetimes and final regimes of the starts of one cell.
 
-    Arguments:
-        labels: the regime of each start, strings in an object array (n,).
-        settling: forcing periods until it settled, -1 where it did not, (n,).
-        watched: forcing periods for which it was watched, NaN of what failed, (n,).
-        delay: forcing periods from which the exponential law is fitted.
-        level: confidence of all intervals.
-        path: the archive of its orbits; None for numbers that came another way.
+    Parameters
+    ----------
+    labels : (n,) object ndarray
+        The regime of each start.
+    settling : (n,) ndarray
+        Forcing periods until it settled, -1 if it did not.
+    watched : (n,) ndarray
+        Forcing periods for which it was watched; NaN if it failed.
+    delay : float
+        Forcing periods from which the exponential law is fitted.
+    level : float
+        Confidence of all intervals.
+    path : ArchivePath, optional
+        The archive of its orbits.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import nlds_vines as nv
+    >>> labels = np.array(["T,1", "transient chaos to T,1", "chaos"], dtype=object)
+    >>> ensemble = nv.Ensemble(labels, np.array([10, 300, -1]), np.array([720.0, 720.0, 3720.0]))
+    >>> [(share.label, share.count) for share in ensemble.shares]
+    [('T,1', 2), ('chaos', 1)]
+    >>> ensemble.times.tolist(), ensemble.ended.tolist()
+    ([10.0, 300.0, 3720.0], [True, True, False])
     """
 
     drawn_by = "nlds_vines.transients.picture"
@@ -139,7 +156,6 @@ class Ensemble(Drawable):
         yield from self._lifetimes()
 
     def _lifetimes(self) -> Iterator[str]:
-        """Yield the lines on lifetimes: how many settled, quantiles, the exponential law."""
         if not self.counted.any():
             yield "lifetimes: none, no start ended in a regime that has one"
             return
@@ -157,14 +173,13 @@ class Ensemble(Drawable):
         yield f"  beyond {self.delay:g} periods: {self._law(self.decay)}"
 
     def _censored(self) -> str:
-        """Return in words how long the starts that did not settle were watched."""
+        """Return the words on how long the starts that did not settle were watched."""
         open_ends = self.times[~self.ended]
         if not open_ends.size:
             return ""
         return f"; the others watched for {open_ends.min():g} to {open_ends.max():g} periods"
 
     def _law(self, law: Decay) -> str:
-        """Return the exponential law in words."""
         if law.ended == 0:
             return f"none ended; mean lifetime of {1 / law.high:.4g} periods or more"
         return (
@@ -175,7 +190,7 @@ class Ensemble(Drawable):
 
 
 def is_ensemble(view: ArchiveView) -> bool:
-    """Tell whether a scan is an ensemble of starts in one cell, as `transients` makes it."""
+    """Return True if a scan is an ensemble of starts in one cell, as `transients` makes it."""
     one = all(view[name].size == 1 for name in view.axes)
     return one and view["start"].size > 2 and all(name in view for name in NEEDED)
 
@@ -188,10 +203,22 @@ def ensemble_of(
 ) -> Ensemble:
     """Return the ensemble of one cell of an archive.
 
-    Arguments: an archive, open or its path; the index of the cell along each varied parameter, by
-    default 0; `delay` and `level` of the `Ensemble`.
+    Parameters
+    ----------
+    source : ArchiveView or path
+    *cell : int
+        The index of the cell along each varied parameter, by default 0.
+    delay, level : float
+        See `Ensemble`.
 
-    Raises `RequestError` where the archive does not hold the datasets in `NEEDED`.
+    Returns
+    -------
+    Ensemble
+
+    Raises
+    ------
+    RequestError
+        If the archive lacks labels, settling or watched.
     """
     if isinstance(source, str | os.PathLike):
         from nlds_vines.archives.archive import read

@@ -58,7 +58,7 @@ def draw_ensemble(
 
 
 def panels_of(ensemble: Ensemble) -> dict[str, str]:
-    """Return what the panels of an ensemble's picture show, by name."""
+    """Return the meaning of each panel by name."""
     curve = {_SURVIVAL: "share of the starts that have not settled yet, over time"}
     shares = {_SHARES: "share of the starts that ended in each regime"}
     return {**(curve if ensemble.counted.any() else {}), **shares}
@@ -93,7 +93,7 @@ def _draw_survival(axes: Axes, ensemble: Ensemble, page: Page = TWO_COLUMNS) -> 
 def _steps(estimate: Survival, last: float) -> tuple[np.ndarray, ...]:
     """Return time, share, low and high of the curve, from 0 to the last time watched.
 
-    Where the interval is not defined, at shares of 1 and 0, it keeps its last values.
+    Where the interval is not defined, at shares of 1 and 0, its last values continue.
     """
     time = np.concatenate([[0.0], estimate.times, [last]])
     curves = (estimate.share, estimate.low, estimate.high)
@@ -101,13 +101,13 @@ def _steps(estimate: Survival, last: float) -> tuple[np.ndarray, ...]:
 
 
 def _held(values: np.ndarray) -> np.ndarray:
-    """Return values with each NaN replaced by the last number before it; the first is a number."""
+    """Replace each NaN by the last number before it; the first value is a number."""
     places = np.where(np.isfinite(values), np.arange(values.size), 0)
     return values[np.maximum.accumulate(places)]
 
 
 def _mark_censored(axes: Axes, ensemble: Ensemble, time: np.ndarray, share: np.ndarray) -> None:
-    """Mark on the curve of `share` over `time` where the watching of unsettled starts ended."""
+    """Mark on the curve where the watching of unsettled starts ended."""
     times = np.unique(ensemble.times[~ensemble.ended])
     if times.size:
         at = share[np.searchsorted(time, times, side="right") - 1]
@@ -117,7 +117,7 @@ def _mark_censored(axes: Axes, ensemble: Ensemble, time: np.ndarray, share: np.n
 
 
 def _draw_law(axes: Axes, law: Decay, share: float, last: float) -> None:
-    """Draw the exponential law from the delay, where it begins at the `share`, to `last`."""
+    """Draw the exponential law from the delay, beginning at `share`, to the time `last`."""
     time = np.linspace(law.delay, last, 200)
     low, middle, high = (
         share * np.exp(-rate * (time - law.delay)) for rate in (law.high, law.rate, law.low)
@@ -129,7 +129,7 @@ def _draw_law(axes: Axes, law: Decay, share: float, last: float) -> None:
 
 
 def _draw_shares(axes: Axes, ensemble: Ensemble, _page: Page = TWO_COLUMNS) -> None:
-    """Draw the share of every final regime as a bar, its part through chaos as a narrow bar."""
+    """Draw the share of every final regime as a bar, with its part through chaos."""
     shares = ensemble.shares
     places = np.arange(len(shares))
     color = colors(entry.label for entry in shares)
@@ -157,7 +157,7 @@ _PANELS = {_SURVIVAL: _draw_survival, _SHARES: _draw_shares}
 
 
 def picture(delay: float = DELAY) -> Picture:
-    """Return what draws the archive of an ensemble, its law fitted beyond a `delay` [periods]."""
+    """Return the picture of an ensemble, with the law fitted beyond a `delay` [periods]."""
 
     def read(view: ArchiveView) -> Ensemble:
         return ensemble_of(view, delay=delay)

@@ -67,7 +67,7 @@ class Decay:
 
     @property
     def mean(self) -> float:
-        """The mean lifetime beyond the delay; inf where nothing ended."""
+        """The mean lifetime beyond the delay; inf if none ended."""
         return 1.0 / self.rate if self.rate > 0.0 else float("inf")
 
 
@@ -140,7 +140,7 @@ def share_interval(count: int, total: int, level: float = LEVEL) -> tuple[float,
 
 
 def _interval(estimate: Any, level: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the log-log interval at each time; it is NaN where S is 0 or 1."""
+    """Return the log-log interval at each time; NaN where S is 0 or 1."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", RuntimeWarning)  # about these places
         ends = estimate.confidence_interval(level, method="log-log")
@@ -148,7 +148,6 @@ def _interval(estimate: Any, level: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _checked(times: Any, ended: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return times as floats and `ended` as booleans, both of shape (n,), n > 0."""
     times, ended = np.asarray(times, dtype=float).ravel(), np.asarray(ended, dtype=bool).ravel()
     if times.size != ended.size:
         raise RequestError(f"{times.size} times and {ended.size} endings: must be as many")

@@ -79,10 +79,10 @@ def _parameters(view: ArchiveView) -> list[str]:
 
 @styled()
 def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
-    """Return the basins of a scan: over two initial conditions, or their shares along a parameter.
+    """Return the figure of a scan's basins.
 
-    Over a parameter and an initial condition there are both, one above the other.
-    Raises `RequestError` for any other scan.
+    Over two initial conditions it is a map, along a parameter the shares of the attractors; over
+    one of each both, one above the other.  Raises `RequestError` for any other scan.
     """
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
@@ -104,7 +104,7 @@ def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
 
 
 def fill(axes: Axes, view: ArchiveView, page: Page) -> None:
-    """Draw one panel of it into axes: the map, or else the shares; errors as `basin_picture`."""
+    """Draw the map, or else the shares, into axes; errors as `basin_picture`."""
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
     has_map = len(view.axes) == 2
@@ -115,7 +115,7 @@ def fill(axes: Axes, view: ArchiveView, page: Page) -> None:
 
 
 def fill_basins(axes: Axes, view: ArchiveView) -> list[Any]:
-    """Fill the cells of a map with the colors of their attractors, mark points; return handles."""
+    """Color the cells of a map by attractor, mark the attractors' points; return the handles."""
     looks, classes = _looks_of_cells(view)
     norm = BoundaryNorm(np.arange(len(looks) + 1) - 0.5, len(looks))
     fill_cells(axes, view, classes, cmap=ListedColormap([x.color for x in looks]), norm=norm)
@@ -127,17 +127,13 @@ def fill_basins(axes: Axes, view: ArchiveView) -> list[Any]:
 
 
 def name_basins(axes: Axes, view: ArchiveView) -> None:
-    """Write the names of attractors into a map whose size is final."""
     looks, classes = _looks_of_cells(view)
     names = np.array([look.name for look in looks], object)[classes]
     name_regions(axes, view, names, {x.name: x.color for x in looks if x != _UNKNOWN})
 
 
 def fill_shares(axes: Axes, view: ArchiveView) -> list[Any]:
-    """Draw the shares of the attractors along the one parameter, one upon the other.
-
-    Returns the handles of a legend.
-    """
+    """Draw the attractors' shares along the parameter as stacked bars; return legend handles."""
     (name,), (looks, table), shares = _parameters(view), _looks(view), view["attractor_share"]
     edges, floor = inner_edges(view[name]), np.zeros(len(shares))
     style: dict[str, Any] = {"align": "edge", "lw": 0}
@@ -152,9 +148,9 @@ def fill_shares(axes: Axes, view: ArchiveView) -> list[Any]:
 
 
 def _looks(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
-    """Return the different looks, `_UNKNOWN` first, and which of them each row of the table has.
+    """Return the different looks, `_UNKNOWN` first, and the look (index) of each row of the table.
 
-    The name has the number where one regime has several; long periods share a name and a color.
+    A name has the attractor's number if several have one regime; long periods share name and color.
     """
     labels = view["attractor_label"]
     looks, table = [_UNKNOWN], np.zeros(labels.shape, int)
@@ -171,7 +167,7 @@ def _looks(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
 
 
 def _looks_of_cells(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
-    """Return the looks that occur in a map, and which of them each cell has."""
+    """Return the looks that occur in a map, and the look (index) of each cell."""
     looks, table = _looks(view)
     numbers, varied = view["attractor"][..., 0], _parameters(view)
     places = zip(view.axes, np.indices(numbers.shape), strict=True)
@@ -182,7 +178,7 @@ def _looks_of_cells(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
 
 
 def _patches(looks: Iterable[_Look]) -> list[Any]:
-    """Return the handles of a legend, by period; what is not known stands last."""
+    """Return the handles of a legend, by period, cells without a known attractor last."""
     order = in_order({look.label for look in looks if look.label})
     ordered = sorted(looks, key=lambda x: (order.index(x.label) if x.label else len(order), x.name))
     styles = [
@@ -195,7 +191,7 @@ def _patches(looks: Iterable[_Look]) -> list[Any]:
 
 
 def _mark_points(axes: Axes, view: ArchiveView) -> list[Line2D]:
-    """Mark the points of attractors that lie in a plane, or above it; return a legend's handle."""
+    """Mark the attractors' section points, projected into the plane; return the legend's handle."""
     style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black"}
     style |= {"markersize": 5.0, "markeredgewidth": 0.9}
     names, (looks, table) = view["component"].tolist(), _looks(view)

@@ -41,14 +41,14 @@ _NO_NUMBERS = ("component", "part")  # dimensions along which units or meanings 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Something to draw over the varied parameters.
+    """A recorded quantity that can be drawn over the varied parameters.
 
     Attributes:
-        name: as it is asked for: a dataset, or a component of the section.
-        dataset: where it is; index: the places in dimensions of the dataset that are taken.
+        name: the word of `--show`: a dataset, or a component of the section.
+        dataset, index: the dataset that holds it, and its places along dimensions of that.
         units, long_name: of the quantity; fill: the value of orbits that have none.
         single: whether an orbit has one value of it, and not several.
-        coded: whether its values are codes of words, which maps alone show.
+        coded: whether its values are codes of words, which only maps show.
         body: the word for the body that is forced.
     """
 
@@ -64,7 +64,7 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """What stands along its axis: meaning, symbol and unit."""
+        """The label of its axis: meaning, symbol and unit."""
         if SIGNAL not in self.index:
             return quantity_label(self.name, self.units, self.long_name, self.body)
         meaning = quantity_label(self.dataset, "1", self.long_name)
@@ -72,7 +72,7 @@ class Quantity:
         return f"{meaning}, {signal_symbol(self.name.partition(':')[2])}{unit}"
 
     def of(self, view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
-        """Return its values (..., starts, many), NaN where there is none; `at` fixes axes."""
+        """Return its values (..., starts, many), NaN for the fill value; `at` fixes axes."""
         places = {**self.index, **(at or {})}
         array = view.take(self.dataset, **places)
         dims = [dim for dim in view.dims(self.dataset) if dim not in places]
@@ -83,9 +83,9 @@ class Quantity:
 def quantities(
     datasets: Iterable[Dataset], components: Sequence[str], signals: Sequence[str] = ()
 ) -> dict[str, Quantity]:
-    """Return what can be drawn of these datasets, by name.
+    """Return the drawable quantities of `datasets` by name.
 
-    Arguments: `components` of a state; `signals` of spectra, whose numbers are told one by one.
+    `components` are those of the state; each of the `signals` has its own spectral numbers.
     """
     by_name: dict[str, Quantity] = {}
     for entry in datasets:
@@ -103,7 +103,7 @@ def quantities(
 
 
 def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
-    """Return what can be drawn of an archive, by name."""
+    """Return the drawable quantities of an archive by name."""
     components = list(view["component"]) if "component" in view else []
     signals = list(view[SIGNAL]) if SIGNAL in view else []
     by_name, body = (
@@ -114,14 +114,13 @@ def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
 
 
 def _coordinate(section: Dataset, place: int, name: str) -> Quantity:
-    """Return a component of the section: a displacement in m or a velocity in m/s."""
     units = section.units.split(", ")[name.startswith("v")]
     text = f"{name}, {section.long_name}"
     return Quantity(name, SECTION, units, text, np.nan, single=False, index={"component": place})
 
 
 def _by_signal(entry: Dataset, signals: Sequence[str]) -> Iterator[Quantity]:
-    """Yield a number of a spectrum for each signal: `broadband:x1`."""
+    """Yield the quantity of each signal, `broadband:x1`."""
     units = entry.units.split(", ")
     for i, signal in enumerate(signals):
         unit = units[0] if len(units) == 1 else SIGNALS[signal].unit
@@ -133,7 +132,7 @@ def _by_signal(entry: Dataset, signals: Sequence[str]) -> Iterator[Quantity]:
 
 
 def _is_numbers(entry: Dataset) -> bool:
-    """Return whether a dataset holds numbers of one meaning for each orbit, and no codes."""
+    """Return True if a dataset holds numbers of one meaning for each orbit, and no codes."""
     if entry.dtype == "str" or entry.flags is not None or "start" not in entry.dims:
         return False
     return not any(dim in _NO_NUMBERS for dim in entry.tail)
@@ -147,8 +146,8 @@ class Slice:
     """Results along one varied parameter.
 
     Attributes:
-        view: the open archive; axis: the parameter that runs to the right.
-        at: the place of the value of the other parameter, by its name; empty where there is none.
+        view: the open archive; axis: the parameter on the abscissa.
+        at: the index of the other parameter's value, by name; empty if one parameter varies.
     """
 
     view: ArchiveView
@@ -157,17 +156,15 @@ class Slice:
 
     @property
     def values(self) -> np.ndarray:
-        """The values (cells,) of the parameter."""
         return self.view[self.axis]
 
     @property
     def starts(self) -> list[str]:
-        """The names of the starts of each cell."""
         return list(self.view["start"])
 
     @property
     def held(self) -> str:
-        """The parameter that is held, its value and unit, in LaTeX; empty for none."""
+        """The value of the parameter that is constant, in LaTeX; empty if there is none."""
         pairs = ((name, float(self.view[name][place])) for name, place in self.at.items())
         return ", ".join(setting_label(*pair) for pair in pairs)
 
@@ -180,19 +177,18 @@ class Slice:
         return self.view.take("label", **self.at) if "label" in self.view else None
 
     def marked_labels(self) -> np.ndarray | None:
-        """Return the labels, those of orbits that pass a limit with a word that says so."""
+        """Return the labels; those of orbits that pass the limit end in `INADMISSIBLE`."""
         words = self.labels()
         if words is None:
             return None
         return np.where(self.violated(), words + INADMISSIBLE, words)
 
     def violated(self) -> np.ndarray:
-        """Return of which orbits (cells, starts) pass the limit of their scene, if it has one."""
         return violated_in(self.view, self.at)
 
 
 def violated_in(view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
-    """Return which orbits (axes, starts) of an archive pass the limit; none without a limit."""
+    """Return True for orbits (axes, starts) that pass the limit of their scene."""
     if "violations" not in view:
         return np.zeros(view.take("status", **(at or {})).shape, dtype=bool)
     return np.asarray(view.take("violations", **(at or {})) > 0)
@@ -219,27 +215,27 @@ _OF_SEVERAL_STARTS = (COEXISTING, SHARES)
 
 
 def is_map(values: Sequence[np.ndarray]) -> bool:
-    """Return whether the axes of a scan, with these values, are two ranges: else it has curves."""
+    """Return True if a scan with these values of its axes is drawn as a map, not as curves."""
     return len(values) == 2 and not any(map(is_list, values))
 
 
 def usual_show(recorded: Mapping[str, Quantity], labeled: bool) -> str | None:
-    """Return what a map shows by default: regimes, or else a number; None if there is neither."""
+    """Return the default of a map: regimes, else the first recorded number, else None."""
     if labeled:
         return REGIMES
     return next((name for name in NUMBERS if name in recorded), None)
 
 
 def way_and_number(show: str) -> tuple[str, str]:
-    """Return the one of `WAYS` that a number follows, empty for none, and the number's name."""
+    """Split `log:E1max` into one of `WAYS`, or an empty string, and the name of a number."""
     scale = next((word for word in WAYS if show.startswith(word)), "")
     return scale, show.removeprefix(scale)
 
 
 def rows_of(show: str, drawn: Mapping[str, Quantity]) -> list[str]:
-    """Return the quantities that a diagram is to show, in order: `x1,energy` has three.
+    """Return the quantities of a diagram, from the top: `x1,energy` are three.
 
-    Raises `RequestError` for one that is not recorded; `regimes` among them is passed over.
+    Raises `RequestError` for one that is not recorded; the word `regimes` is ignored.
     """
     rows: list[str] = []
     for word in filter(None, (piece.strip() for piece in show.split(","))):
@@ -261,8 +257,8 @@ def check_show(
 ) -> None:
     """Raise `RequestError` unless the picture of a scan can show `show`.
 
-    Arguments: `show`, as `drawing.draw` takes it; the `values` of each axis; how many starts a cell
-    has; the quantities that are recorded, and whether labels are.
+    Arguments: the `values` of each axis; the number of `starts` of a cell; the recorded quantities;
+    whether labels are recorded.
     """
     if show == BASINS:
         if ATTRACTOR not in drawn:
@@ -287,7 +283,7 @@ def check_show(
 
 
 def _not_recorded(show: str, allowed: Sequence[str]) -> RequestError:
-    """Return the error of something that exists and is not recorded, or that does not exist."""
+    """Return the error for a quantity that is not recorded, or that does not exist."""
     if show in NUMBERS or any(show in names for names in GROUPS.values()):
         return RequestError(f"show = {show!r} is not recorded; there are: {', '.join(allowed)}")
     return unknown("show", show, allowed)

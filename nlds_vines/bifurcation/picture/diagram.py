@@ -113,7 +113,7 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
 
 
 def slices_of(view: ArchiveView) -> list[Slice]:
-    """Return the slices of a scan along its longest axis: one, or one for each value of another."""
+    """Return the slices of a scan along its longest axis, one for each value of the other axis."""
     axes = sorted(view.axes, key=lambda name: -view[name].size)
     if len(axes) == 1:
         return [Slice(view, axes[0])]
@@ -121,7 +121,7 @@ def slices_of(view: ArchiveView) -> list[Slice]:
 
 
 def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
-    """Draw one quantity of a diagram into given axes, or with `regimes` the strip alone.
+    """Draw one quantity of a diagram into axes, or the strip for `regimes`.
 
     Raises `RequestError` for several quantities, and for strips of several slices.
     """
@@ -146,7 +146,7 @@ def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
 def _usual_rows(
     view: ArchiveView, cuts: Sequence[Slice], recorded: Mapping[str, Quantity]
 ) -> list[str]:
-    """Return what the panels show by default, from the top."""
+    """Return the quantities of the panels by default, from the top."""
     below = [name for name in drawn_in(BELOW) if name in recorded]
     places = [name for name in GROUPS["displacement"] if name in recorded]
     places += [name for name in drawn_in(TOUCHED) if name in recorded]
@@ -164,7 +164,7 @@ def _usual_rows(
 def _has_overlay(
     cuts: Sequence[Slice], rows: Sequence[str], recorded: Mapping[str, Quantity]
 ) -> bool:
-    """Return whether the energy lies over the first panel: of one slice, one start, a section."""
+    """Return True if E1max is drawn over the first panel: one slice, one start, sections."""
     single = len(cuts) == 1 and len(cuts[0].starts) == 1
     return single and bool(rows) and not recorded[rows[0]].single
 
@@ -172,7 +172,7 @@ def _has_overlay(
 def _tiers(
     cuts: Sequence[Slice], rows: Sequence[str], recorded: Mapping[str, Quantity], page: Page
 ) -> list[Tier]:
-    """Return the axes of a diagram from the top: strips, panels of dots, panels of numbers."""
+    """Return the rows of a diagram from the top: strips, panels of dots, panels of numbers."""
     small = _SMALL if len(cuts) > 1 else 1.0
     tiers: list[Tier] = []
     for cut in cuts:
@@ -194,7 +194,7 @@ def _panel(
 
 
 def _draw_tiers(tiers: Sequence[Tier], rows: Sequence[Axes], cut: Slice) -> list[Axes]:
-    """Draw the tiers into their axes along the values of a slice, and return the panels."""
+    """Draw the tiers into their axes and return the panels among these."""
     limits = edges(cut.values)[[0, -1]]
     for tier, axes in zip(tiers, rows, strict=True):
         axes.set_xlim(*limits)
@@ -243,7 +243,6 @@ _LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white 
 def fill_panel(
     panel: Axes, cuts: Sequence[Slice], recorded: Mapping[str, Quantity], name: str
 ) -> None:
-    """Draw a quantity along slices: dots of one slice, a curve for each of several."""
     quantity = recorded[name]
     if quantity.dataset == WATERFALL:
         draw_waterfall(panel, cuts[0], quantity)
@@ -266,7 +265,6 @@ def fill_panel(
 
 
 def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
-    """Return the entries of a legend for panels of these slices and quantities."""
     handles: list[Any] = []
     if len(cuts) > 1 and rows:
         line: dict[str, Any] = {"linewidth": 1.2}
@@ -291,12 +289,11 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
 
 
 def curve_colors(count: int) -> list[Any]:
-    """Return the colors of so many curves, from dark to light, along even steps of lightness."""
+    """Return colors for `count` curves, from dark to light in even steps of lightness."""
     return list(matplotlib.colormaps[SHADES](np.linspace(0.0, _LIGHTEST, count)))
 
 
 def overlay_energy(panel: Axes, cut: Slice, energy: Quantity) -> None:
-    """Draw the structure's maximum energy over a panel, on an axis of its own."""
     axes = panel.twinx()
     _draw_curve(axes, cut, cut.of(energy)[:, 0, 0], GREEN, 0.9)
     axes.set_ylim(bottom=0)
@@ -306,9 +303,9 @@ def overlay_energy(panel: Axes, cut: Slice, energy: Quantity) -> None:
 
 
 def _draw_curve(axes: Axes, cut: Slice, ordinates: np.ndarray, color: Any, width: float) -> None:
-    """Draw a number (cells,) of the first start: a curve within a regime, dots between others.
+    """Draw a number (cells,) of the first start: a curve within a regime, dots elsewhere.
 
-    Orbits that are not periodic are dots as well.  Without labels all are joined.
+    Orbits that are not periodic are dots, too.  Without labels a curve joins all values.
     """
     labels = cut.labels()
     if labels is None:
@@ -322,7 +319,7 @@ def _draw_curve(axes: Axes, cut: Slice, ordinates: np.ndarray, color: Any, width
 
 
 def _dots_of(cut: Slice, look: Look, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return abscissae and ordinates of the dots of some orbits of (cells, starts, many)."""
+    """Return abscissae and ordinates of a look's orbits; `values` (cells, starts, many)."""
     cells, _ = np.nonzero(look.which)
     shown = values[look.which]
     return np.repeat(cut.values[cells], shown.shape[1]), shown.ravel()
@@ -331,8 +328,8 @@ def _dots_of(cut: Slice, look: Look, values: np.ndarray) -> tuple[np.ndarray, np
 def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
     """Draw orbits as unconnected dots, those of one attractor in one color.
 
-    Few columns have larger dots.  Where dots cover the panel more than once, they let others shine
-    through, so that chaos shows how often it is where; periodic orbits fall on themselves.
+    Few columns have larger dots.  Where dots would cover the panel more than once they are
+    translucent, so that shades show how often a chaotic orbit comes there.
     """
     ordinates = cut.of(quantity)
     if scale_of(quantity.dataset) == ERROR:
@@ -357,15 +354,12 @@ def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
 
 
 def _tells_walls(cut: Slice, name: str) -> bool:
-    """Tell whether the dots of a quantity are colored by what is struck: of one start, impacts."""
+    """Return True if the dots are impacts of one start, which are colored by the wall."""
     return len(cut.starts) == 1 and _WALL in cut.view and name in drawn_in(TOUCHED)
 
 
 def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity | None) -> None:
-    """Draw exponents as dots over a line at zero.
-
-    Each has its 99 % interval as a bar; the interval of a periodic orbit has no width.
-    """
+    """Draw Lyapunov exponents as dots with their 99 % intervals, over a line at zero."""
     panel.axhline(0.0, color=GRAY, linewidth=0.6, zorder=0.5)
     lyapunov = cut.of(quantity)
     width = np.zeros_like(lyapunov) if half is None else cut.of(half)
@@ -380,7 +374,7 @@ def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity |
 
 
 def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None:
-    """Draw a quantity along several slices: as curves, or of several starts as dots.
+    """Draw a quantity along several slices: as curves, or several starts as dots.
 
     Crosses mark the orbits that pass a limit.
     """
@@ -403,7 +397,7 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
 
 
 def _thinned(flagged: np.ndarray) -> np.ndarray:
-    """Return which of the flagged cells (n, starts) bear a cross: ends of runs, few in between."""
+    """Return the flagged cells (n, starts) that get a cross: ends of runs, few in between."""
     before, after = np.zeros_like(flagged), np.zeros_like(flagged)
     before[1:], after[:-1] = flagged[:-1], flagged[1:]
     few = np.arange(len(flagged)) % max(1, len(flagged) // _CROSSES) == 0
@@ -411,7 +405,6 @@ def _thinned(flagged: np.ndarray) -> np.ndarray:
 
 
 def _hatch_violated(panel: Axes, cut: Slice) -> None:
-    """Hatch the cells in which an orbit passes the limit."""
     passed = cut.violated().any(axis=1)
     if not passed.any():
         return
@@ -433,7 +426,6 @@ _BAR = (1.012, 0.0, 0.014, 1.0)  # of the panel: the bar's left edge, foot, widt
 
 
 def draw_waterfall(panel: Axes, cut: Slice, quantity: Quantity) -> None:
-    """Draw amplitudes of the first start over the parameter and the frequency."""
     heights = cut.of(quantity)[:, 0, :]
     order = cut.view["frequency"]
     largest = float(np.nanmax(heights[:, 1:], initial=0.0)) or 1.0
@@ -469,7 +461,7 @@ _ALIKE = 0.01  # of the range of all values: the distance of two orbits that cou
 
 
 class Look(NamedTuple):
-    """Some of the orbits, `which` (cells, starts), and how their dots look."""
+    """Orbits `which` (cells, starts) that look alike, the color of their dots and their name."""
 
     which: np.ndarray
     color: str
@@ -477,14 +469,14 @@ class Look(NamedTuple):
 
 
 def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
-    """Return the looks of all orbits: what lies on one attractor looks alike.
+    """Group the orbits of a slice by the look of their dots: one look for each attractor.
 
-    Arguments: the slice; the `numbers` (cells, starts, 1) that are drawn, where each orbit has one.
+    Arguments: `numbers` (cells, starts, 1), if each orbit has one number that is drawn.
 
-    Of a single start all orbits have one color.  Of sweeps up and down there are three: those of
-    either, and one where both are on the same orbit.  Equal numbers of different orbits do not
-    make them one: just beyond grazing T,0 and T,2 have nearly the same energy.  Of other starts the
-    color is that of the regime; without labels all are alike.
+    A single start has one color.  Sweeps up and down have three looks: up, down, and both where
+    they are on the same orbit.  Equal numbers of different orbits do not make them one: just beyond
+    grazing T,0 and T,2 have nearly the same energy.  Other starts have the color of their regime,
+    or one color without labels.
     """
     starts, shape = cut.starts, (cut.values.size, len(cut.starts))
     if len(starts) == 1:
@@ -500,7 +492,7 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
 
 
 def _of_sweeps(both: np.ndarray) -> list[Look]:
-    """Return the looks of two sweeps, given in which cells (cells,) both are alike."""
+    """Return the looks of two sweeps; `both` (cells,) is True where they are on one orbit."""
     up, down = start_colors(SWEEPS)
     one, other = (np.zeros((both.size, 2), dtype=bool) for _ in SWEEPS)
     one[:, 0], other[:, 1] = ~both, ~both
@@ -510,14 +502,12 @@ def _of_sweeps(both: np.ndarray) -> list[Look]:
 
 
 def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
-    """Return in which cells (cells,) two starts are on the same orbit.
+    """Return True for the cells (cells,) in which two starts are on the same orbit.
 
-    Arguments: the slice; the `numbers` (cells, starts, 1) to compare if neither sections nor E1max
-    are recorded.
-
-    Orbits are alike if they have the same nT,k and the same label, as far as these are recorded,
-    and all points of either lie close to one of the other, in each coordinate that is recorded, or
-    else in E1max; and if both are not periodic and have one label.
+    They are if nT,k and the label agree, as far as these are recorded, and if each point of either
+    section lies close to one of the other, in each recorded coordinate; without sections E1max is
+    compared, or else `numbers` (cells, starts, 1).  Two orbits that are not periodic and have one
+    label count as alike.
     """
     drawn = quantities_in(cut.view)
     of_section = [item for item in drawn.values() if item.dataset == SECTION]
@@ -540,7 +530,7 @@ def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
 
 
 def _close(values: np.ndarray) -> np.ndarray:
-    """Return in which cells all points of each of two starts (cells, 2, m) lie near the other's."""
+    """Return True for cells where each point of either start (cells, 2, m) is near the other's."""
     finite = values[np.isfinite(values)]
     reach = _ALIKE * np.ptp(finite) if finite.size else np.inf
     close = np.ones(len(values), dtype=bool)

@@ -33,19 +33,17 @@ from nlds_vines.plotting.page import TWO_COLUMNS, Page, into
 
 @dataclass(frozen=True)
 class ScanPicture(Drawing):
-    """What draws scans: a diagram of one varied parameter, a map of two.
+    """Draws scans: a diagram of one varied parameter, a map of two.
 
-    Where one of two parameters takes only a few values (`plotting.bands.is_list`), there is no map:
-    each of the values has curves and panels of its own.
-
-    Attributes: `manifold`, whether the bounds of 1:1 motion in closed form are drawn over maps of
-    omega.
+    If one of two parameters takes only a few values (`plotting.bands.is_list`), there is no map:
+    each of these values has curves and panels.  `manifold` draws the bounds of 1:1 motion in closed
+    form over maps of omega.
     """
 
     manifold: bool = False
 
     def names(self, view: ArchiveView) -> Mapping[str, str]:
-        """Return what is recorded in numbers, on maps in codes as well, with its unit."""
+        """Return the recorded numbers, and the codes of maps, with their units."""
         maps = is_map([view[name] for name in view.axes])
         shown = {n: one for n, one in quantities_in(view).items() if maps or not one.coded}
         units = {n: f" [{one.units}]" if one.units != "1" else "" for n, one in shown.items()}
@@ -60,9 +58,9 @@ class ScanPicture(Drawing):
     ) -> Figure:
         """Return the figure of an open archive, see `Drawing`.
 
-        What there is to `show`: of a diagram quantities separated by commas, or the words of
-        `choices.GROUPS`, or `regimes` for the strips alone; of a map what `regime_map` tells;
-        `basins` where attractors are recorded.
+        `show` of a diagram: quantities separated by commas, the words of `choices.GROUPS`, or
+        `regimes` for the strips alone; of a map: see `regime_map`; `basins` if attractors are
+        recorded.
         """
         for name in view.axes:
             refuse_undrawable(name, view[name])
@@ -92,7 +90,6 @@ class ScanPicture(Drawing):
         return into(ax, lambda: self._fill(ax, view, chosen, page))
 
     def _fill(self, axes: Axes, view: ArchiveView, show: str, page: Page) -> None:
-        """Draw one map into axes, and over it the bounds of 1:1 motion if asked for."""
         fill_map(axes, view, show, page)
         if show == REGIMES:
             name_regimes(axes, view)

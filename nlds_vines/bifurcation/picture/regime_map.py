@@ -134,7 +134,7 @@ def regime_map(
 
 
 def fill_map(axes: Axes, view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> None:
-    """Draw one map into axes, with its legend or bar; see `name_regimes`."""
+    """Draw one map into axes, with its legend or bar; `name_regimes` names its regions."""
     label_axes(axes, view)
     if show == COEXISTING:
         _draw_counts(axes, view, page)
@@ -152,7 +152,6 @@ def fill_map(axes: Axes, view: ArchiveView, show: str, page: Page = TWO_COLUMNS)
 
 
 def label_axes(axes: Axes, view: ArchiveView) -> None:
-    """Write what the axes of a map are, and give them the scales of their values."""
     axes.set_xlabel(axis_label(view.axes[0]))
     axes.set_ylabel(axis_label(view.axes[1]))
 
@@ -160,7 +159,7 @@ def label_axes(axes: Axes, view: ArchiveView) -> None:
 def fill_cells(axes: Axes, view: ArchiveView, values: np.ndarray, **style: Any) -> QuadMesh:
     """Draw `values` (first parameter, second parameter) without smoothing, and return the mesh.
 
-    The cells end where the values end.  Values at equal ratios stand on a logarithmic axis.
+    The first and last cells end at their values.  Geometric grids have a logarithmic axis.
     """
     across, up = (inner_edges(view[name]) for name in view.axes)
     mesh = axes.pcolormesh(across, up, values.T, shading="flat", rasterized=True, **style)
@@ -185,9 +184,9 @@ def fill_classes(
 def hatch_cells(
     axes: Axes, view: ArchiveView, where: np.ndarray, look: tuple[str, str], text: str
 ) -> Patch:
-    """Hatch the cells in which `where`, of the shape of the cells, is true.
+    """Hatch the cells in which `where` is True; return the legend's patch, named `text`.
 
-    Arguments: `look`, the hatch and its color.  Returns such a patch for the legend, named `text`.
+    `look` is the hatch and its color.
     """
     x, y = (inner_edges(view[name]) for name in view.axes)
     boxes = [
@@ -200,7 +199,7 @@ def hatch_cells(
 
 
 def _runs(where: np.ndarray) -> Iterator[tuple[int, int, int]]:
-    """Yield row, first column and the column after the last of each run of true cells."""
+    """Yield row, first column and end column of each run of true cells."""
     for row in range(where.shape[1]):
         steps = np.diff(np.concatenate([[False], where[:, row], [False]]).astype(np.int8))
         for first, stop in zip(np.flatnonzero(steps > 0), np.flatnonzero(steps < 0), strict=True):
@@ -208,7 +207,7 @@ def _runs(where: np.ndarray) -> Iterator[tuple[int, int, int]]:
 
 
 def hatch_passed(axes: Axes, view: ArchiveView) -> list[Patch]:
-    """Hatch the cells in which the limit is passed; return the entries of the legend."""
+    """Hatch the cells in which an orbit passes the limit; return the entries of the legend."""
     passed = np.asarray(violated_in(view).any(axis=-1))
     return [hatch_cells(axes, view, passed, _PASSED, PASSES)] if passed.any() else []
 
@@ -234,8 +233,8 @@ def name_regions(
 ) -> None:
     """Write each name once into the largest circle of cells of that name, if it fits there.
 
-    Arguments: the axes of the map; its archive; the `names` (first parameter, second parameter) of
-    its cells; the colors of those that are to be written, by name.
+    Arguments: the `names` (first parameter, second parameter) of the cells; the colors `shades` of
+    the names to write.
     """
     from scipy.ndimage import distance_transform_edt
 
@@ -262,14 +261,14 @@ def name_regions(
 
 
 def _regimes_of(view: ArchiveView) -> np.ndarray:
-    """Return the names of the regimes (axes) of the cells, of several starts the most frequent."""
+    """Return the regimes (axes) of the cells; of several starts the most frequent."""
     labels = view["label"]
     labels = most_frequent(labels) if labels.shape[-1] > 1 else labels[..., 0]
     return np.vectorize(drawn_as, otypes=[object])(labels)
 
 
 def name_regimes(axes: Axes, view: ArchiveView) -> None:
-    """Write the names of regimes into a map whose size is final, where no hatch is in the way."""
+    """Write the names of regimes into a map of final size, except on hatched cells."""
     names = _regimes_of(view)
     free = np.where(violated_in(view).any(axis=-1), "", names)
     words = [word for word in in_order(set(names.ravel().tolist())) if not hatch_of(word)]
@@ -277,9 +276,9 @@ def name_regimes(axes: Axes, view: ArchiveView) -> None:
 
 
 def _draw_regimes(axes: Axes, view: ArchiveView, page: Page) -> None:
-    """Fill every cell with the color of its regime; the legend names the most frequent ones.
+    """Color every cell by its regime; the legend names the most frequent ones.
 
-    Hatched are regimes that were reached through chaos, and what is not known.
+    Regimes that were reached through chaos, and unknown ones, are hatched.
     """
     names = _regimes_of(view)
     words = [word for word, _ in by_frequency(names)]
@@ -307,7 +306,7 @@ def _draw_regimes(axes: Axes, view: ArchiveView, page: Page) -> None:
 
 
 def _draw_counts(axes: Axes, view: ArchiveView, page: Page) -> None:
-    """Fill every cell with the color of how many of the regimes coexist there."""
+    """Color every cell by the number of regimes that coexist there."""
     labels, most = view["label"], len(COUNTS)
     counts = np.minimum(coexisting(labels), most)
     words = sorted(set(counts.ravel().tolist()))
@@ -320,9 +319,9 @@ def _draw_counts(axes: Axes, view: ArchiveView, page: Page) -> None:
 
 
 def _draw_codes(axes: Axes, view: ArchiveView, name: str, page: Page) -> None:
-    """Fill every cell with the color of its code, of several starts the highest; with a legend.
+    """Color every cell by its code, of several starts the highest.
 
-    Colors go from pale to dark in the order of the codes, and begin anew if they are many.
+    Colors go from pale to dark in the order of the codes, and repeat if there are many.
     """
     codes, words = view[name].max(axis=-1), view.flags(name)
     present = sorted(set(codes.ravel().tolist()))
@@ -340,7 +339,7 @@ def _draw_codes(axes: Axes, view: ArchiveView, name: str, page: Page) -> None:
 
 
 def _broken(text: str) -> str:
-    """Return a title in two lines of about one length, as a legend has room for."""
+    """Break a title into two lines of similar length."""
     words = text.split(" ")
     ends = np.cumsum([len(word) + 1 for word in words])
     half = int(np.argmin(np.abs(ends - ends[-1] / 2))) + 1
@@ -524,9 +523,9 @@ _MOST_VALUES = 120  # values of the other parameter at which the bounds are comp
 
 
 def draw_manifold(panels: list[Axes], view: ArchiveView) -> None:
-    """Draw the least and the largest frequency of the 1:1 response into the panels of a map.
+    """Draw the lowest and the highest frequency of the 1:1 response into the panels of a map.
 
-    Raises `RequestError` for a map without omega, and for a system that has no closed form.
+    Raises `RequestError` for a map without omega, and for a system without a closed form.
     """
     values, low, high = manifold_bounds(view)
     upwards = view.axes[0] == "omega"
@@ -567,12 +566,12 @@ _Bounds = tuple[float, float, float]
 
 
 def _differ(one: _Bounds, other: _Bounds) -> bool:
-    """Tell whether there is a response at one of two values alone."""
+    """Return True if there is a response at exactly one of two values."""
     return np.isnan(one[1]) != np.isnan(other[1])
 
 
 def _end(bounds: Callable[[float], tuple[float, float]], one: _Bounds, other: _Bounds) -> _Bounds:
-    """Return where, between two values, the response ends: the last place at which there is one."""
+    """Bisect for the last value between two at which there is a response; return its row."""
     inside, outside = (other, one[0]) if np.isnan(one[1]) else (one, other[0])
     for _ in range(_HALVED):
         middle = 0.5 * (inside[0] + outside)

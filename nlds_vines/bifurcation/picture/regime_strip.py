@@ -50,9 +50,9 @@ _MOST_LEFT_OUT = 11  # entries of a legend for regimes that no strip names
 
 @dataclass(frozen=True)
 class Tier:
-    """A row of a diagram: its height in inches, and what draws it.
+    """A row of a diagram: its height in inches, and the function that draws it.
 
-    `quantity` is what a panel shows, empty for a strip; panels of one quantity share its scale.
+    `quantity` is that of a panel, empty for a strip; panels of one quantity share its scale.
     """
 
     height: float
@@ -61,9 +61,9 @@ class Tier:
 
 
 def strips_of(cut: Slice) -> list[Tier]:
-    """Return the strips of a slice: of one start, of each of two, or a stack of more.
+    """Return the strips of a slice: one for each of up to two starts, or a stack.
 
-    Above the first one stands the value at which another parameter is held, if there is one.
+    Above the first one is the value of the parameter that is constant, if there is one.
     """
     if cut.labels() is None:
         return [Tier(NO_STRIP, partial(draw_strip_of, cut=cut))] if cut.held else []
@@ -72,10 +72,7 @@ def strips_of(cut: Slice) -> list[Tier]:
 
 
 def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
-    """Draw a strip of a slice into axes: of one start, or the stack of many.
-
-    Above the first one stands the value at which another parameter is held.
-    """
+    """Draw a strip of a slice into axes: of one start, or the stack of many."""
     labels, lift = cut.marked_labels(), 0.0
     if labels is None:
         axes.set_axis_off()
@@ -97,7 +94,7 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
 
 
 def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
-    """Return entries of a legend: how long chaos was watched; what no strip names."""
+    """Return entries of a legend: how long chaos was watched; regimes that no strip names."""
     handles: list[Any] = []
     shown = [(cut, labels) for cut in cuts if (labels := cut.marked_labels()) is not None]
     several = len(cuts) == 1 and _is_stacked(cuts[0])  # their dots are in the legend
@@ -123,7 +120,6 @@ def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
 
 
 def _count(cut: Slice) -> int:
-    """Return how many strips a slice has."""
     return 1 if _is_stacked(cut) else len(cut.starts)
 
 
@@ -132,14 +128,14 @@ def _is_stacked(cut: Slice) -> bool:
 
 
 class Strip:
-    """Where the names of a strip stand: inside their bands, or upright above it.
+    """The positions of the names of a strip: inside their bands, or upright above it.
 
-    A name stands in its band where it fits.  A regime whose name fits into none of its bands is
-    named once, above the widest of them; its other bands are known by their color.  Where names
-    would stand far from their bands, the narrowest are `left_out`, for a legend.
+    A name is written inside its band if it fits.  A regime whose name fits into none of its bands
+    is named once, above the widest of them; its other bands are recognized by their color.  If
+    names would be far from their bands, the narrowest are `left_out`, for a legend.
 
     Arguments: the bands; the `ends` of the axis; `points`, its width; whether it is logarithmic,
-    and whether names may stand `inside`.
+    and whether names may be `inside`.
     """
 
     def __init__(
@@ -150,7 +146,6 @@ class Strip:
         log: bool = False,
         inside: bool = True,
     ) -> None:
-        """Find the places of the names."""
         self._ends, self._points, self._log = ends, points, log
         labels = {band.label for band in regimes} if inside else ()
         rooms = {label: text_width(short(label), _SIZE) + 2 * _PADDING for label in labels}
@@ -165,19 +160,18 @@ class Strip:
         self.above, self.left_out = self._near(sorted(widest, key=lambda band: band.center))
 
     def place(self, value: float) -> float:
-        """Return where a value stands, as a fraction of the axis."""
+        """Return the position of a value, as a fraction of the axis."""
         low, high, at = np.log((*self._ends, value)) if self._log else (*self._ends, value)
         return float((at - low) / (high - low))
 
     @property
     def pitch(self) -> float:
-        """The distance of names above, as a fraction of the axis."""
         return _PITCH / self._points
 
     def _near(self, named: list[Band]) -> tuple[list[Band], list[str]]:
-        """Return the bands whose names find room near them, and the labels of all others.
+        """Return the bands whose names find room near them, and the labels of the others.
 
-        Of too many for the axis, or for their places, the narrowest are left out.
+        If there are too many, the narrowest are left out.
         """
         out: list[str] = []
         while named and self._farthest(named) > _FARTHEST:
@@ -187,19 +181,18 @@ class Strip:
         return named, out
 
     def _farthest(self, named: Sequence[Band]) -> float:
-        """Return the largest distance in points of a name from its band; infinite without room."""
+        """Return the largest distance in points of a name from its band; inf without room."""
         if len(named) * self.pitch > 1.0:
             return inf
         centers = np.array([self.middle(band) for band in named])
         return float(np.abs(self.places(named) - centers).max()) * self._points
 
     def places(self, named: Sequence[Band]) -> np.ndarray:
-        """Return where the names of bands stand, from the left, as fractions of the axis."""
+        """Return the positions of the names of bands, from the left, as fractions of the axis."""
         centers = [self.middle(band) for band in named]
         return spread(centers, self.pitch, self.pitch / 2, 1.0 - self.pitch / 2)
 
     def middle(self, band: Band) -> float:
-        """Return the middle of a band, as a fraction of the axis."""
         return (self.place(band.low) + self.place(band.high)) / 2
 
     def _extent(self, band: Band) -> float:
@@ -207,10 +200,7 @@ class Strip:
 
 
 def draw_strip(axes: Axes, named: list[Band], color: Mapping[str, str]) -> Strip:
-    """Draw bands of regimes as a strip in their colors, and name them.
-
-    Returns where the names stand.  The limits of the axes are those of the strip, or within it.
-    """
+    """Draw bands of regimes as a strip in their colors, name them, return the names' positions."""
     _clear(axes)
     for band in named:
         _fill(axes, band, color[band.label], 0.0, 1.0)
@@ -222,10 +212,10 @@ def draw_strip(axes: Axes, named: list[Band], color: Mapping[str, str]) -> Strip
 
 
 def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> Strip:
-    """Draw the labels (cells, starts) of several starts: each cell a stack of their regimes.
+    """Draw the labels (cells, starts) of several starts as one stack for each cell.
 
-    In each cell the regimes stand in the order of legends, their heights in proportion to their
-    shares.  Returns where the names stand.
+    The regimes of a cell are in the order of legends, with heights in proportion to their shares.
+    Returns the positions of the names.
     """
     _clear(axes)
     rows = stacked_bands(values, labels)
@@ -239,7 +229,7 @@ def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> Strip:
 
 
 def stacked_bands(values: np.ndarray, labels: np.ndarray) -> list[list[Band]]:
-    """Return the rows of bands of labels (cells, starts), sorted in each cell."""
+    """Return the rows of bands of labels (cells, starts), sorted within each cell."""
     words = ordered(labels.ravel().tolist())
     rank = {word: place for place, word in enumerate(words)}
     ranks = np.sort(np.vectorize(rank.__getitem__, otypes=[int])(labels), axis=1)
@@ -269,7 +259,7 @@ def _fill(axes: Axes, band: Band, color: str, bottom: float, height: float) -> N
 
 
 def _name_inside(axes: Axes, strip: Strip, band: Band, color: str) -> None:
-    """Write the name of a band into its middle, on a ground of its own where it is hatched."""
+    """Write the name of a band into its middle; a hatched band gets a plain background there."""
     middle = strip.middle(band)
     look: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": _SIZE}
     if hatch_of(band.label):

@@ -57,20 +57,32 @@ def response_curves(
     quiet: bool = False,
     **tables: Any,
 ) -> ResponseCurves:
-    """Compute response curves of dampers and of the structure alone, and return them.
+    """Compute response curves of dampers and of the structure alone.
 
-    Arguments:
-        source: a list of systems or of their names, one of these, the path of a request file with
-            [[curves]], the document in one, a `CurveRequest`, or None for the paper's dampers.  Of
-            systems, the curve of the structure alone stands first.
-        to: the archive (.h5); None for one that is gone with what is returned.
-        threads: how many; by default as many as the machine has processors.
-        resume, overwrite: continue or replace an archive that exists; not both.
-        quiet: whether to show no progress.
-        tables: tables of a request file laid over the source, as `vary={"omega": {"start": 5.0,
-            "stop": 7.0, "num": 201}}`, `set={"P": 600.0}`.
+    Parameters ---------- source : list, System, str, path, mapping, CurveRequest or None Systems or
+    their names, before which the structure alone is computed; the path of a request file with
+    [[curves]], or its document; None for the dampers of the paper's Table 2. to : path, optional
+    The archive (.h5).  Without it the archive is deleted together with the result. threads : int,
+    optional By default one for each processor. resume, overwrite : bool Continue or replace an
+    existing archive; not both. quiet : bool Hide the progress bar. **tables Tables of a request
+    file that override the source: `vary={"omega": {"start": 5.0, "stop": 7.0, "num": 201}}`,
+    `set={"P": 600.0}`.
 
-    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    Returns
+    -------
+    ResponseCurves
+
+    Raises
+    ------
+    RequestError
+        If anything in the request is wrong, before anything is computed.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> curves = nv.response_curves(["tmd"], vary={"omega": {"values": [6.0, 6.5]}}, quiet=True)
+    >>> [curve.name for curve in curves.curves]
+    ['without damper', 'Tuned mass damper']
     """
     request = curves_from(source, tables, "response_curves")
     how = RunOptions(threads, resume, overwrite, quiet=quiet)

@@ -137,7 +137,7 @@ def draw_curves(
 
 
 def panels_of(request: CurveRequest) -> dict[str, str]:
-    """Return what the panels show, by name: the only one, or a, b ...; the reduction."""
+    """Return the meaning of each panel by name: quantities, or a, b ...; the reduction."""
     words = {name: BY_NAME[name].title(request.body) for name in request.show}
     if len(request.panels) > 1:
         title = words[request.show[0]]
@@ -149,14 +149,13 @@ def panels_of(request: CurveRequest) -> dict[str, str]:
 
 
 def usual_of(request: CurveRequest) -> list[str]:
-    """Return the panels that are drawn by default: the reduction if the request says so."""
+    """Return the panels that are drawn by default."""
     return [name for name in panels_of(request) if name != REDUCTION or request.reduction]
 
 
 def _fill_panel(
     frame: Axes, request: CurveRequest, curves: Sequence[ResponseCurve], name: str
 ) -> None:
-    """Draw the panel of a name: shading, then natural frequencies, then the curves."""
     place = list(panels_of(request)).index(name)
     panel = place + 1 if len(request.panels) > 1 else 1
     pairs = zip(request.cases, curves, strict=True)
@@ -172,7 +171,6 @@ def _fill_panel(
 
 
 def _draw_quantity(frame: Axes, content: Content, request: CurveRequest, name: str) -> None:
-    """Draw a quantity of all cases of a panel."""
     for case, curve in content:
         if case.shade and "impact_count" in curve.numbers:
             _shade_impacts(frame, curve)
@@ -236,7 +234,7 @@ def _draw_curve(
 
 
 def _limit_ordinate(frame: Axes, alike: Sequence[Axes], request: CurveRequest) -> None:
-    """Let the ordinate of a panel reach from zero, or the least value, beyond the highest one."""
+    """Let the ordinate of a panel start at zero, or at the least value if it is logarithmic."""
     high = max(one.dataLim.y1 for one in alike)
     if not request.log:
         frame.set_ylim(0, _HEADROOM * high)
@@ -249,7 +247,7 @@ def _limit_ordinate(frame: Axes, alike: Sequence[Axes], request: CurveRequest) -
 
 
 def _mark_below(frame: Axes, below: Sequence[tuple[Case, np.ndarray]], words: str) -> None:
-    """Mark the values at which curves lie below a panel, and say in `words` what that means."""
+    """Mark the values at which curves lie below a panel; `words` say so in the panel."""
     look: dict[str, Any] = {"markersize": 3.0, "clip_on": False, "zorder": 5, "marker": CARETDOWN}
     look |= {"linestyle": "none", "transform": frame.get_xaxis_transform()}
     for case, values in below:
@@ -263,7 +261,7 @@ def _mark_below(frame: Axes, below: Sequence[tuple[Case, np.ndarray]], words: st
 
 
 def _shade_windows(frame: Axes, case: Case, curve: ResponseCurve, name: str) -> None:
-    """Shade where two sweeps differ, by value or nT,k, and where the response is not periodic."""
+    """Shade where two sweeps differ, by value or nT,k, and where the response is irregular."""
     windows = np.zeros(curve.values.size, dtype=bool)
     if "regime" in curve.numbers:
         windows |= np.isin(curve["regime"], _MODULATED)
@@ -278,7 +276,7 @@ def _shade_windows(frame: Axes, case: Case, curve: ResponseCurve, name: str) -> 
 
 
 def _shade_impacts(frame: Axes, curve: ResponseCurve) -> None:
-    """Fill where there are impacts; mark every window without any, by its bounds or one line."""
+    """Fill where there are impacts; mark windows without impacts by bounds or one line."""
     values = curve.values
     for band in bands(values, np.where(curve["impact_count"] > 0, "impacts", "none")):
         if band.label == "impacts":
@@ -291,7 +289,7 @@ def _shade_impacts(frame: Axes, curve: ResponseCurve) -> None:
 
 
 def _natural_frequencies(cases: Sequence[Case]) -> dict[float, str]:
-    """Return the different sqrt(k1 / m1) of structures [rad/s], each with the color of a case."""
+    """Return the different sqrt(k1 / m1) [rad/s], each with the color of a case."""
     parameters = [(case.scan.system.parameters, case.color) for case in cases]
     return {sqrt(p["k1"] / p["m1"]): color for p, color in parameters if p.get("k1")}
 
@@ -320,7 +318,7 @@ def _look_of(case: Case) -> dict[str, Any]:
 
 
 def legend_of(request: CurveRequest) -> Iterator[Any]:
-    """Yield the entries of the legend: the cases of the first panel, then everything else."""
+    """Yield the entries of the legend: the cases of the first panel, then the marks."""
     cases = request.cases
     for case in cases:
         if case.panel in (None, 1):
@@ -357,13 +355,11 @@ def legend_of(request: CurveRequest) -> Iterator[Any]:
 
 
 def _draw(view: ArchiveView, names: Sequence[str], page: Page) -> Figure:
-    """Return the figure of an archive with panels of these names."""
     results = curves_of(view)
     return draw_curves(results.request, results.curves, page, names)
 
 
 def _fill(axes: Axes, view: ArchiveView, name: str) -> None:
-    """Draw one panel of an archive into axes, with the legend."""
     results = curves_of(view)
     _fill_panel(axes, results.request, results.curves, name)
     axes.set_xlabel(axis_label(results.request.axis))

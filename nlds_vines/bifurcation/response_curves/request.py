@@ -1,8 +1,8 @@
 """The request of response curves: cases, each a scan along the same parameter, and their look.
 
 Its file is a scan file with a table `[[curves]]` for each case.  With `[[panels]]` every case
-stands in every panel, or in the one that it names; case and panel may each name a system and set
-parameters.
+is drawn in every panel, or in the panel that it names; case and panel may each name a system and
+set parameters.
 """
 
 from __future__ import annotations
@@ -49,23 +49,18 @@ from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.palette import damper_colors
 from nlds_vines.plotting.style import HUES
 
-LINES = ("solid", "dashed", "dashdot")
-"""Line styles of curves; the damper's energy is dotted."""
-
+LINES = ("solid", "dashed", "dashdot")  # of curves; the damper's energy is dotted
 ALONE = "without damper"
-"""Label of the structure alone."""
-
-DAMPERS = ("ssul-set6", "ssbl", "tmd")
-"""The dampers that are compared by default, those of the paper's Table 2."""
+DAMPERS = ("ssul-set6", "ssbl", "tmd")  # compared by default: those of the paper's Table 2
 
 SAMPLING = {"transient": 600, "periods": 240}
 """Forcing periods discarded and sampled by default: many, because of irregular regimes."""
 
 CURVE_STARTS = ("rest", "up", "down", "both")
-"""Where the orbits of a curve may begin; `both` draws two curves, and shades where they differ."""
+"""Where the orbits of a curve may begin; `both` gives two curves, shaded where they differ."""
 
 ENERGY = "E1max"
-"""The quantity that is drawn by default, and whose reduction stands below the curves."""
+"""The quantity that is drawn by default, and whose reduction is drawn below the curves."""
 
 SHOWN = tuple(
     entry.name
@@ -81,13 +76,10 @@ _DEFAULTS: Document = {
     "figure": {"reduction": True},
 }
 _HEX = re.compile(r"#[0-9a-f]{6}")
-
-
-_SYSTEM = Checked(lambda system: system)  # the scan validates it, together with what is set
+_SYSTEM = Checked(lambda system: system)  # the scan validates it, together with the parameters
 
 
 def _color(value: object) -> str:
-    """Return a color of that name, or `#rrggbb`, as `#rrggbb`."""
     if isinstance(value, str) and (value in HUES or _HEX.fullmatch(value)):
         return HUES.get(value, value)
     raise unknown("color", value, [*HUES, "#rrggbb"])
@@ -213,19 +205,15 @@ class CurveRequest(Request):
             if name not in recorded:
                 allowed = ", ".join(word for word in SHOWN if word in recorded)
                 raise RequestError(f"show = {shown(name)}: no curve has it; allowed: {allowed}")
-        if self.manifold:
-            self._refuse_without_manifold()
-
-    def _refuse_without_manifold(self) -> None:
-        if self.axis != "omega":
-            raise RequestError(
-                f"manifold = true needs curves along omega; these are along {self.axis}"
-            )
-        walled = [case for case in self.cases if case.scan.system.scene.walls]
-        if not walled:
-            raise RequestError("manifold = true: no curve has walls")
-        if not any(case.manifold for case in walled):
-            with at("manifold = true"):
+        if not self.manifold:
+            return
+        with at("manifold = true"):
+            if self.axis != "omega":
+                raise RequestError(f"needs curves along omega; these are along {self.axis}")
+            walled = [case for case in self.cases if case.scan.system.scene.walls]
+            if not walled:
+                raise RequestError("no curve has walls")
+            if not any(case.manifold for case in walled):
                 slow_manifold(walled[0].scan.system)  # raises the reason
 
     @property
@@ -240,7 +228,7 @@ class CurveRequest(Request):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """A different name for each case: its title, with several panels that of its panel, too."""
+        """A unique name for each case: its title and, with several panels, that of its panel."""
         words = [{case.title: None, self.panel_of(case).words: None} for case in self.cases]
         titles = [", ".join(filter(None, both)) for both in words]
         numbers = [titles[:i].count(title) + 1 for i, title in enumerate(titles)]
@@ -248,7 +236,6 @@ class CurveRequest(Request):
         return tuple(title if number == 1 else f"{title} [{number}]" for title, number in pairs)
 
     def panel_of(self, case: Case) -> Panel:
-        """Return the panel in which a case stands."""
         return self.panels[(case.panel or 1) - 1]
 
     @property
@@ -258,7 +245,6 @@ class CurveRequest(Request):
         return bodies.pop() if len(bodies) == 1 else "structure"
 
     def starts_inside(self) -> list[str]:
-        """Return a line on starts inside a wall for each case that has any."""
         pairs = zip(self.names, self.cases, strict=True)
         return [f"{name}: {line}" for name, case in pairs for line in case.scan.starts_inside()]
 
@@ -280,9 +266,9 @@ class CurveRequest(Request):
         return hashlib.sha256(text.encode()).hexdigest()
 
     def document(self) -> dict[str, Any]:
-        """Return the request file that means exactly this request, complete, as nested tables."""
+        """Return the complete request file, which gives this request again, as nested tables."""
         most = max((case.scan for case in self.cases), key=lambda scan: len(scan.want))
-        scan = most.document()  # what a system cannot give is left out when this is read
+        scan = most.document()  # records that a system cannot give are left out when this is read
         rows = [
             entries(case, "[curves]") | {"system": case.scan.system.to_table()}
             for case in self.cases
@@ -315,10 +301,8 @@ Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | C
 def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     """Return the request of a source; for a list of systems, with the structure alone before them.
 
-    Arguments: the `source`; `changes`, a document that overrides it, whose `systems` replace its
-    cases, and `where` they come from, for messages.
-
-    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    `changes` override the source, and `systems` among them replace its cases; `where` names them in
+    messages of errors.
     """
     systems: Sequence[Any] = changes.get("systems", ())
     changes = {key: value for key, value in changes.items() if key != "systems"}
@@ -331,7 +315,20 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
         listed = source if isinstance(source, list | tuple) else [source]
         systems = DAMPERS if source is None else listed
     if systems:
-        changes |= {"curves": _rows(systems), "panels": [{}]}
+        with at("--system"):
+            made = [as_system(str(one) if isinstance(one, os.PathLike) else one) for one in systems]
+        rows = [
+            {
+                "system": system,
+                "label": system_in_words(system),
+                "color": color,
+                "line": LINES[i % len(LINES)] if system.scene.damper else "solid",
+            }
+            for i, (system, color) in enumerate(
+                zip(made, damper_colors([one.name for one in made]), strict=True)
+            )
+        ]
+        changes |= {"curves": rows, "panels": [{}]}
     request = load_curves(document, changes, where)
     if not is_document and "title" not in changes:
         settings = changes.get("set", {}).items()
@@ -341,37 +338,25 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     return with_structure_alone(request) if systems else request
 
 
-def _rows(systems: Sequence[Any]) -> list[dict[str, Any]]:
-    """Return a table [[curves]] for each system, with a color and a line of its own."""
-    with at("--system"):
-        made = [as_system(str(one) if isinstance(one, os.PathLike) else one) for one in systems]
-    rows = []
-    for i, (system, color) in enumerate(
-        zip(made, damper_colors([s.name for s in made]), strict=True)
-    ):
-        line = LINES[i % len(LINES)] if system.scene.damper else "solid"
-        label = system_in_words(system)
-        rows.append({"system": system, "label": label, "color": color, "line": line})
-    return rows
-
-
 def load_curves(
     source: str | os.PathLike[str] | Mapping[str, Any] | CurveRequest,
     changes: Document | None = None,
     changes_from: str = "changes",
 ) -> CurveRequest:
-    """Return the request in a TOML file, or in the document of one, checked throughout.
+    """Return the request in a TOML file, or in its document, validated.
 
-    Arguments: the `source`; `changes`, a document of the same form that overrides it entry by
-    entry, and `vary`, `curves` and `panels` as a whole; `changes_from` names it in messages.
-
-    Raises `RequestError`, one line that names file, place and key.
+    `changes` override it entry by entry, and `vary`, `curves` and `panels` as a whole;
+    `changes_from` names them in messages of errors.
     """
     document = FORM.read(source, changes, changes_from)
     look = document.of(CurveRequest)
     keys = (key for key in SCAN_FORM.keys if key != "title")
     shared = {key: document.document[key] for key in keys if key in document.document}
-    shared["record"] = _recording(shared.get("record", {}), look.get("show", ()))
+    want = shared.get("record", {}).get("want", USUAL)
+    if isinstance(want, Sequence) and not isinstance(want, str):  # else the scan refuses it
+        needed = ["energy", *(BY_NAME[name].record[0] for name in look.get("show", ()))]
+        want = list(dict.fromkeys([*want, *needed]))
+    shared["record"] = {**shared.get("record", {}), "want": want}
     panels, rows = document.rows("panels") or [Panel()], document.rows("curves")
     cases: list[Case] = []
     with at(document.origin("curves")):
@@ -399,16 +384,8 @@ def load_curves(
     )
 
 
-def _recording(record: Document, show: Sequence[str]) -> dict[str, Any]:
-    """Return the table [record] of a scan that records the energies and what is shown, too."""
-    want = record.get("want", USUAL)
-    needed = ["energy", *(BY_NAME[name].record[0] for name in show)]
-    is_list = isinstance(want, Sequence) and not isinstance(want, str)  # else the scan refuses it
-    return {**record, "want": list(dict.fromkeys([*want, *needed])) if is_list else want}
-
-
 def _case(shared: Document, panel: Panel, case: Case) -> Case:
-    """Return a case in a panel with its scan; `shared` stands at the top of the file."""
+    """Return a case in a panel with its scan; `shared` are the tables at the top of the file."""
     if panel.system is not None and case.system is not None:
         raise RequestError("system is named by [[panels]] as well: name it in one of the two")
     of_panel, of_case = panel.settings or {}, case.settings or {}
@@ -423,10 +400,9 @@ def _case(shared: Document, panel: Panel, case: Case) -> Case:
 
 
 def with_structure_alone(request: CurveRequest) -> CurveRequest:
-    """Return a request of one panel with the structure alone first, once for each structure.
+    """Return a request of one panel with each structure alone before the dampers.
 
-    One that is a case already is not added.  A parameter that the structure alone lacks, k2 for
-    instance, cannot be varied for it: such a request stays as it is.
+    A structure that is a case already is not added, nor one that lacks the varied parameter (k2).
     """
     scans = [scan for case in request.cases if (scan := structure_alone(case.scan))]
     there = {case.scan.hash for case in request.cases}
@@ -439,7 +415,10 @@ def with_structure_alone(request: CurveRequest) -> CurveRequest:
 
 
 def structure_alone(scan: Scan) -> Scan | None:
-    """Return the scan of a damper's structure alone; None if it has none, or not this parameter."""
+    """Return the scan of a damper's structure alone.
+
+    None if the system has no damper, or the structure lacks the varied parameter.
+    """
     allowed, system = SCENES["none"].allowed, scan.system
     if not system.scene.damper or scan.axes[0].name not in allowed:
         return None

@@ -22,11 +22,16 @@ from nlds_vines.plotting.drawable import Drawable
 class ResponseCurve(Outlined):
     """The results along the curve of one case.
 
-    Attributes:
-        name: that of the case.
-        values: those of the parameter along the curve, (n,).
-        numbers: the recorded quantities (n, starts) by name; of two walls the larger.
-        peak_alone: the highest E1max of the structure alone in closed form [J]; NaN without damper.
+    Attributes
+    ----------
+    name : str
+        The name of the case.
+    values : (n,) ndarray
+        The parameter along the curve.
+    numbers : dict of (n, starts) ndarray
+        The recorded quantities by name; of two walls the larger value.
+    peak_alone : float
+        The highest E1max of the structure alone in closed form [J]; NaN without a damper.
     """
 
     name: str
@@ -53,7 +58,6 @@ class ResponseCurve(Outlined):
 
     @property
     def peak_at(self) -> float:
-        """The value of the parameter at the peak."""
         highest = np.fmax.reduce(self.numbers["E1max"], axis=1)
         return float(self.values[np.nanargmax(highest)]) if np.isfinite(self.peak) else np.nan
 
@@ -64,7 +68,6 @@ class ResponseCurve(Outlined):
 
     @property
     def failed(self) -> int:
-        """Number of orbits that failed."""
         return int(np.count_nonzero(self.numbers["status"] > 0)) if "status" in self.numbers else 0
 
     def cycles(self, start: int = 0) -> np.ndarray:
@@ -80,10 +83,13 @@ class ResponseCurve(Outlined):
 class ResponseCurves(Drawable):
     """The response curves in an archive.
 
-    Attributes:
-        path: of the archive.
-        request: with which the same numbers are computed again.
-        curves: the results of each case, in the order of `request.cases`.
+    Attributes
+    ----------
+    path : ArchivePath
+    request : CurveRequest
+        The request; computed again, it gives the same numbers.
+    curves : tuple of ResponseCurve
+        The results of each case, in the order of `request.cases`; `curves["TMD"]` by name.
     """
 
     drawn_by = "nlds_vines.bifurcation.response_curves.picture"
@@ -94,7 +100,6 @@ class ResponseCurves(Drawable):
 
     @property
     def failed(self) -> int:
-        """Number of orbits that failed."""
         return sum(curve.failed for curve in self.curves)
 
     def __getitem__(self, name: str) -> ResponseCurve:
@@ -106,7 +111,7 @@ class ResponseCurves(Drawable):
         return by_name[name]
 
     def lines(self) -> Iterator[str]:
-        """Yield the title and a line for each curve: its peak, and the reduction of that."""
+        """Yield the title and a line for each curve: its peak, and the reduction of the peak."""
         yield self.request.title
         axis, unit = self.request.axis, PARAMETERS[self.request.axis].unit
         for curve in self.curves:
@@ -120,13 +125,12 @@ class ResponseCurves(Drawable):
 
 
 def curves_in(path: str | os.PathLike[str]) -> ResponseCurves:
-    """Return the response curves in an archive; `RequestError` for an archive of anything else."""
     with read(path) as view:
         return curves_of(view)
 
 
 def curves_of(view: ArchiveView) -> ResponseCurves:
-    """Return the response curves in an open archive; `RequestError` for one of anything else."""
+    """Return the response curves in an open archive; `RequestError` for another archive."""
     request = view.request(RESPONSE_CURVES, load_curves)
     dims = ("case", request.axis, "start")
     curves = []

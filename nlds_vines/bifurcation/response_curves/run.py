@@ -30,13 +30,10 @@ def run(
     how: RunOptions | None = None,
     cached: dict[str, Arrays] | None = None,
 ) -> None:
-    """Compute response curves into the archive `output`, case by case.
+    """Compute response curves into the archive `output`, case by case; --resume goes on.
 
-    Arguments: `cached`, the arrays of scans that need not be computed, by the hash of the scan;
-    this run adds its own.
-
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every complete case kept for --resume,
-    and `RequestError` if the archive cannot be written.
+    `cached` are arrays of scans that need not be computed, by the scan's hash; this run adds its
+    own.
     """
     how = RunOptions() if how is None else how
     cached = {} if cached is None else cached
@@ -59,7 +56,6 @@ def run(
 
 
 def _compute(scan: Scan, progress: Progress) -> Arrays:
-    """Return the arrays of a scan that have a number for each orbit, or for each wall."""
     computer, blocks = Computer(scan, tell=progress.wait), []
     for block in blocks_of(scan):
         check()
@@ -69,13 +65,12 @@ def _compute(scan: Scan, progress: Progress) -> Arrays:
 
 
 def datasets_of(scan: Scan) -> dict[str, Dataset]:
-    """Return the datasets of a scan that an archive of response curves has, too, by name."""
+    """Return the datasets of a scan with one value for each orbit, or for each wall, by name."""
     datasets = scan.table.datasets.items()
     return {name: entry for name, entry in datasets if set(entry.tail) <= {WALL}}
 
 
 def scales_of(request: CurveRequest) -> list[Scale]:
-    """Return the dimensions of the archive with their values."""
     starts = np.array(request.cases[0].scan.start.names, dtype=np.str_)
     return [
         Scale(CASE, np.array(request.names), "1", "damper, or the structure alone"),
@@ -90,8 +85,8 @@ def contents(
 ) -> list[tuple[Dataset, np.ndarray]]:
     """Return the datasets of the archive with their values.
 
-    Arguments: the request; the arrays (n, starts) or (n, starts, walls) of every case, by name.
-    Values that a case lacks are the fill value; of a single wall the second one is.
+    `results` are the arrays (n, starts) or (n, starts, walls) of every case, by name.  A quantity
+    that a case lacks is the fill value; so is that at the far wall if a case has one wall.
     """
     damped_first = sorted(request.cases, key=lambda case: not case.scan.system.scene.damper)
     table: dict[str, Dataset] = {}
@@ -110,23 +105,20 @@ def contents(
                 of_one_wall = arrays[name].ndim < values.ndim - 1
                 values[i][(..., 0) if of_one_wall else ...] = arrays[name]
         along.append((replace(entry, dims=(CASE, *entry.dims)), values))
-    return [*along, *_systems(request)]
-
-
-def _systems(request: CurveRequest) -> list[tuple[Dataset, np.ndarray]]:
-    """Return name, kind and fixed parameters of each case; NaN for a parameter that it lacks."""
     systems = [case.scan.system for case in request.cases]
-    words = [
-        (Dataset.text("system", (CASE,), "name of the system"), [one.name for one in systems]),
-        (Dataset.text("kind", (CASE,), "kind of damper"), [one.kind for one in systems]),
-    ]
-    fixed = [name for name in PARAMETERS if any(name in one.parameters for one in systems)]
-    numbers = [
-        (PARAMETERS[name].dataset((CASE,)), [one.parameters.get(name, np.nan) for one in systems])
-        for name in fixed
+    names = np.array([one.name for one in systems], dtype=object)
+    kinds = np.array([one.kind for one in systems], dtype=object)
+    fixed = [
+        (PARAMETERS[name].dataset((CASE,)), values)
+        for name in PARAMETERS
         if name != request.axis
+        and not np.isnan(
+            values := np.array([one.parameters.get(name, np.nan) for one in systems])
+        ).all()
     ]
     return [
-        *((entry, np.array(texts, dtype=object)) for entry, texts in words),
-        *((entry, np.array(values)) for entry, values in numbers),
+        *along,
+        (Dataset.text("system", (CASE,), "name of the system"), names),
+        (Dataset.text("kind", (CASE,), "kind of damper"), kinds),
+        *fixed,
     ]

@@ -76,8 +76,8 @@ class Motion:
     @classmethod
     def of(cls, system: System) -> Motion:
         """Take the constants of a system."""
-        known = {**system.parameters, "K": system.K}
-        return cls(**{field.name: float(known[field.name]) for field in fields(cls)})
+        numbers = {**system.parameters, "K": system.K}
+        return cls(**{field.name: float(numbers[field.name]) for field in fields(cls)})
 
     def depth(self, y: np.ndarray) -> np.ndarray:
         """Return z = V - (x2 - x1) of states y (4, ...), equation (3) [m]."""
@@ -139,9 +139,11 @@ def guess(motion: Motion, point: Point, sigma: np.ndarray) -> Guess:
     vector, growth, theta = vector_of(run.y[4:, -1].reshape(4, 4).T, point.kind)
 
     def along(s: np.ndarray) -> np.ndarray:
-        found = run.sol(s)
-        v = np.einsum("jin,j->in", found[4:].reshape(4, 4, -1), vector) * growth ** (touch - s)
-        return np.vstack((found[:4], v.real, v.imag) if point.kind == "NS" else (found[:4], v))
+        solution = run.sol(s)
+        v = np.einsum("jin,j->in", solution[4:].reshape(4, 4, -1), vector) * growth ** (touch - s)
+        return np.vstack(
+            (solution[:4], v.real, v.imag) if point.kind == "NS" else (solution[:4], v)
+        )
 
     share = stretched(sigma)
     unknown = [omega, touch, length, theta * (1.0 + OFF_ANGLE)]
@@ -222,13 +224,13 @@ class Problem:
         (touch, behind), (release, end) = np.split(a, 2), np.split(b, 2)
         walls = self.motion.depth(np.array([touch, release]).T)
         length = touch[4:] @ touch[4:] - 1.0
-        found = [behind - release, end[:4] - touch[:4], walls, [length]]
+        rows = [behind - release, end[:4] - touch[:4], walls, [length]]
         if self.kind != "NS":
             sign = {"LP": 1.0, "PD": -1.0}[self.kind]
-            return np.concatenate((*found, end[4:] - sign * touch[4:]))
+            return np.concatenate((*rows, end[4:] - sign * touch[4:]))
         before, after = touch[4:8] + 1j * touch[8:], end[4:8] + 1j * end[8:]
         off = after - np.exp(1j * p[3]) * before
-        return np.concatenate((*found, off.real, off.imag, [self.reference @ touch[8:]]))
+        return np.concatenate((*rows, off.real, off.imag, [self.reference @ touch[8:]]))
 
 
 @dataclass(frozen=True)
@@ -254,19 +256,19 @@ def solve(motion: Motion, point: Point, tolerance: float = TOLERANCE) -> Solved:
     sigma = np.linspace(0.0, 1.0, NODES)
     start = guess(motion, point, sigma)
     problem = Problem(motion, point.kind, start.contact[4:8, 0])
-    found = solve_bvp(
+    solution = solve_bvp(
         problem.rate, problem.conditions, sigma, np.vstack((start.contact, start.flight)),
         start.parameters, tol=tolerance, bc_tol=tolerance, max_nodes=MOST_NODES,
     )  # fmt: skip
-    if not found.success:
-        raise ArithmeticError(f"{point.kind} near {point.omega:.6f}: {found.message}")
-    check_sides(motion, found.y)
-    omega, _, contact, *rest = map(float, found.p)
+    if not solution.success:
+        raise ArithmeticError(f"{point.kind} near {point.omega:.6f}: {solution.message}")
+    check_sides(motion, solution.y)
+    omega, _, contact, *rest = map(float, solution.p)
     theta = rest[0] if rest else {"LP": 0.0, "PD": np.pi}[point.kind]
-    residual = float(np.max(found.rms_residuals))
+    residual = float(np.max(solution.rms_residuals))
     seconds = process_time() - began
     first = float(start.parameters[0])
-    return Solved(omega, first, contact, theta, residual, len(found.x), seconds)
+    return Solved(omega, first, contact, theta, residual, len(solution.x), seconds)
 
 
 def check_sides(motion: Motion, y: np.ndarray) -> None:

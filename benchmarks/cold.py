@@ -89,16 +89,16 @@ def cost(*arguments: str, package: Path | None = None) -> Cost:
 
 def measured(packages: list[Path], rounds: int) -> list[list[tuple[Cost, Cost]]]:
     """Return for each package and round the cost, and the yardstick's around it."""
-    found: list[list[tuple[Cost, Cost]]] = [[] for _ in packages]
+    measurements: list[list[tuple[Cost, Cost]]] = [[] for _ in packages]
     before = cost("-c", YARDSTICK)
     for _ in range(rounds):
-        for package, costs in zip(packages, found, strict=True):
-            taken = cost("-m", "nlds_vines.bifurcation", *TINY, package=package)
+        for package, costs in zip(packages, measurements, strict=True):
+            spent = cost("-m", "nlds_vines.bifurcation", *TINY, package=package)
             after = cost("-c", YARDSTICK)
             yard = Cost((before.wall + after.wall) / 2, (before.cpu + after.cpu) / 2, after.memory)
-            costs.append((taken, yard))
+            costs.append((spent, yard))
             before = after
-    return found
+    return measurements
 
 
 def main() -> None:
@@ -117,11 +117,11 @@ def main() -> None:
     packages = [path.resolve() for path in options.package or [here]]
     first = None
     for path, rounds in zip(packages, measured(packages, options.rounds), strict=True):
-        ratio = median(taken.wall / yard.wall for taken, yard in rounds)
-        work = median(taken.cpu / yard.cpu for taken, yard in rounds)
+        ratio = median(spent.wall / yard.wall for spent, yard in rounds)
+        work = median(spent.cpu / yard.cpu for spent, yard in rounds)
         first = first or (ratio, work)
         wall, cpu = median(t.wall for t, _ in rounds), median(t.cpu for t, _ in rounds)
-        memory = max(taken.memory for taken, _ in rounds)
+        memory = max(spent.memory for spent, _ in rounds)
         print(
             f"{path}: {ratio:.2f} yardsticks ({ratio / first[0]:.2f} of the first), "
             f"of CPU {work:.2f} ({work / first[1]:.2f}); {wall:.1f} s, {cpu:.1f} s of CPU, "

@@ -108,8 +108,8 @@ class Served:
 
     def processor_seconds(self) -> float:
         """Return the processor time that it has used, also on a machine that others load."""
-        found = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(found[11]) + int(found[12])) / os.sysconf("SC_CLK_TCK")
+        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def end(self, number: int = signal.SIGINT) -> tuple[int, str]:
         """End it by a signal; return its status and what it has said of errors."""

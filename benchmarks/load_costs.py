@@ -49,12 +49,12 @@ class Clock:
     def of(self, job: Callable[[], object]) -> float:
         """Return the time [s] of the kernels of a job, the median of some."""
         job()
-        found = []
+        times = []
         for _ in range(REPEATS):
             self.spent = 0.0
             job()
-            found.append(self.spent)
-        return statistics.median(found)
+            times.append(self.spent)
+        return statistics.median(times)
 
 
 def cells(system: System) -> tuple[int, np.ndarray, np.ndarray]:
@@ -75,16 +75,16 @@ def load_of(edges: np.ndarray, rows: np.ndarray, degree: int) -> SimpleNamespace
 
     So are records. Of degree 14 it is the force itself.
     """
-    kept = rows
+    padded = rows
     if degree < 14:
-        powers, kept = np.arange(15), np.zeros_like(rows)
+        powers, padded = np.arange(15), np.zeros_like(rows)
         f0, f1 = rows[:, 0], rows.sum(axis=1)
         g0, g1 = rows[:, 1], (rows * powers).sum(axis=1)
-        kept[:, 0], kept[:, 1] = f0, f1 - f0
+        padded[:, 0], padded[:, 1] = f0, f1 - f0
         if degree == 3:
-            kept[:, 1] = g0
-            kept[:, 2], kept[:, 3] = 3 * (f1 - f0) - 2 * g0 - g1, 2 * (f0 - f1) + g0 + g1
-    return SimpleNamespace(edges=edges, rows=kept, jumps=None, share=1.0)
+            padded[:, 1] = g0
+            padded[:, 2], padded[:, 3] = 3 * (f1 - f0) - 2 * g0 - g1, 2 * (f0 - f1) + g0 + g1
+    return SimpleNamespace(edges=edges, rows=padded, jumps=None, share=1.0)
 
 
 def main(name: str = "tmd") -> None:
@@ -94,24 +94,24 @@ def main(name: str = "tmd") -> None:
     count, walls = PERIODS * per_period, bool(system.scene.walls)
     print(f"{system.name}: {len(rows)} cells; CPU time of a cell [ns], ratio to the harmonic force")
     for record in RECORDS:
-        known = [{"states": "trajectory"}.get(word, word) for word in record]
-        known += ["impacts"] * walls
+        recorded = [{"states": "trajectory"}.get(word, word) for word in record]
+        recorded += ["impacts"] * walls
         harmonic = clock.of(
-            lambda known=known: simulation.simulate(  # type: ignore[misc]
-                system, PERIODS, record=known, samples=per_period, quiet=True
+            lambda recorded=recorded: simulation.simulate(  # type: ignore[misc]
+                system, PERIODS, record=recorded, samples=per_period, quiet=True
             )
         )
-        told = [f"{', '.join(record):18s} harmonic {harmonic / count * 1e9:6.1f}"]
+        columns = [f"{', '.join(record):18s} harmonic {harmonic / count * 1e9:6.1f}"]
         for degree in (1, 3, 14):
             load = load_of(edges, rows, degree)
-            found = clock.of(
+            seconds = clock.of(
                 lambda load=load, record=record: load_flight.fly(  # type: ignore[misc]
                     system, load, record=[*record, *["impacts"] * walls], quiet=True
                 )
             )
-            cost, ratio = found / len(rows) * 1e9, found / len(rows) / (harmonic / count)
-            told.append(f"degree {degree:2d} {cost:6.1f} ({ratio:.2f})")
-        print("   ".join(told), flush=True)
+            cost, ratio = seconds / len(rows) * 1e9, seconds / len(rows) / (harmonic / count)
+            columns.append(f"degree {degree:2d} {cost:6.1f} ({ratio:.2f})")
+        print("   ".join(columns), flush=True)
     if not walls:
         print(f"SciPy's DOP853, 1e-9: {scipy_cell(system, edges, rows) * 1e9:.0f} ns a cell")
 

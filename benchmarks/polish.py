@@ -50,10 +50,10 @@ class Designs:
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Return the objective (n,) of points (n, parameters) of the unit cube."""
         designs = Trials.at_rest(values_of(self._tuning.free, points))
-        found = self._objective.results(designs)[:, 0]
+        values = self._objective.results(designs)[:, 0]
         self.points = np.concatenate([self.points, points])
-        self.values = np.concatenate([self.values, found])
-        return found
+        self.values = np.concatenate([self.values, values])
+        return values
 
 
 def by_gradients(designs: Designs, start: np.ndarray, most: int) -> None:
@@ -83,17 +83,17 @@ def jumps(designs: Designs, best: np.ndarray) -> float:
     def at(places: np.ndarray) -> np.ndarray:
         return designs(np.column_stack([places, np.tile(best[1:], (len(places), 1))]))
 
-    found = at(line)
-    change = np.abs(np.diff(found))
+    values = at(line)
+    change = np.abs(np.diff(values))
     steep = np.flatnonzero(change > 4 * np.median(change))
-    low, high, below, above = line[steep], line[steep + 1], found[steep], found[steep + 1]
+    low, high, below, above = line[steep], line[steep + 1], values[steep], values[steep + 1]
     for _ in range(HALVINGS if steep.size else 0):
         middle = 0.5 * (low + high)
         value = at(middle)
         lower = np.abs(value - below) > np.abs(above - value)
         high, above = np.where(lower, middle, high), np.where(lower, value, above)
         low, below = np.where(lower, low, middle), np.where(lower, below, value)
-    return np.count_nonzero(np.abs(above - below) > 1e-5 * found.min()) / (line[-1] - line[0])
+    return np.count_nonzero(np.abs(above - below) > 1e-5 * values.min()) / (line[-1] - line[0])
 
 
 def timed(job: Callable[[], object]) -> float:
@@ -113,22 +113,22 @@ def row(system: str, load: str, name: str) -> str:
     search, designs = tuning.search, Designs(tuning)
     designs(np.full((1, len(tuning.free)), 0.5))  # compiles
     spent = timed(lambda: search_globally(designs, len(tuning.free), search, search.seed))
-    kept = distinct(designs.points, designs.values, PROMISING, search.apart, search.optima)
-    least = designs.values[kept[0]]
-    told, ends = [f"{designs.values.size - 1} | {spent:.1f} s"], [least]
+    best = distinct(designs.points, designs.values, PROMISING, search.apart, search.optima)
+    least = designs.values[best[0]]
+    columns, ends = [f"{designs.values.size - 1} | {spent:.1f} s"], [least]
     for method in (polish, by_gradients):
-        own = Designs(tuning)
+        counted = Designs(tuning)
 
-        def all_of_them(method=method, own=own) -> None:
-            for start in designs.points[kept]:
-                method(own, start, search.polish)
+        def all_of_them(method=method, counted=counted) -> None:
+            for start in designs.points[best]:
+                method(counted, start, search.polish)
 
         spent = timed(all_of_them)
-        told.append(f"{own.values.size} | {spent:.1f} s")
-        ends.append(min(least, own.values.min()))
+        columns.append(f"{counted.values.size} | {spent:.1f} s")
+        ends.append(min(least, counted.values.min()))
     excess = " | ".join(f"{(end - min(ends)) / min(ends):.0e}" for end in ends)
-    steps = jumps(designs, designs.points[kept[0]])
-    return f"| {system}, {load} | {name} | {steps:.0f} | {' | '.join(told)} | {excess} |"
+    steps = jumps(designs, designs.points[best[0]])
+    return f"| {system}, {load} | {name} | {steps:.0f} | {' | '.join(columns)} | {excess} |"
 
 
 def main() -> None:

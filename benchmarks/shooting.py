@@ -75,14 +75,14 @@ def test_of(kind: str, matrix: np.ndarray) -> float:
 
 
 def closed_at(
-    motion: Motion, place: np.ndarray, n: int, held: int
+    motion: Motion, place: np.ndarray, n: int, fixed: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return state and omega (5,) of the nT orbit near a place, one of them held; its matrix."""
-    free = [i for i in range(5) if i != held]
+    free = [i for i in range(5) if i != fixed]
     for _ in range(MOST):
         end, matrix = shot(motion, place[:4], place[4], n)
         jacobian = np.column_stack((matrix - np.eye(4), np.zeros(4)))
-        if held != 4:
+        if fixed != 4:
             step = 1.0e-7 * place[4]
             jacobian[:, 4] = (shot(motion, place[:4], place[4] + step, n)[0] - end) / step
         change = np.linalg.solve(jacobian[:, free], place[:4] - end)
@@ -98,17 +98,17 @@ def again(motion: Motion, orbit: Orbit) -> float:
 
     At a fold the component of the state that changes most is held in place of omega.
     """
-    place, held = np.append(orbit.state, orbit.omega), 4
+    place, fixed = np.append(orbit.state, orbit.omega), 4
     if orbit.kind == "LP":
         _, _, vectors = np.linalg.svd(
             shot(motion, orbit.state, orbit.omega, orbit.n)[1] - np.eye(4)
         )
-        held = int(np.abs(vectors[-1] / np.abs(orbit.state)).argmax())
+        fixed = int(np.abs(vectors[-1] / np.abs(orbit.state)).argmax())
     sides = []
     for side in (-1.0, 1.0):
         beside = place.copy()
-        beside[held] *= 1.0 + side * BESIDE
-        found, matrix = closed_at(motion, beside, orbit.n, held)
-        sides.append((test_of(orbit.kind, matrix), found))
+        beside[fixed] *= 1.0 + side * BESIDE
+        closed, matrix = closed_at(motion, beside, orbit.n, fixed)
+        sides.append((test_of(orbit.kind, matrix), closed))
     (low, a), (high, b) = sides
     return float((a - low / (high - low) * (b - a))[4])

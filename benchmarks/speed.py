@@ -143,13 +143,13 @@ class Checkout:
 
 def serve() -> None:
     """Do the work that lines of standard input name, and print what each took."""
-    known: dict[str, Callable[[], object]] = {}
+    prepared: dict[str, Callable[[], object]] = {}
     for line in sys.stdin:
         name = line.strip()
-        if name not in known:
-            known[name] = BENCHMARKS[name]()
-            known[name]()  # compiles
-        print(spent(known[name]), flush=True)
+        if name not in prepared:
+            prepared[name] = BENCHMARKS[name]()
+            prepared[name]()  # compiles
+        print(spent(prepared[name]), flush=True)
 
 
 def main() -> None:

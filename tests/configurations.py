@@ -43,9 +43,9 @@ def compile_all():
 def files():
     """Return the files of all kernels that Python calls and that this process has used."""
     modules = [module for name, module in sys.modules.items() if name.startswith("nlds_vines.")]
-    found = {value for module in modules for value in vars(module).values() if is_kernel(value)}
-    found |= {vars(kernel)["entry"] for kernel in found if "entry" in vars(kernel)}
-    return [kernel.file(kinds) for kernel in found for kinds in kernel.overloads]
+    kernels = {value for module in modules for value in vars(module).values() if is_kernel(value)}
+    kernels |= {vars(kernel)["entry"] for kernel in kernels if "entry" in vars(kernel)}
+    return [kernel.file(kinds) for kernel in kernels for kinds in kernel.overloads]
 
 
 def is_kernel(value):

@@ -7,20 +7,20 @@ from twin_spans import Law
 STEEP = 3e7  # K of the powers
 
 
-class Given(NamedTuple):
+class Comparison(NamedTuple):
     """Constants of a law, for `load_system`, and for the twin."""
 
-    given: dict
+    constants: dict
     twin: Law
 
 
 def linear(name="linear", cc=0.0):
-    return Given({"law": name, "kc": 3e6, "cc": cc}, Law(name, kc=3e6, cc=cc))
+    return Comparison({"law": name, "kc": 3e6, "cc": cc}, Law(name, kc=3e6, cc=cc))
 
 
 def power(n, K, a=0.0):
-    given = {"law": "power", "K": K, "exponent": n} | ({"hunt_crossley": a} if a else {})
-    return Given(given, Law("power", K=K, n=n, a=a))
+    constants = {"law": "power", "K": K, "exponent": n} | ({"hunt_crossley": a} if a else {})
+    return Comparison(constants, Law("power", K=K, n=n, a=a))
 
 
 LAWS = {
@@ -32,6 +32,6 @@ LAWS = {
     "n = 1.37": power(1.37, 1e7),
     "n = 2": power(2.0, 5e8),
     "n = 3": power(3.0, 2e11),
-    "hunt-crossley": Given({"K": STEEP, "hunt_crossley": 0.2}, Law("hertz", K=STEEP, a=0.2)),
+    "hunt-crossley": Comparison({"K": STEEP, "hunt_crossley": 0.2}, Law("hertz", K=STEEP, a=0.2)),
     "damped power": power(2.0, 5e8, 0.1),
 }

@@ -161,8 +161,8 @@ class MadeUp:
     def __call__(self, figure: str, name: str = "") -> Data:
         """Return the invented data of a curve."""
         scan = scan_of(requests()[figure], name)
-        own = {k: value for k, value in self.changed.items() if k in scan.system.parameters}
-        return _invented(self, figure, scan, scan.system.with_(**own))
+        parameters = {k: value for k, value in self.changed.items() if k in scan.system.parameters}
+        return _invented(self, figure, scan, scan.system.with_(**parameters))
 
     def motions(self, figure: str) -> list[Motion]:
         """Return the invented motions of a portrait."""
@@ -171,8 +171,8 @@ class MadeUp:
 
 def made_up(energy: Any = published, **changes: Any) -> MadeUp:
     """Return invented evidence: the fields of `MadeUp`, and parameters with other values."""
-    own = {key: changes.pop(key) for key in tuple(changes) if key in ("m2", "k2")}
-    return MadeUp(energy, **changes, changed=own)
+    masses = {key: changes.pop(key) for key in tuple(changes) if key in ("m2", "k2")}
+    return MadeUp(energy, **changes, changed=masses)
 
 
 @cache
@@ -188,31 +188,31 @@ def _map(design: Any, figure: str) -> np.ndarray:
     )
 
 
-def _invented(found: MadeUp, figure: str, scan: Scan, system: System) -> Data:
+def _invented(world: MadeUp, figure: str, scan: Scan, system: System) -> Data:
     """Return invented data of a scan: over frequency, over a second axis too, or of designs."""
     axes = {axis.name: axis.values for axis in scan.axes}
     if "omega" not in axes:
         zero = np.zeros(scan.shape, int)
-        return Data(system, axes, {"E1max": _map(found.design, figure), "violations": zero})
+        return Data(system, axes, {"E1max": _map(world.design, figure), "violations": zero})
     if len(axes) == 1:
-        return Data(system, axes, _along(found, system, axes["omega"]))
+        return Data(system, axes, _along(world, system, axes["omega"]))
     second = scan.axes[1]
     rows = [
-        _along(found, system.with_(**{second.name: value}), axes["omega"])
+        _along(world, system.with_(**{second.name: value}), axes["omega"])
         for value in second.values.tolist()
     ]
     return Data(system, axes, {key: np.stack([row[key] for row in rows], 1) for key in rows[0]})
 
 
-def _along(found: MadeUp, system: System, omega: np.ndarray) -> dict[str, np.ndarray]:
+def _along(world: MadeUp, system: System, omega: np.ndarray) -> dict[str, np.ndarray]:
     """Return invented numbers of a system by frequency."""
-    E1 = found.energy(system, omega) + np.zeros(omega.size)
-    n, k, label = found.regimes(system, omega)
-    share = found.damper if system.kind == "ssul" else 0.2
-    far = (k * found.walls).astype(int)
+    E1 = world.energy(system, omega) + np.zeros(omega.size)
+    n, k, label = world.regimes(system, omega)
+    share = world.damper if system.kind == "ssul" else 0.2
+    far = (k * world.walls).astype(int)
     return {
         "E1max": E1, "E2max": share * E1, "periodicity": n, "impact_count": k, "label": label,
-        "reduction": np.full(omega.size, found.reduction),
+        "reduction": np.full(omega.size, world.reduction),
         "impacts_by_wall": np.stack([k - far, far], axis=1),
     }  # fmt: skip
 

@@ -68,15 +68,17 @@ def case_of(i: int) -> Case:
     numbers |= {"m": 1.0, "k": numbers["k1"], "c": numbers["c1"], "Y": d(-1.5, 0.0)}
     mass = 1.0 if kind in ("ball", "oscillator", "oscillator-2") else numbers["m2"]
     law = law_of(name, mass, numbers["omega"], rng)
-    given = {"K": law.K} if law.name == "hertz" else {"K": law.K, "exponent": law.n}
-    given = given if law.elastic else {"kc": law.kc, "cc": law.cc}
-    given = {"e": law.e} if law.name == "restitution" else given
+    constants = {"K": law.K} if law.name == "hertz" else {"K": law.K, "exponent": law.n}
+    constants = constants if law.elastic else {"kc": law.kc, "cc": law.cc}
+    constants = {"e": law.e} if law.name == "restitution" else constants
     if law.a > 0.0:
-        given["hunt_crossley"] = law.a
+        constants["hunt_crossley"] = law.a
     scene = LOADED if kind == "loaded" else SCENES[kind]
-    own = {key: numbers[key] for key in scene.own}
+    parameters = {key: numbers[key] for key in scene.own}
     system = System(
-        kind, own | (given if scene.walls else {}), law=law.name if scene.walls else "hertz"
+        kind,
+        parameters | (constants if scene.walls else {}),
+        law=law.name if scene.walls else "hertz",
     )
     model = model_of(kind, numbers, law)
     x1, v1 = rng.normal(0, 0.3), rng.normal(0, 1.0)
@@ -173,22 +175,22 @@ def errors_of(
     states = np.array(seen.states)
     growth = max(1.0, float(np.abs((np.array(near.states) - states) / scale).max()) / NUDGE)
     length, speed = scale[0], scale[1]
-    found = {"state": float(np.abs((orbit.trajectory - states) / scale).max()) / growth}
+    errors = {"state": float(np.abs((orbit.trajectory - states) / scale).max()) / growth}
     if growth > TOO_SENSITIVE:
         return {"sensitive": growth}
     E = model.energies(np.array([length, speed, length, speed, 0, 0, 0]))
     names = ["E1max", "E2max"][: 1 if model.m2 is None else 2]
     for i, name in enumerate(names):
         for value in (getattr(orbit, name), getattr(orbit, name.replace("max", "peak"))):
-            found[name] = max(found.get(name, 0.0), abs(value - seen.tops[i]) / E[i] / growth)
+            errors[name] = max(errors.get(name, 0.0), abs(value - seen.tops[i]) / E[i] / growth)
     if system.scene.walls:
-        compare_impacts(orbit, seen, (length, speed, growth), found)
-    compare_response(orbit, seen, model, growth, found)
-    found["let go"], found["pushes again"] = float(seen.lets_go), float(seen.pushes_again)
-    return found
+        compare_impacts(orbit, seen, (length, speed, growth), errors)
+    compare_response(orbit, seen, model, growth, errors)
+    errors["let go"], errors["pushes again"] = float(seen.lets_go), float(seen.pushes_again)
+    return errors
 
 
-def compare_impacts(orbit: Any, seen: Course, scales: Any, found: dict[str, float]) -> None:
+def compare_impacts(orbit: Any, seen: Course, scales: Any, errors: dict[str, float]) -> None:
     """Add errors of impacts, the clearance and violations."""
     length, speed, growth = scales
     rows, true = orbit.impacts, seen.impacts
@@ -197,46 +199,48 @@ def compare_impacts(orbit: Any, seen: Course, scales: Any, found: dict[str, floa
         list(orbit.system.scene.struck).index("near" if hit.wall == 0 else "far") for hit in true
     ]
     if [names[wall] for wall in walls] != rows["wall"].tolist():
-        found["different"] = 1.0
+        errors["different"] = 1.0
         return
     for row, hit in zip(rows, true, strict=True):
-        found["touch"] = max(
-            found.get("touch", 0), abs(row["touch"] - hit.touch) * hit.speed / length
+        errors["touch"] = max(
+            errors.get("touch", 0), abs(row["touch"] - hit.touch) * hit.speed / length
         )
-        found["speed"] = max(
-            found.get("speed", 0), abs(row["speed"] ** 2 - hit.speed**2) / speed**2
+        errors["speed"] = max(
+            errors.get("speed", 0), abs(row["speed"] ** 2 - hit.speed**2) / speed**2
         )
         if math.isnan(hit.release) != math.isnan(row["release"]):
-            found["different"] = 1.0
+            errors["different"] = 1.0
             continue
         if math.isnan(hit.release):
             continue
         off = abs(row["release"] - hit.release) * speed / length
-        found["release"] = max(found.get("release", 0), off)
+        errors["release"] = max(errors.get("release", 0), off)
         part = (hit.speed / speed) ** 2
         if hit.depth > 0.0:
             off = abs(row["depth"] / hit.depth - 1.0) * part
-            found["depth"] = max(found.get("depth", 0), off)
-            found["force"] = max(found.get("force", 0), abs(row["force"] / hit.force - 1.0) * part)
+            errors["depth"] = max(errors.get("depth", 0), off)
+            errors["force"] = max(
+                errors.get("force", 0), abs(row["force"] / hit.force - 1.0) * part
+            )
         for i, column in enumerate(("gain1", "gain2")[: 1 if seen.model.m2 is None else 2]):
             top = max(seen.tops[i], 1e-12)
-            found[column] = max(found.get(column, 0), abs(row[column] - hit.gains[i]) / top)
+            errors[column] = max(errors.get(column, 0), abs(row[column] - hit.gains[i]) / top)
     for name in ("touch", "speed", "release", "depth", "force", "gain1", "gain2"):
-        if name in found:
-            found[name] /= growth
+        if name in errors:
+            errors[name] /= growth
     if math.isfinite(orbit.clearance) != math.isfinite(seen.clearance):
-        found["different"] = 1.0
+        errors["different"] = 1.0
     elif math.isfinite(seen.clearance):
-        found["clearance"] = abs(orbit.clearance - seen.clearance) / length / growth
+        errors["clearance"] = abs(orbit.clearance - seen.clearance) / length / growth
     if orbit.violation is not None:
         if orbit.violation.number != len(seen.passages):
-            found["different"] = 1.0
+            errors["different"] = 1.0
         elif seen.passages:
-            found["violated"] = abs(orbit.violation.depth - seen.worst) / length / growth
+            errors["violated"] = abs(orbit.violation.depth - seen.worst) / length / growth
 
 
 def compare_response(
-    orbit: Any, seen: Course, model: Model, growth: float, found: dict[str, float]
+    orbit: Any, seen: Course, model: Model, growth: float, errors: dict[str, float]
 ) -> None:
     """Add errors of the response: largest and rms values, powers."""
     time = PERIODS * 2.0 * math.pi / model.omega
@@ -246,7 +250,7 @@ def compare_response(
     pairs |= {"stroke_rms": rms[3]}
     for name, value in pairs.items():
         if name in r:
-            found[name] = abs(float(r[name]) - value) / value / growth
+            errors[name] = abs(float(r[name]) - value) / value / growth
     power = model.c1 * c[1] + abs(c[6]) + abs(c[5]) + 1e-12
     pairs = {"power_c1": model.c1 * c[1], "power_c2": model.c2 * c[4], "power_in": c[6]}
     if any(law.name != "restitution" for law in orbit.system.scene.laws):
@@ -254,15 +258,15 @@ def compare_response(
         most = np.array([seen.forces[wall.which] for wall in model.walls])
         if "force_max" in r and most.max() > 0.0:
             off = np.abs(np.atleast_1d(r["force_max"]) - most).max()
-            found["force_max"] = float(off) / most.max() / growth
+            errors["force_max"] = float(off) / most.max() / growth
     for name, value in pairs.items():
         if name in r:
-            found[name] = abs(float(r[name]) - value) / power / growth
+            errors[name] = abs(float(r[name]) - value) / power / growth
 
 
-def worst_of(found: dict[str, float]) -> float:
+def worst_of(errors: dict[str, float]) -> float:
     """Return the largest of the errors."""
-    return max(value for name, value in found.items() if name not in ("let go", "pushes again"))
+    return max(value for name, value in errors.items() if name not in ("let go", "pushes again"))
 
 
 def allowed(tolerance: float) -> float:

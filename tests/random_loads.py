@@ -138,23 +138,23 @@ def errors_of(i: int, tolerance: float) -> dict[str, float]:
     if growth > TOO_SENSITIVE:
         return {"sensitive": growth}
     length, speed = scale[0], scale[1]
-    found = {"state": float(np.abs((before[1:] - states) / scale).max()) / growth}
+    errors = {"state": float(np.abs((before[1:] - states) / scale).max()) / growth}
     E = case.model.energies(np.array([length, speed, length, speed, 0, 0, 0]))
     last = case.model.energies(np.array([*behind[-1], 0, 0, 0, 0, 0][:7]))
     for k, name in enumerate(["E1max", "E2max"][: 1 if case.model.m2 is None else 2]):
         top = max(seen.tops[k], float(last[k]))
-        found[name] = abs(getattr(flown, name) - top) / E[k] / growth
+        errors[name] = abs(getattr(flown, name) - top) / E[k] / growth
     if case.system.scene.walls:
-        compare_impacts(flown, seen, (length, speed, growth), found)
+        compare_impacts(flown, seen, (length, speed, growth), errors)
     r, m = flown.response, case.model
     for name, top in zip(("x1_max", "v1_max", "a1_max", "stroke_max"), seen.tops[2:], strict=True):
         top = max(top, abs(behind[-1][V1])) if name == "v1_max" else top
         if name in r:
-            found[name] = abs(float(r[name]) - top) / top / growth
+            errors[name] = abs(float(r[name]) - top) / top / growth
     gone = {"c1": m.c1 * seen.integrals[1], "c2": m.c2 * seen.integrals[4]}
     gone["contact"] = seen.integrals[5]
     total = sum(abs(value) for value in gone.values()) + float(E[0])
     if all(law.name != "restitution" for law in case.system.scene.laws) or not m.walls:
         for column, (name, value) in enumerate(gone.items(), start=LOAD + 1):
-            found[name] = abs(flown.work[-1, column] - value) / total / growth
-    return found
+            errors[name] = abs(flown.work[-1, column] - value) / total / growth
+    return errors

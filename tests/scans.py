@@ -8,7 +8,7 @@ from nlds_vines.cli.running import RunOptions
 from nlds_vines.runs.store import Blocks
 
 
-def scan_of(system, want, vary=None, start="rest", title="a test", given=None, **sampling):
+def scan_of(system, want, vary=None, start="rest", title="a test", changes=None, **sampling):
     """Return a scan from rest over three frequencies, where nothing else is said.
 
     vary: a table of each axis, or its values; start: a policy, or a table; given: what is set.
@@ -18,7 +18,7 @@ def scan_of(system, want, vary=None, start="rest", title="a test", given=None, *
         {
             "title": title,
             "system": system,
-            "set": given or {},
+            "set": changes or {},
             "vary": {k: v if isinstance(v, dict) else {"values": list(v)} for k, v in axes.items()},
             "start": {"policy": start} if isinstance(start, str) else start,
             "sampling": sampling,
@@ -39,15 +39,15 @@ def computed(scan, settings=None):
     return Computer(scan, settings).block(whole(scan))
 
 
-def archived(path, scan, found):
+def archived(path, scan, arrays):
     """Write an archive of a scan that holds these arrays; return its path."""
-    return written(path, scan, [whole(scan)], lambda block: found)
+    return written(path, scan, [whole(scan)], lambda block: arrays)
 
 
-def stored(scan, found):
+def stored(scan, arrays):
     """Return the arrays of a block as its file holds them."""
     kinds = {name: entry.dtype for name, entry in scan.table.datasets.items()}
-    return {name: np.asarray(found[name], kind) for name, kind in kinds.items()}
+    return {name: np.asarray(arrays[name], kind) for name, kind in kinds.items()}
 
 
 def written(path, scan, blocks, results, missing=(), **how):

@@ -230,10 +230,10 @@ def amplitudes(p: Mapping[str, float]) -> np.ndarray:
 
 def steady_state(p: Mapping[str, float], rest: float = 0.0) -> np.ndarray:
     """Return (x1, v1, x2, v2) at phase zero, the first two without a damper."""
-    found = np.array([x for X in amplitudes(p) for x in (X.real, (1j * p["omega"] * X).real)])
-    if len(found) == 4:
-        found[2] += rest
-    return found
+    state = np.array([x for X in amplitudes(p) for x in (X.real, (1j * p["omega"] * X).real)])
+    if len(state) == 4:
+        state[2] += rest
+    return state
 
 
 def shortening(p: Mapping[str, float]) -> float:
@@ -247,7 +247,7 @@ def bits() -> dict[str, np.ndarray]:
 
     The SSul runs hold short impacts, stepped ones and a section inside a contact.
     """
-    found = {}
+    digests = {}
     for method, options in (("exact", {}), ("rk4", {"method": "rk4", "period_steps": 64.0})):
         runs = {
             "ssul": simulate(load_system("ssul-set6"), 5, record=BOTH, **options),
@@ -255,13 +255,13 @@ def bits() -> dict[str, np.ndarray]:
             "tmd": simulate(load_system("tmd"), 5, record=("section", "energy"), **options),
         }
         for name, orbit in runs.items():
-            found[f"{method} {name} section"] = orbit.section
+            digests[f"{method} {name} section"] = orbit.section
             scalars = orbit.E1max, orbit.E2max, orbit.clearance
-            found[f"{method} {name} scalars"] = np.array(scalars, dtype=float)
+            digests[f"{method} {name} scalars"] = np.array(scalars, dtype=float)
             if orbit.impacts is not None:
                 columns = [orbit.impacts[c] for c in orbit.impacts.dtype.names[1:]]
-                found[f"{method} {name} impacts"] = np.array(columns)
-    return found
+                digests[f"{method} {name} impacts"] = np.array(columns)
+    return digests
 
 
 def fitted_order(errors: Any, resolutions: Any) -> float:

@@ -115,20 +115,20 @@ def root(function: Any, low: np.ndarray, high: np.ndarray, precise: float = 1e-1
     It ends when every place is within `precise` of an end of its bracket.
     """
     f0, f1 = function(low), function(high)
-    found, done = high, np.zeros(len(high), bool)
+    roots, done = high, np.zeros(len(high), bool)
     for _ in range(100):
         with np.errstate(invalid="ignore", divide="ignore"):
             x = low + (high - low) * f0 / (f0 - f1)
         x = np.where((x >= low) & (x <= high), x, (low + high) / 2)
         f = function(x)
-        found = np.where(done, found, x)
+        roots = np.where(done, roots, x)
         done |= (f == 0) | (np.minimum(x - low, high - x) <= precise)
         if done.all():
             break
         right = (f > 0) == (f1 > 0)
         f0, f1 = np.where(right, f0 / 2, f), np.where(right, f, f1 / 2)
         low, high = np.where(right, low, x), np.where(right, x, high)
-    return found
+    return roots
 
 
 def flight_series(p: Model, y: np.ndarray) -> np.ndarray:

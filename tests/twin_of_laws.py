@@ -238,10 +238,10 @@ class Course:
     def step_of(self, contact: Contact, y: np.ndarray) -> float:
         """Return a step of theta that is a part of the contact, and of all other motion."""
         law, m, p = self.wall.law, self.model, contact.p
-        mass, more = 1.0 / -(m.speed(self.wall) @ m.pushed(self.wall)), law.n + 1.0
+        mass, power = 1.0 / -(m.speed(self.wall) @ m.pushed(self.wall)), law.n + 1.0
         z = y[0] ** p
-        deep = (more * mass * y[1] ** 2 / (2.0 * law.K) + z**more) ** (1.0 / more)
-        fast = max(abs(y[1]), math.sqrt(law.K * deep**more / mass))
+        deep = (power * mass * y[1] ** 2 / (2.0 * law.K) + z**power) ** (1.0 / power)
+        fast = max(abs(y[1]), math.sqrt(law.K * deep**power / mass))
         return min(0.4 * deep / fast, 0.4 * self.h) / (p * deep ** ((p - 1.0) / p))
 
     # ---- what is noted ---------------------------------------------------------------------------

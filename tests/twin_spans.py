@@ -312,9 +312,9 @@ def largest(span: Span, values: np.ndarray, function: Callable[[np.ndarray], Any
         a, b = xs[low], xs[high]
         for _ in range(ZOOMS):
             places = a + (b - a) * SAMPLES
-            found = function(span.states(places))
-            j = int(found.argmax())
-            top, a, b = max(top, float(found[j])), places[max(j - 1, 0)], places[min(j + 1, 16)]
+            sampled = function(span.states(places))
+            j = int(sampled.argmax())
+            top, a, b = max(top, float(sampled[j])), places[max(j - 1, 0)], places[min(j + 1, 16)]
     return top
 
 

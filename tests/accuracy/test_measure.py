@@ -19,11 +19,11 @@ STEEL = SET6.with_(E2=2.1e11)
 
 
 @pytest.fixture(scope="module")
-def known():
+def confirmed():
     return reference(SET6, 6)
 
 
-def result_of(known, state, seconds=0.5):
+def result_of(confirmed, state, seconds=0.5):
     """Return the result of a method that yields a given state after a given time."""
 
     def follow(setting, start, periods):
@@ -33,34 +33,36 @@ def result_of(known, state, seconds=0.5):
     clock = [0.0]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(measure.time, "process_time", lambda: clock[0])
-        (result,) = measured(known, {"made up": ((1.0,), follow)})
+        (result,) = measured(confirmed, {"made up": ((1.0,), follow)})
     return result
 
 
-def test_errors_are_those_of_the_state(known):
-    off = known.state + np.array([0.0, 0.0, 2e-4, -1e-4])
-    result = result_of(known, off)
+def test_errors_are_those_of_the_state(confirmed):
+    off = confirmed.state + np.array([0.0, 0.0, 2e-4, -1e-4])
+    result = result_of(confirmed, off)
     assert result.error == pytest.approx(2e-4)
     assert result.seconds == pytest.approx(0.5 / 6)
 
 
-def test_short_runs_are_timed_over_more_periods(known):
-    assert result_of(known, known.state, seconds=1e-3).seconds == pytest.approx(1e-3 / (6 * 64))
+def test_short_runs_are_timed_over_more_periods(confirmed):
+    assert result_of(confirmed, confirmed.state, seconds=1e-3).seconds == pytest.approx(
+        1e-3 / (6 * 64)
+    )
 
 
-def test_failures_become_rows(known):
-    assert "not finite" in result_of(known, np.full(4, np.nan)).failure
+def test_failures_become_rows(confirmed):
+    assert "not finite" in result_of(confirmed, np.full(4, np.nan)).failure
     stiff = methods(SET6.with_(K=1e30))["SciPy DOP853"][1]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(measure, "BUDGET", 20)
-        (result,) = measured(known, {"SciPy": ((1e-6,), stiff)})
+        (result,) = measured(confirmed, {"SciPy": ((1e-6,), stiff)})
     assert "more than 20 evaluations" in result.failure
 
 
-def test_the_reference_is_confirmed_and_told(known):
-    assert known.uncertainty < 1e-11
-    assert known.growth >= 1.0
-    assert known.label == "T,1"
+def test_the_reference_is_confirmed_and_told(confirmed):
+    assert confirmed.uncertainty < 1e-11
+    assert confirmed.growth >= 1.0
+    assert confirmed.label == "T,1"
 
 
 def test_methods_that_disagree_are_no_reference(monkeypatch):
@@ -78,11 +80,11 @@ def test_what_cannot_be_followed_has_no_reference():
 
 
 def test_a_stiff_scene_has_a_reference_and_exact_keeps_its_tolerance():
-    known = reference(STEEL, 5)
+    confirmed = reference(STEEL, 5)
     exact, follow = methods(STEEL, peers=False)["exact"]
     for tolerance in (exact[3], exact[6], exact[9]):
-        error = np.abs(follow(tolerance, None, 5) - known.state).max()
-        assert error <= tolerance * known.growth
+        error = np.abs(follow(tolerance, None, 5) - confirmed.state).max()
+        assert error <= tolerance * confirmed.growth
 
 
 NOTED = ("section", "impacts", "energy")
@@ -91,8 +93,8 @@ KINDS = {
     "two walls": load_system("ssbl", omega=6.05),
     "no wall": load_system("tmd", omega=6.05),
     "no damper": load_system("none", omega=6.05),
-    "damped": load_system("ssul-set6", **LAWS["hunt-crossley"].given),
-    "linear": load_system("ssul-set6", **LAWS["damped"].given),
+    "damped": load_system("ssul-set6", **LAWS["hunt-crossley"].constants),
+    "linear": load_system("ssul-set6", **LAWS["damped"].constants),
 }
 
 
@@ -111,11 +113,11 @@ def test_impacts_that_take_no_time_are_not_for_scipy():
     assert list(methods(SET6, peers=False)) == ["exact", "rk4"]
 
 
-def test_the_picture_joins_the_settings_that_no_other_beats(known):
+def test_the_picture_joins_the_settings_that_no_other_beats(confirmed):
     numbers = ((64, 1e-3, 1.0), (128, 1e-2, 2.0), (256, 1e-5, 3.0))
     results = [Result("rk4", *one) for one in numbers]
     failed = Result("SciPy DOP853", 1e-4, failure="step too small")
-    figure = draw(known._replace(uncertainty=1e-15), [*results, failed])
+    figure = draw(confirmed._replace(uncertainty=1e-15), [*results, failed])
     (line, _) = figure.axes[0].lines
     assert line.get_xdata().tolist() == [1.0, 3.0]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == [

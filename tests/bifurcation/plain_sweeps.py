@@ -36,8 +36,8 @@ def test_every_link_begins_where_the_one_before_ended(case, policy, method):
     walls = bool(nv.load_system(name).scene.walls)
     record = RECORD if walls else ("section", "energy")
     sampling = {"transient": TRANSIENT, "periods": PERIODS, "method": method}
-    found = computed(scan_of(name, record, {parameter: values}, policy, **sampling))
-    assert (found["status"] == OK).all()
+    arrays = computed(scan_of(name, record, {parameter: values}, policy, **sampling))
+    assert (arrays["status"] == OK).all()
     state, order = None, range(len(values))
     for i in order if policy == "up" else reversed(order):
         system = nv.load_system(name, **{parameter: values[i]})
@@ -45,12 +45,12 @@ def test_every_link_begins_where_the_one_before_ended(case, policy, method):
             system, PERIODS, transient=TRANSIENT, start=state, method=method, record=record
         )  # fmt: skip
         state = orbit.state
-        np.testing.assert_allclose(found["section"][i, 0], orbit.section, rtol=0, atol=1e-10)
-        assert found["E1max"][i, 0] == pytest.approx(orbit.E1max, rel=1e-8)
-        assert found["E2max"][i, 0] == pytest.approx(orbit.E2max, rel=1e-8)
+        np.testing.assert_allclose(arrays["section"][i, 0], orbit.section, rtol=0, atol=1e-10)
+        assert arrays["E1max"][i, 0] == pytest.approx(orbit.E1max, rel=1e-8)
+        assert arrays["E2max"][i, 0] == pytest.approx(orbit.E2max, rel=1e-8)
         if walls:
-            assert found["impact_rate"][i, 0] * PERIODS == len(orbit.impacts)
-            assert found["clearance"][i, 0] == pytest.approx(orbit.clearance, abs=1e-10)
+            assert arrays["impact_rate"][i, 0] * PERIODS == len(orbit.impacts)
+            assert arrays["clearance"][i, 0] == pytest.approx(orbit.clearance, abs=1e-10)
 
 
 def test_after_a_link_that_failed_the_next_begins_at_rest():
@@ -68,10 +68,10 @@ def test_after_a_link_that_failed_the_next_begins_at_rest():
 
 def test_impacts_are_counted_by_wall():
     vary = {"omega": [6.0, 6.28]}
-    found = computed(scan_of("ssbl", ["impacts"], vary, transient=60, periods=9))
+    arrays = computed(scan_of("ssbl", ["impacts"], vary, transient=60, periods=9))
     for i, omega in enumerate((6.0, 6.28)):
         system = nv.load_system("ssbl", omega=omega)
         walls = nv.simulate(system, 9, transient=60, record=("impacts",)).impacts["wall"]
         both = [np.count_nonzero(walls == name) for name in ("structure", "obstacle")]
-        assert found["impact_rate"][i, 0] * 9 == pytest.approx(sum(both))
+        assert arrays["impact_rate"][i, 0] * 9 == pytest.approx(sum(both))
         assert min(both) > 0

@@ -29,9 +29,9 @@ def turning(states, periods):
 
 def cycling(states, periods):
     """Follow cycles whose points have the same x and the velocities 1, 2, ... in turn."""
-    found = np.repeat(states[:, np.newaxis], periods, axis=1)
-    found[..., 1] = (states[:, 1:2] + np.arange(1, periods + 1)) % periods
-    return found
+    sections = np.repeat(states[:, np.newaxis], periods, axis=1)
+    sections[..., 1] = (states[:, 1:2] + np.arange(1, periods + 1)) % periods
+    return sections
 
 
 def ends_of(*kinds):
@@ -63,8 +63,8 @@ def test_groups_do_not_depend_on_the_order_of_starts():
     expected = {(0, 1, 2, 3, 4, 17), (5, 6, 7, 8), (9, 10, 11, 12, 13), (14,)}
     for seed in range(5):
         order = np.random.default_rng(seed).permutation(len(labels))
-        found, system = groups_of(labels, states, order)
-        assert found == {frozenset(group) for group in expected}
+        groups, system = groups_of(labels, states, order)
+        assert groups == {frozenset(group) for group in expected}
         margins = sorted(attractor.margin for attractor in system.attractors)
         assert margins[:2] == pytest.approx([1e-4 / SAME] * 2, rel=1e-3)
 
@@ -86,8 +86,8 @@ def test_two_tori_are_two_attractors(count):
     labels = np.full(count, "quasiperiodic", object)
     for seed in range(2):
         order = np.random.default_rng(seed).permutation(count)
-        found, system = groups_of(labels, states, order, turning)
-        assert sorted(map(len, found)) == [1, count - 1]
+        groups, system = groups_of(labels, states, order, turning)
+        assert sorted(map(len, groups)) == [1, count - 1]
         assert all(1.0 < attractor.margin < 1e3 for attractor in system.attractors)
 
 
@@ -101,8 +101,8 @@ def test_an_orbit_that_shows_a_part_of_an_attractor_belongs_to_it(monkeypatch):
     monkeypatch.setattr(attractors, "PAIRS", 1)
     states = np.array([[1.0, 0.1, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0]])
     for order in ([0, 1], [1, 0]):
-        found, _ = groups_of(np.full(2, "chaos", object), states, np.array(order), arcs)
-        assert found == {frozenset({0, 1})}
+        groups, _ = groups_of(np.full(2, "chaos", object), states, np.array(order), arcs)
+        assert groups == {frozenset({0, 1})}
 
 
 def test_chaos_and_quasiperiodic_motion_are_never_one():
@@ -120,8 +120,8 @@ def at(x, *lanes, label="T,1"):
 
 def table_of(*systems):
     numbering = Numbering((len(systems),))
-    for found in systems:
-        numbering.give(found)
+    for group in systems:
+        numbering.give(group)
     return [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]
 
 
@@ -157,7 +157,7 @@ def test_only_what_is_not_continued_is_carried_on():
 
 def test_along_two_parameters_the_last_one_is_stepped_first():
     numbering = Numbering((2, 2))
-    for found in ([at(0.0)], [at(0.05), at(0.6)], [at(0.1), at(1.2)], [at(0.12), at(0.62)]):
-        numbering.give(found)
+    for group in ([at(0.0)], [at(0.05), at(0.6)], [at(0.1), at(1.2)], [at(0.12), at(0.62)]):
+        numbering.give(group)
     rows = [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]
     assert rows == [{0: 0.0}, {0: 0.05, 1: 0.6}, {0: 0.1, 2: 1.2}, {0: 0.12, 1: 0.62}]

@@ -45,10 +45,10 @@ def test_the_attractors_are_those_of_the_closed_form(plane):
     with nv.read(plane) as view:
         assert view["attractor_label"].tolist() == ["T,0", "T,1"]
         assert view["attractor_impacts"].tolist() == [0, 1]
-        found = view["attractor_multipliers"][1]
+        values = view["attractor_multipliers"][1]
         shares = view["attractor_share"]
         attractor = view["attractor"]
-    assert np.allclose(np.sort(found, axis=0), np.sort(stable["multipliers"], axis=0), atol=1e-8)
+    assert np.allclose(np.sort(values, axis=0), np.sort(stable["multipliers"], axis=0), atol=1e-8)
     assert shares.tolist() == [(attractor == k).mean() for k in (0, 1)]
     assert (shares > 0.1).all()
 
@@ -110,8 +110,8 @@ def test_labels_of_ten_thousand_cells_are_those_of_plain_following():
     }
     scan = nv.load_scan(document)
     chosen = np.sort(np.random.default_rng(1).choice(scan.lanes, 10_000, replace=False))
-    found = Computer(scan)
-    early = found.lanes(*found.orbits(chosen))["label"]
+    computer = Computer(scan)
+    early = computer.lanes(*computer.orbits(chosen))["label"]
     plain = Computer(replace(scan, want=("regime",)))
     assert (early == finals(plain.lanes(*plain.orbits(chosen))["label"])).all()
 
@@ -228,7 +228,7 @@ def test_a_sample_is_judged_where_it_is_less_than_half():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"vary": {"x3_0": {"values": [0.0]}}}, "unknown axis 'x3_0'; did you mean 'x_0'"),
         ({"vary": {"x2_0": {"values": [0.0]}}}, "x2_0: kind 'oscillator' has the state x, v"),
@@ -242,8 +242,8 @@ def test_a_sample_is_judged_where_it_is_less_than_half():
         ({"vary": {"x_0": {"values": [float("inf")]}}}, "x_0 = inf"),
     ],
 )
-def test_a_wrong_request_is_refused(changes, said, error_of):
-    assert said in error_of(nv.load_scan, {**PLANE, **changes})
+def test_a_wrong_request_is_refused(changes, message, error_of):
+    assert message in error_of(nv.load_scan, {**PLANE, **changes})
 
 
 def test_a_state_on_the_command_line(refusal):
@@ -254,24 +254,26 @@ def test_a_state_on_the_command_line(refusal):
 
 @pytest.mark.kernels
 def test_measures_of_a_plane(plane, answer):
-    found = nv.basin_measures(plane, side=10)
-    assert [basin.label for basin in found.basins] == ["T,0", "T,1"]
-    assert sum(basin.share for basin in found.basins) == pytest.approx(1.0)
-    assert np.isnan(found.basins[0].low)  # a lattice is no sample
-    assert found.entropy.boxes == 4
-    assert found.uncertainty is None  # too small a plane
-    assert found.arrived(1e9) == 1.0
-    assert found.arrived(5, 0) + found.arrived(5, 1) == pytest.approx(found.arrived(5))
-    way, axes = found.basins[0].nearest, (3.0, 6.0)
-    assert found.basins[0].distance == pytest.approx(np.hypot(way[0] / axes[0], way[1] / axes[1]))
+    measures = nv.basin_measures(plane, side=10)
+    assert [basin.label for basin in measures.basins] == ["T,0", "T,1"]
+    assert sum(basin.share for basin in measures.basins) == pytest.approx(1.0)
+    assert np.isnan(measures.basins[0].low)  # a lattice is no sample
+    assert measures.entropy.boxes == 4
+    assert measures.uncertainty is None  # too small a plane
+    assert measures.arrived(1e9) == 1.0
+    assert measures.arrived(5, 0) + measures.arrived(5, 1) == pytest.approx(measures.arrived(5))
+    nearest, axes = measures.basins[0].nearest, (3.0, 6.0)
+    assert measures.basins[0].distance == pytest.approx(
+        np.hypot(nearest[0] / axes[0], nearest[1] / axes[1])
+    )
     with nv.read(plane) as view:
         point = view["attractor_point"][0]
         x, v = (
             np.abs(view[n] - p - w).argmin()
-            for n, p, w in zip(("x_0", "v_0"), point, way, strict=True)
+            for n, p, w in zip(("x_0", "v_0"), point, nearest, strict=True)
         )
         assert view["attractor"][x, v, 0] == 1
-    assert "attractor 0, T,0" in repr(found)
+    assert "attractor 0, T,0" in repr(measures)
 
 
 @pytest.mark.kernels
@@ -288,10 +290,10 @@ def test_random_starts_have_an_interval(tmp_path):
     document = {**PLANE, "set": {"omega": 1.5}, "vary": {"P": {"values": [AMPLITUDE]}}}
     document["start"] = {"policy": "random", "count": 200, "seed": 4}
     path = nv.scan(document, to=tmp_path / "random.h5", quiet=True)
-    found = nv.basin_measures(path)
-    for basin in found.basins:
+    measures = nv.basin_measures(path)
+    for basin in measures.basins:
         assert (basin.low, basin.high) == share_interval(basin.count, 200)
-    assert found.entropy is None
+    assert measures.entropy is None
 
 
 @pytest.mark.kernels
@@ -303,11 +305,11 @@ def test_an_archive_without_attractors_is_refused(tmp_path):
 
 @pytest.mark.kernels
 def test_the_page_of_an_archive_begins_orbits_where_the_axes_say(plane):
-    found = stored(plane)
+    archive = stored(plane)
     cell = (3, 7)
-    start = found.start_of(cell, 0, found.system_of(cell))
+    start = archive.start_of(cell, 0, archive.system_of(cell))
     with nv.read(plane) as view:
         assert start.state == (view["x_0"][3], view["v_0"][7])
     assert start.words == f"x_0 = {start.state[0]:g}, v_0 = {start.state[1]:g}"
-    assert [axis.name for axis in found.scan.axes] == ["x_0", "v_0"]
-    assert [spec.name for spec in sliders_of(found.scan)][:2] == ["x_0", "v_0"]
+    assert [axis.name for axis in archive.scan.axes] == ["x_0", "v_0"]
+    assert [spec.name for spec in sliders_of(archive.scan)][:2] == ["x_0", "v_0"]

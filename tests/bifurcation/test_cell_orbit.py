@@ -22,13 +22,13 @@ STARTS = {
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory):
     """Return a function that computes the scan from some starts, once."""
-    folder, found = tmp_path_factory.mktemp("cells"), {}
+    folder, paths = tmp_path_factory.mktemp("cells"), {}
 
     def of(name):
-        if name not in found:
+        if name not in paths:
             scan = {**SCAN, "start": STARTS[name]}
-            found[name] = nv.scan(scan, to=folder / f"{name}.h5", quiet=True)
-        return found[name]
+            paths[name] = nv.scan(scan, to=folder / f"{name}.h5", quiet=True)
+        return paths[name]
 
     return of
 
@@ -51,11 +51,11 @@ def test_the_orbit_is_that_of_the_scan_to_the_last_bit(archive, name):
 @pytest.mark.kernels
 def test_other_records_change_no_bit(archive):
     one = nv.orbit_of(archive("random"), omega=7.575, K=2.5e7, start=1)
-    more = nv.orbit_of(
+    recorded = nv.orbit_of(
         archive("random"), omega=7.575, K=2.5e7, start=1, record=["section", "energy", "impacts"]
     )
-    assert np.array_equal(one.section, more.section)
-    assert more.E1max > 0
+    assert np.array_equal(one.section, recorded.section)
+    assert recorded.E1max > 0
 
 
 @pytest.mark.kernels
@@ -123,10 +123,10 @@ def test_the_command_draws_a_cell(archive, here, answer, refusal):
     assert "periods 150 to 190" in out
     name = "random-omega=7.5-K=3e7-start=random_2.png"  # not that of the map's own picture
     assert (here / name).stat().st_size > 0
-    for more, words in (
+    for options, words in (
         (["--set", "P=700"], "set beside an archive"),
         (["--tolerance", "1e-6"], "tolerance beside an archive"),
         (["--start", "0,0,0,0"], "unknown start '0,0,0,0'"),
     ):
-        assert words in refusal("portrait", file, *at, *more)
+        assert words in refusal("portrait", file, *at, *options)
     assert "give the archive" in refusal("portrait", "--at", "omega=7")

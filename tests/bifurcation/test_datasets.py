@@ -50,11 +50,11 @@ def test_dimensions_are_axes_start_and_tail():
     assert by_name["section"].dims == ("omega", "P", "start", "forcing_period", "component")
     assert by_name["section"].tail == ("forcing_period", "component")
     assert by_name["label"].dims == ("omega", "P", "start")
-    found = request.table.length
+    lengths = request.table.length
     axes = {"omega": 2, "P": 3, "start": 5}
     of_state = dict.fromkeys(("component", "multiplier", "exponent"), 4)
     of_spectra = {"signal": 2, "frequency": 33, "line": 24}
-    assert found == axes | of_state | of_spectra | {"forcing_period": 4, "impact": 16, "part": 2}
+    assert lengths == axes | of_state | of_spectra | {"forcing_period": 4, "impact": 16, "part": 2}
     assert "part" not in scan(want=["section"]).table.length
     assert scan("ssbl", ["impacts"]).table.length["wall"] == 2
 
@@ -91,11 +91,11 @@ def test_types_units_and_fills_are_those_of_the_contract():
 
 
 def test_fill_values_say_that_nothing_was_computed():
-    found = unfilled(scan())
-    assert np.all(found["status"] == NOT_COMPUTED)
-    assert found["status"].dtype == np.int8
-    assert np.all(np.isnan(found["section"]))
-    assert found["label"].tolist() == [[""]] * 3
+    arrays = unfilled(scan())
+    assert np.all(arrays["status"] == NOT_COMPUTED)
+    assert arrays["status"].dtype == np.int8
+    assert np.all(np.isnan(arrays["section"]))
+    assert arrays["label"].tolist() == [[""]] * 3
 
 
 def test_flags_are_words_that_cf_allows_in_the_order_of_their_codes():

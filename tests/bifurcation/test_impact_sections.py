@@ -36,17 +36,17 @@ def sections(path, system, changes, vary, transient, periods, start="rest"):
 @pytest.mark.parametrize("pair", ORBITS, ids=lambda pair: f"{pair[0]['omega']}-{pair[1]['A']}")
 def test_sections_of_rigid_orbits(pair, tmp_path):
     """Also of unstable ones, which are followed for a few periods from their own state."""
-    case, known = pair
-    x, v = start_of(case, known)
-    changes = {"c": RIGID["c"], "P": known["A"], "omega": case["omega"], "e": case["e"]}
+    case, exact = pair
+    x, v = start_of(case, exact)
+    changes = {"c": RIGID["c"], "P": exact["A"], "omega": case["omega"], "e": case["e"]}
     speeds, phases, _ = sections(
         tmp_path / "orbit.h5", "impact-oscillator", changes, {"x_0": [x], "v_0": [v]}, 0,
         3 * case["n"],
     )  # fmt: skip
-    found, at = speeds[0, 0], phases[0, 0]
-    assert np.isfinite(found).sum() == 3
-    np.testing.assert_allclose(found[:3], known["speed"], rtol=0, atol=1e-10)
-    apart = (at[:3] - known["phase"] + np.pi) % (2 * np.pi) - np.pi
+    speed, at = speeds[0, 0], phases[0, 0]
+    assert np.isfinite(speed).sum() == 3
+    np.testing.assert_allclose(speed[:3], exact["speed"], rtol=0, atol=1e-10)
+    apart = (at[:3] - exact["phase"] + np.pi) % (2 * np.pi) - np.pi
     np.testing.assert_allclose(apart, 0.0, rtol=0, atol=1e-10)
 
 
@@ -96,8 +96,8 @@ def bounces(gamma, e, omega):
 def test_a_ball_that_chatters_forgets(gamma, e, tmp_path):
     """Its series of rebounds ends on the table; each flight begins at the same phase again."""
     omega = 30.0
-    known, speed, end = bounces(gamma, e, omega)
-    assert len(known) > 5
+    times, speed, end = bounces(gamma, e, omega)
+    assert len(times) > 5
     assert end < 2 * np.pi - math.acos(1.0 / gamma)  # pressed to the table until it lets go again
     changes = {"g": GRAVITY, "omega": omega, "e": e}
     speeds, phases, rate = sections(
@@ -113,9 +113,9 @@ def test_a_ball_that_chatters_forgets(gamma, e, tmp_path):
     full = np.isfinite(rows).all(axis=1)
     assert full.sum() >= 2
     # the long flight and what follows, as the plain loop has it, while it can tell
-    count = min(len(known), each)
+    count = min(len(times), each)
     np.testing.assert_allclose(rows[full][0, :count], speed[:count], rtol=0, atol=1e-10)
-    np.testing.assert_allclose(turns[full][0, :count], known[:count] % (2 * np.pi), atol=1e-9)
+    np.testing.assert_allclose(turns[full][0, :count], times[:count] % (2 * np.pi), atol=1e-9)
     # forgotten: the same in every period, whatever was before
     assert np.ptp(rows[full], axis=0).max() < 1e-12
     # the last rebounds shrink by e, and their phases go to where the geometric series ends
@@ -160,8 +160,8 @@ def test_nordmarks_square_root(tmp_path):
     distance, largest = 1 - vary["C"] / size, np.nanmax(speeds, axis=1)
     m = np.rint(1.0 / rate).astype(int)
     for i in range(len(m)):
-        known = grazing_speed(size * distance[i], size, m[i])
-        assert largest[i] == pytest.approx(known, rel=5 * math.sqrt(distance[i]))
+        exact = grazing_speed(size * distance[i], size, m[i])
+        assert largest[i] == pytest.approx(exact, rel=5 * math.sqrt(distance[i]))
         ahead = i + STEPS
         if ahead < len(m):
             assert m[ahead] == m[i] + 1
@@ -192,10 +192,10 @@ def test_a_soft_wall_has_the_square_root_alone(tmp_path):
     vary = {"omega": [*behind, *before]}  # from T,0 downwards, in ever smaller steps
     speeds, _, rate = sections(tmp_path / "soft.h5", "ssul-set6", {}, vary, 600, 20, start="down")
     assert rate.tolist() == [1.0] * len(behind) + [0.0] * len(before)
-    found = speeds[: len(behind), 3]
+    speed = speeds[: len(behind), 3]
     size = np.array([stroke_without_impacts(p, omega) for omega in behind])
-    known = behind * np.sqrt(size**2 - p["C"] ** 2)
-    assert (np.abs(found / known - 1) < 2e3 * share + 1e-5).all()  # the contact adds of order share
+    exact = behind * np.sqrt(size**2 - p["C"] ** 2)
+    assert (np.abs(speed / exact - 1) < 2e3 * share + 1e-5).all()  # the contact adds of order share
     near = share < 1e-7
-    fitted = np.polyfit(np.log((grazing - behind)[near]), np.log(found[near]), 1)[0]
+    fitted = np.polyfit(np.log((grazing - behind)[near]), np.log(speed[near]), 1)[0]
     assert fitted == pytest.approx(0.5, abs=2e-5)

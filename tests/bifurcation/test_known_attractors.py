@@ -52,14 +52,14 @@ def test_early_stops_end_as_plain_verdicts_do(scan, monkeypatch):
     assert attractor_ends.sample_size(scan) == 20
     early, plain = Computer(scan), Computer(replace(scan, want=("regime", "evidence")))
     orbits = early.orbits(np.arange(scan.lanes))
-    found, verdicts = early.lanes(*orbits), plain.lanes(*orbits)
+    stopped, verdicts = early.lanes(*orbits), plain.lanes(*orbits)
     labels = finals(verdicts["label"])
-    assert (found["label"] == labels).all()
+    assert (stopped["label"] == labels).all()
     closed = np.flatnonzero([attractor_ends.period_of(label) == 1 for label in labels[:, 0]])
     points = verdicts["orbit_point"][closed, 0]  # of nT, the point of another section may be given
-    assert np.allclose(found["end_state"][closed, 0], points, rtol=1e-7, atol=1e-12)
+    assert np.allclose(stopped["end_state"][closed, 0], points, rtol=1e-7, atol=1e-12)
     closed = np.array([attractor_ends.period_of(label) > 0 for label in labels[:, 0]])
-    arrival = found["arrival"][:, 0]
+    arrival = stopped["arrival"][:, 0]
     assert (arrival[closed] >= 0).all()
     assert (arrival[~closed] == -1).all()
     assert np.median(arrival[closed]) < 350
@@ -79,12 +79,12 @@ def test_threads_and_neighbors_change_nothing():
 def test_mirrored_twins_are_two_attractors(tmp_path):
     """Between two equal stops, what is not its own mirror image has a twin: T,2 and T,3 both do."""
     scan = scan_of(STOPS, {"P": {"values": [2.0]}}, {**STARTS, "count": 30})
-    found = attractors_of(scan, tmp_path)
-    labels = found["attractor_label"][0].tolist()
+    arrays = attractors_of(scan, tmp_path)
+    labels = arrays["attractor_label"][0].tolist()
     assert labels.count("T,2") == labels.count("T,3") == 2
-    assert set(found["attractor"][0].tolist()) == set(range(len(labels)))
+    assert set(arrays["attractor"][0].tolist()) == set(range(len(labels)))
     energies = {
-        label: found["attractor_E1max"][0][[word == label for word in labels]]
+        label: arrays["attractor_E1max"][0][[word == label for word in labels]]
         for label in ("T,2", "T,3")
     }
     for pair in energies.values():
@@ -93,12 +93,12 @@ def test_mirrored_twins_are_two_attractors(tmp_path):
 
 def test_two_tori_of_one_system_are_two_attractors(tmp_path):
     scan = scan_of("ssul-set6", {"omega": {"values": [7.375]}})
-    found = attractors_of(scan, tmp_path)
-    assert found["attractor_label"].tolist() == [["quasiperiodic", "quasiperiodic"]]
-    assert min(found["attractor_share"][0]) > 0.2
-    assert found["attractor_margin"].min() > 2.0
+    arrays = attractors_of(scan, tmp_path)
+    assert arrays["attractor_label"].tolist() == [["quasiperiodic", "quasiperiodic"]]
+    assert min(arrays["attractor_share"][0]) > 0.2
+    assert arrays["attractor_margin"].min() > 2.0
     # their energies of 100,000 periods are 98.291 and 124.738 J
-    energies = sorted(found["attractor_E1max"][0].tolist())
+    energies = sorted(arrays["attractor_E1max"][0].tolist())
     assert energies == pytest.approx([98.291, 124.738], rel=0.01)
 
 

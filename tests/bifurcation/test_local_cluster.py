@@ -20,8 +20,8 @@ WAIT = 3.0  # s for an answer
 def listening():
     """Return the addresses at which this process and those that it has started listen."""
     here = psutil.Process()
-    found = [p.net_connections("inet") for p in (here, *here.children(recursive=True))]
-    return {c.laddr for each in found for c in each if c.status == psutil.CONN_LISTEN}
+    connections = [p.net_connections("inet") for p in (here, *here.children(recursive=True))]
+    return {c.laddr for each in connections for c in each if c.status == psutil.CONN_LISTEN}
 
 
 def answer_to_plain(address, text):

@@ -40,15 +40,15 @@ def test_what_one_orbit_has_missed_has_a_number_at_last(sample_of_one, tmp_path,
 
 
 def test_it_keeps_its_number_along_a_parameter(sample_of_one, tmp_path):
-    found = arrays_of(nv.scan(ALONG, to=tmp_path / "along.h5", quiet=True))
-    labels = found["attractor_label"]
-    assert (found["attractor"] >= 0).all()
+    arrays = arrays_of(nv.scan(ALONG, to=tmp_path / "along.h5", quiet=True))
+    labels = arrays["attractor_label"]
+    assert (arrays["attractor"] >= 0).all()
     for k in range(labels.shape[1]):
         assert len(set(labels[:, k].tolist()) - {""}) == 1
     assert sorted(set(labels.ravel().tolist())) == ["", "T,0", "T,1"]
     assert labels.shape[1] == 2
-    names = labels[np.arange(4)[:, np.newaxis], found["attractor"][..., 0]]
-    assert np.array_equal(names, found["label"][..., 0])
+    names = labels[np.arange(4)[:, np.newaxis], arrays["attractor"][..., 0]]
+    assert np.array_equal(names, arrays["label"][..., 0])
 
 
 def test_shards_and_resumes_make_the_same_archive(sample_of_one, tmp_path):
@@ -68,8 +68,8 @@ def test_chaos_that_was_missed_has_a_number(sample_of_one, tmp_path):
         "set": {"omega": 7.36},
         "vary": {"v2_0": {"start": -0.5, "stop": 0.5, "num": 12}},
     }
-    found = arrays_of(nv.scan(document, to=tmp_path / "chaos.h5", quiet=True))
-    names = found["attractor_label"][found["attractor"][..., 0]]
-    assert set(found["label"].ravel().tolist()) - {"chaos"}
-    assert np.array_equal(names, [str(x).split(" to ")[-1] for x in found["label"][:, 0]])
-    assert np.isfinite(found["attractor_E1max"]).all()
+    arrays = arrays_of(nv.scan(document, to=tmp_path / "chaos.h5", quiet=True))
+    names = arrays["attractor_label"][arrays["attractor"][..., 0]]
+    assert set(arrays["label"].ravel().tolist()) - {"chaos"}
+    assert np.array_equal(names, [str(x).split(" to ")[-1] for x in arrays["label"][:, 0]])
+    assert np.isfinite(arrays["attractor_E1max"]).all()

@@ -47,8 +47,8 @@ def at_section(system, states, phases, method="exact", **settings):
     rest = float(cells["rest"][0])
     starts = np.array([start_state(system, rest, state)[:4] for state in states])
     entries = Entries(system.scene, method, chosen_settings(method, settings))
-    found = entries.at_section(cells, starts, np.asarray(phases))
-    return user_states(cells, found, system.scene)
+    behind = entries.at_section(cells, starts, np.asarray(phases))
+    return user_states(cells, behind, system.scene)
 
 
 @pytest.mark.kernels
@@ -75,8 +75,8 @@ def test_a_start_on_an_orbit_comes_to_the_orbits_next_section(case):
         inside = [(times > one["touch"]) & (times < one["release"]) for one in orbit.impacts]
         assert np.any(inside, axis=0).sum() >= 3
     for period in chosen:
-        found = at_section(system, states[period, :-1], phases, tolerance=1e-12)
-        assert np.abs((found - orbit.section[period]) / size).max() < 1e-11
+        section = at_section(system, states[period, :-1], phases, tolerance=1e-12)
+        assert np.abs((section - orbit.section[period]) / size).max() < 1e-11
 
 
 @pytest.mark.kernels
@@ -110,8 +110,8 @@ def test_an_orbit_that_does_not_come_so_far_diverges():
     scan = nv.load_scan({**document, "start": {"state": [-4.9e149, 0.0]}})
     from nlds_vines.bifurcation.run import Computer
 
-    found = Computer(scan).lanes(*Computer(scan).orbits(np.array([0])))
-    assert found["status"].ravel().tolist() == [DIVERGED]
+    arrays = Computer(scan).lanes(*Computer(scan).orbits(np.array([0])))
+    assert arrays["status"].ravel().tolist() == [DIVERGED]
 
 
 @pytest.fixture(scope="module")
@@ -135,8 +135,8 @@ def test_a_plane_of_phases_has_the_basins_of_plain_following(plane, tmp_path):
     for i in (0, 5, 11):
         states = np.array([[0.0, v] for v in speeds])
         there = at_section(system, states, np.full(len(speeds), phases[i]))
-        found = [nv.classify(system, start=tuple(y), quiet=True).label for y in there]
-        assert found == label[i].tolist()
+        labels = [nv.classify(system, start=tuple(y), quiet=True).label for y in there]
+        assert labels == label[i].tolist()
 
 
 @pytest.mark.kernels
@@ -183,9 +183,9 @@ def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
 def test_a_phase_of_the_start_is_that_of_an_axis(tmp_path):
     along = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
     both = {**along, "vary": {"phase": {"values": [1.25]}, **along["vary"]}}
-    given = nv.load_scan({**along, "start": {"policy": "rest", "phase": 1.25}})
-    assert nv.load_scan(given.document()) == given
-    one = nv.scan(given, to=tmp_path / "one.h5", quiet=True)
+    scan = nv.load_scan({**along, "start": {"policy": "rest", "phase": 1.25}})
+    assert nv.load_scan(scan.document()) == scan
+    one = nv.scan(scan, to=tmp_path / "one.h5", quiet=True)
     two = nv.scan(both, to=tmp_path / "two.h5", quiet=True)
     with nv.read(one) as view, nv.read(two) as other:
         assert np.array_equal(view["section"], other["section"][0])
@@ -203,7 +203,7 @@ def test_a_scan_at_phase_zero_compiles_nothing_for_phases(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"vary": {"phase": {"start": 0.0, "stop": 7.0, "num": 3}}}, "phase = 7.0 is not allowed"),
         ({"vary": {"phase": {"start": -1.0, "stop": 1.0, "num": 3}}}, "from 0 to 6.28319"),
@@ -211,8 +211,8 @@ def test_a_scan_at_phase_zero_compiles_nothing_for_phases(tmp_path):
         ({"vary": {"v_0": {"values": [1.0]}}, "start": {"policy": "up", "phase": 1.0}}, "'rest'"),
     ],
 )
-def test_a_wrong_phase_is_refused(change, said):
-    with pytest.raises(RequestError, match=said):
+def test_a_wrong_phase_is_refused(change, message):
+    with pytest.raises(RequestError, match=message):
         nv.load_scan({**PLANE, **change})
 
 

@@ -49,9 +49,9 @@ def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fil
     scan = scan_of(
         system, want, vary, start or "rest", "a test of pictures", transient=1, periods=12
     )
-    found = unfilled(scan)
+    arrays = unfilled(scan)
     omega = scan.axes[0].values
-    for name, array in found.items():
+    for name, array in arrays.items():
         along = omega.reshape((-1,) + (1,) * (array.ndim - 1))
         if name == "label":
             array[...] = np.vectorize(regime, otypes=[object])(along)
@@ -59,9 +59,9 @@ def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fil
             array[...] = np.cos(along) + np.arange(array.shape[-1]) / 10
         if fill is not None:
             fill(name, array)
-    if "regime" in found:
-        found["regime"][...] = FLAGS["periodic"]
-    return archived(path, scan, found)
+    if "regime" in arrays:
+        arrays["regime"][...] = FLAGS["periodic"]
+    return archived(path, scan, arrays)
 
 
 @pytest.fixture(scope="module")
@@ -132,11 +132,11 @@ def test_regimes_are_named_and_names_do_not_overlap(usual):
 def test_names_are_measured_once_and_only_where_one_may_stand_inside(monkeypatch):
     measured = []
     monkeypatch.setattr(regime_strip, "text_width", lambda text, _: measured.append(text) or 1.0)
-    found = bands.bands(np.arange(6.0), np.array(["T,1", "T,0"] * 3, dtype=object))
+    runs = bands.bands(np.arange(6.0), np.array(["T,1", "T,0"] * 3, dtype=object))
     for inside in (False, True):
         assert measured == []
-        strip = regime_strip.Strip(found, (0.0, 5.0), 400.0, inside=inside)
-        assert strip.inside == (found if inside else [])
+        strip = regime_strip.Strip(runs, (0.0, 5.0), 400.0, inside=inside)
+        assert strip.inside == (runs if inside else [])
     assert sorted(measured) == ["T,0", "T,1"]
 
 
@@ -237,13 +237,13 @@ def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(tmp_path):
 
 def mesh_of(axes):
     """Return the cells of a map, without what is hatched."""
-    return next(found for found in axes.collections if isinstance(found, QuadMesh))
+    return next(mesh for mesh in axes.collections if isinstance(mesh, QuadMesh))
 
 
 def hatched(axes):
     """Return the hatches on a map, with the number of their rectangles."""
-    found = (item for item in axes.collections if isinstance(item, PolyCollection))
-    return {item.get_hatch(): len(item.get_paths()) for item in found}
+    patches = (item for item in axes.collections if isinstance(item, PolyCollection))
+    return {item.get_hatch(): len(item.get_paths()) for item in patches}
 
 
 LIMITED = {
@@ -258,8 +258,8 @@ def test_a_map_of_numbers_marks_where_the_limit_of_its_scene_is_violated(tmp_pat
             array[...] = 0
             array[3:5, 7] = 2
 
-    kept = drawn(archive_of(tmp_path / "kept.h5", ["energy"], MAP, system="ssul-set6"))
-    assert kept.axes[0].get_legend() is None
+    drawn_kept = drawn(archive_of(tmp_path / "kept.h5", ["energy"], MAP, system="ssul-set6"))
+    assert drawn_kept.axes[0].get_legend() is None
     path = archive_of(tmp_path / "m.h5", ["energy"], MAP, system=LIMITED, fill=fill)
     axes = drawn(path).axes[0]
     assert legend_of(axes) == ["passes the limit"]
@@ -455,9 +455,9 @@ def test_a_curve_joins_no_two_regimes(tmp_path):
     figure = drawn(archive_of(tmp_path / "m.h5", ["section", "energy", "regime"], fill=fill))
     (green,) = [axes for axes in figure.axes if axes.get_ylabel().startswith("energy")]
     curve, dots = green.get_lines()
-    known = np.isfinite(curve.get_ydata())
-    assert np.split(curve.get_ydata(), np.flatnonzero(~known))[0][-1] == 19.0
-    assert (~known).sum() == 4
+    finite = np.isfinite(curve.get_ydata())
+    assert np.split(curve.get_ydata(), np.flatnonzero(~finite))[0][-1] == 19.0
+    assert (~finite).sum() == 4
     assert dots.get_ydata().tolist() == [40.0]
 
 
@@ -515,8 +515,8 @@ def test_a_few_values_are_no_map_but_have_curves_and_panels_of_their_own(tmp_pat
     assert one.get_ylabel() == other.get_ylabel() == "damper $x_2$ [m]"
     assert one.get_ylim() == other.get_ylim()
     for curve, dots in zip(energy.get_lines()[::2], energy.get_lines()[1::2], strict=True):
-        found = {*curve.get_xdata()[np.isfinite(curve.get_xdata())], *dots.get_xdata()}
-        assert found == set(np.linspace(5.0, 8.0, 61))
+        abscissas = {*curve.get_xdata()[np.isfinite(curve.get_xdata())], *dots.get_xdata()}
+        assert abscissas == set(np.linspace(5.0, 8.0, 61))
     assert "$P=600$ N" in legend_of(energy)
     assert "$P=800$ N" in legend_of(energy)
     assert [texts(strip)[-1] for strip in strips(figure)] == ["$P=600$ N", "$P=800$ N"]
@@ -559,8 +559,8 @@ def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
 
 
 def test_a_transient_is_kin_to_its_final_regime_and_not_the_same():
-    found = palette.colors(["T,0", "T,1", LATE, "transient chaos to T,1"])
-    assert len(set(found.values())) == 4
+    colors = palette.colors(["T,0", "T,1", LATE, "transient chaos to T,1"])
+    assert len(set(colors.values())) == 4
     assert palette.colors([LATE])[LATE] == palette.colors(["T,0", LATE])[LATE]
 
 
@@ -781,8 +781,8 @@ def test_drawing_loads_no_kernel_and_no_window_system(tmp_path, usual):
 
 def test_bands_are_the_runs_of_equal_labels():
     values = np.array([1.0, 2.0, 3.0, 5.0])
-    found = bands.bands(values, np.array(["a", "a", "b", "a"]))
-    assert found == [("a", 0.5, 2.5), ("b", 2.5, 4.0), ("a", 4.0, 6.0)]
+    runs = bands.bands(values, np.array(["a", "a", "b", "a"]))
+    assert runs == [("a", 0.5, 2.5), ("b", 2.5, 4.0), ("a", 4.0, 6.0)]
 
 
 @given(st.lists(st.floats(0, 10), min_size=1, max_size=12))

@@ -21,9 +21,9 @@ OMEGAS = [6.0, 6.28]
 BASE = {"base_displacement": 0.01}
 
 
-def request_of(system="tmd", vary=None, given=None):
+def request_of(system="tmd", vary=None, changes=None):
     vary = vary or {"omega": OMEGAS}
-    return scan_of(system, ("response", "section"), vary, given=given, transient=30, periods=4)
+    return scan_of(system, ("response", "section"), vary, changes=changes, transient=30, periods=4)
 
 
 def force_of(system, omega, Y):
@@ -37,12 +37,12 @@ def force_of(system, omega, Y):
 @pytest.mark.kernels
 def test_a_scan_records_what_simulate_returns():
     scan = request_of()
-    found = computed(scan)
+    arrays = computed(scan)
     for i, omega in enumerate(OMEGAS):
         orbit = simulate(load_system("tmd", omega=omega), 4, transient=30, record=("response",))
-        assert orbit.response.keys() <= found.keys()
+        assert orbit.response.keys() <= arrays.keys()
         for name, value in orbit.response.items():
-            assert found[name][i, 0] == value, name
+            assert arrays[name][i, 0] == value, name
             assert scan.table.datasets[name].units
             assert len(scan.table.datasets[name].long_name) > 10
 
@@ -63,26 +63,26 @@ def test_what_is_recorded_depends_on_what_the_scene_has():
 
 @pytest.mark.kernels
 def test_a_reduction_compares_with_the_structure_alone():
-    found = computed(request_of())
+    arrays = computed(request_of())
     for i, omega in enumerate(OMEGAS):
         alone = abs(response(load_system("none"), np.array([omega])).X1[0])
         for power, name in enumerate(("x1", "v1", "a1")):
             largest = alone * omega**power
-            reduction = 1 - found[f"{name}_max"][i, 0] / largest
-            assert found[f"{name}_max_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
-            reduction = 1 - found[f"{name}_rms"][i, 0] / (largest * np.sqrt(0.5))
-            assert found[f"{name}_rms_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
+            reduction = 1 - arrays[f"{name}_max"][i, 0] / largest
+            assert arrays[f"{name}_max_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
+            reduction = 1 - arrays[f"{name}_rms"][i, 0] / (largest * np.sqrt(0.5))
+            assert arrays[f"{name}_rms_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
 
 
 @pytest.mark.kernels
 def test_a_failed_orbit_has_no_response():
     """Numbers whose squares are beyond all numbers, and an orbit that is not followed at all."""
     scan = request_of(vary={"P": [800.0, 1e200]})
-    found = computed(scan)
-    assert found["status"][0, 0] == 0
-    assert found["status"][1, 0] != 0
-    assert np.isfinite(found["x1_rms"][0, 0])
-    assert np.isnan(found["x1_rms"][1, 0])
+    arrays = computed(scan)
+    assert arrays["status"][0, 0] == 0
+    assert arrays["status"][1, 0] != 0
+    assert np.isfinite(arrays["x1_rms"][0, 0])
+    assert np.isnan(arrays["x1_rms"][1, 0])
 
 
 # ---- a tuning ------------------------------------------------------------------------------------
@@ -95,15 +95,15 @@ def test_a_tuning_makes_any_number_of_a_response_small(tmp_path):
     free = {"c2": {"low": 50.0, "high": 500.0}, "k2": {"low": 1000.0, "high": 3000.0}}
     over = {"omega": {"values": [5.5, 6.28]}}
     search = {**SMALL, "objective": "a1_rms"}
-    found = tune(
+    tuned = tune(
         "tmd", tmp_path / "a.h5", free=free, over=over, search=search, plot=tmp_path / "a.png",
         surface={"parameters": ["c2", "k2"], "size": 3},
     )  # fmt: skip
-    systems = [load_system("tmd", **found.parameters, omega=omega) for omega in (5.5, 6.28)]
+    systems = [load_system("tmd", **tuned.parameters, omega=omega) for omega in (5.5, 6.28)]
     orbits = [simulate(s, 2, transient=300, record=("response",)) for s in systems]
-    assert found.objective == pytest.approx(max(o.response["a1_rms"] for o in orbits), rel=1e-12)
-    assert found.tuning.search.objective == "a1_rms"
-    assert "a1_rms [m/s^2]" in "\n".join(found.lines())
+    assert tuned.objective == pytest.approx(max(o.response["a1_rms"] for o in orbits), rel=1e-12)
+    assert tuned.tuning.search.objective == "a1_rms"
+    assert "a1_rms [m/s^2]" in "\n".join(tuned.lines())
     with read(tmp_path / "a.h5") as view:
         assert view.units("objective") == view.units("surface") == "m/s^2"
         assert "a1_rms" in view.long_name("objective")
@@ -148,15 +148,15 @@ def test_all_ways_to_give_the_ground_mean_the_same():
 @pytest.mark.kernels
 def test_the_force_follows_what_it_depends_on():
     vary = {"omega": {"values": OMEGAS}, "k1": {"values": [3e4, 4e4]}}
-    scan = request_of(vary=vary, given={"P": BASE})
-    found = computed(scan)
+    scan = request_of(vary=vary, changes={"P": BASE})
+    arrays = computed(scan)
     for i, omega in enumerate(OMEGAS):
         for j, k1 in enumerate((3e4, 4e4)):
             force = force_of(load_system("tmd", k1=k1), omega, 0.01)
-            assert found["P"][i, j, 0] == pytest.approx(force, rel=1e-15)
-            pushed = load_system("tmd", k1=k1, omega=omega, P=float(found["P"][i, j, 0]))
+            assert arrays["P"][i, j, 0] == pytest.approx(force, rel=1e-15)
+            pushed = load_system("tmd", k1=k1, omega=omega, P=float(arrays["P"][i, j, 0]))
             orbit = simulate(pushed, 4, transient=30)
-            assert np.array_equal(found["section"][i, j, 0], orbit.section)
+            assert np.array_equal(arrays["section"][i, j, 0], orbit.section)
     assert scan.system.attributes()["base_displacement"] == 0.01
     assert load_scan(scan.document()).hash == scan.hash
 
@@ -165,12 +165,12 @@ def test_the_force_follows_what_it_depends_on():
 @pytest.mark.parametrize("system", ["tmd", load_system("tmd", **BASE)])
 def test_the_motion_of_the_ground_may_vary_itself(system):
     values = [0.005, 0.01]
-    found = computed(request_of(system, {"base_displacement": {"values": values}}))
-    twice = found["drift_max"][:, 0]
+    arrays = computed(request_of(system, {"base_displacement": {"values": values}}))
+    twice = arrays["drift_max"][:, 0]
     assert twice[1] == pytest.approx(2 * twice[0], rel=1e-12)
-    assert found["transmissibility"][0, 0] == pytest.approx(found["transmissibility"][1, 0])
-    alone = computed(request_of("tmd", {"omega": {"values": [6.28]}}, given=BASE))
-    assert alone["drift_max"][0, 0] == found["drift_max"][1, 0]
+    assert arrays["transmissibility"][0, 0] == pytest.approx(arrays["transmissibility"][1, 0])
+    alone = computed(request_of("tmd", {"omega": {"values": [6.28]}}, changes=BASE))
+    assert alone["drift_max"][0, 0] == arrays["drift_max"][1, 0]
     force = computed(request_of(load_system("tmd", **BASE), {"P": {"values": [700.0, 800.0]}}))
     assert "drift_max" not in force
     assert force["x1_max"][1, 0] == pytest.approx(8 / 7 * force["x1_max"][0, 0])
@@ -201,7 +201,7 @@ def test_an_oscillator_counts_from_the_ground():
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("changes", "message"),
     [
         ({"P": 800.0, **BASE}, "P beside base_displacement"),
         ({**BASE, "base_acceleration": 1.0}, "base_displacement beside base_acceleration"),
@@ -217,8 +217,8 @@ def test_an_oscillator_counts_from_the_ground():
         ({"Y": 0.1}, "has no parameter 'Y'"),
     ],
 )
-def test_a_ground_that_cannot_be_is_refused_in_one_line(given, message, error_of):
-    assert message in error_of(load_system, "tmd", **given)
+def test_a_ground_that_cannot_be_is_refused_in_one_line(changes, message, error_of):
+    assert message in error_of(load_system, "tmd", **changes)
 
 
 def test_force_and_ground_do_not_vary_together():

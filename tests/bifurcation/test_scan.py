@@ -62,27 +62,27 @@ def test_a_file_and_its_document_are_the_same(tmp_path):
 
 
 def test_what_is_not_said_is_usual():
-    found = load_scan(MINIMAL)
-    assert (found.transient, found.periods, found.method, found.start) == (
+    scan = load_scan(MINIMAL)
+    assert (scan.transient, scan.periods, scan.method, scan.start) == (
         *(600, 120, "exact"),
         Start(),
     )
-    assert found.title == "SSul NES, Set 6: ω"
-    assert found.want == ("section", "impacts", "energy", "regime")
+    assert scan.title == "SSul NES, Set 6: ω"
+    assert scan.want == ("section", "impacts", "energy", "regime")
     tmd = load_scan({**MINIMAL, "system": "tmd"})
     assert tmd.want == ("section", "energy", "regime")
 
 
 def test_set_overrides_the_system():
-    found = load_scan({**MINIMAL, "set": {"P": 600, "K": 2.5e7}})
-    assert found.system == load_system("ssul-set6", P=600, K=2.5e7)
+    scan = load_scan({**MINIMAL, "set": {"P": 600, "K": 2.5e7}})
+    assert scan.system == load_system("ssul-set6", P=600, K=2.5e7)
 
 
 def test_axes_come_in_the_order_of_the_file():
     vary = {"k1": {"start": 3e4, "stop": 4e4, "num": 3}, "C": {"values": [0.1, 0.2]}}
-    found = load_scan({**MINIMAL, "vary": vary})
-    assert found.axes == (Axis("k1", [3e4, 3.5e4, 4e4]), Axis("C", [0.1, 0.2]))
-    assert found.shape == (3, 2)
+    scan = load_scan({**MINIMAL, "vary": vary})
+    assert scan.axes == (Axis("k1", [3e4, 3.5e4, 4e4]), Axis("C", [0.1, 0.2]))
+    assert scan.shape == (3, 2)
 
 
 def test_wants_are_kept_in_one_order():
@@ -125,16 +125,16 @@ def test_a_single_point_is_an_axis():
 
 
 def test_no_changes_return_the_very_scan():
-    found = load_scan(MINIMAL)
-    assert load_scan(found) is found
+    scan = load_scan(MINIMAL)
+    assert load_scan(scan) is scan
 
 
 def test_changes_override_entry_by_entry():
-    found = scan(set={"P": 1}, sampling={"periods": 7}, record={"want": ["energy"]})
-    assert found.system.parameters["P"] == 1
-    assert (found.transient, found.periods) == (600, 7)
-    assert found.want == ("energy",)
-    assert found.axes == load_scan(MINIMAL).axes
+    request = scan(set={"P": 1}, sampling={"periods": 7}, record={"want": ["energy"]})
+    assert request.system.parameters["P"] == 1
+    assert (request.transient, request.periods) == (600, 7)
+    assert request.want == ("energy",)
+    assert request.axes == load_scan(MINIMAL).axes
 
 
 def test_changes_apply_to_a_scan_as_to_its_file():
@@ -144,9 +144,9 @@ def test_changes_apply_to_a_scan_as_to_its_file():
 
 def test_varied_above_replaces_all_axes_and_what_is_set_below():
     document = {**MINIMAL, "set": {"P": 800}}
-    found = load_scan(document, {"vary": {"P": {"values": [1.0]}}})
-    assert found.axes == (Axis("P", [1.0]),)
-    assert found.title == "SSul NES, Set 6: P"
+    scan = load_scan(document, {"vary": {"P": {"values": [1.0]}}})
+    assert scan.axes == (Axis("P", [1.0]),)
+    assert scan.title == "SSul NES, Set 6: P"
 
 
 def test_what_cannot_be_had_in_a_scene_is_left_out_while_something_remains():
@@ -162,8 +162,8 @@ def test_what_cannot_be_had_in_a_scene_is_left_out_while_something_remains():
 
 def test_random_start_keeps_the_seed_below():
     document = {**MINIMAL, "start": {"policy": "random", "count": 2, "seed": 9}}
-    more = load_scan(document, {"start": {"policy": "random", "count": 5}})
-    assert more.start == Start("random", 5, 9)
+    longer = load_scan(document, {"start": {"policy": "random", "count": 5}})
+    assert longer.start == Start("random", 5, 9)
     assert load_scan(document, {"start": {"policy": "up"}}).start == Start("up")
 
 
@@ -235,9 +235,9 @@ WORDS = st.text(LETTERS, min_size=1, max_size=20)
 @st.composite
 def scans(draw) -> Scan:
     system = load_system(draw(st.sampled_from(list(catalog()))))
-    own = sorted(set(system.scene.own))
-    names = draw(st.lists(st.sampled_from(own), min_size=1, max_size=2, unique=True))
-    overrides = draw(st.dictionaries(st.sampled_from(own), NUMBERS, max_size=4))
+    parameters = sorted(set(system.scene.own))
+    names = draw(st.lists(st.sampled_from(parameters), min_size=1, max_size=2, unique=True))
+    overrides = draw(st.dictionaries(st.sampled_from(parameters), NUMBERS, max_size=4))
     if "K" in system.scene.allowed and draw(st.booleans()):
         overrides["K"] = draw(NUMBERS)
     if "e" in system.scene.allowed and draw(st.booleans()):
@@ -253,7 +253,7 @@ def scans(draw) -> Scan:
             st.builds(Start, st.just("random"), st.integers(1, 99), st.integers(0, 2**63 - 1)),
         )
     )
-    notes = {draw(st.sampled_from(own)): draw(WORDS)}
+    notes = {draw(st.sampled_from(parameters)): draw(WORDS)}
     possible = plain(possible) if start.sweeps else possible
     return Scan(
         title=draw(WORDS),
@@ -331,8 +331,8 @@ def test_draws_depend_on_the_seed_alone():
 
 
 def test_random_states_measure_in_static_deflections():
-    found = load_scan({**MINIMAL, "set": {"C": 9}})  # so far away that nothing is held back
-    states = random_states(found.cells(), np.array([[0.5, -0.5, 0.25, 1.0]]), found.system.scene)
+    scan = load_scan({**MINIMAL, "set": {"C": 9}})  # so far away that nothing is held back
+    states = random_states(scan.cells(), np.array([[0.5, -0.5, 0.25, 1.0]]), scan.system.scene)
     length = 800 / 3.95e4
     assert states.shape == (2, 1, 4)
     for omega, state in zip((5.0, 6.0), states[:, 0], strict=True):
@@ -389,13 +389,13 @@ MAPS = sorted([*REPO.glob("scans/map-*.toml"), *REPO.glob("scans/special-*.toml"
 
 @pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
 def test_the_scans_of_maps_are_sound_and_can_be_drawn(path):
-    found = load_scan(path)
-    known = quantities(found.table.datasets.values(), found.system.scene.components)
-    assert found.system.kind == "ssul"
-    values = [axis.values for axis in found.axes]
-    wanted = ["settling", *(["shares"] if found.starts > 1 and is_map(values) else [])]
+    scan = load_scan(path)
+    recorded = quantities(scan.table.datasets.values(), scan.system.scene.components)
+    assert scan.system.kind == "ssul"
+    values = [axis.values for axis in scan.axes]
+    wanted = ["settling", *(["shares"] if scan.starts > 1 and is_map(values) else [])]
     for show in wanted:
-        check_show(show, values, found.starts, known, "label" in found.table.datasets)
+        check_show(show, values, scan.starts, recorded, "label" in scan.table.datasets)
 
 
 @pytest.mark.parametrize("kind", ["ssvi-b", "ssvi-c"])
@@ -425,9 +425,9 @@ def test_an_axis_that_is_followed_stays_whole(policy):
     vary = {"K": {"values": [1e6, 1e7, 1e8]}, "omega": {"start": 5.0, "stop": 8.0, "num": 40}}
     for start, count in ((policy, 3), ("rest", 120)):
         changes = {"vary": vary, "start": {"policy": start}, "sampling": long}
-        found = list(blocks_of(load_scan({"system": "ssul-set6"}, changes)))
-        assert len(found) == count
-        assert sum(block.cells for block in found) == 120
+        blocks = list(blocks_of(load_scan({"system": "ssul-set6"}, changes)))
+        assert len(blocks) == count
+        assert sum(block.cells for block in blocks) == 120
 
 
 def test_both_sweeps_are_two_starts():
@@ -439,13 +439,13 @@ def test_both_sweeps_are_two_starts():
 
 def test_failures_are_told_with_their_reasons_and_remedies():
     status = np.array([[OK, TOO_STIFF, DIVERGED], [TOO_STIFF, OK, OK]])
-    told = failures_in_words(failures_in(status), 400)
-    assert told.startswith("3 of 400 orbits failed: 1 diverged (Check masses")
-    assert "; 2 too_stiff (Raise omega" in told
+    words = failures_in_words(failures_in(status), 400)
+    assert words.startswith("3 of 400 orbits failed: 1 diverged (Check masses")
+    assert "; 2 too_stiff (Raise omega" in words
     assert failures_in_words(failures_in(np.array([OK])), 1) == ""
 
 
 def test_a_named_system_is_told_with_its_values():
-    told = parameters_in_words(nv.load_system("bouncing-ball"), ["Y"])
-    assert told == "ball under restitution: m = 1, g = 1, omega = 1.6, e = 0.15"
+    words = parameters_in_words(nv.load_system("bouncing-ball"), ["Y"])
+    assert words == "ball under restitution: m = 1, g = 1, omega = 1.6, e = 0.15"
     assert parameters_in_words(nv.load_system("none")).startswith("none: m1 = 1000, k1 = 39500")

@@ -15,7 +15,9 @@ from nlds_vines.orbits.spectrum import spectrum_of
 ALL = ["spectrum", "lines", "broadband"]
 
 
-def scanned(tmp_path, system, want, vary=None, sampling=None, spectrum=None, name="s.h5", **more):
+def scanned(
+    tmp_path, system, want, vary=None, sampling=None, spectrum=None, name="s.h5", **changes
+):
     nv.scan(
         system,
         vary=vary or {"omega": {"values": [5.6, 6.28, 7.1]}},
@@ -24,26 +26,26 @@ def scanned(tmp_path, system, want, vary=None, sampling=None, spectrum=None, nam
         spectrum=spectrum or {},
         to=tmp_path / name,
         quiet=True,
-        **more,
+        **changes,
     )
     return nv.read(tmp_path / name)
 
 
 @pytest.mark.kernels
 def test_a_sine_has_one_line_with_the_amplitude_and_phase_of_the_closed_form(tmp_path):
-    with scanned(tmp_path, "none", ALL, sampling={"transient": 4000}) as found:
-        exact = response(nv.load_system("none"), found["omega"]).X1
-        assert list(found["signal"]) == ["x1"]
-        assert found["line_period"].ravel().tolist() == [1, 1, 1]
-        amplitude, phase = found["line_amplitude"][:, 0, 0], found["line_phase"][:, 0, 0]
+    with scanned(tmp_path, "none", ALL, sampling={"transient": 4000}) as view:
+        exact = response(nv.load_system("none"), view["omega"]).X1
+        assert list(view["signal"]) == ["x1"]
+        assert view["line_period"].ravel().tolist() == [1, 1, 1]
+        amplitude, phase = view["line_amplitude"][:, 0, 0], view["line_phase"][:, 0, 0]
         assert amplitude[:, 0] == pytest.approx(abs(exact), rel=1e-13)
         assert phase[:, 0] == pytest.approx(np.angle(exact), abs=1e-12)
         assert (amplitude[:, 1:] < 1e-13 * abs(exact)[:, np.newaxis]).all()
-        spectrum = found["spectrum"][:, 0, 0]
-        assert found["frequency"][24] == 1.0
+        spectrum = view["spectrum"][:, 0, 0]
+        assert view["frequency"][24] == 1.0
         assert spectrum[:, 24] == pytest.approx(abs(exact), rel=1e-13)
-        assert (found["broadband"] < 1e-20).all()
-        assert set(found["spectral_label"].ravel().tolist()) == {"T"}
+        assert (view["broadband"] < 1e-20).all()
+        assert set(view["spectral_label"].ravel().tolist()) == {"T"}
 
 
 @pytest.mark.kernels
@@ -51,19 +53,19 @@ def test_a_disagreement_of_spectra_and_labels_is_told(tmp_path, answer):
     """An orbit that settles slowly: by its multipliers T,0, but its section does not recur yet."""
     options = ["--set", "c1=2", "--vary", "omega=6:6.3:2", "--transient", "20", "--periods", "120"]
     command = ["bifurcation", "--system", "none", *options, "--record", "regime,broadband"]
-    told = [
+    lines = [
         line
         for line in answer(*command, "-o", tmp_path / "slow.h5").splitlines()
         if line.startswith("spectra")
     ]
-    with nv.read(tmp_path / "slow.h5") as found:
-        labels, spectral = found["label"].ravel(), found["spectral_label"].ravel()
-        agree, words = found["spectra_agree"].ravel(), found.flags("spectra_agree")
+    with nv.read(tmp_path / "slow.h5") as view:
+        labels, spectral = view["label"].ravel(), view["spectral_label"].ravel()
+        agree, words = view["spectra_agree"].ravel(), view.flags("spectra_agree")
     assert set(labels.tolist()) == {"T,0"}
     assert "T" not in spectral.tolist()
     judged = agree[spectral != "unclear"]
     assert {words[code] for code in judged.tolist()} == {"no"}
-    (line,) = told
+    (line,) = lines
     assert line.startswith(f"spectra disagree: {len(judged)} of {len(judged)} orbits: ")
 
 
@@ -85,20 +87,20 @@ def test_verdicts_and_spectra_agree_where_both_can_tell():
         ("chaotic", 0, "", ""),
     ]
     regime, period, spectral, expected = (np.array(column) for column in zip(*rows, strict=True))
-    found = agreement(np.array([codes[word] for word in regime]), period, spectral, 120)
-    assert found.tolist() == [KEPT.get(word, -1) for word in expected]
+    agreed = agreement(np.array([codes[word] for word in regime]), period, spectral, 120)
+    assert agreed.tolist() == [KEPT.get(word, -1) for word in expected]
 
 
 @pytest.mark.kernels
 def test_the_linear_damper_has_its_closed_form_in_both_signals(tmp_path):
-    with scanned(tmp_path, "tmd", ["lines"], sampling={"transient": 4000}) as found:
-        both = response(nv.load_system("tmd"), found["omega"])
+    with scanned(tmp_path, "tmd", ["lines"], sampling={"transient": 4000}) as view:
+        both = response(nv.load_system("tmd"), view["omega"])
         exact = np.stack([both.X1, both.X2 - both.X1], axis=1)
-        assert found["line_amplitude"][:, 0, :, 0] == pytest.approx(abs(exact), rel=1e-12)
-        assert found["line_phase"][:, 0, :, 0] == pytest.approx(np.angle(exact), abs=1e-11)
-        assert found["line_amplitude"].shape[-1] == LINES
-        assert "spectrum" not in found
-        assert "broadband" not in found
+        assert view["line_amplitude"][:, 0, :, 0] == pytest.approx(abs(exact), rel=1e-12)
+        assert view["line_phase"][:, 0, :, 0] == pytest.approx(np.angle(exact), abs=1e-11)
+        assert view["line_amplitude"].shape[-1] == LINES
+        assert "spectrum" not in view
+        assert "broadband" not in view
 
 
 @pytest.mark.kernels
@@ -108,13 +110,13 @@ def test_lines_of_a_subharmonic_orbit_make_it_again(tmp_path):
     sampling = {"transient": 3000, "periods": 25}  # no multiple of 3
     with scanned(
         tmp_path, system, ["lines"], {"omega": {"values": [7.45]}}, sampling, {"samples": 256}
-    ) as found:
-        assert found["line_period"].item() == 3
+    ) as view:
+        assert view["line_period"].item() == 3
         orbit = nv.simulate(system, 3, transient=3000, record=["trajectory"], samples=256)
         numbers = np.arange(1, LINES + 1)[:, np.newaxis]
         angle = numbers * system.parameters["omega"] * orbit.time / 3
-        lines = found["line_amplitude"][0, 0, 0, :, np.newaxis]
-        made = (lines * np.cos(angle + found["line_phase"][0, 0, 0, :, np.newaxis])).sum(axis=0)
+        lines = view["line_amplitude"][0, 0, 0, :, np.newaxis]
+        made = (lines * np.cos(angle + view["line_phase"][0, 0, 0, :, np.newaxis])).sum(axis=0)
         x1 = orbit.trajectory[:, 0]
         assert made == pytest.approx(x1 - x1.mean(), abs=3e-3 * np.ptp(x1))
 
@@ -123,20 +125,20 @@ def test_lines_of_a_subharmonic_orbit_make_it_again(tmp_path):
 def test_parseval_with_the_recorded_rms(tmp_path):
     spectrum = {"window": "rectangular", "samples": 512, "highest": 255.0, "signals": ["x1", "v1"]}
     want = ["response", "spectrum"]
-    with scanned(tmp_path, "ssul-set6", want, spectrum=spectrum) as found:
-        amplitude = found["spectrum"][:, 0]
+    with scanned(tmp_path, "ssul-set6", want, spectrum=spectrum) as view:
+        amplitude = view["spectrum"][:, 0]
         for i, (name, bound) in enumerate((("x1_rms", 1e-9), ("v1_rms", 1e-5))):
             squares = amplitude[:, i, 0] ** 2 + 0.5 * (amplitude[:, i, 1:] ** 2).sum(axis=1)
-            assert squares == pytest.approx(found[name][:, 0] ** 2, rel=bound)
-        assert found.units("spectrum") == "m, m/s"
+            assert squares == pytest.approx(view[name][:, 0] ** 2, rel=bound)
+        assert view.units("spectrum") == "m, m/s"
 
 
 @pytest.mark.kernels
 def test_the_broadband_share_tells_periodic_quasiperiodic_and_chaotic_apart(tmp_path):
     vary = {"omega": {"values": [7.0, 7.38125, 7.3825, 7.385, 7.4175, 7.42, 7.45]}}
     sampling = {"transient": 1500, "periods": 240}
-    with scanned(tmp_path, "ssul-set6", ["regime", "broadband"], vary, sampling) as found:
-        labels, share = found["label"][:, 0], found["broadband"][:, 0].max(axis=1)
+    with scanned(tmp_path, "ssul-set6", ["regime", "broadband"], vary, sampling) as view:
+        labels, share = view["label"][:, 0], view["broadband"][:, 0].max(axis=1)
         chaos = share[labels == "chaos"]
         lines = share[labels == "quasiperiodic"]
         periodic = share[np.char.find(labels.astype(str), "T,") > 0]
@@ -160,11 +162,11 @@ def test_no_quasiperiodic_motion_is_called_broadband(tmp_path, periods, judged):
     """With 60 periods all four have shares above 1e-3, because their lines crowd."""
     vary = {"omega": {"values": [7.368, 7.416, 7.42, 7.423]}}
     sampling = {"transient": 1500, "periods": periods}
-    with scanned(tmp_path, "ssul-set6", ["regime", "broadband"], vary, sampling) as found:
-        assert set(found["label"].ravel().tolist()) == {"quasiperiodic"}
-        assert "broadband" not in found["spectral_label"]
-        assert KEPT["no"] not in found["spectra_agree"]
-        assert np.count_nonzero(found["spectra_agree"] == KEPT["yes"]) == judged
+    with scanned(tmp_path, "ssul-set6", ["regime", "broadband"], vary, sampling) as view:
+        assert set(view["label"].ravel().tolist()) == {"quasiperiodic"}
+        assert "broadband" not in view["spectral_label"]
+        assert KEPT["no"] not in view["spectra_agree"]
+        assert np.count_nonzero(view["spectra_agree"] == KEPT["yes"]) == judged
 
 
 def test_lines_anywhere_leave_no_background_and_noise_does():
@@ -177,7 +179,7 @@ def test_lines_anywhere_leave_no_background_and_noise_does():
 
 
 @pytest.mark.parametrize(
-    ("spectrum", "said"),
+    ("spectrum", "message"),
     [
         ({"signals": ["x3"]}, "unknown signal 'x3'"),
         ({"signals": ["force"]}, "unknown signal 'force'"),
@@ -185,8 +187,8 @@ def test_lines_anywhere_leave_no_background_and_noise_does():
         ({"highest": 33.0}, "allowed: up to half of the samples"),
     ],
 )
-def test_what_cannot_be_recorded_is_refused(spectrum, said):
-    with pytest.raises(RequestError, match=said):
+def test_what_cannot_be_recorded_is_refused(spectrum, message):
+    with pytest.raises(RequestError, match=message):
         load_scan("ssul-set6", {"record": {"want": ["spectrum"]}, "spectrum": spectrum})
 
 
@@ -203,9 +205,9 @@ def test_a_scan_without_spectra_keeps_its_hash_and_one_with_them_its_file():
 
 @pytest.mark.kernels
 def test_a_waterfall_shows_amplitudes_in_decades(tmp_path):
-    with scanned(tmp_path, "tmd", ALL) as found:
-        path = found.path
-        amplitude = found["spectrum"][:, 0, 0, 1:]
+    with scanned(tmp_path, "tmd", ALL) as view:
+        path = view.path
+        amplitude = view["spectrum"][:, 0, 0, 1:]
     figure = nv.plot(path, "spectrum:x1,broadband:u,line_amplitude:x1")
     waterfall, broadband, lines = (axes for axes in figure.axes if axes.get_ylabel())
     (mesh,) = waterfall.collections
@@ -222,9 +224,9 @@ def test_a_waterfall_shows_amplitudes_in_decades(tmp_path):
 @pytest.mark.kernels
 def test_a_failed_orbit_has_no_spectrum(tmp_path):
     vary = {"omega": {"values": [1e-7, 6.28]}}  # too stiff: millions of cells
-    with scanned(tmp_path, "ssul-set6", ["impacts", *ALL], vary) as found:
-        assert found["status"][0, 0] != 0
-        assert np.isnan(found["spectrum"][0]).all()
-        assert np.isnan(found["broadband"][0]).all()
-        assert found["spectral_label"][0, 0] == ""
-        assert np.isfinite(found["spectrum"][1]).all()
+    with scanned(tmp_path, "ssul-set6", ["impacts", *ALL], vary) as view:
+        assert view["status"][0, 0] != 0
+        assert np.isnan(view["spectrum"][0]).all()
+        assert np.isnan(view["broadband"][0]).all()
+        assert view["spectral_label"][0, 0] == ""
+        assert np.isfinite(view["spectrum"][1]).all()

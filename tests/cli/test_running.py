@@ -33,7 +33,7 @@ def test_options_arrive_and_the_status_is_returned():
 
 
 @pytest.mark.parametrize(
-    ("error", "status", "said"),
+    ("error", "status", "message"),
     [
         (RequestError("wrong"), 2, "error: wrong"),
         (OSError(28, "No space left on device", "a.h5"), 2, "error: a.h5: No space left on device"),
@@ -43,11 +43,11 @@ def test_options_arrive_and_the_status_is_returned():
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_what_ends_a_command_is_one_line(error, status, said, capsys):
+def test_what_ends_a_command_is_one_line(error, status, message, capsys):
     assert command(raising(error)).main([]) == status
     out, err = capsys.readouterr()
     assert out == ""
-    assert err == f"nlds-vines test: {said}\n"
+    assert err == f"nlds-vines test: {message}\n"
 
 
 def test_help_names_description_and_examples(capsys):

@@ -191,20 +191,20 @@ def test_the_angle_between_tangents_is_measured_by_weights():
 
 def test_test_functions_are_what_their_text_says():
     cycle = DELAYED.at(np.array([0.4, 0.4, 1.7]), 1)
-    found = point_of(DELAYED, cycle, np.array([0.0, 0.0, 1.0]), np.ones(1)).tests
+    tests = point_of(DELAYED, cycle, np.array([0.0, 0.0, 1.0]), np.ones(1)).tests
     mu = cycle.multipliers
-    assert found["PD"] == pytest.approx(((mu + 1.0).prod()).real, rel=1e-13)
-    assert found["NS"] == pytest.approx((mu[0] * mu[1] - 1.0).real, rel=1e-13)
-    assert found["LP"] > 0.0
+    assert tests["PD"] == pytest.approx(((mu + 1.0).prod()).real, rel=1e-13)
+    assert tests["NS"] == pytest.approx((mu[0] * mu[1] - 1.0).real, rel=1e-13)
+    assert tests["LP"] > 0.0
 
 
 def test_steps_lengthen_on_a_straight_branch_and_stay_within_the_longest():
     straight = grazing()
     start = start_at(straight, 0.1, 0.05)
     stepper = arclength.Stepper(straight, start, 1e-4, 2e-3)
-    taken = [stepper.advance() and stepper.taken for _ in range(8)]
-    assert taken[1] == pytest.approx(2e-4)
-    assert max(taken) == pytest.approx(2e-3)
+    lengths = [stepper.advance() and stepper.taken for _ in range(8)]
+    assert lengths[1] == pytest.approx(2e-4)
+    assert max(lengths) == pytest.approx(2e-3)
     assert stepper.advance(1e-5)
     assert stepper.taken == 1e-5
 
@@ -221,8 +221,8 @@ def test_steps_shorten_where_a_branch_bends():
 
 
 def only(specials, kind):
-    (found,) = [special for special in specials if special.kind == kind]
-    return found
+    (match,) = [special for special in specials if special.kind == kind]
+    return match
 
 
 def test_a_fold_is_passed_and_located():
@@ -358,9 +358,11 @@ def test_an_orbit_2T_ends_where_T_doubles_however_few_points_it_has():
 
 def test_a_doubling_is_looked_for_near_a_place_and_no_farther():
     for value, most, there in ((3.0 + 1e-5, 1e-4, True), (3.0 + 1e-3, 1e-4, False)):
-        found = special_points.doubling_near(LOGISTIC, np.array([0.66, value]), 1, np.ones(1), most)
-        assert (found is not None) == there
-        assert not there or abs(found.value - 3.0) < 1e-11
+        doubling = special_points.doubling_near(
+            LOGISTIC, np.array([0.66, value]), 1, np.ones(1), most
+        )
+        assert (doubling is not None) == there
+        assert not there or abs(doubling.value - 3.0) < 1e-11
 
 
 @pytest.mark.parametrize(("off", "events"), [(0.0, (("PD", 3.0),)), (1e-4, ())])
@@ -379,8 +381,8 @@ def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monk
     special = np.zeros(0, kinds).view(np.recarray)
     along = SimpleNamespace(name="p", low=2.5, high=3.5)
     request = SimpleNamespace(along=along, system=None)
-    found = SimpleNamespace(branches=(branch,), special_points=special, request=request)
-    walk = regime_borders._walked(found, LOGISTIC, 0, 1, 3.08, 2.9)
+    branches = SimpleNamespace(branches=(branch,), special_points=special, request=request)
+    walk = regime_borders._walked(branches, LOGISTIC, 0, 1, 3.08, 2.9)
     assert [kind for kind, _ in walk.events] == [kind for kind, _ in events]
     assert [value for _, value in walk.events] == pytest.approx([v for _, v in events], abs=1e-11)
     assert (walk.alive, walk.known) == (False, bool(events))
@@ -459,9 +461,9 @@ def test_a_first_point_at_a_fold_goes_along_the_branch():
 
 def test_a_null_vector_is_hardly_changed():
     matrix = np.array([[2.0, -4.0], [1.0, -2.0 + 1e-14]])
-    found = null_vector(matrix)
-    assert np.abs(matrix @ found).max() < 1e-12
-    assert float(found @ found) == pytest.approx(1.0, rel=1e-14)
+    vector = null_vector(matrix)
+    assert np.abs(matrix @ vector).max() < 1e-12
+    assert float(vector @ vector) == pytest.approx(1.0, rel=1e-14)
 
 
 def test_a_doubling_leads_to_the_orbit_2T():
@@ -536,8 +538,8 @@ def test_a_special_point_lies_behind_the_point_of_its_index(system, bounds, plac
     assert track.specials
     for special in track.specials:
         a, b = track.points[special.index : special.index + 2]
-        way = [float(a.tangent @ (p.cycle.place - a.cycle.place)) for p in (special.point, b)]
-        assert 0.0 <= way[0] <= way[1]
+        distances = [float(a.tangent @ (p.cycle.place - a.cycle.place)) for p in (special.point, b)]
+        assert 0.0 <= distances[0] <= distances[1]
         labels = [special_points.label_of_cycle(p.cycle) for p in (a, b)]
         assert special.kind == "LP" or [special.before, special.after] == labels
 
@@ -573,17 +575,17 @@ def test_a_track_is_crossed_where_it_has_the_parameter():
 
 
 def test_what_is_recalled_is_not_computed_again():
-    kept = []
+    computed = []
     arguments = LOGISTIC, Bounds(1.5, 3.5), Search(doublings=1)
     seeds = [Seed(np.array([0.5, 2.0]), 1)]
 
     def note(make):
-        kept.append(make())
-        return kept[-1]
+        computed.append(make())
+        return computed[-1]
 
     tracks = Explorer(*arguments, note).run(seeds)
     LOGISTIC.calls.clear()
-    left = iter(kept)
+    left = iter(computed)
     again = Explorer(*arguments, lambda make: next(left)).run(seeds)
     assert len(LOGISTIC.calls) < 40
     assert [t.values.tolist() for t in again] == [t.values.tolist() for t in tracks]

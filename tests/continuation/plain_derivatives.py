@@ -34,7 +34,7 @@ PAIRS = [(name, parameter) for name, system in SYSTEMS.items() for parameter in 
 @pytest.fixture(scope="module")
 def starts():
     """Return a state of each system, after some periods from rest."""
-    found = {}
+    states = {}
     for name, system in SYSTEMS.items():
         section_map = SectionMap(system, ("omega",), Settings(1e-12))
         y, omega = np.zeros(section_map.size), system.parameters["omega"]
@@ -42,8 +42,8 @@ def starts():
             y[:] = 0.01, 0.1
         for _ in range(12):
             y = section_map.at(np.append(y, omega), 1).points[0, : section_map.size]
-        found[name] = y
-    return found
+        states[name] = y
+    return states
 
 
 def of_differences(section_map, place, i, unit):
@@ -64,7 +64,7 @@ def of_differences(section_map, place, i, unit):
         for k, before in enumerate(table[-1] if table else ()):
             row.append(row[k] + (row[k] - before) / (4.0 ** (k + 1) - 1.0))
             error = max(np.abs(row[k + 1] - row[k]).max(), np.abs(row[k + 1] - before).max())
-            least = min(least, (error, row[k + 1]), key=lambda found: found[0])
+            least = min(least, (error, row[k + 1]), key=lambda pair: pair[0])
         table.append(row)
     return least[-1]
 

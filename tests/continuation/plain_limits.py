@@ -98,9 +98,9 @@ def mapped(system, start, names):
     return cycle.points[0, :size], cycle.matrix, cycle.slopes, cycle.counts
 
 
-def off(found, expected):
+def off(value, expected):
     """Return by how much arrays differ, each relative to the largest number in it."""
-    pairs = zip(found[:3], expected[:3], strict=True)
+    pairs = zip(value[:3], expected[:3], strict=True)
     return np.array([np.abs(a - b).max() / np.abs(b).max() for a, b in pairs])
 
 
@@ -160,10 +160,10 @@ def test_what_vanishes_at_a_point_changes_its_sign_there(kind):
         if kind == "PD":
             block[:2, :2] = [[-1.0, 0.5], [0.0, 0.3]]
         matrix = mixed @ (size * block) @ np.linalg.inv(mixed)
-        found = np.array(np.linalg.eigvals(size * block), complex)
+        multipliers = np.array(np.linalg.eigvals(size * block), complex)
         return Cycle(
-            np.zeros(4), np.zeros(1), np.zeros((1, 4)), (1, 0), matrix, np.zeros((1, 4)), found,
-            0.0, 1.0, 1.0, 1.0, -np.inf,
+            np.zeros(4), np.zeros(1), np.zeros((1, 4)), (1, 0), matrix, np.zeros((1, 4)),
+            multipliers, 0.0, 1.0, 1.0, 1.0, -np.inf,
         )  # fmt: skip
 
     on, below, above = cycle(1.0), cycle(1.0 - 1e-4), cycle(1.0 + 1e-4)

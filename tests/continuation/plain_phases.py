@@ -91,9 +91,9 @@ def test_derivatives_at_a_phase_are_those_of_differences():
     place = point.cycle.place
     for i, exact in enumerate([*point.cycle.matrix.T, point.cycle.slopes[0]]):
         step = 1e-6 * np.eye(5)[i]
-        ahead, behind = (shot.at(place + way * step, 1).points[0] for way in (1, -1))
-        found = (ahead - behind) / 2e-6
-        np.testing.assert_allclose(exact, found, rtol=0, atol=1e-6 * np.abs(found).max())
+        ahead, behind = (shot.at(place + sign * step, 1).points[0] for sign in (1, -1))
+        slope = (ahead - behind) / 2e-6
+        np.testing.assert_allclose(exact, slope, rtol=0, atol=1e-6 * np.abs(slope).max())
 
 
 def test_the_phase_changes_before_an_impact_is_near():

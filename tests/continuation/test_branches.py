@@ -81,8 +81,8 @@ def test_shooting_finds_a_doubling_where_it_is_and_not_where_it_is_said_to_be(se
     ][0]
     motion = Motion.of(load_system("ssul-set6"))
     for value in (row.value, row.value + 1e-6):
-        found = again(motion, Orbit("PD", 1, value, row.state))
-        assert found == pytest.approx(row.value, rel=1e-10)
+        located = again(motion, Orbit("PD", 1, value, row.state))
+        assert located == pytest.approx(row.value, rel=1e-10)
 
 
 def test_stable_points_are_what_the_classifier_finds(set6):
@@ -108,22 +108,22 @@ def test_multipliers_are_those_of_differences(set6):
                 start[c] += sign * 1e-6
                 ends.append(simulate(there, 1, start=start, tolerance=1e-13).state)
             columns.append((ends[0] - ends[1]) / 2e-6)
-        found = np.linalg.eigvals(np.array(columns).T)
+        multipliers = np.linalg.eigvals(np.array(columns).T)
         for mu in branch.multipliers[i]:
-            assert np.abs(found - mu).min() < 1e-6
+            assert np.abs(multipliers - mu).min() < 1e-6
 
 
 def test_grazing_is_passed_from_both_sides():
     """From T,0 and from T,1 the same grazing is found, and the orbits beyond it."""
-    found = []
+    values = []
     for omega in (9.0, 6.28):
         system = load_system("ssul-set6", omega=omega)
         path = continue_branch(system, "omega", (6.2, 9.0))
         (row,) = path.special_points[path.special_points.kind == "GR"]
         assert {row.before, row.after} == {"T,0", "T,1"}
         assert row.wall == "near"
-        found.append(row.value)
-    assert found[0] == pytest.approx(found[1], abs=1e-10)
+        values.append(row.value)
+    assert values[0] == pytest.approx(values[1], abs=1e-10)
 
 
 # ---- locators fail where their test functions do -------------------------------------------------
@@ -183,8 +183,8 @@ def test_a_broken_grazing_function_is_noticed(doubled, monkeypatch):
     monkeypatch.setattr(
         "nlds_vines.continuation.special_points._grazing", lambda before, b: lambda point: 1.0
     )
-    found = follow(section_map, start, bounds).specials
-    assert "GR" not in [special.kind for special in found]
+    specials = follow(section_map, start, bounds).specials
+    assert "GR" not in [special.kind for special in specials]
 
 
 # ---- why branches end ----------------------------------------------------------------------------

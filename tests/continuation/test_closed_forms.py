@@ -22,8 +22,8 @@ def named(case):
 def free_motion(system):
     """Return the state at phase zero of the linear response: it need not be looked for."""
     omega = system.parameters["omega"]
-    found = response(system, np.array(omega))
-    numbers = [complex(X) for X in (found.X1, found.X2) if X is not None]
+    linear = response(system, np.array(omega))
+    numbers = [complex(X) for X in (linear.X1, linear.X2) if X is not None]
     state = [number for X in numbers for number in (X.real, (1j * omega * X).real)]
     if system.rest is not None:
         state[2] += system.rest
@@ -94,10 +94,10 @@ def test_an_orbit_with_an_impact_grazes_another_rigid_stop():
     system = System("oscillator-2", {**numbers, "e": 0.6}, law="restitution")
     plane = ("omega", 0.65, 0.75)
     path = continue_branch(system, "P", (0.05, 0.9), free_motion(system), period=1, plane=plane)
-    found = [curve for curve in path.curves if curve.kind == "GR"]
-    assert len(found) == 2  # T,0 to T,1, and T,1 to T,2, each found from both of its sides
+    curves = [curve for curve in path.curves if curve.kind == "GR"]
+    assert len(curves) == 2  # T,0 to T,1, and T,1 to T,2, each found from both of its sides
     alone = SectionMap(system.with_(C_2=2.0), ("P", "omega"), Settings(1e-12))
-    for state, values in zip(found[1].states, found[1].values, strict=True):
+    for state, values in zip(curves[1].states, curves[1].values, strict=True):
         cycle = alone.at(np.concatenate([state, values]), 1)
         assert cycle.counts == (1, 0)
         assert cycle.defect < 1e-9

@@ -64,18 +64,18 @@ def test_an_archive_is_sound_and_opens_elsewhere(archive):
 
 
 def test_an_archive_holds_what_python_returns(archive):
-    found = continued(archive)
-    request = load_continuation(found.request.document())
-    assert request == found.request
+    path = continued(archive)
+    request = load_continuation(path.request.document())
+    assert request == path.request
     again = running.compute(request)
-    for name, values in found.tables.items():
+    for name, values in path.tables.items():
         assert np.array_equal(values, again[name], equal_nan=values.dtype.kind == "f"), name
 
 
 def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
     figure = branch_diagram(continued(archive))
     figure.draw_without_rendering()
-    (legend,) = (found for axes in figure.axes if (found := axes.get_legend()))
+    (legend,) = (legends for axes in figure.axes if (legends := axes.get_legend()))
     (title,) = figure.texts
     words = [text.get_window_extent() for text in legend.get_texts()]
     assert len(words) > 5  # more than a line of them
@@ -87,15 +87,15 @@ def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
 
 def test_tracks_are_the_same_from_their_arrays():
     request = load_continuation("ssul-set6", {"along": {"omega": {"start": 7.3, "stop": 7.5}}})
-    kept = []
+    tracks = []
 
     def note(make):
-        kept.append(make())
-        return kept[-1]
+        tracks.append(make())
+        return tracks[-1]
 
     running.compute(request, note)
-    assert kept
-    for arrays in kept:
+    assert tracks
+    for arrays in tracks:
         again = packed(unpacked(arrays))
         assert arrays.keys() == again.keys()
         for name, values in arrays.items():
@@ -154,9 +154,9 @@ def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, answer)
     text = answer("continuation", *arguments)
     assert "borders between regimes" in text
     assert plot.stat().st_size > 20_000
-    found = continued(path)
+    branches = continued(path)
     with read(scan) as view:
-        borders = borders_of(found, view)
+        borders = borders_of(branches, view)
     assert borders
     assert all(border.explained for border in borders if any(border.periodic))
     first = borders[0]
@@ -169,14 +169,14 @@ def test_curves_in_a_plane(folder, scan):
     path, plot = folder / "plane.h5", folder / "plane.svg"
     arguments = ["--along", "omega=7:8", "--plane", "P=700:900", "--quiet"]
     assert main(["continuation", *arguments, "-o", str(path), "--plot", str(plot)]) == 0
-    found = continued(path)
-    (grazing,) = [curve for curve in found.curves if curve.kind == "GR"]
+    branches = continued(path)
+    (grazing,) = [curve for curve in branches.curves if curve.kind == "GR"]
     assert len(grazing.values) > 10
     for omega, P in grazing.values[:: len(grazing.values) // 8]:
         there = load_system("ssul-set6", omega=omega, P=P)
         amplitude = float(response(there, np.array(omega)).shortening)
         assert amplitude == pytest.approx(there.parameters["C"], rel=1e-9)
-    doubling = next(curve for curve in found.curves if curve.kind == "PD")
+    doubling = next(curve for curve in branches.curves if curve.kind == "PD")
     assert np.abs(np.abs(doubling.multipliers + 1.0).min(axis=1)).max() < 1e-7
     assert plot.stat().st_size > 10_000
     # the same curves over a map of regimes, whichever of its parameters comes first

@@ -33,9 +33,9 @@ def test_the_interval_is_that_of_the_parameter(name, low, high, gives, unit, mon
 
 def test_it_is_that_of_the_parameters_that_are_set():
     table = {"set": {"k1": 4e4}, "along": {"omega_ratio": {"start": 0.9, "stop": 1.1}}}
-    found = load_continuation({"system": "ssul-set6", **table})
-    assert found.along.low == 0.9 * sqrt(4e4 / SIX["m1"])
-    assert load_continuation(found.document()) == found
+    request = load_continuation({"system": "ssul-set6", **table})
+    assert request.along.low == 0.9 * sqrt(4e4 / SIX["m1"])
+    assert load_continuation(request.document()) == request
 
 
 def test_the_second_parameter_may_be_one():
@@ -43,9 +43,9 @@ def test_the_second_parameter_may_be_one():
         "along": {"omega": {"start": 6.0, "stop": 7.0}},
         "plane": {"zeta1": {"start": 0.01, "stop": 0.1}},
     }
-    found = load_continuation("ssul-set6", planes)
-    assert found.plane.name == "c1"
-    assert found.plane.high == 0.1 * 2 * sqrt(SIX["k1"] * SIX["m1"])
+    request = load_continuation("ssul-set6", planes)
+    assert request.plane.name == "c1"
+    assert request.plane.high == 0.1 * 2 * sqrt(SIX["k1"] * SIX["m1"])
 
 
 @pytest.mark.parametrize(

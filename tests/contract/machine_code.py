@@ -62,8 +62,8 @@ def undecided(kinds):
 
 def called(text):
     """Return the mathematical functions that appear in an LLVM module, intrinsic or not."""
-    found = re.findall(r"call [^\n]*@(?:llvm\.)?(pow|sqrt|sin|cos|exp|log)\b", text)
-    return sorted(set(found))
+    names = re.findall(r"call [^\n]*@(?:llvm\.)?(pow|sqrt|sin|cos|exp|log)\b", text)
+    return sorted(set(names))
 
 
 def calls(text, name):
@@ -89,7 +89,7 @@ def compiled(system, method, want):
     system = system_named(system)
     run_cell = cells.run_cell.entry  # what Python calls
     watched = (run_cell, exact.touch_in, *loops())
-    known = {f: set(f.overloads) for f in watched}
+    before = {f: set(f.overloads) for f in watched}
     section = np.empty((3, 4 if system.scene.damper else 2))
     impacts = Impacts(np.zeros((9, IMPACT_COLUMNS)), np.zeros(1, np.int64))
     buffers = CellBuffers(
@@ -101,7 +101,7 @@ def compiled(system, method, want):
     )
     parts, cell = parts_of(method, system.scene), cell_of(system)
     run_cell(parts, cell, np.zeros(orbit.STATE_SIZE), Span(3, 3, 1), buffers)
-    fresh = {f: sorted(set(f.overloads) - known[f], key=str) for f in watched}
+    fresh = {f: sorted(set(f.overloads) - before[f], key=str) for f in watched}
     (signature,) = fresh[run_cell]
     entry = run_cell.overloads[signature].library
     parts = [entry, *entry.linked]
@@ -152,5 +152,5 @@ def loose():
 
 
 if __name__ == "__main__":
-    found = {name: compiled(*case) for name, case in CASES.items()}
-    json.dump({**found, "loose": loose()}, sys.stdout)
+    cases = {name: compiled(*case) for name, case in CASES.items()}
+    json.dump({**cases, "loose": loose()}, sys.stdout)

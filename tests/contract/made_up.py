@@ -17,7 +17,7 @@ PLAIN = plain(WANTS)
 
 def make_scan(want=PLAIN, vary=None, start="rest", system="ssul-set6", **settings):
     vary = vary or {"omega": {"start": 5.0, "stop": 8.0, "num": 13}}
-    return scan_of(system, want, vary, start, given=settings, transient=1, periods=3)
+    return scan_of(system, want, vary, start, changes=settings, transient=1, periods=3)
 
 
 MAP = {
@@ -38,7 +38,7 @@ def cut(scan, length=5):
 
 def results(scan, block):
     """Return made-up results: a function of the cell alone, whatever block it is in."""
-    found = {}
+    arrays = {}
     for entry in scan.table.datasets.values():
         shape = scan.table.shape(entry.name)
         rng = np.random.default_rng(len(entry.name))
@@ -49,8 +49,8 @@ def results(scan, block):
             whole.flat[:3] = np.inf, np.nan, -0.0
         else:
             whole = rng.choice(list((entry.flags or dict(enumerate(range(5)))).values()), shape)
-        found[entry.name] = whole[block.selection]
-    return found
+        arrays[entry.name] = whole[block.selection]
+    return arrays
 
 
 def write(path, scan, blocks=None, **how):

@@ -95,23 +95,25 @@ def scanned(case, threads=None):
         path = nv.scan(nv.load_scan(document), to=Path(folder) / "a.h5", threads=threads)
         with nv.read(path) as archive:
             names = [*archive.names, *archive.dims("status")]
-            found = {f"{case}: {name}": digest(archive[name]) for name in names}
+            digests = {f"{case}: {name}": digest(archive[name]) for name in names}
             if "label" in archive.names:
-                found[f"{case}: labels"] = sorted(set(archive["label"].ravel().tolist()))
-    return found
+                digests[f"{case}: labels"] = sorted(set(archive["label"].ravel().tolist()))
+    return digests
 
 
 def followed(name, changes, **options):
     """Return the digests of what one orbit has recorded."""
     record = [word for word in RECORDED if load_system(name).scene.walls or word in ("section",)]
     orbit = nv.simulate(load_system(name, **changes), 40, record=record, **options)
-    found = {"state": orbit.state, "energy": [orbit.E1max, orbit.E2max, orbit.E1peak]}
-    found |= {"section": orbit.section, "trajectory": orbit.trajectory}
+    numbers = {"state": orbit.state, "energy": [orbit.E1max, orbit.E2max, orbit.E1peak]}
+    numbers |= {"section": orbit.section, "trajectory": orbit.trajectory}
     if orbit.impacts is not None:
         names = orbit.impacts.dtype.names[1:]
-        found["impacts"] = np.array([orbit.impacts[column] for column in names])
+        numbers["impacts"] = np.array([orbit.impacts[column] for column in names])
     return {
-        f"{name} {options}: {key}": digest(np.array(v)) for key, v in found.items() if v is not None
+        f"{name} {options}: {key}": digest(np.array(v))
+        for key, v in numbers.items()
+        if v is not None
     }
 
 
@@ -173,18 +175,19 @@ def main(arguments):
     """Print the digests of the cases, and of the orbits if `orbits` is among them."""
     texts = listen() if arguments[0] == "--code" else None
     wanted = [word for word in arguments if word != "--code"]
-    found = {}
+    digests = {}
     for case in wanted:
         if case == "orbits":
             for method in ("exact", "rk4"):
-                found |= followed("ssul-set6", {"omega": 7.45}, method=method)
-                found |= followed("ssbl", {}, method=method)
-            found |= followed("none", {})
+                digests |= followed("ssul-set6", {"omega": 7.45}, method=method)
+                digests |= followed("ssbl", {}, method=method)
+            digests |= followed("none", {})
         else:
-            found |= scanned(case, threads=None if texts is None else 1)  # nobody helps to compile
+            threads = None if texts is None else 1  # with one, nobody helps to compile
+            digests |= scanned(case, threads=threads)
     if texts is not None:
-        found["code"] = code(texts)
-    json.dump(found, sys.stdout)
+        digests["code"] = code(texts)
+    json.dump(digests, sys.stdout)
 
 
 if __name__ == "__main__":

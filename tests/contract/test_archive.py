@@ -25,24 +25,26 @@ def test_round_trip_bit_by_bit(path, vary):
     scan = make_scan(vary=vary, start={"policy": "random", "count": 2, "seed": 3})
     write(path, scan)
     whole = results(scan, Block(0, tuple((0, size) for size in scan.shape)))
-    found = arrays(path)
-    assert found.keys() == whole.keys()
+    bits = arrays(path)
+    assert bits.keys() == whole.keys()
     for entry in scan.table.datasets.values():
         expected = whole[entry.name]
         if entry.dtype == "str":
-            assert found[entry.name].tolist() == expected.tolist()
+            assert bits[entry.name].tolist() == expected.tolist()
         else:
-            assert found[entry.name].dtype == np.dtype(entry.dtype)
-            assert found[entry.name].tobytes() == expected.astype(entry.dtype).tobytes()
+            assert bits[entry.name].dtype == np.dtype(entry.dtype)
+            assert bits[entry.name].tobytes() == expected.astype(entry.dtype).tobytes()
 
 
 def test_arrays_do_not_depend_on_how_the_scan_was_cut(tmp_path):
     scan = make_scan(vary=MAP)
     columns = [Block(i, ((0, 13), (2 * i, 2 * i + 2))) for i in range(3)]
     ways = {"one": cut(scan, 13), "rows": cut(scan, 3), "columns": columns}
-    found = [arrays(write(tmp_path / f"{way}.h5", scan, blocks)) for way, blocks in ways.items()]
-    assert same(found[0], found[1])
-    assert same(found[0], found[2])
+    archives = [
+        arrays(write(tmp_path / f"{order}.h5", scan, blocks)) for order, blocks in ways.items()
+    ]
+    assert same(archives[0], archives[1])
+    assert same(archives[0], archives[2])
 
 
 @pytest.mark.parametrize("want", plain(WANTS))
@@ -133,10 +135,10 @@ def test_attributes_tell_where_it_comes_from(path):
 def test_cells_without_a_piece_say_so(path):
     scan = make_scan()
     write(path, scan, cut(scan)[:1])
-    found = arrays(path)
-    assert np.all(found["status"][5:] == 1)
-    assert np.all(np.isnan(found["section"][5:]))
-    assert set(found["label"][5:].flat) == {""}
+    bits = arrays(path)
+    assert np.all(bits["status"][5:] == 1)
+    assert np.all(np.isnan(bits["section"][5:]))
+    assert set(bits["label"][5:].flat) == {""}
 
 
 def test_a_view_reads_parts_units_and_flags(path):
@@ -181,10 +183,10 @@ def test_what_was_not_recorded_is_unknown_and_nothing_is_damaged(path):
     with archive.read(path) as view:
         ways = [view.dims, view.shape, view.take, view.units, view.long_name, view.describe]
         ways += [view.flags, view.__getitem__]
-        for way in ways:
+        for cut in ways:
             for name in ("lyapunov", [1, 2], 3, None, b"E1max"):
-                with pytest.raises(RequestError, match="unknown dataset") as told:
-                    way(name)
-                assert "E1max" in str(told.value)
+                with pytest.raises(RequestError, match="unknown dataset") as refused:
+                    cut(name)
+                assert "E1max" in str(refused.value)
         assert [1, 2] not in view
         assert "E1max" in view

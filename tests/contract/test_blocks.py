@@ -39,14 +39,14 @@ def begin(path, scan, count=2, **how):
 
 def computed(path, scan, **how):
     """Do a run; return the blocks that it has computed."""
-    found = []
+    computed_blocks = []
 
     def note(block):
-        found.append(block.index)
+        computed_blocks.append(block.index)
         return results(scan, block)
 
     written(path, scan, cut(scan), note, **how)
-    return found
+    return computed_blocks
 
 
 def folders(path):
@@ -100,9 +100,9 @@ def test_resume_of_a_damaged_archive_is_refused(path):
 
 def test_resume_computes_what_is_missing_and_ends_in_the_same_arrays(tmp_path, path):
     scan = make_scan()
-    said = begin(path, scan)
-    assert "2 blocks are kept" in said
-    assert "the same command with --resume goes on" in said
+    printed = begin(path, scan)
+    assert "2 blocks are kept" in printed
+    assert "the same command with --resume goes on" in printed
     with pytest.raises(RequestError, match=r"unfinished run.*--resume"):
         computed(path, scan)
     assert computed(path, scan, resume=True) == [2]
@@ -129,8 +129,8 @@ def test_blocks_of_two_requests_and_of_two_versions_never_mix(path, monkeypatch,
         patch.setattr(runs_store, "makers", lambda: makers)
         assert computed(path, scan, resume=True) == [0, 1, 2]
         path.unlink()
-    (said,) = capsys.readouterr().err.splitlines()
-    assert said.endswith(".blocks is of another request or version: nothing in it is used")
+    (err,) = capsys.readouterr().err.splitlines()
+    assert err.endswith(".blocks is of another request or version: nothing in it is used")
     assert computed(path, scan, resume=True) == [2]
 
 
@@ -161,16 +161,16 @@ def test_a_block_of_which_a_byte_is_flipped_or_cut_is_computed_again(path, capsy
     store = Blocks(path, make_scan())
     saved = {"a": np.arange(3.0), "label": np.array(["T,1", "3T,3"])}
     store.save(7, saved, 0.5)
-    whole, found = store.file(7).read_bytes(), []
+    whole, results = store.file(7).read_bytes(), []
     for place in range(len(whole)):
         store.file(7).write_bytes(whole[:place] + bytes([whole[place] ^ 16]) + whole[place + 1 :])
-        found.append(store.load(7))
+        results.append(store.load(7))
     for size in range(0, len(whole), 7):
         store.file(7).write_bytes(whole[:size])
         assert store.load(7) is None
     lines = capsys.readouterr().err.splitlines()
     assert all("7.npz is computed again: " in line for line in lines)
-    read = [one for one in found if one is not None]
+    read = [one for one in results if one is not None]
     assert all(same(one, saved) for one in read)  # some bytes mean nothing, as a member's date
     assert len(read) < 0.3 * len(whole)
 

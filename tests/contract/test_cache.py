@@ -52,10 +52,10 @@ def copy(tmp_path_factory):
     for name in ("nlds_vines", "data", "scans"):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    found = run(folder)
-    assert "lanes.run_lanes" in found["compiled"]
-    assert "lanes.judge_lanes" in found["compiled"]
-    assert found["labels"] == ["T,0", "T,0"]
+    output = run(folder)
+    assert "lanes.run_lanes" in output["compiled"]
+    assert "lanes.judge_lanes" in output["compiled"]
+    assert output["labels"] == ["T,0", "T,0"]
     return folder
 
 
@@ -66,9 +66,9 @@ def run(folder):
         NUMBA_CACHE_DIR=str(folder / "cache"),
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout) | {"said": done.stderr}
-    assert found["home"] == str(folder / "nlds_vines" / "kernels")
-    return found
+    output = json.loads(done.stdout) | {"said": done.stderr}
+    assert output["home"] == str(folder / "nlds_vines" / "kernels")
+    return output
 
 
 @contextmanager
@@ -115,10 +115,12 @@ def docstring(folder):
 def test_a_change_is_seen_where_it_acts_and_compiles_nothing_else(copy):
     """`judge_lanes` stands in another file than what is changed; flights know nothing of it."""
     with edited(copy, "verdict", "MARGIN = 1.0e-6", "MARGIN = 1.0e+6"):  # nothing is stable
-        found = run(copy)
-    assert found["labels"] == ["undetermined", "undetermined"]  # it returns, and nothing draws it
-    assert "lanes.judge_lanes" in found["compiled"]
-    assert not [name for name in found["compiled"] if name.startswith(("flight", "fours", "touch"))]
+        output = run(copy)
+    assert output["labels"] == ["undetermined", "undetermined"]  # it returns, and nothing draws it
+    assert "lanes.judge_lanes" in output["compiled"]
+    assert not [
+        name for name in output["compiled"] if name.startswith(("flight", "fours", "touch"))
+    ]
     assert run(copy)["labels"] == ["T,0", "T,0"]
 
 
@@ -159,10 +161,10 @@ def test_a_damaged_cache_heals_itself(copy, damage, which):
     entries = {path.name: path for path in (copy / "cache").rglob("lanes.run_lanes*")}
     for path in {*files, *entries.values()}:  # inner kernels are read where an entry is not
         (damage if path in files else remove)(path)
-    found = run(copy)
-    assert found["labels"] == ["T,0", "T,0"]
-    assert "lanes.run_lanes" in found["compiled"]
-    assert found["said"].count("\n") == (0 if damage is remove else 1)
+    output = run(copy)
+    assert output["labels"] == ["T,0", "T,0"]
+    assert "lanes.run_lanes" in output["compiled"]
+    assert output["said"].count("\n") == (0 if damage is remove else 1)
     assert run(copy)["compiled"] == []
 
 
@@ -193,9 +195,9 @@ def test_the_stamp_knows_how_much_is_optimized(level):
 from nlds_vines.kernels.numerics import stored_code
 print(stored_code.stamp_of(stored_code.KERNELS / "numerics" / "fours.py"))
 """
-    own = stored_code.stamp_of(stored_code.KERNELS / "numerics" / "fours.py")
+    stamp = stored_code.stamp_of(stored_code.KERNELS / "numerics" / "fours.py")
     other = printed("-c", program, NUMBA_OPT=level).strip()
-    assert (other == own) == (int(level) == numba.config.OPT)
+    assert (other == stamp) == (int(level) == numba.config.OPT)
 
 
 # ---- where nothing can be written ----------------------------------------------------------------
@@ -243,11 +245,11 @@ def test_the_users_cache_is_taken_without_a_word(blocked, tmp_path):
 
 
 def test_then_a_temporary_folder_that_is_named(blocked, tmp_path):
-    said = blocked("/dev/null", tmp_path / "tmp")
-    assert said.count("\n") == 1
-    assert "NUMBA_CACHE_DIR" in said
+    err = blocked("/dev/null", tmp_path / "tmp")
+    assert err.count("\n") == 1
+    assert "NUMBA_CACHE_DIR" in err
     (folder,) = (tmp_path / "tmp").iterdir()
-    assert str(folder) in said
+    assert str(folder) in err
     assert folder.stat().st_mode & 0o077 == 0  # what lies there is run
     assert compiled_in(folder)
     before = {path: path.stat().st_mtime_ns for path in compiled_in(folder)}
@@ -259,8 +261,8 @@ def test_a_folder_that_others_can_write_to_is_not_taken(blocked, tmp_path):
     theirs = tmp_path / "tmp" / f"nlds_vines-{os.getuid()}"
     theirs.mkdir()
     theirs.chmod(0o777)
-    said = blocked("/dev/null", tmp_path / "tmp")
-    assert f"{theirs};" not in said
+    err = blocked("/dev/null", tmp_path / "tmp")
+    assert f"{theirs};" not in err
     assert not compiled_in(theirs)
 
 
@@ -279,16 +281,16 @@ def test_a_damaged_file_of_the_cache_heals_itself(blocked, tmp_path):
     for damage in DAMAGES:
         for path in sound:
             damage(path)
-        said = blocked(home, tmp_path / "tmp")
-        assert said.count("\n") == (0 if damage is remove else 1)
+        err = blocked(home, tmp_path / "tmp")
+        assert err.count("\n") == (0 if damage is remove else 1)
         assert {path: path.read_bytes() for path in compiled_in(home)} == sound
 
 
 def test_without_any_folder_it_works_all_the_same(blocked, monkeypatch):
     monkeypatch.setattr(sys.modules[__name__], "BLOCKED", NOWHERE + BLOCKED)
-    said = blocked("/dev/null", "/dev/null")
-    assert said.count("\n") == 1
-    assert "are lost when the process ends; set NUMBA_CACHE_DIR" in said
+    err = blocked("/dev/null", "/dev/null")
+    assert err.count("\n") == 1
+    assert "are lost when the process ends; set NUMBA_CACHE_DIR" in err
 
 
 # ---- who may have written what is run ------------------------------------------------------------
@@ -326,8 +328,8 @@ def test_what_others_may_have_written_is_not_read(blocked, tmp_path, kind, open_
     for path in [folder] if kind == "folder" else [*folder.iterdir()]:
         open_to(path)
     files = {path: path.stat() for path in compiled_in(folder)}
-    said = blocked(tmp_path / "home", tmp_path / "tmp")
-    named = [line for line in said.splitlines() if f"{folder} are not read" in line]
+    err = blocked(tmp_path / "home", tmp_path / "tmp")
+    named = [line for line in err.splitlines() if f"{folder} are not read" in line]
     assert len(named) == 1
     if kind == "folder":  # nothing is written there either
         assert {path: path.stat() for path in compiled_in(folder)} == files
@@ -384,13 +386,13 @@ def test_a_user_without_a_home_and_a_relative_cache(tmp_path):
     if os.getuid() != 0:
         pytest.skip("only the superuser becomes another user")
     environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT)}
-    said = {}
+    places = {}
     for name, settings in (("none", {}), ("relative", {"XDG_CACHE_HOME": "cache", "HOME": "/h"})):
         done = subprocess.run(
             [sys.executable, "-B", "-c", PLACES],
             capture_output=True, text=True, check=False, cwd=tmp_path, env=environment | settings,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
-        said[name] = [Path(place) for place in ast.literal_eval(done.stdout)]
-    assert said["none"] == [stored_code.KERNELS / "__pycache__"]
-    assert said["relative"][1].parent == Path("/h/.cache/nlds_vines")
+        places[name] = [Path(place) for place in ast.literal_eval(done.stdout)]
+    assert places["none"] == [stored_code.KERNELS / "__pycache__"]
+    assert places["relative"][1].parent == Path("/h/.cache/nlds_vines")

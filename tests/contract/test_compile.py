@@ -17,10 +17,10 @@ import nlds_vines as nv
 ROOT = str(Path(nv.__path__[0]).parent)
 
 
-def program(folder, *arguments, **more):
+def program(folder, *arguments, **changes):
     """Return a running command whose cache is `folder`/cache."""
     environment = {**os.environ, "PYTHONPATH": ROOT, "NUMBA_DISABLE_JIT": "0"}
-    environment |= {"NUMBA_CACHE_DIR": str(folder / "cache"), **more}
+    environment |= {"NUMBA_CACHE_DIR": str(folder / "cache"), **changes}
     pipe = subprocess.PIPE
     return subprocess.Popen(
         [sys.executable, "-m", "nlds_vines", *arguments],
@@ -28,9 +28,9 @@ def program(folder, *arguments, **more):
     )  # fmt: skip
 
 
-def finished(folder, *arguments, **more):
+def finished(folder, *arguments, **changes):
     """Run a command to its end; return its status and what it wrote to both outputs."""
-    process = program(folder, *arguments, **more)
+    process = program(folder, *arguments, **changes)
     out, err = process.communicate(timeout=BOUND)
     return process.returncode, out, err
 
@@ -117,8 +117,8 @@ def alive(pid):
 def awaited(happens, process):
     """Wait until something happens, as long as a process lives; return it."""
     while process.poll() is None:
-        if found := happens():
-            return found
+        if result := happens():
+            return result
         time.sleep(0.02)
     return happens()
 
@@ -130,15 +130,15 @@ BOUND = 300
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
 def test_nothing_goes_on_after_the_end(end, tmp_path):
     process = program(tmp_path, "bifurcation")
-    found = awaited(lambda: children(process.pid), process)
-    assert found
+    started = awaited(lambda: children(process.pid), process)
+    assert started
     assert not list(tmp_path.rglob("lanes.*.compiled"))
     process.send_signal(end)
     _, err = process.communicate(timeout=BOUND)
     if end == signal.SIGINT:
         assert process.returncode == 130
         assert "interrupted: 0 of " in err
-    while any(alive(child) for child in found):
+    while any(alive(child) for child in started):
         time.sleep(0.02)
     assert not list(tmp_path.rglob("lanes.*.compiled"))  # none was compiled to its end
 

@@ -36,14 +36,14 @@ EVERY = [(vary, start) for vary in (ONE_AXIS, TWO_AXES) for start in STARTS]
 IDS = [f"{len(vary)} {start}" for vary, start in EVERY]
 
 
-def document(vary=ONE_AXIS, start="rest", **more):
+def document(vary=ONE_AXIS, start="rest", **changes):
     return {
         "system": "ssul-set6",
         "vary": vary,
         "start": STARTS[start],
         "sampling": SAMPLING,
         "record": {"want": ["section", "impacts", "energy", "regime"]},
-        **more,
+        **changes,
     }
 
 
@@ -60,9 +60,9 @@ def compute_shard(scan, path, shard):
 def bits(path):
     """Return every dataset of an archive by name: its shape and its bytes (or its words)."""
     with nv.read(path) as archive:
-        found = {name: archive[name] for name in (*archive.names, *archive.dims("status"))}
-    words = {name: values.tolist() for name, values in found.items() if values.dtype == object}
-    plain = {name: (values.shape, values.tobytes()) for name, values in found.items()}
+        arrays = {name: archive[name] for name in (*archive.names, *archive.dims("status"))}
+    words = {name: values.tolist() for name, values in arrays.items() if values.dtype == object}
+    plain = {name: (values.shape, values.tobytes()) for name, values in arrays.items()}
     return plain | words
 
 
@@ -103,9 +103,9 @@ def test_threads_and_blocks_do_not_matter(vary, start, tmp_path, cut):
 
 
 def test_the_orbits_compared_are_not_all_alike(tmp_path):
-    found = arrays(nv.scan(document(TWO_AXES, "random:3"), to=tmp_path / "a.h5"))
-    assert np.isfinite(found["section"]).all()
-    assert len(np.unique(found["section"][..., -1, 0])) == found["status"].size
+    bits = arrays(nv.scan(document(TWO_AXES, "random:3"), to=tmp_path / "a.h5"))
+    assert np.isfinite(bits["section"]).all()
+    assert len(np.unique(bits["section"][..., -1, 0])) == bits["status"].size
     up, down = (
         arrays(nv.scan(document(start=start), to=tmp_path / f"{start}.h5"))
         for start in ("up", "down")
@@ -123,9 +123,9 @@ def test_both_is_up_and_down_in_one_archive(vary, tmp_path, cut):
     path = nv.scan(document(vary, "both"), to=tmp_path / "both.h5")
     with nv.read(path) as archive:
         assert list(archive["start"]) == ["up", "down"]
-    for name, found in arrays(path).items():
+    for name, array in arrays(path).items():
         for start, policy in enumerate(("up", "down")):
-            one = np.take(found, [start], axis=len(vary))
+            one = np.take(array, [start], axis=len(vary))
             np.testing.assert_array_equal(one, alone[policy][name], err_msg=name)
 
 
@@ -139,8 +139,8 @@ def test_more_threads_than_processors_do_not_matter(tmp_path):
     assert bits(tmp_path / "scan.h5") == compute(tmp_path / "here.h5", scan, threads=1)
 
 
-def surroundings(**more):
-    return {**os.environ, "PYTHONPATH": str(Path(nv.__path__[0]).parent), **more}
+def surroundings(**changes):
+    return {**os.environ, "PYTHONPATH": str(Path(nv.__path__[0]).parent), **changes}
 
 
 def stop_after(monkeypatch, blocks):
@@ -172,9 +172,9 @@ def test_a_resumed_scan_ends_in_the_same_bits(vary, start, tmp_path, monkeypatch
     assert f"{done} of {blocks} blocks" in str(stop.value)
     assert not path.exists()
     folder = Blocks(path, scan).folder
-    kept = sorted(folder.glob("*"))
-    assert len(kept) == done
-    for block in kept[:1]:
+    files = sorted(folder.glob("*"))
+    assert len(files) == done
+    for block in files[:1]:
         block.unlink()
     go_on()
     assert compute(path, scan, resume=True) == whole

@@ -21,6 +21,6 @@ TOLD = {
 
 @pytest.mark.parametrize("line", TOLD)
 def test_a_dry_run_says_what_would_be_done_and_writes_nothing(line, here, answer):
-    told = answer(*shlex.split(line), "--dry-run")
-    assert all(words in told for words in TOLD[line]), told
+    text = answer(*shlex.split(line), "--dry-run")
+    assert all(words in text for words in TOLD[line]), text
     assert list(here.iterdir()) == []

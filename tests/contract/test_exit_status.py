@@ -54,11 +54,11 @@ def stand_in(monkeypatch, name, **content):
 
 
 def test_the_default_is_figure_8_with_its_picture(calls, ask):
-    said = ask("bifurcation")
+    printed = ask("bifurcation")
     options = {**USUAL, "quiet": False}
     assert calls.runs == [(load_scan(), Path("figure8.h5"), options)]
     assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None)]
-    assert said == ("the summary\na remark\nfigure8.h5\nfigure8.png\n", "")
+    assert printed == ("the summary\na remark\nfigure8.h5\nfigure8.png\n", "")
 
 
 def test_a_scan_file_gives_its_name_and_no_picture(calls, tmp_path):
@@ -120,9 +120,9 @@ def test_a_shard_says_who_writes_the_archive_and_draws_nothing(calls, answer):
 
 
 def test_a_dry_run_only_tells(calls, answer, refusal, tmp_path):
-    said = answer("bifurcation", "--dry-run", "--threads", "2")
-    assert "orbits:   1201 (1201 cells, 1 start each)" in said
-    assert "results: " in said
+    text = answer("bifurcation", "--dry-run", "--threads", "2")
+    assert "orbits:   1201 (1201 cells, 1 start each)" in text
+    assert "results: " in text
     (tmp_path / "figure8.h5").write_bytes(b"old")
     assert "exists" in refusal("bifurcation", "--dry-run", "--threads", "2")
     assert calls.runs == calls.plots == []

@@ -49,7 +49,8 @@ def who_imports(library, folder=PACKAGE):
         name
         for name, path in modules(folder).items()
         if any(
-            found == library or found.startswith(f"{library}.") for found in imports(path, folder)
+            imported == library or imported.startswith(f"{library}.")
+            for imported in imports(path, folder)
         )
     }
 
@@ -113,12 +114,12 @@ BROKEN = {  # where an import is hidden -> what it imports, and what is said
 @pytest.mark.parametrize("hidden", [IN_A_FUNCTION, FOR_TYPES])
 @pytest.mark.parametrize("where", BROKEN)
 def test_a_hidden_circle_or_arrow_is_caught(copy, where, hidden):
-    imported, said = BROKEN[where]
+    imported, message = BROKEN[where]
     with (copy / where).open("a") as file:
         file.write(hidden.format(*imported))
     status, report = linted(copy.parent)
     assert status == 1
-    assert said in report
+    assert message in report
 
 
 def test_a_wing_on_no_floor_is_caught(copy):
@@ -280,8 +281,8 @@ PREPARED = {"kernels.impact.arc"}
 
 @pytest.mark.parametrize("name", kernels())
 def test_kernels_know_numbers_only(name):
-    found = imports(MODULES[name], PACKAGE)
-    outside = {full.split(".")[0] for full in found} - {"nlds_vines", "__future__"}
+    imported = imports(MODULES[name], PACKAGE)
+    outside = {full.split(".")[0] for full in imported} - {"nlds_vines", "__future__"}
     if name not in COMPILING:
         of_types = {"collections", "llvmlite", "operator"} if name in TYPES | CHOOSING else set()
         if name in PREPARED:
@@ -310,18 +311,18 @@ def test_only_pictures_import_matplotlib():
         "plotting.drawable",
         "upkeep.plot",
     }  # only the type of a figure
-    found = who_imports("matplotlib") - types
+    importers = who_imports("matplotlib") - types
     homes = ("plotting.", "bifurcation.picture.", "portrait.")
-    assert found
-    assert all(name.startswith(homes) or name.endswith("picture") for name in found)
+    assert importers
+    assert all(name.startswith(homes) or name.endswith("picture") for name in importers)
 
 
 def test_only_pages_import_bokeh():
-    found = who_imports("bokeh") | who_imports("tornado") | who_imports("jinja2")
-    assert found
-    assert all(name.startswith("explore.") for name in found)
-    assert "explore.command" not in found
-    assert "explore.report.command" not in found
+    importers = who_imports("bokeh") | who_imports("tornado") | who_imports("jinja2")
+    assert importers
+    assert all(name.startswith("explore.") for name in importers)
+    assert "explore.command" not in importers
+    assert "explore.report.command" not in importers
 
 
 def test_only_the_cluster_imports_dask():
@@ -330,11 +331,11 @@ def test_only_the_cluster_imports_dask():
 
 def reaches(name, files):
     """Return every module that a module imports, directly or through others."""
-    found, left = set(), {name}
+    reached, left = set(), {name}
     while left:
-        found |= left
-        left = set().union(*(files[one] for one in left)) - found
-    return found - {name}
+        reached |= left
+        left = set().union(*(files[one] for one in left)) - reached
+    return reached - {name}
 
 
 def test_pictures_reach_no_kernel():
@@ -345,8 +346,8 @@ def test_pictures_reach_no_kernel():
     plain = {"kernels.scene.codes"}  # numbers alone: it imports nothing
     assert not any(reaches(name, files) for name in plain)
     for name in names:
-        found = {one for one in reaches(name, files) if one.startswith("kernels.")}
-        assert found <= plain, name
+        reached = {one for one in reaches(name, files) if one.startswith("kernels.")}
+        assert reached <= plain, name
 
 
 def test_how_kernels_are_compiled_is_decided_in_one_place():

@@ -149,11 +149,11 @@ def test_a_picture_copes_with_the_largest_numbers(path, value, vary):
     scan = make_scan(("energy", "regime", "lyapunov"), vary=vary)
 
     def largest(block):
-        found = results(scan, block)
+        arrays = results(scan, block)
         for entry in scan.table.datasets.values():
             if entry.dtype == "float64":
-                found[entry.name] = np.full_like(found[entry.name], value)
-        return found
+                arrays[entry.name] = np.full_like(arrays[entry.name], value)
+        return arrays
 
     written(path, scan, cut(scan), largest)
     for show in (None,) if vary is None else ("E1max", "lyapunov", "reduction"):

@@ -22,9 +22,9 @@ def diagram(tmp_path_factory):
 
 
 def labeled(figure) -> Axes:
-    (found,) = (frame for frame in figure.axes if frame.get_xlabel())
+    (axis,) = (frame for frame in figure.axes if frame.get_xlabel())
     figure.canvas.draw()
-    return found
+    return axis
 
 
 @pytest.mark.parametrize(

@@ -80,12 +80,12 @@ def command(words):
 
 def assert_none_is_broken(here, seed, question):
     """Try questions, each (its words, a function that asks); remove the files that they leave."""
-    rng, wrong, kept = random.Random(seed), [], set(here.iterdir())
+    rng, wrong, files = random.Random(seed), [], set(here.iterdir())
     for number in range(CASES):
         words, ask = question(rng)
-        if found := broken_by(ask, here):
-            wrong.append(f"case {number}: {words!r:.300}: {found}")
-        for path in set(here.iterdir()) - kept:
+        if broken := broken_by(ask, here):
+            wrong.append(f"case {number}: {words!r:.300}: {broken}")
+        for path in set(here.iterdir()) - files:
             path.unlink()
     assert not wrong, "\n".join(wrong)
 
@@ -131,11 +131,11 @@ READERS = ("bifurcation", "portrait", "tuning", "continuation", "response-curves
 
 def tables(document):
     """Return all tables in a document, and in its lists."""
-    found = [document]
+    tables_in = [document]
     for value in document.values():
         for each in value if isinstance(value, list) else [value]:
-            found += tables(each) if isinstance(each, dict) else []
-    return found
+            tables_in += tables(each) if isinstance(each, dict) else []
+    return tables_in
 
 
 def damaged(rng, text):
@@ -194,19 +194,19 @@ CALLS = {
 
 
 def call(rng):
-    name, given = rng.choice(sorted(CALLS)), rng.choice(ODD)
+    name, value = rng.choice(sorted(CALLS)), rng.choice(ODD)
     keywords = {key: rng.choice(ODD) for key in CALLS[name] if rng.random() < 0.4}
 
     def ask():
         try:
-            getattr(nv, name)(given, **keywords)
+            getattr(nv, name)(value, **keywords)
         except nv.RequestError as error:
             return 2, str(error)
         except WRONG_TYPE:
             return 1, ""
         return 0, ""
 
-    return (name, given, keywords), ask
+    return (name, value, keywords), ask
 
 
 def test_no_call_breaks_the_rule(here):

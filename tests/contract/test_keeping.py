@@ -49,17 +49,17 @@ def folder(here, monkeypatch):
 
 def test_a_line_of_progress_tells_regimes_and_failures(capsys, monkeypatch):
     monkeypatch.setattr("nlds_vines.runs.progress.LINE_EVERY", 0.0)
-    found = {
+    arrays = {
         "status": np.array([OK, OK, DIVERGED]),
         "label": np.array(["T,1", "3T,2", "failed"], dtype=object),
     }
     tally = Tally()
     with Progress(9, "orbit", quiet=False) as progress:
-        tally.follow(progress, found)
-        tally.follow(progress, found)
-    said = capsys.readouterr().err
-    assert said.startswith("6 of 9 orbits, ")
-    assert said.endswith("to go; 2 T,1, 2 3T,2, 2 failed; 2 failed\n")
+        tally.follow(progress, arrays)
+        tally.follow(progress, arrays)
+    err = capsys.readouterr().err
+    assert err.startswith("6 of 9 orbits, ")
+    assert err.endswith("to go; 2 T,1, 2 3T,2, 2 failed; 2 failed\n")
 
 
 # ---- whether there is room -----------------------------------------------------------------------
@@ -98,8 +98,8 @@ def test_the_largest_block_is_as_large_as_it_is_said():
 def test_what_a_block_takes_is_not_more_than_is_said(system, want):
     scan = replace(make_scan(want, system=system), transient=5000)
     outputs = Outputs.of(wanted_of(scan), (7, 1), scan.transient, scan.periods)
-    taken = sum(array.nbytes for array in vars(outputs).values() if array is not None)
-    assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
+    allocated = sum(array.nbytes for array in vars(outputs).values() if array is not None)
+    assert allocated <= 7 * lane_bytes(scan) <= allocated + 7 * 1024
 
 
 @pytest.mark.parametrize("want", ["speeds", "impact_section"])
@@ -107,9 +107,9 @@ def test_what_a_block_takes_is_not_more_than_is_said(system, want):
 def test_room_for_touches_is_room_that_counts(system, want):
     scan = replace(make_scan([want], system=system), periods=5000)
     outputs = Outputs.of(wanted_of(scan), (7, 1), scan.transient, scan.periods)
-    taken = sum(array.nbytes for array in vars(outputs).values() if array is not None)
+    allocated = sum(array.nbytes for array in vars(outputs).values() if array is not None)
     assert outputs.touches is not None
-    assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
+    assert allocated <= 7 * lane_bytes(scan) <= allocated + 7 * 1024
 
 
 def test_a_verdict_makes_smaller_blocks():
@@ -170,9 +170,9 @@ def hook(monkeypatch):
         monkeypatch.setitem(sys.modules, f"hatchling{name}", ModuleType("made up"))
     monkeypatch.setitem(sys.modules, interface.__name__, interface)
     path = Path(nv.__path__[0]).parent / "hatch_build.py"
-    found = ModuleType("hatch_build")
-    exec(compile(path.read_text(), str(path), "exec"), vars(found))
-    return found
+    module = ModuleType("hatch_build")
+    exec(compile(path.read_text(), str(path), "exec"), vars(module))
+    return module
 
 
 @pytest.mark.parametrize("target", ["wheel", "sdist"])
@@ -206,8 +206,8 @@ def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, answer, ref
         file["E1max"][3, 0] += 0.25
         file["label"][2, 0] = "T,0"
         del file["impact_rate"]
-    said = answer("rerun", "a.h5", "-o", "c.h5", "--quiet", status=1)
-    assert said == "results differ: E1max, impact_rate, label\n"
+    text = answer("rerun", "a.h5", "-o", "c.h5", "--quiet", status=1)
+    assert text == "results differ: E1max, impact_rate, label\n"
 
 
 def test_a_scan_that_means_something_else_by_now_is_refused(folder, refusal):

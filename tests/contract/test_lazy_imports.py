@@ -51,9 +51,9 @@ print(json.dumps([found, sorted(heavy & sys.modules.keys())]))
 def test_nothing_heavy_is_loaded(tmp_path):
     (tmp_path / "old.h5").write_bytes(b"")
     (tmp_path / "good.toml").write_text('system = "tmd"\n[sampling]\nperiods = 4\n')
-    given = json.dumps(sorted(HEAVY)), json.dumps(list(LINES))
-    found, after = json.loads(printed("-c", PROGRAM, *given, cwd=tmp_path))
-    assert found == {line: [status, []] for line, status in LINES.items()}
+    argument = json.dumps(sorted(HEAVY)), json.dumps(list(LINES))
+    statuses, after = json.loads(printed("-c", PROGRAM, *argument, cwd=tmp_path))
+    assert statuses == {line: [status, []] for line, status in LINES.items()}
     assert after == ["h5py"]  # so that the probe sees what is loaded
 
 
@@ -66,18 +66,18 @@ def loaded(*words, **where):
 
 @pytest.mark.parametrize("program", [["nlds_vines.bifurcation"], ["nlds_vines", "bifurcation"]])
 def test_nor_by_a_program_itself(program, tmp_path):
-    found = loaded("-m", *program, "--set", "P=nan", cwd=tmp_path)
-    assert "nlds_vines" in found
-    assert not found & HEAVY
+    modules = loaded("-m", *program, "--set", "P=nan", cwd=tmp_path)
+    assert "nlds_vines" in modules
+    assert not modules & HEAVY
 
 
 def test_the_page_of_explore_is_made_before_kernels_are_loaded(tmp_path):
     pytest.importorskip("bokeh", reason="Bokeh is not installed")
     names = "shared_map", "page_server", "live_page"
     parts = ", ".join(f"nlds_vines.explore.{name}" for name in names)
-    found = loaded("-c", f"import {parts}", cwd=tmp_path)
-    assert "bokeh" in found
-    assert not found & {"numba", "scipy", "matplotlib"}
+    modules = loaded("-c", f"import {parts}", cwd=tmp_path)
+    assert "bokeh" in modules
+    assert not modules & {"numba", "scipy", "matplotlib"}
 
 
 @pytest.mark.parametrize(("window", "needed"), [("rectangular", False), ("hann", True)])

@@ -34,18 +34,20 @@ def test_energies_after_a_blow_against_another_integrator(name):
         acceleration = np.linalg.solve(M, -C @ v - K @ x)
         return [*v, *acceleration, p["c1"] * v[0] ** 2, c2 * (v[0] - v[1]) ** 2]
 
-    told = solve_ivp(rates, (0, 120), [0, 0, speed, 0, 0, 0], rtol=1e-11, atol=1e-14, max_step=0.05)
+    solution = solve_ivp(
+        rates, (0, 120), [0, 0, speed, 0, 0, 0], rtol=1e-11, atol=1e-14, max_step=0.05
+    )
     energy = 0.5 * p["m1"] * speed**2
     load = Loading(impulse=speed * p["m1"])
-    found, (x1, _, v1, _) = closed_form(system, load), told.y[:4, ::100]
-    over_time = energy_after_blow(system, load, told.t[::100])
+    exact, (x1, _, v1, _) = closed_form(system, load), solution.y[:4, ::100]
+    over_time = energy_after_blow(system, load, solution.t[::100])
     assert over_time == pytest.approx(0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2), abs=1e-8 * energy)
-    assert found["E1max"] == found["energy_in"] == pytest.approx(energy, rel=1e-14)
-    assert found["share_c1"] == pytest.approx(told.y[4, -1] / energy, abs=1e-8)
-    assert found.get("share_c2", 0.0) == pytest.approx(told.y[5, -1] / energy, abs=1e-8)
-    assert ("x1_max" in found) == ("share_c2" not in found) == (name == "none")
+    assert exact["E1max"] == exact["energy_in"] == pytest.approx(energy, rel=1e-14)
+    assert exact["share_c1"] == pytest.approx(solution.y[4, -1] / energy, abs=1e-8)
+    assert exact.get("share_c2", 0.0) == pytest.approx(solution.y[5, -1] / energy, abs=1e-8)
+    assert ("x1_max" in exact) == ("share_c2" not in exact) == (name == "none")
     if name == "none":
-        assert found["x1_max"] == pytest.approx(np.abs(told.y[0]).max(), rel=1e-4)
+        assert exact["x1_max"] == pytest.approx(np.abs(solution.y[0]).max(), rel=1e-4)
 
 
 @pytest.mark.parametrize("name", ["none", "tmd"])
@@ -79,26 +81,30 @@ def test_nothing_is_told_where_there_is_no_closed_form(name, table, changes):
 
 @pytest.mark.kernels
 def test_a_report_has_them_beside_what_was_computed():
-    found = nv.response_history(["none", "tmd", "ssbl"], impulse=1000.0, duration=30.0, quiet=True)
-    lines = list(found.lines())
+    histories = nv.response_history(
+        ["none", "tmd", "ssbl"], impulse=1000.0, duration=30.0, quiet=True
+    )
+    lines = list(histories.lines())
     assert [line.startswith("  in closed form: E1max") for line in lines] == [0, 0, 1, 0, 1, 0]
     for name, line in (("none", lines[2]), ("tmd", lines[4])):
         assert float(re.search(r"but for (\S+) of E1max", line)[1]) < 1e-12
-        exact = closed_form(nv.load_system(name), found.request.load)
+        exact = closed_form(nv.load_system(name), histories.request.load)
         for key, value in exact.items():
-            assert found[name].numbers[key] == pytest.approx(value, abs=3e-6), (name, key)
+            assert histories[name].numbers[key] == pytest.approx(value, abs=3e-6), (name, key)
 
 
 @pytest.mark.kernels
 def test_the_rms_of_a_long_run_is_the_steady_one():
     """Over all but the beginning of a period of the noise, of a structure that settles soon."""
     system, lasts = nv.load_system("none", c1=4000.0), 2 * math.pi * 2400 / 38.0
-    found = nv.response_history(
+    histories = nv.response_history(
         system, load={"noise": {**NOISE, "tones": 2400}}, duration=lasts * (1 - 1e-12),
         sampling={"settle": 2.0}, quiet=True,
     )  # fmt: skip
-    exact = closed_form(system, found.request.load)["x1_rms"]
-    assert next(iter(found.results.values())).numbers["x1_rms"] == pytest.approx(exact, rel=0.02)
+    exact = closed_form(system, histories.request.load)["x1_rms"]
+    assert next(iter(histories.results.values())).numbers["x1_rms"] == pytest.approx(
+        exact, rel=0.02
+    )
 
 
 def test_an_envelope_is_what_is_largest_in_each_period():

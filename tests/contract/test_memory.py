@@ -47,7 +47,7 @@ def growth(folder):
 @pytest.mark.slow("two processes, and a long transient")
 def test_a_thousand_times_the_transient_takes_no_more_memory(tmp_path):
     growth(tmp_path)  # compiles, if need be, which takes more memory than anything here
-    found = growth(tmp_path)
-    assert found["kept"] > 15.0  # what it would take to keep those states is seen
-    assert found["again"] < 4.0
-    assert found["long"] < 4.0
+    megabytes = growth(tmp_path)
+    assert megabytes["kept"] > 15.0  # what it would take to keep those states is seen
+    assert megabytes["again"] < 4.0
+    assert megabytes["long"] < 4.0

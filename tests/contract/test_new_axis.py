@@ -34,22 +34,22 @@ def folder(tmp_path_factory):
 
 def test_scans_know_both(folder):
     where = {"PYTHONPATH": str(folder), "NUMBA_DISABLE_JIT": "1"}
-    told = commands.printed("-c", PROGRAM, cwd=folder, **where)
-    k2, start, section, toml = json.loads(told.splitlines()[-1])
+    text = commands.printed("-c", PROGRAM, cwd=folder, **where)
+    k2, start, section, toml = json.loads(text.splitlines()[-1])
     p = nv.load_system("tmd").parameters
     np.testing.assert_allclose(k2, np.linspace(0.01, 0.02, 3) * p["k1"], rtol=1e-15)
     assert start == ["deflected"]
     assert 'policy = "deflected"' in toml
-    for value, found in zip(k2, section, strict=True):
+    for value, states in zip(k2, section, strict=True):
         flow = expm(linear_flow({**p, "k2": value}) * 2 * np.pi / p["omega"])
         state = flow @ [p["P"] / p["k1"], 0.0, 0.0, 0.0, 1.0, 0.0]  # the last two: cos, sin
         after = [state[:4], (flow @ state)[:4]]
-        np.testing.assert_allclose(found[0], after, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(states[0], after, rtol=0, atol=1e-13)
 
 
 def test_its_unit_may_vary_beside_it(folder):
     axes = ("--vary", "stiffness_ratio=0.01:0.02:3", "--vary", "k1=3e4:4e4:3", "--dry-run")
     command = ("-m", "nlds_vines", "bifurcation", "--system", "tmd", *axes)
-    told = commands.printed(*command, cwd=folder, PYTHONPATH=str(folder))
-    assert "k₂/k₁, k₁" in told
-    assert "k2 =" not in told
+    text = commands.printed(*command, cwd=folder, PYTHONPATH=str(folder))
+    assert "k₂/k₁, k₁" in text
+    assert "k2 =" not in text

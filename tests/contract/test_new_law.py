@@ -73,25 +73,25 @@ class Twin:
         p, (x1, v1, x2, v2), z = self.p, y, self.depth(y)
         force = (0.0, p["ka"] * z, p["ka"] * p["za"] + p["kb"] * (z - p["za"]))[piece]
         pull = p["k2"] * (x1 - x2 + p["rest"]) + p["c2"] * (v1 - v2) + force
-        own = p["P"] * np.cos(p["omega"] * t) - p["k1"] * x1 - p["c1"] * v1
-        return v1, (own - pull) / p["m1"], v2, pull / p["m2"]
+        push = p["P"] * np.cos(p["omega"] * t) - p["k1"] * x1 - p["c1"] * v1
+        return v1, (push - pull) / p["m1"], v2, pull / p["m2"]
 
     def events(self, piece):
         """Return what ends a piece, by what is added to its number: its depth is passed."""
-        found = {}
-        for more, at in ((1, piece), (-1, piece - 1)):
+        passages = {}
+        for sign, at in ((1, piece), (-1, piece - 1)):
             if 0 <= at < len(self.depths):
 
                 def passed(t, y, piece, depth=self.depths[at]):
                     return self.depth(y) - depth
 
-                passed.terminal, passed.direction = True, more
-                found[more] = passed
-        return found
+                passed.terminal, passed.direction = True, sign
+                passages[sign] = passed
+        return passages
 
     def sections(self, y, periods):
         """Return the states (periods, 4) at the ends of periods from a state at phase zero."""
-        t, piece, found = 0.0, sum(self.depth(y) > depth for depth in self.depths), []
+        t, piece, states = 0.0, sum(self.depth(y) > depth for depth in self.depths), []
         for n in range(1, periods + 1):
             while t < n * self.period:
                 ends = self.events(piece)
@@ -102,12 +102,12 @@ class Twin:
                 t, y = done.t[-1], done.y[:, -1]
                 if done.status == 1:
                     hits = zip(ends, done.t_events, strict=True)
-                    more = next(more for more, times in hits if len(times))
-                    self.passed[piece] += more > 0
-                    piece += more
+                    sign = next(sign for sign, times in hits if len(times))
+                    self.passed[piece] += sign > 0
+                    piece += sign
             t = n * self.period
-            found.append(y)
-        return np.array(found)
+            states.append(y)
+        return np.array(states)
 
 
 def end_of(twin, periods, y):
@@ -126,12 +126,12 @@ def derivative(f, x, steps):
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
+def computed(tmp_path_factory):
     """Return what the changed package computes."""
     folder = changed(tmp_path_factory.mktemp("changed"), "contact_law")
-    given = json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
+    argument = json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
     places = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
-    return json.loads(printed("-P", "-c", PROGRAM, given, cwd=folder, **places))
+    return json.loads(printed("-P", "-c", PROGRAM, argument, cwd=folder, **places))
 
 
 pytestmark = pytest.mark.kernels
@@ -149,8 +149,8 @@ def test_its_change_is_one_file_and_one_entry_of_the_model(tmp_path):
 
 
 @compiles
-def test_states_are_those_of_another_solver(found):
-    for p, section, impacts in found["orbits"]:
+def test_states_are_those_of_another_solver(computed):
+    for p, section, impacts in computed["orbits"]:
         twin, start = Twin(p), np.array([0.0, 0.0, p["rest"], 0.0])
         np.testing.assert_allclose(section, twin.sections(start, PERIODS), rtol=0, atol=1e-11)
         assert twin.passed[0] == len(impacts["depth"])
@@ -161,8 +161,8 @@ def test_states_are_those_of_another_solver(found):
 
 
 @compiles
-def test_label_and_multipliers_are_those_of_another_solver(found):
-    for beyond, (p, point, pairs, *regime) in zip((1, 0), found["regimes"], strict=True):
+def test_label_and_multipliers_are_those_of_another_solver(computed):
+    for beyond, (p, point, pairs, *regime) in zip((1, 0), computed["regimes"], strict=True):
         twin, y, (label, period, impacts) = Twin(p), np.array(point), regime
         sections = twin.sections(y, period)
         assert label == f"{'' if period == 1 else period}T,{impacts}"
@@ -177,8 +177,8 @@ def test_label_and_multipliers_are_those_of_another_solver(found):
 
 
 @compiles
-def test_derivatives_by_its_constants_are_those_of_another_solver(found):
-    p, (x1, v1, r, s), slopes = found["slopes"]
+def test_derivatives_by_its_constants_are_those_of_another_solver(computed):
+    p, (x1, v1, r, s), slopes = computed["slopes"]
     start = np.array([x1, v1, x1 - r + p["rest"], v1 - s])
 
     def image(constants):

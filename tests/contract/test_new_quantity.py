@@ -63,13 +63,13 @@ def output_of(folder, *words):
 
 
 @pytest.fixture(scope="module")
-def found(changed):
+def computed(changed):
     return json.loads(output_of(changed, "-c", PROGRAM).splitlines()[-1])
 
 
-def test_the_archive_has_it(found):
-    line, alone = found["line"], found["alone"]
-    assert found["last"] == "width"  # of `[record] want`: what was before keeps its place
+def test_the_archive_has_it(computed):
+    line, alone = computed["line"], computed["alone"]
+    assert computed["last"] == "width"  # of `[record] want`: what was before keeps its place
     assert line["datasets"] == ["section", "status", "width"]
     assert alone["datasets"] == ["status", "width"]
     assert line["about"] == ["m", WORDS, ["omega", "start"]]
@@ -80,17 +80,17 @@ def test_the_archive_has_it(found):
     assert line["width"] == alone["width"] == widths.tolist()
 
 
-def test_pictures_show_it(found):
-    assert found["alone"]["labels"] == ["width of the section [m]"]
-    assert "width of the section [m]" in found["map"]["labels"]
+def test_pictures_show_it(computed):
+    assert computed["alone"]["labels"] == ["width of the section [m]"]
+    assert "width of the section [m]" in computed["map"]["labels"]
 
 
-def test_pages_and_tables_show_it(found):
-    title, unit, column = found["page"]
+def test_pages_and_tables_show_it(computed):
+    title, unit, column = computed["page"]
     assert (title, unit) == ("width of the section", "m")
-    np.testing.assert_array_equal(column, np.float32(np.ravel(found["map"]["width"])))
-    assert found["told"] == [["width", "width of the section", "m", ""]]
-    status, heads = found["exported"]
+    np.testing.assert_array_equal(column, np.float32(np.ravel(computed["map"]["width"])))
+    assert computed["told"] == [["width", "width of the section", "m", ""]]
+    status, heads = computed["exported"]
     assert status == 0
     assert "width" in heads
 

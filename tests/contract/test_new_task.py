@@ -48,8 +48,8 @@ def test_it_is_a_command_a_file_a_function_and_an_archive(changed):
 
 
 def test_its_options_are_told_and_refused(changed):
-    told = changed("-m", "nlds_vines", "frf", "--help")
-    assert "lowest frequency [rad/s] [5]" in told.stdout
+    text = changed("-m", "nlds_vines", "frf", "--help")
+    assert "lowest frequency [rad/s] [5]" in text.stdout
     assert "frf" in changed("-m", "nlds_vines", "--help").stdout
     for words, line in (
         (["--low", "9"], "command line: [band]: low = 9 must be below high = 8"),

@@ -134,8 +134,8 @@ def test_figures_and_their_report_replace_none_but_their_own(here, capsys, name)
 def test_a_dry_run_of_the_page_refuses_a_port_that_is_taken(here, capsys):
     from nlds_vines.explore.local_port import listening
 
-    with listening(0) as taken:
-        port = str(taken.getsockname()[1])
+    with listening(0) as server:
+        port = str(server.getsockname()[1])
         err = refused(here, capsys, ["explore", "a.h5", "--port", port, "--dry-run"])
     assert "cannot be used" in err
 

@@ -61,18 +61,18 @@ def test_any_recorded_quantity_is_an_ordinate_in_the_order_asked_for(small):
         "impacts per forcing period",
     ]  # fmt: skip
     with read(small) as view:
-        found = view.take("section", start=0, component=3)
+        section = view.take("section", start=0, component=3)
     (cloud,) = figure.axes[0].get_lines()
-    np.testing.assert_array_equal(cloud.get_ydata(), found.ravel())
+    np.testing.assert_array_equal(cloud.get_ydata(), section.ravel())
 
 
 def test_a_dataset_that_nobody_knows_yet_can_be_drawn_by_its_meaning_and_unit():
     new = Dataset("stroke", ("omega", "start"), "float64", "m", "largest stroke, exact", np.nan)
     codes = Dataset("kind", ("omega", "start"), "int8", "1", "a code", 0, {"a": 0})
-    found = quantities([new, codes], [])
-    assert [name for name, one in found.items() if not one.coded] == ["stroke"]
-    assert found["kind"].coded  # which maps alone show
-    assert found["stroke"].label == "largest stroke [m]"
+    entries = quantities([new, codes], [])
+    assert [name for name, one in entries.items() if not one.coded] == ["stroke"]
+    assert entries["kind"].coded  # which maps alone show
+    assert entries["stroke"].label == "largest stroke [m]"
 
 
 @pytest.mark.kernels

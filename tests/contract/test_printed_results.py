@@ -53,18 +53,18 @@ def results():
     stub = (Path(nv.__path__[0]) / "__init__.pyi").read_text()
     exported = re.findall(r"^from (\S+) import (\w+) as", stub, re.MULTILINE)
     left = [getattr(importlib.import_module(module), name) for module, name in exported]
-    found = set()
+    classes = set()
     while left:
         value = left.pop()
-        if value in found or (inspect.isclass(value) and issubclass(value, (Request, System))):
+        if value in classes or (inspect.isclass(value) and issubclass(value, (Request, System))):
             continue
-        found.add(value)
+        classes.add(value)
         for base in value.__mro__ if inspect.isclass(value) else [value]:
             if base.__module__.startswith("nlds_vines."):
                 module = importlib.import_module(base.__module__)
                 for annotation in annotations_of(base):
                     left += named_in(module, annotation)
-    return {value for value in found if inspect.isclass(value)}
+    return {value for value in classes if inspect.isclass(value)}
 
 
 def holds_much(kind):
@@ -101,7 +101,7 @@ def fall(count):
     time = np.linspace(0.0, 60.0, count)
     numbers = {f"last_{100 * share:g}": 1.0 for share in SHARES}
     numbers |= {"x1_max": 1.0, "E1max": 1.0, "x1_rms": 0.1}
-    numbers |= {f"share_{way}": 0.3 for way in WAYS}
+    numbers |= {f"share_{path}": 0.3 for path in WAYS}
     return ResponseHistory(time, time, time, time, time, time, dict.fromkeys(WAYS, time), numbers)
 
 

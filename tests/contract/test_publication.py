@@ -69,8 +69,8 @@ def test_yaml_is_well_formed(name):
 
 
 def test_no_yaml_is_forgotten():
-    found = [*ROOT.glob(".*.yaml"), *ROOT.glob(".github/**/*.yml"), *ROOT.glob("*.cff")]
-    assert {str(path.relative_to(ROOT)) for path in found} == set(YAML)
+    paths = [*ROOT.glob(".*.yaml"), *ROOT.glob(".github/**/*.yml"), *ROOT.glob("*.cff")]
+    assert {str(path.relative_to(ROOT)) for path in paths} == set(YAML)
 
 
 def test_the_workflow_calls_the_gate():
@@ -109,8 +109,8 @@ def test_the_site_is_built_as_the_readme_tells():
 
 
 def test_the_page_of_the_paper_cites_what_there_is_and_tells_no_number_of_its_own():
-    page, told = text_of("paper.md"), text_of("README.md")
-    told += "".join(path.read_text("utf-8") for path in (ROOT / "docs").glob("*.md"))
+    page, pages = text_of("paper.md"), text_of("README.md")
+    pages += "".join(path.read_text("utf-8") for path in (ROOT / "docs").glob("*.md"))
     assert set(re.findall(r"@(\w+)", page)) == set(
         re.findall(r"^@\w+\{(\w+),", text_of("paper.bib"), re.M)
     )
@@ -120,7 +120,7 @@ def test_the_page_of_the_paper_cites_what_there_is_and_tells_no_number_of_its_ow
     for number in numbers:
         number = number.rstrip(".")
         padded = re.sub(r"e-(\d)$", r"e-0\1", number)  # as tables write it
-        assert re.search(rf"(?<![\d.])({re.escape(number)}|{re.escape(padded)})(?!\d)", told), (
+        assert re.search(rf"(?<![\d.])({re.escape(number)}|{re.escape(padded)})(?!\d)", pages), (
             number
         )
     assert len(page.split()) < 700  # one page
@@ -216,9 +216,9 @@ def test_every_public_function_says_the_types_of_all_arguments():
         real = getattr(nlds_vines, name)
         if callable(real) and not isinstance(real, type):
             signature = inspect.signature(real)
-            said = [signature.return_annotation]
-            said += [argument.annotation for argument in signature.parameters.values()]
-            assert inspect.Signature.empty not in said, name
+            annotations = [signature.return_annotation]
+            annotations += [argument.annotation for argument in signature.parameters.values()]
+            assert inspect.Signature.empty not in annotations, name
 
 
 def test_a_stub_that_lags_behind_is_noticed():

@@ -33,8 +33,8 @@ def path(tmp_path_factory):
 def test_names_paths_and_systems_mean_the_same(tmp_path):
     file = tmp_path / "own.toml"
     file.write_text('system = "ssul-set6"\n')
-    for given in ("ssul-set6", nv.load_system("ssul-set6"), str(file), file):
-        assert nv.simulate(given, 2).state.tolist() == nv.simulate("ssul-set6", 2).state.tolist()
+    for system in ("ssul-set6", nv.load_system("ssul-set6"), str(file), file):
+        assert nv.simulate(system, 2).state.tolist() == nv.simulate("ssul-set6", 2).state.tolist()
     assert nv.classify("ssul-set6").label == "T,1"
     assert nv.load_scan("ssbl") == nv.load_scan(nv.load_system("ssbl"))
     assert nv.load_scan("ssbl").system.kind == "ssbl"
@@ -119,14 +119,14 @@ def objects(path):
     branches = nv.continue_branch("ssul-set6", "omega", (6.2, 6.25), plane=("P", 700.0, 900.0))
     limited = nv.load_system("ssbl")
     limited = type(limited)("ssvi-c", {**limited.parameters, "L": 0.1})
-    found = [
+    instances = [
         limited, nv.load_system("ssul-set6"), orbit, nv.simulate(limited, 4), nv.classify("tmd"),
         nv.load_scan(SCAN), nv.load_scan(), nv.load_tuning("ssul-set6"), nv.load_scan().axes[0],
         nv.load_continuation("ssul-set6"), nv.spectrum(orbit), nv.read(path), branches,
         branches.branches[0], branches.request, *branches.orbits_at(6.22), *branches.curves,
         nv.Ensemble(np.array(["T,1"] * 9, object), np.zeros(9, int), np.ones(9)),
     ]  # fmt: skip
-    return found
+    return instances
 
 
 @pytest.mark.kernels

@@ -63,9 +63,9 @@ def text_of(name):
 
 def blocks(language, text=TEXT):
     """Return the code blocks of a language in a text, by default in all pages."""
-    found = [body for name, body in BLOCK.findall(text) if name == language]
-    assert found
-    return found
+    bodies = [body for name, body in BLOCK.findall(text) if name == language]
+    assert bodies
+    return bodies
 
 
 def rows(text):
@@ -74,7 +74,7 @@ def rows(text):
 
 
 @pytest.fixture
-def own(here):
+def scan_file(here):
     """Work in a folder that holds the scan file of the pages, and the request files of a clone."""
     for page in PAGES:
         for kind, name, text in walk.steps(page.read_text(encoding="utf-8")):
@@ -86,8 +86,8 @@ def own(here):
     return here / "own.toml"
 
 
-def test_the_scan_file_means_what_its_comments_say(own):
-    scan = load_scan(own)
+def test_the_scan_file_means_what_its_comments_say(scan_file):
+    scan = load_scan(scan_file)
     assert scan.system.K == 2.5e7
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
 
@@ -97,7 +97,7 @@ RUN = ("archive.md", "python.md", "branches.md", "loads-in-time.md", "response-c
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("page", RUN)
-def test_the_python_examples_print_what_is_shown(page, own):
+def test_the_python_examples_print_what_is_shown(page, scan_file):
     names = {}
     programs = [step for step in walk.steps(text_of(page)) if step[0] == "python"]
     assert programs
@@ -114,10 +114,10 @@ def test_no_other_page_has_python_that_nobody_runs():
 
 
 @pytest.mark.kernels
-def test_the_program_with_a_pool_of_processes_runs(own):
+def test_the_program_with_a_pool_of_processes_runs(scan_file):
     (program,) = blocks("python", text_of("long-scans.md"))
     Path("pool.py").write_text(program)
-    done = python("pool.py", cwd=own.parent)
+    done = python("pool.py", cwd=scan_file.parent)
     assert done.returncode == 0, done.stderr
     assert Path("pool.h5").stat().st_size > 0
 
@@ -131,8 +131,8 @@ def commands(text):
     `python -m nlds_vines.bifurcation` is the same as `nlds-vines bifurcation`.
     """
     lines = re.findall(r"^(?:nlds-vines |python -m nlds_vines\.)(.*)$", text, re.MULTILINE)
-    found = [[name.replace("_", "-"), *rest] for name, *rest in map(shlex.split, lines)]
-    return [words for words in found if words[0] in COMPUTE]
+    lines_of_words = [[name.replace("_", "-"), *rest] for name, *rest in map(shlex.split, lines)]
+    return [words for words in lines_of_words if words[0] in COMPUTE]
 
 
 PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests of their own
@@ -142,13 +142,13 @@ ARCHIVES = {"figure8.h5", "regimes.h5", "reproduction"}  # of earlier commands: 
 
 
 @pytest.mark.kernels
-def test_every_command_is_understood(own):
+def test_every_command_is_understood(scan_file):
     texts = [page.read_text(encoding="utf-8") for page in PAGES if page.name not in PATTERNS]
-    found = [words for text in texts for words in commands(text.replace("\n.venv/bin/", "\n"))]
-    assert {words[0] for words in found} == COMPUTE
+    listed = [words for text in texts for words in commands(text.replace("\n.venv/bin/", "\n"))]
+    assert {words[0] for words in listed} == COMPUTE
     for record in ("quake.csv", "elcentro_chopra.csv"):
         Path(record).write_text("time [s], acceleration [g]\n0.00, 0.01\n0.02, -0.03\n")
-    for words in found:
+    for words in listed:
         if not ARCHIVES & set(words):
             assert console([*words, "--dry-run"]) == 0, words
 
@@ -162,9 +162,9 @@ def test_every_benchmark_exists():
         assert place.with_suffix(".py").is_file() or (place / "__main__.py").is_file(), name
 
 
-def test_the_scan_file_is_computed_and_drawn(own):
-    found = commands(text_of("scans.md"))
-    (line,) = [arguments for _, *arguments in found if "own.toml" in arguments]
+def test_the_scan_file_is_computed_and_drawn(scan_file):
+    listed = commands(text_of("scans.md"))
+    (line,) = [arguments for _, *arguments in listed if "own.toml" in arguments]
     assert main([*line, "--quiet"]) == 0
     assert Path("own.h5").stat().st_size > 0
     assert Path("own.png").stat().st_size > 0
@@ -178,44 +178,44 @@ def sister_commands(text):
 
 @pytest.mark.kernels
 @pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed")
-def test_the_long_scan_goes_on_as_it_is_told(own):
+def test_the_long_scan_goes_on_as_it_is_told(scan_file):
     (block,) = [body for body in blocks("sh", text_of("long-scans.md")) if "own.toml" in body]
-    found = sister_commands(block)
-    assert [console(words) for words in found] == [0, 0]  # a shard, then what is missing
+    listed = sister_commands(block)
+    assert [console(words) for words in listed] == [0, 0]  # a shard, then what is missing
     assert Path("big.h5").stat().st_size > 0
 
 
-def test_the_recipes_for_clusters_are_understood(own):
+def test_the_recipes_for_clusters_are_understood(scan_file):
     text = text_of("long-scans.md")
-    own.rename("map.toml")
+    scan_file.rename("map.toml")
     tried = re.findall(r"^<!-- tried: (\w+) -->\n```sh\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert len(tried) == 2
     for name, block in tried:
-        found = [words for words in sister_commands(block) if words[0] == name]
-        assert found
-        for words in found:
+        listed = [words for words in sister_commands(block) if words[0] == name]
+        assert listed
+        for words in listed:
             assert console([*words, "--dry-run"]) == 0
 
 
-def test_an_archive_is_drawn_and_repeated(own):
+def test_an_archive_is_drawn_and_repeated(scan_file):
     small = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
     assert main(small) == 0
     shutil.copy("figure8.h5", "own.h5")
-    found = sister_commands("".join(blocks("sh", text_of("archive.md"))))
-    assert [words[0] for words in found] == ["plot", "plot", "rerun", "export", "export"]
-    assert [console(words) for words in found] == [0] * 5
+    listed = sister_commands("".join(blocks("sh", text_of("archive.md"))))
+    assert [words[0] for words in listed] == ["plot", "plot", "rerun", "export", "export"]
+    assert [console(words) for words in listed] == [0] * 5
 
 
 @pytest.mark.skipif(find_spec("bokeh") is None, reason="Bokeh is not installed")
-def test_pages_are_made_as_they_are_told(own):
+def test_pages_are_made_as_they_are_told(scan_file):
     small = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
     assert main([*small, "-o", "figure8.h5"]) == 0
-    found = sister_commands("".join(blocks("sh", text_of("explore.md"))))
-    one, *others = [words for words in found if words[0] == "report"]
+    listed = sister_commands("".join(blocks("sh", text_of("explore.md"))))
+    one, *others = [words for words in listed if words[0] == "report"]
     assert console(one) == 0
     assert Path("figure8.html").stat().st_size > 0
     assert len(others) == 2
-    explored = [words for words in found if words[0] == "explore"]
+    explored = [words for words in listed if words[0] == "explore"]
     assert len(explored) == 4
     for words in explored:
         assert console([*words, "--dry-run"]) == 0
@@ -248,8 +248,8 @@ def test_every_command_has_help():
         if (ROOT / folder.replace(".", "/") / "__main__.py").exists():
             programs.append([folder])
     assert len(programs) > len(COMMANDS) + 5
-    found = json.loads(printed("-c", HELP, json.dumps(programs)))
-    assert found == {" ".join(words): True for words in programs}
+    output = json.loads(printed("-c", HELP, json.dumps(programs)))
+    assert output == {" ".join(words): True for words in programs}
 
 
 def test_all_kinds_and_names_are_told():
@@ -317,7 +317,7 @@ def test_the_gate_walks_the_readme_and_the_tutorial():
     assert any("-m sphinx -W" in line for line in lines)
 
 
-def test_what_is_walked_is_understood(own):
+def test_what_is_walked_is_understood(scan_file):
     for line in sister_commands(text_of("tutorial.md")):
         if line[0] != "rerun":
             assert console([*line, *([] if "--dry-run" in line else ["--dry-run"])]) == 0, line
@@ -351,9 +351,9 @@ def test_a_structure_that_is_shaken_has_more_datasets():
     shaken = nlds_vines.load_system("ssul-set6", base_displacement=0.01)
     scan = Scan("all", shaken, (Axis.spaced("omega", 5.0, 6.0, 2),), ("response",))
     usual = Scan("all", catalog()["ssul-set6"], scan.axes, ("response",))
-    more = set(scan.table.datasets) - set(usual.table.datasets)
-    assert {"P", "drift_max", "drift_rms", "transmissibility"} <= more
-    for name in more:
+    added = set(scan.table.datasets) - set(usual.table.datasets)
+    assert {"P", "drift_max", "drift_rms", "transmissibility"} <= added
+    for name in added:
         assert "where the ground moves" in rows_of[f"`{name}`"], name
     for name in usual.table.datasets:
         assert "where the ground moves" not in rows_of[f"`{name}`"], name
@@ -409,15 +409,15 @@ def test_files_of_all_wings_are_read():
 
 @pytest.mark.parametrize("kind", FORMS)
 def test_every_key_is_told(kind):
-    told = {(table, key) for table, key, file in key_rows() if file in (kind, "all")}
+    documented = {(table, key) for table, key, file in key_rows() if file in (kind, "all")}
     for table, keys in FORMS[kind].tables.items():
-        assert any(place == table for place, _ in told), table
+        assert any(place == table for place, _ in documented), table
         for key in keys or ():
-            assert (table, key) in told, (table, key)
-        for place, key in told:
+            assert (table, key) in documented, (table, key)
+        for place, key in documented:
             assert place != table or not keys or key in keys, f"{kind} has no {key} in {table}"
     for name in FORMS[kind].lists:
-        assert any(place == name for place, _ in told), name
+        assert any(place == name for place, _ in documented), name
 
 
 def anchors(page):
@@ -461,7 +461,7 @@ def test_the_readme_measures_what_the_page_measures():
 
 def outputs(text):
     """Return the files that documented commands write, each with the commands that write it."""
-    found = {}
+    written = {}
     for line in re.findall(
         r"^(?:nlds-vines|python -m (?:nlds_vines|benchmarks)\.)(.*)$", text, re.M
     ):
@@ -469,14 +469,14 @@ def outputs(text):
         plain = " ".join(w for w in words if w != "--resume" and not w.startswith("local:"))
         for option, name in pairwise(words):
             if option in ("-o", "--output", "--plot", "--markdown"):
-                found.setdefault(name, set()).add(re.sub(r"--(shard|scheduler) \S*", "", plain))
-    return found
+                written.setdefault(name, set()).add(re.sub(r"--(shard|scheduler) \S*", "", plain))
+    return written
 
 
 def test_no_two_documented_commands_write_the_same_file():
-    found = outputs(TEXT)
-    assert len(found) > 15
-    shared = {name: lines for name, lines in found.items() if len(lines) > 1}
+    written = outputs(TEXT)
+    assert len(written) > 15
+    shared = {name: lines for name, lines in written.items() if len(lines) > 1}
     begun = {"big.h5", "reproduction"}  # a part first, then the rest of it
     assert set(shared) <= begun, shared
 
@@ -493,8 +493,8 @@ schema = loaded(DOCS / "site" / "schema.py")
 
 
 def test_the_schema_is_the_programs_own():
-    said = "run python docs/site/schema.py"
-    assert schema.PATH.read_text(encoding="utf-8") == schema.text(), said
+    remedy = "run python docs/site/schema.py"
+    assert schema.PATH.read_text(encoding="utf-8") == schema.text(), remedy
 
 
 @pytest.mark.parametrize("path", [*(ROOT / "scans").glob("*.toml")], ids=lambda path: path.name)

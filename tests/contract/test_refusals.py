@@ -50,8 +50,8 @@ def system(content):
     return without("system") + f"\n[system]\n{content}\n"
 
 
-def none(more):
-    return system(f"{NONE}omega = 1\n{more}")
+def none(lines):
+    return system(f"{NONE}omega = 1\n{lines}")
 
 
 def setting(content):
@@ -308,9 +308,9 @@ def test_a_faulty_command_line(line, refused):
 
 def test_the_good_file_reaches_the_kernels(folder):
     # or else every file above could be refused for a reason that is none
-    for more in ([], ["-o", "old.h5", "--resume"]):
+    for options in ([], ["-o", "old.h5", "--resume"]):
         with pytest.raises(AssertionError, match="reached the kernels"):
-            main(["bifurcation", "scan.toml", *more])
+            main(["bifurcation", "scan.toml", *options])
 
 
 @pytest.mark.parametrize("line", ["--system tdm", "--set P=nan", "-o old.h5"])

@@ -54,10 +54,10 @@ class Kind(NamedTuple):
 
     @property
     def settings(self):
-        return [said for table in self.form.tables.values() for said in table.values()]
+        return [entry for table in self.form.tables.values() for entry in table.values()]
 
-    def read(self, *given):
-        return getattr(import_module(f"nlds_vines.{self.module}"), self.load)(*given)
+    def read(self, *sources):
+        return getattr(import_module(f"nlds_vines.{self.module}"), self.load)(*sources)
 
 
 SET6 = {"system": "ssul-set6"}
@@ -149,9 +149,9 @@ CHECKED = {
 """What is tried of settings that functions check, by key, with what must be said of it."""
 
 
-def tried(said):
+def tried(setting):
     """Return wrong values of a setting, each with what must be said of it."""
-    key, check = said.key, said.check
+    key, check = setting.key, setting.check
     match check:
         case Whole(low, high):
             words = f"must be a whole number from {low} to {high}"
@@ -191,15 +191,17 @@ def test_a_wrong_value_is_refused_with_its_place_and_what_is_allowed(kind, here,
     """In a document, in a file and in the changes over one."""
     one = KINDS[kind]
     one.read(one.least)  # or else all could be refused for a reason that is none
-    for said in one.settings:
-        others = one.least.get(said.table, {})
-        cases = [(said.key, value, words) for value, words in tried(said)]
-        cases += [(f"{said.key}x", 1, f"unknown key '{said.key}x'; did you mean '{said.key}'")]
+    for setting in one.settings:
+        others = one.least.get(setting.table, {})
+        cases = [(setting.key, value, words) for value, words in tried(setting)]
+        cases += [
+            (f"{setting.key}x", 1, f"unknown key '{setting.key}x'; did you mean '{setting.key}'")
+        ]
         for key, value, words in cases:
-            wrong = {said.table: {**others, key: value}}
+            wrong = {setting.table: {**others, key: value}}
             lines = {f"{kind}: ": error_of(one.read, {**one.least, **wrong})}
             lines["keywords: "] = error_of(
-                one.read, one.least, {said.table: {key: value}}, "keywords"
+                one.read, one.least, {setting.table: {key: value}}, "keywords"
             )
             if isinstance(value, int | float | str):
                 with suppress_unwritable():
@@ -207,7 +209,7 @@ def test_a_wrong_value_is_refused_with_its_place_and_what_is_allowed(kind, here,
                     lines["r.toml: "] = error_of(one.read, "r.toml")
             for place, line in lines.items():
                 assert line.startswith(place), line
-                assert f"[{said.table}]: " in line, line
+                assert f"[{setting.table}]: " in line, line
                 assert words in line
 
 
@@ -239,24 +241,28 @@ NUMBERS = {
 """What is no number, and what must be said of it."""
 
 
-def texts(said):
+def texts(setting):
     """Return wrong texts of an option, each with what must be said of it."""
-    match said.check:
+    match setting.check:
         case Whole(low, high):
             outside = [
-                (str(n), f"{said.key} = {n} must be a whole number") for n in (low - 1, high + 1)
+                (str(n), f"{setting.key} = {n} must be a whole number") for n in (low - 1, high + 1)
             ]
             return [*outside, ("2.5", "must be a whole number"), *NUMBERS.items()]
         case Real():
-            return [("nan", f"{said.key} = nan"), ("1e10", f"{said.key} = 1"), *NUMBERS.items()]
+            return [
+                ("nan", f"{setting.key} = nan"),
+                ("1e10", f"{setting.key} = 1"),
+                *NUMBERS.items(),
+            ]
         case Truth() | Text():
             return []
         case Checked(listed=True):
-            lists = [(value, words) for value, words in tried(said) if isinstance(value, list)]
+            lists = [(value, words) for value, words in tried(setting) if isinstance(value, list)]
             return [
                 (",".join(v), words) for v, words in lists if all(isinstance(w, str) for w in v)
             ]
-    return [(v, words) for v, words in tried(said) if isinstance(v, str) and not v[0].isdigit()]
+    return [(v, words) for v, words in tried(setting) if isinstance(v, str) and not v[0].isdigit()]
 
 
 @every_kind
@@ -265,11 +271,13 @@ def test_an_option_is_refused_in_its_own_words(kind, here, answer, refusal):
     listed = answer(
         command, "--help-all" if "--help-all" in answer(command, "--help") else "--help"
     )
-    for said in KINDS[kind].settings:
-        for text, words in texts(said) if said.has_option and said.flag in listed else ():
-            err = refusal(command, *usual, f"{said.flag}={text}")
+    for setting in KINDS[kind].settings:
+        for text, words in texts(setting) if setting.has_option and setting.flag in listed else ():
+            err = refusal(command, *usual, f"{setting.flag}={text}")
             assert words in err
-            assert said.flag in err or ("command line: " in err and f"[{said.table}]: " in err)
+            assert setting.flag in err or (
+                "command line: " in err and f"[{setting.table}]: " in err
+            )
     assert list(here.iterdir()) == []
 
 
@@ -309,8 +317,13 @@ def test_what_means_the_same_has_one_hash(kind, here):
     for document in SAME[kind]:
         Path("r.toml").write_text(toml_text(document))
         system = document.get("system", "tmd")
-        for given in ((document,), ("r.toml",), (system, document), ({"system": system}, document)):
-            request = one.read(*given)
+        for sources in (
+            (document,),
+            ("r.toml",),
+            (system, document),
+            ({"system": system}, document),
+        ):
+            request = one.read(*sources)
             hashes.add(request.hash)
             assert one.read(request.document()).hash == request.hash
     assert len(hashes) == 1
@@ -368,10 +381,10 @@ def test_all_keys_of_files_are_known():
 
 @pytest.mark.parametrize("command", ["portrait", "tuning", "continuation"])
 def test_a_file_lends_what_all_kinds_have(command, scan, ask):
-    said = ask(command, scan, "--dry-run")
-    assert said.out.startswith("My damper\n")
-    assert said.err.count("\n") == 1
-    assert "scan.toml: left aside here: [vary], [start], [record]" in said.err
+    printed = ask(command, scan, "--dry-run")
+    assert printed.out.startswith("My damper\n")
+    assert printed.err.count("\n") == 1
+    assert "scan.toml: left aside here: [vary], [start], [record]" in printed.err
     assert ask(command, scan, "--dry-run", "--quiet").err == ""
 
 
@@ -401,10 +414,10 @@ def test_a_title_of_a_file_stays_and_that_of_the_default_does_not(scan):
 @pytest.mark.parametrize("command", ["portrait", "tuning", "continuation"])
 def test_all_files_serve_all_commands(command, path, capsys, here):
     status = main([command, str(path), "--dry-run"])
-    said = capsys.readouterr().err
-    assert "unknown key" not in said
+    err = capsys.readouterr().err
+    assert "unknown key" not in err
     # a page of curves has a system in each curve, and some systems have no damper to tune
-    assert status == 0 or "system" in said or "damper" in said
+    assert status == 0 or "system" in err or "damper" in err
 
 
 # ---- the way of a setting ------------------------------------------------------------------------
@@ -451,11 +464,11 @@ def way(*words):
     return list(functions)
 
 
-@pytest.mark.parametrize("given", ["option", "file"])
-def test_a_setting_passes_eight_functions_in_four_modules_at_most(given, here, capsys):
+@pytest.mark.parametrize("changes", ["option", "file"])
+def test_a_setting_passes_eight_functions_in_four_modules_at_most(changes, here, capsys):
     document = {**SCAN, "sampling": {"transient": VALUE}}
     Path("r.toml").write_text(toml_text(document))
-    functions = way(f"--transient={VALUE}") if given == "option" else way("r.toml")
+    functions = way(f"--transient={VALUE}") if changes == "option" else way("r.toml")
     assert f"[sampling]: transient = {VALUE} must be" in capsys.readouterr().err
     assert functions[-1] == ("nlds_vines.errors", "whole")
     assert 4 <= len(functions) <= 8, functions
@@ -477,7 +490,7 @@ LOADS = {
 }
 NUMBERS_OF_LOADS = [
     *(("impulse", "scale")),
-    *(f"{kind}.{said.key}" for kind in ALL for said in settings_of(ALL[kind]).values()),
+    *(f"{kind}.{setting.key}" for kind in ALL for setting in settings_of(ALL[kind]).values()),
 ]
 RANGES = ([-1.0, 0.0, 1.0], [1.0, 1.5, 2.0], [2.0, 3.0, 4.0], [0.0, 0.5, 1.0], [19.0, 20.0, 21.0])
 """Axes whose ends many settings allow, and not each value between them."""

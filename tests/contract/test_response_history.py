@@ -27,11 +27,11 @@ SHORT = {"duration": 12.0, "quiet": True}
 def made_up(request, cases, stop, tell=None):
     """Return what nobody computed: all that is told of the cases is 1, or 0."""
     count, times = len(cases), 0 if request.vary else len(request.times)
-    found = {entry.name: np.ones(count) for entry in OF_LOADS}
+    arrays = {entry.name: np.ones(count) for entry in OF_LOADS}
     if times:
-        found |= {name: np.ones((count, times)) for name in HISTORIES}
-        found |= {f"dissipated_{way}": np.zeros((count, times)) for way in WAYS}
-    return {**found, "status": np.zeros(count, int)}
+        arrays |= {name: np.ones((count, times)) for name in HISTORIES}
+        arrays |= {f"dissipated_{path}": np.zeros((count, times)) for path in WAYS}
+    return {**arrays, "status": np.zeros(count, int)}
 
 
 def free(times, x0, v0):
@@ -60,11 +60,11 @@ def closed(system, times, v0):
 
 @pytest.mark.kernels
 def test_the_structure_alone_and_with_a_tmd_in_closed_form():
-    found = nv.response_history(["none", "tmd"], impulse=1000.0, **SHORT)
-    fall = found["none"]
+    histories = nv.response_history(["none", "tmd"], impulse=1000.0, **SHORT)
+    fall = histories["none"]
     np.testing.assert_allclose(fall.E1, energy(fall.time, 1.0), rtol=0, atol=1e-11 * 500)
     np.testing.assert_allclose(fall.x1, free(fall.time, 0.0, 1.0)[0], rtol=0, atol=1e-12)
-    tmd = found["tmd"]
+    tmd = histories["tmd"]
     states = closed(nv.load_system("tmd"), tmd.time, 1.0)
     np.testing.assert_allclose(tmd.x1, states[:, 0], rtol=0, atol=1e-12)
     np.testing.assert_allclose(tmd.x2, states[:, 2], rtol=0, atol=1e-12)
@@ -72,8 +72,8 @@ def test_the_structure_alone_and_with_a_tmd_in_closed_form():
 
 @pytest.mark.kernels
 def test_last_times_are_those_of_the_closed_form():
-    found = nv.response_history("none", impulse=300.0, **SHORT)
-    for share, last in found.times.items():
+    histories = nv.response_history("none", impulse=300.0, **SHORT)
+    for share, last in histories.times.items():
         assert energy(last - 1e-9, 0.3) > share * 45.0
         assert (energy(np.linspace(last + 1e-9, 20.0, 20000), 0.3) < share * 45.0).all()
 
@@ -89,9 +89,9 @@ def test_last_times_are_those_of_the_closed_form():
 )
 def test_the_paper_s_dampers_under_a_blow(impulse, times):
     """Computed with other programs: SciPy's DOP853 beside the twin of the tests."""
-    found = nv.response_history(impulse=impulse, **SHORT)
-    assert {name: round(fall.last[0], 3) for name, fall in found.results.items()} == times
-    for fall in found.results.values():
+    histories = nv.response_history(impulse=impulse, **SHORT)
+    assert {name: round(fall.last[0], 3) for name, fall in histories.results.items()} == times
+    for fall in histories.results.values():
         assert fall.numbers["balance"] < 1e-11
         shares = [energies[-1] for energies in fall.dissipated.values()]
         assert np.nansum(shares) < fall.numbers["energy_in"]
@@ -127,20 +127,20 @@ def test_a_damper_that_cannot_be_followed_is_told(here, ask, answer, monkeypatch
     code = max(STATUS)
 
     def fails(request, cases, stop, tell=None):
-        found = made_up(request, cases, stop)
+        arrays = made_up(request, cases, stop)
         if request.case(cases[0])[0].name == "ssbl":
-            found = {name: np.full_like(values, np.nan, float) for name, values in found.items()}
-            found["status"] = np.full(len(cases), code)
-        return found
+            arrays = {name: np.full_like(values, np.nan, float) for name, values in arrays.items()}
+            arrays["status"] = np.full(len(cases), code)
+        return arrays
 
     monkeypatch.setattr(run, "arrays_of", fails)
     words = "response-history --system tmd --system ssbl --impulse 9 --duration 3 -o many.h5"
     out, err = ask(*words.split(), status=1)
     assert STATUS[code].remedy in out
     assert "1 of 2 orbits failed" in err
-    found = nv.open_archive("many.h5")
-    assert (found["tmd"].status, found["ssbl"].status) == (0, code)
-    assert np.isnan(found["ssbl"].E1).all()
+    arrays = nv.open_archive("many.h5")
+    assert (arrays["tmd"].status, arrays["ssbl"].status) == (0, code)
+    assert np.isnan(arrays["ssbl"].E1).all()
 
 
 @pytest.mark.parametrize("vary", ["", "--vary impulse=1:9:3"])
@@ -148,9 +148,9 @@ def test_status_and_remedy_are_said_where_every_orbit_fails(vary, here, ask, ref
     code = max(STATUS)
 
     def fails(request, cases, stop, tell=None):
-        found = made_up(request, cases, stop)
-        found = {name: np.full_like(values, np.nan, float) for name, values in found.items()}
-        return {**found, "status": np.full(len(cases), code)}
+        arrays = made_up(request, cases, stop)
+        arrays = {name: np.full_like(values, np.nan, float) for name, values in arrays.items()}
+        return {**arrays, "status": np.full(len(cases), code)}
 
     monkeypatch.setattr(run, "arrays_of", fails)
     words = f"response-history --system ssbl --impulse 9 --duration 3 {vary} -o response-history.h5"
@@ -174,8 +174,8 @@ def drawn_and_made_again(here, answer):
         )
         assert (here / "history.png").stat().st_size > 10000
         answer("plot", "response-history.h5", "--show", panel, "-o", "panel.pdf")
-        said = answer("rerun", "response-history.h5", "-o", "again.h5")
-        assert "results are the same" in said
+        text = answer("rerun", "response-history.h5", "-o", "again.h5")
+        assert "results are the same" in text
         return nv.open_archive("response-history.h5")
 
     return opened
@@ -184,9 +184,9 @@ def drawn_and_made_again(here, answer):
 @pytest.mark.kernels
 def test_an_archive_is_written_drawn_opened_and_made_again(drawn_and_made_again):
     words = "--system none --system ssul-set6 --impulse 1000 --duration 5"
-    found = drawn_and_made_again(words, "energy")
-    assert list(found.results) == ["none", "ssul-set6"]
-    assert found["ssul-set6"].numbers["impact_count"] >= 1
+    histories = drawn_and_made_again(words, "energy")
+    assert list(histories.results) == ["none", "ssul-set6"]
+    assert histories["ssul-set6"].numbers["impact_count"] >= 1
     with nv.read("response-history.h5") as view:
         assert "impulse_max" not in view  # no wall is rigid
 
@@ -312,9 +312,9 @@ def test_the_harmonic_force_alone_is_the_orbit_of_simulate():
         system, load={"harmonic": True}, duration=20 * system.period, quiet=True
     )
     end = nv.simulate(system, periods=20, quiet=True).state
-    found = fall[system.name]
-    np.testing.assert_allclose([found.x1[-1], found.x2[-1]], end[[0, 2]], rtol=0, atol=1e-8)
-    assert found.numbers["balance"] < 1e-10
+    numbers = fall[system.name]
+    np.testing.assert_allclose([numbers.x1[-1], numbers.x2[-1]], end[[0, 2]], rtol=0, atol=1e-8)
+    assert numbers.numbers["balance"] < 1e-10
 
 
 @pytest.mark.kernels
@@ -331,8 +331,8 @@ def test_the_harmonic_force_alone_is_the_orbit_of_simulate():
 )
 def test_a_linear_structure_under_loads_obeys_duhamel_s_integral(load):
     """x1 = integral of h(t - s) f(s) ds, by Gauss-Legendre between the kinks of the load."""
-    found = nv.response_history("none", load=load, **SHORT)
-    fall, loading = found["none"], found.request.load
+    histories = nv.response_history("none", load=load, **SHORT)
+    fall, loading = histories["none"], histories.request.load
     mass = nv.load_system("none").parameters["m1"]
     (part,) = loading.parts
     nodes, weights = np.polynomial.legendre.leggauss(20)
@@ -350,16 +350,16 @@ def test_a_linear_structure_under_loads_obeys_duhamel_s_integral(load):
 @pytest.mark.kernels
 def test_a_scan_holds_what_single_decays_tell(drawn_and_made_again):
     varied = "--vary impulse=300:1000:2 --vary c1=400:452:2"
-    found = drawn_and_made_again(
+    histories = drawn_and_made_again(
         f"--system tmd --system ssul-set6 {varied} --duration 12", "x1_max"
     )
-    assert found["last_1"].shape == (2, 2, 2)
+    assert histories["last_1"].shape == (2, 2, 2)
     single = nv.response_history("ssul-set6", impulse=1000.0, set={"c1": 400.0}, **SHORT)[
         "ssul-set6"
     ]
     for name in ("last_1", "x1_max", "share_c2", "impact_count", "stroke_max"):
-        assert found[name][1, 1, 0] == pytest.approx(single.numbers[name], rel=1e-11)
-    assert np.isnan(found["impact_count"][0]).all()
+        assert histories[name][1, 1, 0] == pytest.approx(single.numbers[name], rel=1e-11)
+    assert np.isnan(histories["impact_count"][0]).all()
 
 
 def test_a_scan_of_loads_goes_on_where_it_was_stopped(goes_on, monkeypatch):
@@ -394,8 +394,8 @@ def test_no_number_depends_on_how_many_states_are_asked_for():
             one = nv.response_history(document, duration=30.0, quiet=True, **tables)
             for j, fall in enumerate(one.results.values()):
                 for name in scan.numbers.keys() - {"balance"}:
-                    found = fall.numbers[name], scan[name][j, i]
-                    np.testing.assert_allclose(*found, rtol=2e-11, atol=1e-11, err_msg=name)
+                    single = fall.numbers[name], scan[name][j, i]
+                    np.testing.assert_allclose(*single, rtol=2e-11, atol=1e-11, err_msg=name)
 
 
 @pytest.mark.kernels
@@ -507,14 +507,14 @@ def test_the_variance_under_noise_is_that_of_its_density(name):
         "vary": {"noise.seed": {"values": list(range(1, seeds + 1))}},
         "sampling": {"duration": 600.0, "settle": 40.0, "samples": 16},
     })  # fmt: skip
-    found = arrays_of(request, range(seeds))
+    arrays = arrays_of(request, range(seeds))
     density = request.load.noise[0].density
     band, white = variance_in_a_band(system, density, high)
     if name == "none":
         p = system.parameters
         assert white == pytest.approx(math.pi * density / (p["k1"] * p["c1"]), rel=1e-12)
     assert band == pytest.approx(white, rel=0.02)
-    squares = found["x1_rms"] ** 2
+    squares = arrays["x1_rms"] ** 2
     assert abs(squares.mean() - band) < 3 * squares.std(ddof=1) / math.sqrt(seeds)
 
 
@@ -560,8 +560,8 @@ def test_loads_of_the_command_line(here, answer, refusal):
     assert "record q.csv, 3 samples" in plan
     assert "0.05 s of it act (50.0%)" in plan
     line = "response-history --dry-run --load half_sine:peak=3,length=0.5,repeat=2,every=1"
-    told = answer(*line.split(), "--load", "noise:rms=1,high=9")
-    assert "half sine (peak 3, length 0.5, every 1) + noise (rms 1" in told
+    printed = answer(*line.split(), "--load", "noise:rms=1,high=9")
+    assert "half sine (peak 3, length 0.5, every 1) + noise (rms 1" in printed
     for text, word in (("half_sin:peak=3", "half_sine"), ("noise:rms", "KEY=VALUE"),
                        ("noise:rms=x,high=1", "'x'"), ("none.csv", "none.csv")):  # fmt: skip
         assert word in refusal("response-history", "--load", text, "--dry-run")
@@ -570,10 +570,10 @@ def test_loads_of_the_command_line(here, answer, refusal):
 def test_a_report_says_its_frame_its_records_and_until_when(here, answer, monkeypatch):
     monkeypatch.setattr(run, "arrays_of", made_up)
     (here / "q.csv").write_text("t [s], a [g]\n3, 0\n3.05, 1\n3.1, 0\n")
-    told = answer(*["response-history", "--system", "none", "--load", "q.csv", "-o", "quake.h5"])
-    assert "record q.csv, 3 samples" in told
-    assert "moved from 3 s to 0 s" in told
-    assert "x1 relative to the ground up to 1 m; E1 above 50% until 1 s, 10% until 1 s" in told
+    text = answer(*["response-history", "--system", "none", "--load", "q.csv", "-o", "quake.h5"])
+    assert "record q.csv, 3 samples" in text
+    assert "moved from 3 s to 0 s" in text
+    assert "x1 relative to the ground up to 1 m; E1 above 50% until 1 s, 10% until 1 s" in text
     with h5py.File("quake.h5") as archive:
         words = {name: archive[name].attrs["long_name"] for name in archive}
     assert "absolute" in words["a1_max"]
@@ -614,8 +614,8 @@ def test_the_ground_accelerates_structure_and_damper():
 @pytest.mark.kernels
 def test_the_ground_s_acceleration_and_impacts_balance():
     load = {"half_sine": {"peak": 0.3, "length": 0.5, "unit": "g", "repeat": 3, "every": 1.0}}
-    found = nv.response_history(["ssbl", "ssul-set6"], load=load, **SHORT)
-    for fall in found.results.values():
+    histories = nv.response_history(["ssbl", "ssul-set6"], load=load, **SHORT)
+    for fall in histories.results.values():
         assert fall.numbers["impact_count"] >= 1
         assert fall.numbers["balance"] < 1e-11
 

@@ -37,8 +37,8 @@ def content(path):
     with h5py.File(path) as file:
         values = {name: file[name][()] for name in file}
         lasting = {name: value for name, value in file.attrs.items() if name not in PASSING}
-    words = {name: found.tolist() for name, found in values.items() if found.dtype == object}
-    return {name: found.tobytes() for name, found in values.items()} | words, lasting
+    words = {name: array.tolist() for name, array in values.items() if array.dtype == object}
+    return {name: array.tobytes() for name, array in values.items()} | words, lasting
 
 
 # ---- killed at random moments --------------------------------------------------------------------
@@ -93,12 +93,12 @@ def kill_and_resume(task, kills, folder):
         )  # fmt: skip
 
     def finish(running):
-        _, said = running.communicate()
-        assert running.returncode in (0, 1), said
+        _, err = running.communicate()
+        assert running.returncode in (0, 1), err
         assert not list(folder.glob("*.blocks"))
-        found = content(folder / "a.h5")
+        resumed = content(folder / "a.h5")
         (folder / "a.h5").unlink()
-        return found
+        return resumed
 
     for _ in range(2):  # the first one may compile
         began = time.monotonic()
@@ -225,10 +225,10 @@ def test_a_signal_ends_a_run_between_blocks_and_says_how_to_go_on(
         assert running.poll() is None, running.stderr.read()
         time.sleep(0.005)
     running.send_signal(number)
-    _, said = running.communicate()
-    assert running.returncode == status, said
-    assert "--resume" in said
-    assert "Traceback" not in said
+    _, err = running.communicate()
+    assert running.returncode == status, err
+    assert "--resume" in err
+    assert "Traceback" not in err
     assert not list(tmp_path.glob("scan.h5.*.blocks/*.tmp"))
     running = command(tmp_path)
     running.communicate()

@@ -62,18 +62,18 @@ EXACT = {"ceil", "floor", "trunc", "rint", "sqrt", "fabs", "copysign", "fmin", "
 
 def run(setting, *arguments, cache=None):
     """Return what the program prints under a setting; `cache` is a folder for compiled code."""
-    more = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
+    variables = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
     ours = ("GLIBC_TUNABLES", "OPENBLAS_", "NPY_", "NUMBA_CPU_", "NUMBA_DISABLE_JIT")
-    kept = {name for name in os.environ if not name.startswith(ours)}
+    names = {name for name in os.environ if not name.startswith(ours)}
     with pytest.MonkeyPatch.context() as patch:
-        for name in os.environ.keys() - kept:
+        for name in os.environ.keys() - names:
             patch.delenv(name)
-        return json.loads(printed(PROGRAM, *arguments, **more, **setting))
+        return json.loads(printed(PROGRAM, *arguments, **variables, **setting))
 
 
-def differing(found, usual):
+def differing(digests, usual):
     return sorted(
-        name for name in usual.keys() | found.keys() if found.get(name) != usual.get(name)
+        name for name in usual.keys() | digests.keys() if digests.get(name) != usual.get(name)
     )
 
 
@@ -150,9 +150,9 @@ def test_every_nan_is_the_same():
     """0 / 0 has one sign on x86-64 and the other on ARM64."""
     vary = {"P": {"values": [0.0, 800.0]}}
     scan = load_scan({"system": "tmd", "vary": vary, "record": {"want": ["energy"]}})
-    found = Computer(scan).block(Block(0, ((0, 2),)))["reduction"]
-    assert np.isnan(found).ravel().tolist() == [True, False]
-    assert not np.signbit(found[0]).any()
+    arrays = Computer(scan).block(Block(0, ((0, 2),)))["reduction"]
+    assert np.isnan(arrays).ravel().tolist() == [True, False]
+    assert not np.signbit(arrays[0]).any()
 
 
 @pytest.fixture(scope="module")
@@ -172,8 +172,8 @@ def caches(tmp_path_factory):
 def test_no_setting_changes_a_bit(setting, everything, caches):
     if not SETTINGS[setting]:
         pytest.skip("NumPy has one code for this processor")
-    own = caches.get(SETTINGS[setting].get("NUMBA_CPU_NAME"))
-    assert differing(run(SETTINGS[setting], *CASES, cache=own), everything) == []
+    cache = caches.get(SETTINGS[setting].get("NUMBA_CPU_NAME"))
+    assert differing(run(SETTINGS[setting], *CASES, cache=cache), everything) == []
 
 
 @pytest.mark.long

@@ -213,14 +213,14 @@ def workers_of(process):
     """Return the process ids of the workers that a run has started, by its grandchildren."""
     import psutil
 
-    found = []
+    pids = []
     for child in psutil.Process(process.pid).children(recursive=True):
         try:
             if "spawn_main" in " ".join(child.cmdline()):
-                found.append(child.pid)
+                pids.append(child.pid)
         except psutil.NoSuchProcess:
             continue
-    return found
+    return pids
 
 
 @pytest.mark.kernels

@@ -190,39 +190,44 @@ TOLD_BY_TYPES = {"may_leave", "shrinks"}
 """Kernels whose answer types decide, which guard nothing but what every law compiles."""
 
 
-def decided(said):
+def decided(message):
     """Tell whether an expression is made of nothing but what types decide (`deciding`)."""
-    if isinstance(said, ast.BoolOp):
-        return all(map(decided, said.values))
-    if isinstance(said, ast.UnaryOp):
-        return decided(said.operand)
-    if isinstance(said, ast.Call):
-        return ast.unparse(said.func) in {"is_a", "says", "same_sort"}
-    if isinstance(said, ast.Compare):
-        return isinstance(said.ops[0], ast.Is | ast.IsNot)
-    return isinstance(said, ast.Constant) and isinstance(said.value, bool)
+    if isinstance(message, ast.BoolOp):
+        return all(map(decided, message.values))
+    if isinstance(message, ast.UnaryOp):
+        return decided(message.operand)
+    if isinstance(message, ast.Call):
+        return ast.unparse(message.func) in {"is_a", "says", "same_sort"}
+    if isinstance(message, ast.Compare):
+        return isinstance(message.ops[0], ast.Is | ast.IsNot)
+    return isinstance(message, ast.Constant) and isinstance(message.value, bool)
 
 
 def told_by_types(text):
     """Return the functions of a module that tell by types alone whether something is so."""
-    found = set()
+    names = set()
     for function in ast.walk(ast.parse(text)):
         if isinstance(function, ast.FunctionDef) and "jit" in map(
             ast.unparse, function.decorator_list
         ):
             inside = list(ast.walk(function))
-            said = [one.value for one in inside if isinstance(one, ast.Return)]
+            returned = [one.value for one in inside if isinstance(one, ast.Return)]
             asked = [one.test for one in inside if isinstance(one, ast.If | ast.IfExp)]
             does = any(isinstance(one, ast.For | ast.While | ast.Assign) for one in inside)
-            if said and None not in said and not does and all(map(decided, said + asked)):
-                found.add(function.name)
-    return found
+            if (
+                returned
+                and None not in returned
+                and not does
+                and all(map(decided, returned + asked))
+            ):
+                names.add(function.name)
+    return names
 
 
 def test_what_types_decide_is_asked_where_it_decides():
     """A kernel that returns it hides it: what its caller leaves out is compiled all the same."""
-    known = [told_by_types(path.read_text()) for path in stored_code.KERNELS.rglob("*.py")]
-    assert set().union(*known) == TOLD_BY_TYPES
+    names = [told_by_types(path.read_text()) for path in stored_code.KERNELS.rglob("*.py")]
+    assert set().union(*names) == TOLD_BY_TYPES
     hidden = "@jit\ndef wants(a, b):\n    return a.k is None and not is_a(b, int)"
     assert told_by_types(hidden) == {"wants"}
     assert told_by_types(hidden + " and b.x > 0.0") == set()
@@ -230,15 +235,15 @@ def test_what_types_decide_is_asked_where_it_decides():
 
 @pytest.mark.kernels
 def test_no_kernel_asks_at_run_time_whether_a_part_exists(code):
-    found = {name: case["undecided"] for name, case in code.items() if "undecided" in case}
-    assert found == {name: [] for name in found}
+    undecided = {name: case["undecided"] for name, case in code.items() if "undecided" in case}
+    assert undecided == {name: [] for name in undecided}
 
 
 @pytest.mark.kernels
 def test_floating_point_is_strict(code):
-    found = {name: case["contracts"] for name, case in code.items()}
-    assert found.pop("loose")  # what is compiled otherwise is told from the kernels
-    assert found == {name: [] for name in found}
+    contracts = {name: case["contracts"] for name, case in code.items()}
+    assert contracts.pop("loose")  # what is compiled otherwise is told from the kernels
+    assert contracts == {name: [] for name in contracts}
 
 
 def allocated(system, *want):

@@ -114,9 +114,9 @@ def test_a_task_ends_within_two_seconds(task, number, tmp_path):
         )  # fmt: skip
         assert done.returncode in (0, 1), done.stderr
     process = begun([*words, *long, "-o", "long.h5"], tmp_path, lambda: True)
-    status, said = ended(process, number)
+    status, err = ended(process, number)
     assert status == (130 if number == signal.SIGINT else 143)
-    assert "kept in long.h5." in said
+    assert "kept in long.h5." in err
     assert not (tmp_path / "long.h5").exists()
 
 
@@ -141,9 +141,9 @@ def test_a_task_without_an_archive_ends_within_two_seconds(task, number, tmp_pat
     options, words = WITHOUT_ARCHIVE[task]
     (tmp_path / "scan.toml").write_text(SLOW_SCAN, "utf-8")
     process = begun(["-m", "nlds_vines", task, *options], tmp_path, lambda: True)
-    status, said = ended(process, number)
+    status, err = ended(process, number)
     assert status == (130 if number == signal.SIGINT else 143)
-    assert words in said
+    assert words in err
 
 
 PYTHON = """

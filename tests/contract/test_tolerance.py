@@ -58,10 +58,10 @@ def test_a_scan_keeps_its_tolerance():
 
 
 def test_experts_may_set_what_the_tolerance_would():
-    found = scan(nodes=10, contact_steps=20)
-    assert found.settings == Settings(nodes=10, contact_steps=20.0)
-    assert load_scan(tomllib.loads(found.to_toml())) == found
-    assert found.hash != load_scan(SMALL).hash
+    request = scan(nodes=10, contact_steps=20)
+    assert request.settings == Settings(nodes=10, contact_steps=20.0)
+    assert load_scan(tomllib.loads(request.to_toml())) == request
+    assert request.hash != load_scan(SMALL).hash
     assert scan(method="rk4", period_steps=64).settings == Settings.rk4(64.0)
 
 
@@ -80,11 +80,11 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_bad_settings_are_one_line_that_names_their_place(name):
-    below, above, said = REFUSED[name]
+    below, above, message = REFUSED[name]
     document = {**SMALL, "sampling": {**SMALL["sampling"], **below}}
     with pytest.raises(RequestError) as refused:
         load_scan(document, {"sampling": above})
-    assert str(refused.value) == said
+    assert str(refused.value) == message
 
 
 def test_a_file_with_a_tolerance_serves_rk4_too():
@@ -105,8 +105,8 @@ def test_a_coarse_scan_is_coarser_and_both_are_within_their_tolerances():
     errors, finest = {}, Computer(scan(tolerance=1e-13, transient=0, periods=4))
     truth = finest.lanes(cells, starts)["section"]
     for tolerance in (1e-3, 1e-6, 1e-9, 1e-12):
-        found = Computer(scan(tolerance=tolerance, transient=0, periods=4)).lanes(cells, starts)
-        errors[tolerance] = np.abs(found["section"] - truth).max()
+        arrays = Computer(scan(tolerance=tolerance, transient=0, periods=4)).lanes(cells, starts)
+        errors[tolerance] = np.abs(arrays["section"] - truth).max()
         assert errors[tolerance] <= 10 * tolerance  # growth in four periods
     assert errors[1e-6] > 10 * errors[1e-9] > 100 * errors[1e-12]
 
@@ -130,9 +130,9 @@ def test_scans_simulations_and_batches_take_it_alike():
         np.testing.assert_array_equal(orbit.section, section(tolerance=value)[0, 0])
     energies = []
     for value in TOLERANCES.values():
-        found = batch.Batch(SYSTEM.scene, tolerance=value).run(SYSTEM.cells(), np.zeros(4), 2, 3)
+        arrays = batch.Batch(SYSTEM.scene, tolerance=value).run(SYSTEM.cells(), np.zeros(4), 2, 3)
         orbit = nv.simulate(SYSTEM, 3, transient=2, tolerance=value, record=["energy"])
-        assert found.E1max == orbit.E1max
+        assert arrays.E1max == orbit.E1max
         energies.append(orbit.E1max)
     assert energies[0] != energies[1]
     assert energies == pytest.approx([energies[2]] * 3, rel=1e-5)
@@ -189,11 +189,11 @@ def test_commands_take_numbers_and_presets(command, here, answer, ask):
 @pytest.mark.parametrize(
     "function",
     [
-        lambda **given: nv.simulate(SYSTEM, 1, **given),
-        lambda **given: nv.classify(SYSTEM, **given),
-        lambda **given: nv.orbit_portrait(SYSTEM, **given),
-        lambda **given: nv.transient_lifetimes(SYSTEM, to="a.h5", **given),
-        lambda **given: nv.scan(SMALL, to="a.h5", sampling=given),
+        lambda **options: nv.simulate(SYSTEM, 1, **options),
+        lambda **options: nv.classify(SYSTEM, **options),
+        lambda **options: nv.orbit_portrait(SYSTEM, **options),
+        lambda **options: nv.transient_lifetimes(SYSTEM, to="a.h5", **options),
+        lambda **options: nv.scan(SMALL, to="a.h5", sampling=options),
     ],
 )  # fmt: skip
 def test_functions_refuse_it_in_one_line(function, here):

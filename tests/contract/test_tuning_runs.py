@@ -73,7 +73,7 @@ def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path, whole):
     band = [*TMD[:-4], "--band", "5.5:7:7"]
     assert main([*band, "-o", str(tmp_path / "a.h5"), "--quiet"]) == 0
     tuned = nv.open_archive(tmp_path / "a.h5")
-    best, said = tuned.best, "\n".join(tuned.lines())
+    best, text = tuned.best, "\n".join(tuned.lines())
     finer = np.linspace(5.5, 7.0, 49)
     how = {"transient": tuned.request.transient, "periods": tuned.request.periods}
     scan = nv.scan(
@@ -88,8 +88,8 @@ def test_a_peak_is_judged_between_the_values_of_its_band(tmp_path, whole):
     assert best.objective == pytest.approx(E1max[::8].max(), rel=1e-9)
     assert best.finer == pytest.approx(E1max.max(), rel=1e-9)
     assert best.finer > best.objective
-    assert "E1max is the largest of 7 values of omega; finer: of 49" in said
-    assert f"{best.objective:11.5g}  {best.finer:11.5g}" in said
+    assert "E1max is the largest of 7 values of omega; finer: of 49" in text
+    assert f"{best.objective:11.5g}  {best.finer:11.5g}" in text
     assert "optimum_finer" not in bits(whole)  # four values are no band
     assert np.isnan(nv.open_archive(whole).best.finer)
 
@@ -102,9 +102,9 @@ def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, inter
     total = sum(whole)
     path = tmp_path / "b.h5"
     interrupt(batches)
-    said = ask("tuning", *TMD, "-o", path, "--quiet", status=130).err
-    assert "--resume" in said
-    assert said.count("\n") == 1
+    printed = ask("tuning", *TMD, "-o", path, "--quiet", status=130).err
+    assert "--resume" in printed
+    assert printed.count("\n") == 1
     assert not path.exists()
     if batches:  # blocks are kept: not without saying what to do
         assert main([*TMD, "-o", str(path), "--quiet"]) == 2
@@ -202,34 +202,34 @@ def test_every_evaluation_is_logged_with_what_it_found(tmp_path, interrupt):
     calls = interrupt(None)
     tune(tmp_path / "a.h5", *TMD, "--seeds", "2")
     with nv.read(tmp_path / "a.h5") as view:
-        found = {name: view[name] for name in view.names}
+        arrays = {name: view[name] for name in view.names}
         assert view.flags("stage") == {code: name for name, code in STAGES.items()}
         assert view["search"].tolist() == [0, 1]
-    assert sum(calls) == found["objective"].size
-    assert set(found["stage"]) == set(STAGES.values())
-    assert np.count_nonzero(found["stage"] == STAGES["surface"]) == 9
-    for i in (0, 17, found["objective"].size - 1):
-        omega = found["case_omega"][found["worst_case"][i]]
-        system = nv.load_system("tmd", k2=found["k2"][i], c2=found["c2"][i], omega=omega)
+    assert sum(calls) == arrays["objective"].size
+    assert set(arrays["stage"]) == set(STAGES.values())
+    assert np.count_nonzero(arrays["stage"] == STAGES["surface"]) == 9
+    for i in (0, 17, arrays["objective"].size - 1):
+        omega = arrays["case_omega"][arrays["worst_case"][i]]
+        system = nv.load_system("tmd", k2=arrays["k2"][i], c2=arrays["c2"][i], omega=omega)
         orbit = nv.simulate(system, 2, transient=300, record=("section", "energy"))
-        assert orbit.E1max == found["objective"][i]
+        assert orbit.E1max == arrays["objective"][i]
 
 
 def test_the_result_is_what_the_archive_says(tmp_path):
     search = {"population": 8, "generations": 5, "polish": 12, "seeds": 3}
-    found = nv.tune("tmd", tmp_path / "a.h5", search=search, over={"P": {"values": [600, 900]}})
-    with nv.read(found.path) as view:
+    tuned = nv.tune("tmd", tmp_path / "a.h5", search=search, over={"P": {"values": [600, 900]}})
+    with nv.read(tuned.path) as view:
         searched = view["stage"] <= STAGES["polish"]
-        assert found.objective == view["objective"][searched].min()
-        assert found.evaluations == searched.size
+        assert tuned.objective == view["objective"][searched].min()
+        assert tuned.evaluations == searched.size
         request = view.attrs["scan"]
-    assert found.objective == min(found.spread.values())
-    assert found.optima[0].robustness["none"] == found.objective
-    assert found.best.worst == max(found.best.robustness.values()) >= found.objective
-    assert found.best.robustness[found.best.cause] == found.best.worst
-    assert any(line.startswith("3 seeds: best") for line in found.lines())
+    assert tuned.objective == min(tuned.spread.values())
+    assert tuned.optima[0].robustness["none"] == tuned.objective
+    assert tuned.best.worst == max(tuned.best.robustness.values()) >= tuned.objective
+    assert tuned.best.robustness[tuned.best.cause] == tuned.best.worst
+    assert any(line.startswith("3 seeds: best") for line in tuned.lines())
     (tmp_path / "again.toml").write_text(request)  # what is stored repeats it
-    assert tune(tmp_path / "b.h5", str(tmp_path / "again.toml")) == bits(found.path)
+    assert tune(tmp_path / "b.h5", str(tmp_path / "again.toml")) == bits(tuned.path)
 
 
 def test_what_is_free_has_no_value_among_the_attributes(tmp_path):
@@ -247,9 +247,9 @@ def test_a_full_disk_leaves_the_blocks(tmp_path, monkeypatch, capsys):
     with monkeypatch.context() as patched:
         patched.setattr(os, "posix_fallocate", full)
         assert main([*TMD, "-o", str(tmp_path / "a.h5"), "--quiet"]) == 2
-    said = capsys.readouterr().err
-    assert "No space left on device" in said
-    assert "use --resume" in said
+    err = capsys.readouterr().err
+    assert "No space left on device" in err
+    assert "use --resume" in err
     tune(tmp_path / "a.h5", *TMD, "--resume")
     with nv.read(tmp_path / "a.h5") as view:
         assert view.attrs["replayed"] == view["objective"].size

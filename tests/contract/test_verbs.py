@@ -14,23 +14,23 @@ SHORT = {"transient": 20, "periods": 12}
 FEW = {"omega": {"start": 6.0, "stop": 6.2, "num": 3}}
 
 
-def scan(**more):
+def scan(**changes):
     return nv.scan(
         "ssul-set6", vary=FEW, sampling=SHORT, record=["section", "impacts", "energy", "regime"],
-        quiet=True, **more,
+        quiet=True, **changes,
     )  # fmt: skip
 
 
 def test_a_scan_in_memory_leaves_no_file(here):
-    found = scan()
+    request = scan()
     assert os.listdir(here) == []
-    assert found.request.axes[0].values.tolist() == [6.0, 6.1, 6.2]
-    assert list(found.to_xarray()["label"].values.ravel()) == ["T,1"] * 3
-    assert found.to_dataframe()["E1max"].gt(0).all()
-    assert found.plot().axes
-    place, folder = str(found), found.parent
-    with found.read() as view:
-        del found
+    assert request.request.axes[0].values.tolist() == [6.0, 6.1, 6.2]
+    assert list(request.to_xarray()["label"].values.ravel()) == ["T,1"] * 3
+    assert request.to_dataframe()["E1max"].gt(0).all()
+    assert request.plot().axes
+    place, folder = str(request), request.parent
+    with request.read() as view:
+        del request
         gc.collect()
         assert view["E1max"].shape == (3, 1)  # what is open stays open
     del view
@@ -63,12 +63,12 @@ def test_a_start_may_be_a_word():
 @pytest.mark.slow("an ensemble of its own records")
 @pytest.mark.kernels
 def test_an_ensemble(here):
-    found = nv.transient_lifetimes("ssul-set6", starts=8, transient=200, periods=20, quiet=True)
+    ensemble = nv.transient_lifetimes("ssul-set6", starts=8, transient=200, periods=20, quiet=True)
     assert os.listdir(here) == []
-    assert found.labels.size == 8
-    assert found.request.starts == 8
-    assert "label" in found.to_xarray()
-    assert found.plot().axes
+    assert ensemble.labels.size == 8
+    assert ensemble.request.starts == 8
+    assert "label" in ensemble.to_xarray()
+    assert ensemble.plot().axes
     assert nv.open_archive(
         nv.transient_lifetimes("tmd", starts=3, transient=9, quiet=True, to="e.h5").archive
     )
@@ -77,18 +77,18 @@ def test_an_ensemble(here):
 @pytest.mark.slow("kernels of the structure alone")
 @pytest.mark.kernels
 def test_curves(here):
-    found = nv.response_curves(["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True)
+    curves = nv.response_curves(["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True)
     assert os.listdir(here) == []
-    assert found["SSul NES, Set 6"].E1max.shape == (3,)
-    assert found.request.axis == "omega"
-    assert found.plot().axes
+    assert curves["SSul NES, Set 6"].E1max.shape == (3,)
+    assert curves.request.axis == "omega"
+    assert curves.plot().axes
     again = nv.response_curves(
         ["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True, to="c.h5"
     )
     opened = nv.open_archive("c.h5")
     assert type(opened) is type(again)
-    np.testing.assert_array_equal(opened.curves[1].E1max, found.curves[1].E1max)
-    assert found.to_xarray().equals(opened.to_xarray())
+    np.testing.assert_array_equal(opened.curves[1].E1max, curves.curves[1].E1max)
+    assert curves.to_xarray().equals(opened.to_xarray())
 
 
 @pytest.mark.slow("designs of a tuning")
@@ -96,25 +96,25 @@ def test_curves(here):
 def test_a_tuning(here):
     few = {"population": 5, "generations": 1, "seeds": 1, "polish": 0}
     free = {"k2": {"low": 100.0, "high": 3000.0}}
-    found = nv.tune("ssul-set6", free=free, search=few, sampling=SHORT, quiet=True)
+    tuned = nv.tune("ssul-set6", free=free, search=few, sampling=SHORT, quiet=True)
     assert os.listdir(here) == []
-    assert found.request == found.tuning
+    assert tuned.request == tuned.tuning
     nv.tune("ssul-set6", free=free, search=few, sampling=SHORT, quiet=True, to="t.h5")
-    assert nv.open_archive("t.h5").best.objective == found.best.objective
-    assert "objective" in found.to_xarray()
+    assert nv.open_archive("t.h5").best.objective == tuned.best.objective
+    assert "objective" in tuned.to_xarray()
 
 
 @pytest.mark.slow("branches")
 def test_branches(here):
-    found = nv.continue_branch("ssul-set6", parameter="omega", bounds=(6.2, 6.4), quiet=True)
+    path = nv.continue_branch("ssul-set6", parameter="omega", bounds=(6.2, 6.4), quiet=True)
     assert os.listdir(here) == []
-    assert found.branches[0].labels[0] == "T,1"
-    assert found.request.along.name == "omega"
-    assert found.plot().axes
-    assert "label" in found.to_xarray()
+    assert path.branches[0].labels[0] == "T,1"
+    assert path.request.along.name == "omega"
+    assert path.plot().axes
+    assert "label" in path.to_xarray()
     nv.continue_branch("ssul-set6", parameter="omega", bounds=(6.2, 6.4), quiet=True, to="b.h5")
     np.testing.assert_array_equal(
-        nv.open_archive("b.h5").branches[0].states, found.branches[0].states
+        nv.open_archive("b.h5").branches[0].states, path.branches[0].states
     )
 
 
@@ -127,12 +127,12 @@ def test_a_portrait_is_a_figure_and_a_file_where_it_is_asked_for(here):
 
 
 def test_results_and_requests_are_pickled(here):
-    found = scan()
-    copy = pickle.loads(pickle.dumps(found))
-    assert copy != found
-    assert copy.to_xarray().equals(found.to_xarray())
+    request = scan()
+    copy = pickle.loads(pickle.dumps(request))
+    assert copy != request
+    assert copy.to_xarray().equals(request.to_xarray())
     assert pickle.loads(pickle.dumps(nv.scan)) is nv.scan
-    assert pickle.loads(pickle.dumps(found.request)) == found.request
+    assert pickle.loads(pickle.dumps(request.request)) == request.request
     named = scan(to="scan.h5")
     assert pickle.loads(pickle.dumps(named)) == named
 

@@ -26,7 +26,7 @@ def watched_page(browser, **settings):
     page.on("pageerror", lambda error: page.faults.append(str(error)))
     page.on(
         "console",
-        lambda told: page.faults.append(told.text) if told.type == "error" else None,
+        lambda message: page.faults.append(message.text) if message.type == "error" else None,
     )
     return page
 

@@ -10,7 +10,7 @@ from scans import archived, unfilled
 WANT = ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]
 
 
-def document(vary, start, **more):
+def document(vary, start, **changes):
     return {
         "title": "a small map",
         "system": "ssul-set6",
@@ -18,7 +18,7 @@ def document(vary, start, **more):
         "start": start,
         "sampling": {"transient": 60, "periods": 30, "effort": "quick"},
         "record": {"want": WANT},
-        **more,
+        **changes,
     }
 
 
@@ -47,10 +47,10 @@ BASIN = {
 def made_up(document, path):
     """Write an archive of a scan without computing it: nothing in it is known."""
     scan = load_scan(document)
-    found = unfilled(scan)
-    found["label"][...] = "undetermined"
-    found["status"][...] = OK
-    return archived(path, scan, found)
+    arrays = unfilled(scan)
+    arrays["label"][...] = "undetermined"
+    arrays["status"][...] = OK
+    return archived(path, scan, arrays)
 
 
 @pytest.fixture(scope="session")

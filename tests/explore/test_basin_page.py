@@ -30,25 +30,25 @@ def page(small_basin):
         assert page.faults == []
 
 
-def clicked(page, found, cell):
-    values = found.values_of(cell)
+def clicked(page, archive, cell):
+    values = archive.values_of(cell)
     acted(page, lambda: page.mouse.click(*place_of(page, values["x_0"], values["v_0"])))
     return values
 
 
 @pytest.mark.parametrize("cell", [(0, 0), (7, 6), (3, 11), (12, 4), (13, 3), (13, 11)])
 def test_a_click_begins_where_the_axes_say(page, small_basin, cell):
-    found = stored(small_basin)
-    values = clicked(page, found, cell)
+    archive = stored(small_basin)
+    values = clicked(page, archive, cell)
     words = text_of(page, "verdict")
     assert f"from x_0 = {values['x_0']:g}, v_0 = {values['v_0']:g}" in words
-    assert words.startswith(found.arrays["label"][(*cell, 0)] + " ")
+    assert words.startswith(archive.arrays["label"][(*cell, 0)] + " ")
     assert text_of(page, "trouble") == ""
 
 
 def test_a_slider_moves_the_start_alone(page, small_basin):
-    found = stored(small_basin)
-    clicked(page, found, (7, 6))
+    archive = stored(small_basin)
+    clicked(page, archive, (7, 6))
     acted(page, lambda: page.locator("#orbit select").select_option(label="the first 12 periods"))
     exact = page.locator("#parameters input").first
     acted(page, lambda: (exact.fill("0.925"), exact.press("Enter")))
@@ -59,7 +59,7 @@ def test_a_slider_moves_the_start_alone(page, small_basin):
     assert "--start=0.925,0.0 " in command
     assert "--set P=0.6" in command
     acted(page, lambda: page.locator("button", has_text="as in the map").click())
-    middle = found.values_of((7, 6))["x_0"]
+    middle = archive.values_of((7, 6))["x_0"]
     assert value_of(page, "m('history data').data.x1[0]") == pytest.approx(middle, abs=0.01)
 
 

@@ -77,11 +77,11 @@ def test_three_cells_are_clicked(page, click, small_map):
 
 
 def test_the_second_of_two_quick_clicks_counts(page, small_map):
-    found = stored(small_map)
-    at = [place_of(page, found.scan.axes[0].values[i], 800.0) for i in (1, 2)]
+    archive = stored(small_map)
+    at = [place_of(page, archive.scan.axes[0].values[i], 800.0) for i in (1, 2)]
     page.mouse.click(*at[0])
     page.mouse.click(*at[1])
-    wait_for_text(page, "readout", f"ω = {found.scan.axes[0].values[2]:.6g}")
+    wait_for_text(page, "readout", f"ω = {archive.scan.axes[0].values[2]:.6g}")
 
 
 def test_the_arrow_keys_choose_a_cell(page, click, small_map):
@@ -285,21 +285,21 @@ def opened(browser):
 
 def test_the_report_opens_without_a_network(opened, report, small_map, small_diagram):
     name, path = report
-    found = stored({"map": small_map, "diagram": small_diagram}[name])
-    page, axes = opened(path), found.scan.axes
+    archive = stored({"map": small_map, "diagram": small_diagram}[name])
+    page, axes = opened(path), archive.scan.axes
     low, high = value_of(page, "[m('cells').y_range.start, m('cells').y_range.end]")
     y = axes[1].values[0] if len(axes) == 2 else (low + high) / 2
     page.mouse.click(*place_of(page, axes[0].values[3], y))
     cell = (3, 0)[: len(axes)]
     wait_for_text(page, "verdict", f"ω = {axes[0].values[3]:.6g}")
-    assert text_of(page, "verdict").startswith(found.arrays["label"][(*cell, 0)])
+    assert text_of(page, "verdict").startswith(archive.arrays["label"][(*cell, 0)])
     section = value_of(page, "m('section').data.x2")
-    assert section == pytest.approx(found.arrays["section"][(*cell, 0)][:, 2], abs=1e-4)
+    assert section == pytest.approx(archive.arrays["section"][(*cell, 0)][:, 2], abs=1e-4)
     page.keyboard.press("ArrowRight")
     cell = (4, 0)[: len(axes)]
     wait_for_text(page, "verdict", f"ω = {axes[0].values[4]:.6g}")
-    assert text_of(page, "verdict").startswith(found.arrays["label"][(*cell, 0)])
-    assert f"{found.arrays['E1max'][(*cell, 0)]:.4g}" in text_of(page, "verdict")
+    assert text_of(page, "verdict").startswith(archive.arrays["label"][(*cell, 0)])
+    assert f"{archive.arrays['E1max'][(*cell, 0)]:.4g}" in text_of(page, "verdict")
     page.mouse.move(*place_of(page, axes[0].values[1], y))
     wait_for_text(page, "tip", f"ω = {axes[0].values[1]:.6g}")
     before = text_of(page, "legend")

@@ -35,8 +35,8 @@ def orbit():
 @pytest.mark.kernels
 def test_the_section_is_that_of_simulate(orbit):
     expected = nv.simulate(nv.load_system("ssul-set6", omega=7.1), 30, transient=60).section
-    found = np.stack([orbit.panels["section"][n] for n in ("x1", "v1", "x2", "v2")], axis=-1)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+    section = np.stack([orbit.panels["section"][n] for n in ("x1", "v1", "x2", "v2")], axis=-1)
+    np.testing.assert_allclose(section, expected, rtol=0, atol=1e-9)
     assert orbit.label == "T,1"
 
 
@@ -46,25 +46,25 @@ def test_the_section_at_impact_is_that_of_simulate(name, omega):
     """Of one cycle, by wall: of T,2 one touch at each; of what is not periodic, all."""
     system = nv.load_system(name, omega=omega)
     orbit = live_orbit(system, None, SAMPLING)
-    found = orbit.panels["touches"]
-    assert list(found) == ["phase", *system.scene.walls]
+    panel = orbit.panels["touches"]
+    assert list(panel) == ["phase", *system.scene.walls]
     end = 60 + max(30, SHOW)
     impacts = nv.simulate(system, 30, transient=60, record=("impacts",)).impacts
-    kept = impacts[impacts["touch"] > (end - orbit.view.cycle) * system.period]
-    assert len(found["phase"]) == len(kept)
+    last = impacts[impacts["touch"] > (end - orbit.view.cycle) * system.period]
+    assert len(panel["phase"]) == len(last)
     for wall in system.scene.walls:
-        own = kept[kept["wall"] == system.scene.struck[wall]]
-        there = np.isfinite(found[wall])
-        assert len(own) == there.sum() > 0
-        np.testing.assert_allclose(found[wall][there], own["speed"], atol=1e-8)
-        phases = own["touch"] * system.parameters["omega"] % (2 * np.pi)
-        np.testing.assert_allclose(found["phase"][there], phases, atol=1e-7)
+        rows = last[last["wall"] == system.scene.struck[wall]]
+        there = np.isfinite(panel[wall])
+        assert len(rows) == there.sum() > 0
+        np.testing.assert_allclose(panel[wall][there], rows["speed"], atol=1e-8)
+        phases = rows["touch"] * system.parameters["omega"] % (2 * np.pi)
+        np.testing.assert_allclose(panel["phase"][there], phases, atol=1e-7)
 
 
 @pytest.mark.kernels
 def test_without_walls_there_is_no_section_at_impact():
-    found = live_orbit(nv.load_system("tmd"), None, SAMPLING).panels["touches"]
-    assert {name: len(values) for name, values in found.items()} == {"phase": 0}
+    panel = live_orbit(nv.load_system("tmd"), None, SAMPLING).panels["touches"]
+    assert {name: len(values) for name, values in panel.items()} == {"phase": 0}
 
 
 @pytest.mark.kernels
@@ -85,26 +85,26 @@ def test_a_history_holds_all_of_every_contact(orbit):
 @pytest.mark.parametrize(("name", "periods"), [("short", SHOW), ("long", LONG), ("whole", 72)])
 def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name, periods):
     system, start = nv.load_system("ssul-set6", omega=7.1), (0.01, -0.2, 0.3, -0.4)
-    found = live_orbit(system, start, SAMPLING, history=name).panels["history"]
-    assert len({len(values) for values in found.values()}) == 1
-    assert found["t"][0] < 0.1
-    assert found["t"][-1] == pytest.approx(periods, abs=periods / MOST_POINTS)
+    panel = live_orbit(system, start, SAMPLING, history=name).panels["history"]
+    assert len({len(values) for values in panel.values()}) == 1
+    assert panel["t"][0] < 0.1
+    assert panel["t"][-1] == pytest.approx(periods, abs=periods / MOST_POINTS)
     plain = nv.simulate(system, periods, start=start, record=["trajectory"], samples=256)
     for place, column in ((0, "x1"), (2, "x2")):
         values = plain.trajectory[:, place]
         ends = [values.min(), values.max()]
-        np.testing.assert_allclose([found[column].min(), found[column].max()], ends, rtol=0.02)
-    first = found["x1"][:2]
+        np.testing.assert_allclose([panel[column].min(), panel[column].max()], ends, rtol=0.02)
+    first = panel["x1"][:2]
     assert first.min() <= plain.trajectory[0, 0] <= first.max()
-    assert found["force"].max() > 0
-    assert len(found["t"]) < 4 * MOST_POINTS
+    assert panel["force"].max() > 0
+    assert len(panel["t"]) < 4 * MOST_POINTS
 
 
 @pytest.mark.kernels
 def test_the_multipliers_are_in_the_unit_circle(orbit):
-    found = orbit.panels["multipliers"]
-    assert len(found["re"]) == 4
-    assert (np.hypot(found["re"], found["im"]) < 1).all()
+    panel = orbit.panels["multipliers"]
+    assert len(panel["re"]) == 4
+    assert (np.hypot(panel["re"], panel["im"]) < 1).all()
 
 
 @pytest.mark.kernels
@@ -161,8 +161,8 @@ def test_the_command_line_is_the_orbit_again(start, monkeypatch, here):
 @pytest.mark.kernels
 def test_a_system_of_no_catalog_is_drawn_from_its_recipe():
     base = nv.load_system("ssul-set6")
-    own = nv.System(base.kind, dict(base.parameters), "own")
-    request = live_orbit(own, None, SAMPLING).request
+    system = nv.System(base.kind, dict(base.parameters), "own")
+    request = live_orbit(system, None, SAMPLING).request
     assert recipes.portrait_command(request) == "nlds-vines portrait portrait.toml"
 
 
@@ -204,11 +204,11 @@ def test_an_empty_part_is_refused(low_high):
 
 
 def test_a_job_computes_what_the_scan_means():
-    told = []
-    job = Job(SCAN, lambda: told.append(job.share))
+    messages = []
+    job = Job(SCAN, lambda: messages.append(job.share))
     job.begin()
     job.wait()
-    assert (job.done, told[-1], job.error) == (55, 1.0, "")
+    assert (job.done, messages[-1], job.error) == (55, 1.0, "")
     assert (job.found.arrays["label"] != "").all()
 
 
@@ -219,12 +219,12 @@ def test_a_job_says_that_kernels_are_compiled(monkeypatch):
             super().__init__(scan, helped=helped)
 
     monkeypatch.setattr("nlds_vines.bifurcation.run.Computer", Compiling)
-    told = []
-    job = Job(SCAN, lambda: told.append(job.note))
+    messages = []
+    job = Job(SCAN, lambda: messages.append(job.note))
     job.begin()
     job.wait()
-    assert told[0] == "compiling the kernels of ssul"
-    assert told[-1] == ""
+    assert messages[0] == "compiling the kernels of ssul"
+    assert messages[-1] == ""
 
 
 def test_a_cancelled_job_ends_with_its_block(monkeypatch):

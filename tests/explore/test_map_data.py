@@ -15,55 +15,55 @@ from nlds_vines.orbits.records import NOT_COMPUTED, OK, STATUS
 
 
 def test_the_arrays_are_those_of_the_archive(small_map):
-    found = stored(small_map)
+    archive = stored(small_map)
     with read(small_map) as view:
         for name in ("label", "E1max", "section", "multipliers", "status"):
             expected = view[name]
-            np.testing.assert_array_equal(found.arrays[name], expected)
-    assert found.shape == (6, 4)
-    assert found.starts == ("random 0", "random 1")
-    assert found.values_of((1, 2)) == {
-        "omega": found.scan.axes[0].values[1],
-        "P": found.scan.axes[1].values[2],
+            np.testing.assert_array_equal(archive.arrays[name], expected)
+    assert archive.shape == (6, 4)
+    assert archive.starts == ("random 0", "random 1")
+    assert archive.values_of((1, 2)) == {
+        "omega": archive.scan.axes[0].values[1],
+        "P": archive.scan.axes[1].values[2],
     }
 
 
 def test_the_columns_stand_start_by_start_and_cell_by_cell(small_map):
-    found = stored(small_map)
-    words = label_codes(found)[0]
+    archive = stored(small_map)
+    words = label_codes(archive)[0]
     for i, j, k in ((0, 0, 0), (5, 3, 1), (2, 1, 0)):
         place = i * 4 + j, k
-        assert words[column(found, "label")[place]] == found.arrays["label"][i, j, k]
-        assert column(found, "E1max")[place] == np.float32(found.arrays["E1max"][i, j, k])
-    never = found.lanes("settling") < 0
-    np.testing.assert_array_equal(np.isnan(column(found, "settling")), never)
+        assert words[column(archive, "label")[place]] == archive.arrays["label"][i, j, k]
+        assert column(archive, "E1max")[place] == np.float32(archive.arrays["E1max"][i, j, k])
+    never = archive.lanes("settling") < 0
+    np.testing.assert_array_equal(np.isnan(column(archive, "settling")), never)
 
 
 @pytest.mark.kernels
 def test_every_cell_live_has_the_label_of_the_archive(small_map):
-    found = stored(small_map)
-    for cell in np.ndindex(found.shape):
+    archive = stored(small_map)
+    for cell in np.ndindex(archive.shape):
         for k in range(2):
-            system = found.system_of(cell)
-            start = found.start_of(cell, k, system)
-            orbit = live_orbit(system, start.state, Sampling.of(found.scan))
-            assert orbit.label == found.arrays["label"][(*cell, k)]
+            system = archive.system_of(cell)
+            start = archive.start_of(cell, k, system)
+            orbit = live_orbit(system, start.state, Sampling.of(archive.scan))
+            assert orbit.label == archive.arrays["label"][(*cell, k)]
 
 
 def test_the_start_of_a_sweep_is_the_end_of_the_cell_before(small_sweeps):
-    found = stored(small_sweeps)
+    archive = stored(small_sweeps)
     for k, before in ((0, 3), (1, 5)):  # up and down, at cell 4
-        start = found.start_of((4, 0), k, found.system_of((4, 0)))
-        assert start.state == tuple(found.arrays["section"][before, k, -1])
-    edge = found.start_of((0, 0), 0, found.scan.system)
+        start = archive.start_of((4, 0), k, archive.system_of((4, 0)))
+        assert start.state == tuple(archive.arrays["section"][before, k, -1])
+    edge = archive.start_of((0, 0), 0, archive.scan.system)
     assert edge.state is None
     assert "beginning" in edge.words
 
 
 def test_a_sweep_without_states_says_that_it_begins_at_rest(small_sweeps):
-    found = stored(small_sweeps)
-    bare = {name: values for name, values in found.arrays.items() if name == "label"}
-    start = type(found)(found.scan, bare).start_of((4, 0), 0, found.scan.system)
+    archive = stored(small_sweeps)
+    bare = {name: values for name, values in archive.arrays.items() if name == "label"}
+    start = type(archive)(archive.scan, bare).start_of((4, 0), 0, archive.scan.system)
     assert start.state is None
     assert "does not hold" in start.words
 
@@ -86,10 +86,10 @@ def test_a_long_section_keeps_its_last_states(small_map, monkeypatch):
 
 
 def test_a_map_without_a_section_shows_the_point_of_the_periodic_orbit(small_map):
-    found = stored(small_map)
-    arrays = {n: v for n, v in found.arrays.items() if n != "section"}
-    points = section_points(type(found)(found.scan, arrays), 12)
-    np.testing.assert_array_equal(points[:, 0], found.lanes("orbit_point").reshape(-1, 4))
+    archive = stored(small_map)
+    arrays = {n: v for n, v in archive.arrays.items() if n != "section"}
+    points = section_points(type(archive)(archive.scan, arrays), 12)
+    np.testing.assert_array_equal(points[:, 0], archive.lanes("orbit_point").reshape(-1, 4))
 
 
 @pytest.mark.parametrize("kind", ["missing", "text", "cut", "tuning"])
@@ -121,21 +121,21 @@ def test_what_a_diagram_shows_first_is_its_section(small_diagram):
 def test_the_colors_are_those_of_the_pictures(small_map):
     from nlds_vines.plotting.palette import colors
 
-    found = stored(small_map)
-    words = label_codes(found)[0][1:]
+    archive = stored(small_map)
+    words = label_codes(archive)[0][1:]
     shades = colors(words)
-    classes = classes_of(found)[1:]
+    classes = classes_of(archive)[1:]
     assert [shade for _, shade, _ in classes] == [shades[word] for word in words]
     names = {name: shade for _, shade, name in classes}
     assert len(names) == len(set(names.values()))  # one name for each color
 
 
 def test_a_map_of_sections_alone_shows_what_is_computed(small_map):
-    found = stored(small_map)
-    arrays = {name: found.arrays[name].copy() for name in ("section", "status")}
+    archive = stored(small_map)
+    arrays = {name: archive.arrays[name].copy() for name in ("section", "status")}
     failed = next(code for code in STATUS if code not in (OK, NOT_COMPUTED))
     arrays["status"][0, 0, 0], arrays["status"][1, 0, 0] = NOT_COMPUTED, failed
-    bare = type(found)(found.scan, arrays)
+    bare = type(archive)(archive.scan, arrays)
     assert [show.name for show in shows_of(bare)] == ["status"]
     codes = column(bare, "computed").reshape(6, 4, 2)
     assert (codes[0, 0, 0], codes[1, 0, 0], codes[2, 2, 1]) == (0, 2, 1)

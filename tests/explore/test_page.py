@@ -77,15 +77,15 @@ def seen(small_map):
 @pytest.mark.kernels
 @pytest.mark.parametrize("kind", [Tap, DoubleTap])
 def test_a_click_shows_the_orbit_of_the_cell(seen, small_map, kind):
-    found = stored(small_map)
+    archive = stored(small_map)
     seen.page.start.value = "1"
     for cell in ((0, 0), (5, 3), (3, 2)):
-        at = [axis.values[i] for axis, i in zip(found.scan.axes, cell, strict=True)]
+        at = [axis.values[i] for axis, i in zip(archive.scan.axes, cell, strict=True)]
         seen.event(seen.page.map.main, kind, x=at[0], y=at[1])
         seen.settle()
-        assert seen.label == found.arrays["label"][(*cell, 1)]
+        assert seen.label == archive.arrays["label"][(*cell, 1)]
         slider = seen.page.sliders["omega"][2]
-        assert slider.value == pytest.approx(found.values_of(cell)["omega"])
+        assert slider.value == pytest.approx(archive.values_of(cell)["omega"])
         assert seen.page.map.mark.data == {"x": [at[0]], "y": [at[1]]}
         assert seen.page.trouble.text == ""
 

@@ -54,19 +54,19 @@ def arguments_of(html):
 
 def test_numbers_keep_four_digits():
     values = np.array([1.0, -3.14159265, 1e-30, 1e30, 0.0, np.nan, np.inf, -np.inf], np.float32)
-    found = rounded(values)
-    np.testing.assert_array_equal(np.isfinite(found), np.isfinite(values))
-    known = np.isfinite(values) & (values != 0)
-    assert (np.abs(found[known] / values[known] - 1) <= 2.0**-13).all()
-    assert found[4] == 0
+    rounded_values = rounded(values)
+    np.testing.assert_array_equal(np.isfinite(rounded_values), np.isfinite(values))
+    nonzero = np.isfinite(values) & (values != 0)
+    assert (np.abs(rounded_values[nonzero] / values[nonzero] - 1) <= 2.0**-13).all()
+    assert rounded_values[4] == 0
 
 
 def test_states_keep_sixteen_bits_of_their_range():
     states = np.random.default_rng(1).normal(size=(50, 3, 4))
     states[7, 1] = np.nan
     codes, low, step = coded(states)
-    found = np.where(codes == 65535, np.nan, low + codes * step)
-    np.testing.assert_allclose(found, states, atol=0.51 * np.max(step))
+    decoded = np.where(codes == 65535, np.nan, low + codes * step)
+    np.testing.assert_allclose(decoded, states, atol=0.51 * np.max(step))
 
 
 @pytest.fixture(scope="module")
@@ -75,15 +75,15 @@ def page(small_map):
 
 
 def test_the_page_holds_what_the_archive_does(page, small_map):
-    known = arguments_of(page)
-    archive, columns = stored(small_map), known["columns"]["data"]
-    assert known["labels"] == label_codes(archive)[0]
+    arguments = arguments_of(page)
+    archive, columns = stored(small_map), arguments["columns"]["data"]
+    assert arguments["labels"] == label_codes(archive)[0]
     np.testing.assert_array_equal(columns["label"], column(archive, "label").ravel())
     np.testing.assert_allclose(columns["E1max"], column(archive, "E1max").ravel(), rtol=2e-4)
-    states = known["low"] + known["codes"].reshape(-1, 30, 4) * np.array(known["step"])
+    states = arguments["low"] + arguments["codes"].reshape(-1, 30, 4) * np.array(arguments["step"])
     expected = archive.lanes("section").reshape(-1, 30, 4)
-    np.testing.assert_allclose(states, expected, atol=1.1 * max(known["step"]))
-    images = known["images"]["data"]
+    np.testing.assert_allclose(states, expected, atol=1.1 * max(arguments["step"]))
+    images = arguments["images"]["data"]
     (show,) = [one for one in shows_of(archive) if one.name == "E1max"]
     np.testing.assert_array_equal(images["E1max:1"][0], painted(archive, show, 1).codes)
 
@@ -149,10 +149,10 @@ def test_a_large_map_fits_into_a_mail(sides, count):
     want = ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]
     report = report_page(big(sides, count, want))
     assert report.size <= MOST_BYTES
-    known = arguments_of(report.html)
-    assert known["columns"]["data"]["label"].size == 90_000
-    assert "E1max" in known["columns"]["data"]
-    assert known["kept"] >= 1
+    arguments = arguments_of(report.html)
+    assert arguments["columns"]["data"]["label"].size == 90_000
+    assert "E1max" in arguments["columns"]["data"]
+    assert arguments["kept"] >= 1
     assert "holds" in report.left_out
 
 
@@ -165,9 +165,9 @@ def test_the_command_writes_the_page_and_says_its_size(small_map, tmp_path, answ
 
 def test_what_are_no_branches_is_one_line(small_map, tmp_path, refusal):
     output = tmp_path / "x.html"
-    found = refusal("report", small_map, "--branches", small_map, "-o", output)
-    assert found.count("\n") == 1
-    assert "not a continuation" in found
+    line = refusal("report", small_map, "--branches", small_map, "-o", output)
+    assert line.count("\n") == 1
+    assert "not a continuation" in line
     assert not output.exists()
 
 

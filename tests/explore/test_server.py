@@ -139,18 +139,18 @@ def test_no_file_is_served(server):
 def test_odd_addresses_are_refused_without_a_word(small_map):
     odd = "/%00", "/static/%00", "/static/js/%00.js", "/a%00/", "/%ff", "/static/%ff", "/a//b"
     with Asked(small_map) as running:
-        found = {path: running.get(path)[0] for path in odd}
-        assert {path for path, status in found.items() if status not in (400, 403, 404)} == set()
+        statuses = {path: running.get(path)[0] for path in odd}
+        assert {path for path, status in statuses.items() if status not in (400, 403, 404)} == set()
         assert running.end() == (130, "")
 
 
 @pytest.mark.slow("a server and many pages")
 def test_only_so_many_pages_are_open_at_a_time(small_map):
     with Patient(small_map) as running:
-        found = [running.get("/") for _ in range(MOST_PAGES + 2)]
+        pages = [running.get("/") for _ in range(MOST_PAGES + 2)]
         assert running.end() == (130, "")
-    assert [status for status, _ in found] == [200] * MOST_PAGES + [503] * 2
-    assert f"{MOST_PAGES} pages are open" in found[-1][1]
+    assert [status for status, _ in pages] == [200] * MOST_PAGES + [503] * 2
+    assert f"{MOST_PAGES} pages are open" in pages[-1][1]
 
 
 @pytest.mark.slow("a server and many pages")
@@ -166,9 +166,9 @@ def test_ctrl_c_does_not_wait_for_pages_that_are_asked_for(small_map):
 def test_a_map_of_too_many_orbits_is_refused_in_one_line(here, refusal):
     scan = nv.load_scan("ssul-set6", {"vary": PLANE})
     (here / "large.toml").write_text(scan.to_toml())
-    found = refusal("explore", "large.toml", "--no-browser", "--port", "0")
-    assert found.count("\n") == 1
-    assert "has 100000000 orbits; a page shows up to 4000000" in found
+    line = refusal("explore", "large.toml", "--no-browser", "--port", "0")
+    assert line.count("\n") == 1
+    assert "has 100000000 orbits; a page shows up to 4000000" in line
 
 
 PLANE = {
@@ -191,9 +191,9 @@ def test_a_signal_ends_it(number, status, small_map):
 
 
 def test_a_busy_port_is_one_line(server, small_map, refusal):
-    found = refusal("explore", small_map, "--no-browser", "--port", server.port)
-    assert found.count("\n") == 1
-    assert f"--port {server.port}" in found
+    line = refusal("explore", small_map, "--no-browser", "--port", server.port)
+    assert line.count("\n") == 1
+    assert f"--port {server.port}" in line
 
 
 @pytest.mark.parametrize("name", ["ssul-set6", "vi-nes", "none", "bouncing-ball", "ssbl"])

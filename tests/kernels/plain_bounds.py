@@ -129,17 +129,17 @@ def test_the_first_of_two_walls_is_touched(sign):
     assert event == first
     assert place == pytest.approx(firsts[first], abs=1e-12)
     p = 0.01 * p
-    found = touch_in(NEAR, FAR, grid_with(p), 1.0, end_of(p), bounds)
-    assert found == (NOWHERE, codes.SECTION)
+    touch = touch_in(NEAR, FAR, grid_with(p), 1.0, end_of(p), bounds)
+    assert touch == (NOWHERE, codes.SECTION)
 
 
 def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
     """A walk towards a graze, and steps towards a touch, that are not allowed to arrive."""
     graze, touch = Polynomial([0.0, 0.3996, -0.3996]), Polynomial([0.0, 0.1, 0.1])
     bounds = Bounds(1.0, 1.0, 1e-3, 0.0, 0.0)
-    for p, found in ((graze, (NOWHERE, codes.SECTION)), (touch, (None, codes.TOUCH_NEAR))):
+    for p, expected in ((graze, (NOWHERE, codes.SECTION)), (touch, (None, codes.TOUCH_NEAR))):
         place, event = touch_in(NEAR, None, grid_with(p), 1.0, end_of(p), bounds)
-        assert (place if event == codes.SECTION else None, event) == found
+        assert (place if event == codes.SECTION else None, event) == expected
     monkeypatch.setattr(walks, "LONGEST_WALK", 1)
     for p in (graze, touch):
         place, event = touch_in(NEAR, None, grid_with(p), 1.0, end_of(p), bounds)
@@ -203,12 +203,12 @@ def test_bounds_from_the_energy_hold(seed):
         y, phase = (x1, v1, r, s), rng.uniform(0, 2 * np.pi)
         scale = scale_of(ps, damper, *y)
         bounds = Bounds(*(b * (1 + 1e-9) for b in bounds_of(ps, grid, scale)))
-        found = derivatives_of(ps, damper, grid, y, phase)
-        assert found[0] <= bounds.bend
-        assert found[1] <= bounds.jerk
-        assert found[2] <= bounds.fourth
-        assert found[3] <= bounds.energy
-        assert found[4] <= bounds.energy * grid.table[OF_E2]
+        derivatives = derivatives_of(ps, damper, grid, y, phase)
+        assert derivatives[0] <= bounds.bend
+        assert derivatives[1] <= bounds.jerk
+        assert derivatives[2] <= bounds.fourth
+        assert derivatives[3] <= bounds.energy
+        assert derivatives[4] <= bounds.energy * grid.table[OF_E2]
 
 
 def test_bounds_of_what_only_the_force_moves_are_reached():
@@ -261,19 +261,19 @@ def test_the_bound_of_the_damper_is_reached_where_it_is_alone():
     alone = damper_bound(grid, 0.0, e2)
     assert alone == pytest.approx(8 * 2 * e2 * turn**4)  # 1 + 4 + 3, as Leibniz' rule has it
     # what the structure does to it counts once, with its own rates
-    own, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
-    assert own * grid.h == pytest.approx(turn)
+    drive, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
+    assert drive * grid.h == pytest.approx(turn)
     assert pull == pytest.approx(damper.k2 / math.sqrt(ps.k1 * damper.m2))
     ps, damper, grid = prepared({**FORCED, "k2": 0.0, "P": 0.0})
     assert grid.table[OF_E2 + 1] == pytest.approx(damper.c2 / damper.m2)
     assert grid.table[OF_E2 + 2] == pytest.approx(damper.c2 / math.sqrt(ps.m1 * damper.m2))
-    own, pull = grid.table[OF_E2 + 1 : OF_E2 + 3]
+    drive, pull = grid.table[OF_E2 + 1 : OF_E2 + 3]
     u = [pull * 3.0 * grid.h]  # what the structure gives it in the time of a cell
     for size in 3.0 * grid.rate ** np.arange(4):
-        u.append(own * u[-1] + pull * size)
-    found = damper_bound(grid, 3.0, 0.0)
+        u.append(drive * u[-1] + pull * size)
+    bound = damper_bound(grid, 3.0, 0.0)
     expected = u[0] * u[4] + 4 * u[1] * u[3] + 3 * u[2] ** 2
-    assert found == pytest.approx(expected * grid.h**4)
+    assert bound == pytest.approx(expected * grid.h**4)
 
 
 @pytest.mark.parametrize("softer", [1e-2, 1.0, 1e2, 1e4])
@@ -282,9 +282,9 @@ def test_the_dampers_energy_is_bounded_by_the_scale(softer):
     ps, damper, grid = prepared({**FORCED, "P": 0.0, "k1": FORCED["k2"] / softer})
     x1, r = 1.0 / ps.k1, -1.0 / damper.k2
     square = scale_of(ps, damper, x1, 0.0, r, 0.0) ** 2
-    found = 2.0 * energies(ps, damper, x1, 0.0, r, 0.0)[1] / square
-    assert found == pytest.approx(1.0 + softer, rel=1e-12)
-    assert found <= grid.table[OF_E2] * (1 + 1e-12)
+    share = 2.0 * energies(ps, damper, x1, 0.0, r, 0.0)[1] / square
+    assert share == pytest.approx(1.0 + softer, rel=1e-12)
+    assert share <= grid.table[OF_E2] * (1 + 1e-12)
     v2 = 1.0 / math.sqrt(damper.m2)
     assert energies(ps, damper, 0.0, 0.0, 0.0, -v2)[1] <= 0.5 * grid.table[OF_E2]
 

@@ -118,13 +118,13 @@ def test_approaches_of_both_orders_agree():
 
 def errors(parts, tolerance, starts):
     """Return the largest errors of speed and of time of contacts, relative, and their steps."""
-    found = []
+    errors_by_node = []
     for start in starts:
         true = follow(parts, *start, steps=60.0)
         side = side_of(parts, steps=Steps(3.0, tolerance), rate=10.0)
         one = contact(side, NOTHING, WAVE, start, 1e3)
-        found.append(max(abs(one[2] / true[2] - 1), abs(one[5] / true[5] - 1)))
-    return max(found)
+        errors_by_node.append(max(abs(one[2] / true[2] - 1), abs(one[5] / true[5] - 1)))
+    return max(errors_by_node)
 
 
 STARTS = [(0.0, s, 0.011, 0.2) for s in (0.05, 0.3, 1.3, 4.0)]

@@ -33,18 +33,18 @@ def test_stepped_contacts_have_order_fourteen(n, a):
 @pytest.mark.parametrize("name", ["linear", "damped", "pulling", "n = 1.2", "hunt-crossley"])
 def test_variations_are_the_derivative_of_the_flow(name):
     """Notices: a saltation that is missing, a stiffness or a drag that is not the law's."""
-    system = load_system("ssul-set6", **LAWS[name].given)
+    system = load_system("ssul-set6", **LAWS[name].constants)
     flow = flow_on(system, settings=Settings.of("exact", tolerance=1e-12))
     x1, v1, x2, v2 = simulate(system, 3).state
     y = np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
-    _, found = period_map(flow, y)
+    _, matrix = period_map(flow, y)
     scales = np.array([0.1, 0.5, 0.3, 1.0])
     step, columns = 1e-6, []
     for i in range(4):
         e = step * scales[i] * np.eye(4)[i]
         columns.append((period_map(flow, y + e)[0] - period_map(flow, y - e)[0]) / (2 * step))
     expected = np.array(columns).T / scales[:, None]
-    np.testing.assert_allclose(found * scales / scales[:, None], expected, rtol=0, atol=2e-7)
+    np.testing.assert_allclose(matrix * scales / scales[:, None], expected, rtol=0, atol=2e-7)
 
 
 def test_laws_that_differ_by_fixed_steps():
@@ -78,8 +78,8 @@ def torn(**options):
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_a_wall_lets_go_at_an_instant(tolerance):
     """Notices: a step across the kink of 1 + a dz/dt = 0."""
-    found = torn(record=("impacts",), tolerance=tolerance).impacts[0]
-    assert abs(found["release"] - RELEASE) <= tolerance * (RELEASE - found["touch"]) + 1e-13
+    impact = torn(record=("impacts",), tolerance=tolerance).impacts[0]
+    assert abs(impact["release"] - RELEASE) <= tolerance * (RELEASE - impact["touch"]) + 1e-13
 
 
 def test_fixed_steps_keep_their_order_where_a_wall_lets_go():
@@ -114,12 +114,12 @@ def test_variations_where_a_wall_lets_go_or_pushes_again(C, start):
     system = load_system("impact-oscillator", law="hertz", **changes)
     flow = flow_on(system, settings=Settings.of("exact", tolerance=1e-12))
     y, step = np.array([*start, *start]), 1e-6
-    _, found = period_map(flow, y)
+    _, matrix = period_map(flow, y)
     columns = []
     for e in (np.array([step, 0, step, 0]), np.array([0, step, 0, step])):
         columns.append((period_map(flow, y + e)[0] - period_map(flow, y - e)[0]) / (2 * step))
     expected = np.array(columns).T[:2]
-    np.testing.assert_allclose(found[:2, :2], expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+    np.testing.assert_allclose(matrix[:2, :2], expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])

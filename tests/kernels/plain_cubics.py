@@ -68,7 +68,7 @@ def test_what_is_told_to_rise_does(degree):
         rng = np.random.default_rng(seed)
         p = Polynomial(rng.normal(size=degree + 1) / 3.0 ** np.arange(degree + 1)) + 0.7 * X
         least = p.deriv()(PLACES).min()
-        told = only_rises(*ends(p))
-        rises += told
-        assert not told or least > 0.0
+        is_rising = only_rises(*ends(p))
+        rises += is_rising
+        assert not is_rising or least > 0.0
     assert rises > 40

@@ -32,8 +32,8 @@ def matrix_of(kind, n, generator):
     return plain
 
 
-def complex_of(found):
-    return found[:, 0] + 1j * found[:, 1]
+def complex_of(pairs):
+    return pairs[:, 0] + 1j * pairs[:, 1]
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
@@ -79,14 +79,14 @@ def test_scale_does_not_matter(scale):
     for kind in ("plain", "rank one", "whole"):
         matrix = matrix_of(kind, 4, np.random.default_rng(1))
         scaled = np.ldexp(eigenvalues(matrix), exponent)
-        found = eigenvalues(np.ldexp(matrix, exponent))
-        np.testing.assert_allclose(found, scaled, rtol=1e-13, atol=5e-324)
+        multipliers = eigenvalues(np.ldexp(matrix, exponent))
+        np.testing.assert_allclose(multipliers, scaled, rtol=1e-13, atol=5e-324)
 
 
 def test_turns_without_growth_come_in_pairs():
     quarter = np.roll(np.eye(4), 1, axis=0)  # its double shifts of the usual kind go in a circle
-    found = complex_of(eigenvalues(quarter))
-    np.testing.assert_allclose(np.sort_complex(found), [-1, -1j, 1j, 1], atol=1e-15)
+    values = complex_of(eigenvalues(quarter))
+    np.testing.assert_allclose(np.sort_complex(values), [-1, -1j, 1j, 1], atol=1e-15)
     assert spectral_radius(eigenvalues(np.array([[0.0, -0.25], [1.0, 0.0]]))) == 0.5
 
 
@@ -102,7 +102,7 @@ def test_zero_and_what_is_not_finite():
 
 def test_logarithms_of_many():
     matrices = np.array([np.diag([0.5, 0.0]), np.diag([np.nan, 1.0])])
-    found = np.zeros((2, 2, 3))
-    fill_multipliers(matrices, found)
-    assert found[0, :, LOG].tolist() == [np.log(0.5), -np.inf]
-    assert np.isnan(found[1]).all()
+    logarithms = np.zeros((2, 2, 3))
+    fill_multipliers(matrices, logarithms)
+    assert logarithms[0, :, LOG].tolist() == [np.log(0.5), -np.inf]
+    assert np.isnan(logarithms[1]).all()

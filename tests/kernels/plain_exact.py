@@ -77,11 +77,11 @@ def outlooks(p, level, end=1.0):
     """Return what the ends of [0, end] tell of a level, and the first place where p rises to it."""
     _, bounds = cell_of(p)
     (f0, g0), (f1, g1) = ((float(p(x)), end * float(p.deriv()(x))) for x in (0.0, end))
-    told = outlook(level, f0, f1, g0, g1, bounds.fourth * end**4)
+    verdict = outlook(level, f0, f1, g0, g1, bounds.fourth * end**4)
     roots = (p - level).roots()
     slopes = p.deriv()
     up = [x.real for x in roots if abs(x.imag) < 1e-9 and 0.0 < x.real < end and slopes(x.real) > 0]
-    return told, min(up, default=None)
+    return verdict, min(up, default=None)
 
 
 @pytest.mark.kernels
@@ -92,11 +92,11 @@ def test_what_the_ends_of_a_piece_tell_is_so():
         rng = np.random.default_rng(seed)
         p = Polynomial(rng.normal(size=9) / rng.choice([1.5, 3.0, 6.0]) ** np.arange(9))
         level = p(0.0) + abs(rng.normal()) * rng.choice([1e-6, 0.1, 1.0])
-        told, place = outlooks(p, level, rng.choice([1.0, 0.4]))
-        seen[told] += 1
-        if told == CLEAR:
+        verdict, place = outlooks(p, level, rng.choice([1.0, 0.4]))
+        seen[verdict] += 1
+        if verdict == CLEAR:
             assert place is None
-        if told == CROSSED:
+        if verdict == CROSSED:
             assert place is not None
     assert min(seen.values()) > 200
 
@@ -118,13 +118,13 @@ def test_a_certain_touch_is_found_to_round_off(sign):
         rng = np.random.default_rng(seed)
         p = 0.3 + Polynomial(rng.normal(size=10) / 4.0 ** np.arange(10)) + X * rng.uniform(0, 2)
         level = p(rng.uniform(0.0, 1.0))
-        told, place = outlooks(p, level)
-        if told != CROSSED:
+        verdict, place = outlooks(p, level)
+        if verdict != CROSSED:
             continue
         certain += 1
         grid, bounds = cell_of(sign * p)
-        found = touch_of(grid, 1.0, sign, float(level), state(sign * p, 1.0), bounds)
-        assert found == pytest.approx(
+        touch = touch_of(grid, 1.0, sign, float(level), state(sign * p, 1.0), bounds)
+        assert touch == pytest.approx(
             place, abs=1e-14 + 4e-16 * (1 + abs(level)) / p.deriv()(place)
         )
     assert certain > 100
@@ -147,12 +147,12 @@ def test_steps_towards_a_touch_stay_in_the_piece():
     for p in ((X + 0.02) ** 2, -((1.02 - X) ** 2), (X + 0.2) ** 6, 1e-3 * X + X**9, swell):
         for place in (1e-9, 0.01, 0.2, 0.5, 0.8, 0.99, 1.0 - 1e-12):
             grid, bounds = cell_of(p)
-            found = crossing(
+            crossed = crossing(
                 grid, 1.0, 1.0, float(p(place)),
                 (float(p(1.0)), float(p.deriv()(0.0)), float(p.deriv()(1.0))), bounds.bend,
             )  # fmt: skip
             slope = p.deriv()(place)
-            assert found == pytest.approx(place, abs=2e-15 * (1 + abs(p(place))) / slope)
+            assert crossed == pytest.approx(place, abs=2e-15 * (1 + abs(p(place))) / slope)
 
 
 # ---- near misses ---------------------------------------------------------------------------------
@@ -160,9 +160,9 @@ def test_steps_towards_a_touch_stay_in_the_piece():
 
 def noted(p, near, far, clearance=np.inf):
     grid, bounds = cell_of(p)
-    found = np.array([clearance])
-    note_misses(near, far, found, grid, 1.0, bounds, False)
-    return found[0]
+    clearances = np.array([clearance])
+    note_misses(near, far, clearances, grid, 1.0, bounds, False)
+    return clearances[0]
 
 
 HUMP = 0.2 - (X - 0.4) ** 2  # turns at r = 0.2

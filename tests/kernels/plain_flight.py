@@ -90,15 +90,15 @@ def derivatives(p, y, phase, cells):
     """Return the largest second, third and fourth derivative of r over some cells."""
     ps, damper = parts_of(**p)
     grid = grid_of(ps, damper, 64)
-    found = np.zeros(3)
+    largest = np.zeros(3)
     for j in range(cells):
         angle = phase + j * grid.h * ps.omega
         cell_polynomial(grid, *y, math.cos(angle), math.sin(angle))
         series = np.polynomial.Polynomial(grid.table[42:102:4])
         x = np.linspace(0, 1, 41)
-        found = np.maximum(found, [np.abs(series.deriv(n)(x)).max() for n in (2, 3, 4)])
+        largest = np.maximum(largest, [np.abs(series.deriv(n)(x)).max() for n in (2, 3, 4)])
         y = at(grid.table, 1.0)
-    return found
+    return largest
 
 
 CASES = [
@@ -120,8 +120,8 @@ def test_bounds_from_rest_hold_over_four_cells(changes, phase):
     for cells in (1, 4):
         scale = grid.push * grid.h * cells
         bounds = bounds_of(ps, grid, scale)
-        found = derivatives(changes, (0.0, 0.0, 0.0, 0.0), phase, cells)
-        assert (found <= np.array(bounds[:3]) * (1 + 1e-12)).all()
+        largest = derivatives(changes, (0.0, 0.0, 0.0, 0.0), phase, cells)
+        assert (largest <= np.array(bounds[:3]) * (1 + 1e-12)).all()
 
 
 def test_each_part_of_the_bounds_is_needed():
@@ -165,10 +165,10 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     cell = kernel_cell(**{**FORCED, "K": 1e7})
     wall = hertz_wall_at(highest * (1 + clearance), damper_in(cell).inv_mu, cell)
     flight = Flight(None, ps, damper, wall, None, grid)
-    found = fly(flight, NOTHING, (0, 0.0), 5, (0.0, 0.0, 0.0, 0.0))
-    assert found[0] == event
+    flown = fly(flight, NOTHING, (0, 0.0), 5, (0.0, 0.0, 0.0, 0.0))
+    assert flown[0] == event
     if event == TOUCH_NEAR:
-        assert (found[1] + found[2]) * grid.h * omega == pytest.approx(top, abs=1e-4)
+        assert (flown[1] + flown[2]) * grid.h * omega == pytest.approx(top, abs=1e-4)
 
 
 # ---- places inside a cell ------------------------------------------------------------------------

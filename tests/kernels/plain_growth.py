@@ -49,8 +49,8 @@ def test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell():
     mean, width = mean_and_width(values)
     assert mean == pytest.approx(pieces.mean(), rel=1e-12)
     assert width == pytest.approx(2.947 * pieces.std(ddof=1) / 4.0, rel=1e-12)
-    for count, told in ((33, True), (32, False)):  # 32 and 31 values: two a piece, or fewer
-        assert math.isfinite(mean_and_width(values[:count])[1]) == told
+    for count, is_finite in ((33, True), (32, False)):  # 32 and 31 values: two a piece, or fewer
+        assert math.isfinite(mean_and_width(values[:count])[1]) == is_finite
 
 
 def test_growth_that_ends_is_minus_infinity_and_sure():
@@ -70,15 +70,15 @@ def test_the_exponent_of_a_periodic_window_is_that_of_its_multiplier(r, n):
 
 def test_the_interval_holds_the_mean_in_as_many_cases_as_it_claims():
     generator = np.random.default_rng(7)
-    held = 0
+    hits = 0
     for _ in range(400):  # a sequence whose values depend on their predecessors
         values = np.empty(1600)
         values[0] = generator.normal()
         for i in range(1, values.size):
             values[i] = 0.7 * values[i - 1] + generator.normal()
         mean, width = mean_and_width(values)
-        held += abs(mean) <= width
-    assert 0.975 <= held / 400 < 1.0  # 99 % but for three standard errors
+        hits += abs(mean) <= width
+    assert 0.975 <= hits / 400 < 1.0  # 99 % but for three standard errors
 
 
 def test_too_short_a_sequence_has_no_interval():

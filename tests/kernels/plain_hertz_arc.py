@@ -32,10 +32,10 @@ def true_points(n):
 
 
 def true_legendre(x, n):
-    found = [mpmath.mpf(1), x]
+    values = [mpmath.mpf(1), x]
     for k in range(1, n):
-        found.append(((2 * k + 1) * x * found[k] - k * found[k - 1]) / (k + 1))
-    return found[: n + 1]
+        values.append(((2 * k + 1) * x * values[k] - k * values[k - 1]) / (k + 1))
+    return values[: n + 1]
 
 
 def true_integration(n, ends):
@@ -46,12 +46,12 @@ def true_integration(n, ends):
     for end in ends:
         e = true_legendre(mpmath.mpf(end), n)
         rest = [mpmath.fsum((e[k + 1] - e[k - 1]) * p[k] for k in range(1, n)) for p in at_points]
-        rows.append([w / 2 * (end + 1 + more) for w, more in zip(weights, rest, strict=True)])
+        rows.append([w / 2 * (end + 1 + sum) for w, sum in zip(weights, rest, strict=True)])
     return weights, rows
 
 
-def error(found, true):
-    pairs = zip(np.ravel(found).tolist(), np.ravel(np.array(true, dtype=object)), strict=True)
+def error(computed, true):
+    pairs = zip(np.ravel(computed).tolist(), np.ravel(np.array(true, dtype=object)), strict=True)
     return max(float(abs(value - there)) for value, there in pairs)
 
 
@@ -162,10 +162,10 @@ def test_every_choice_of_a_tolerance_is_the_arc_of_so_many_nodes(tolerance):
             assert nodes.n == n
             long = (arc_table.MATRIX + n) * nodes.m + 3 * arc_table.MISSED
             rows, missed = rows_of(n, part)
-            found = nodes.w[nodes.at : nodes.at + long]
+            weights = nodes.w[nodes.at : nodes.at + long]
             end = (arc_table.MATRIX + n) * nodes.m
-            np.testing.assert_array_equal(found[:end].reshape(-1, nodes.m)[:, :n], rows)
-            np.testing.assert_allclose(found[end:], missed.T.ravel(), rtol=0, atol=64 * ROUND_OFF)
+            np.testing.assert_array_equal(weights[:end].reshape(-1, nodes.m)[:, :n], rows)
+            np.testing.assert_allclose(weights[end:], missed.T.ravel(), rtol=0, atol=64 * ROUND_OFF)
 
 
 def test_what_an_arc_takes():

@@ -54,8 +54,8 @@ def accepted(approach, parts, impacts=True, arc=STANDARD):
 def random_impacts(count, seed=5):
     """Return approaches with everything varied, dashpots above all, that are short impacts."""
     rng = np.random.default_rng(seed)
-    found = []
-    while len(found) < count:
+    impacts = []
+    while len(impacts) < count:
         changes = {k: SET6[k] * 10 ** rng.uniform(-1, 1) for k in ("m1", "k1", "c1", "m2", "k2")}
         changes["c2"], changes["K"] = (
             SET6["c2"] * 10 ** rng.uniform(-1, 2),
@@ -66,8 +66,8 @@ def random_impacts(count, seed=5):
             10 ** rng.uniform(-2, 1), *rng.normal(0, (0.05, 0.3)), rng.uniform(0, 6)
         )
         if accepted(approach, parts)[0]:
-            found.append((approach, parts))
-    return found
+            impacts.append((approach, parts))
+    return impacts
 
 
 def errors_of(approach, parts, arc, exact):
@@ -99,8 +99,8 @@ def test_depth_wherever_a_short_impact_is_accepted(arc):
 @pytest.mark.parametrize("nodes", [4, 6, 8])
 def test_depth_with_few_nodes_is_no_worse_than_speed(nodes):
     parts = parts_of(c2=20 * SET6["c2"])
-    exact, found = APPROACH.step(parts, 100), APPROACH.solve(parts, nodes)
-    assert abs(found.depth / exact.depth - 1) <= 2 * abs(found.speed / exact.speed - 1)
+    exact, solved = APPROACH.step(parts, 100), APPROACH.solve(parts, nodes)
+    assert abs(solved.depth / exact.depth - 1) <= 2 * abs(solved.speed / exact.speed - 1)
 
 
 def test_a_depth_that_is_not_wanted_changes_nothing_else():
@@ -218,14 +218,15 @@ def size_of_all(approach, parts):
 
     release.terminal, release.direction = True, -1.0
     b = (approach.speed / wall.speed) ** 0.2
-    own = wall.kappa * b**6
-    found = solve_ivp(
-        slope, (0.0, 10.0 * approach.speed / own), [approach.x1, approach.v1, 0.0, approach.speed],
-        events=release, rtol=1e-8, atol=1e-14, max_step=0.1 * approach.speed / own,
+    stiffness = wall.kappa * b**6
+    solution = solve_ivp(
+        slope, (0.0, 10.0 * approach.speed / stiffness),
+        [approach.x1, approach.v1, 0.0, approach.speed],
+        events=release, rtol=1e-8, atol=1e-14, max_step=0.1 * approach.speed / stiffness,
     )  # fmt: skip
-    assert found.status == 1
-    pairs = zip(found.t, found.y.T, strict=True)
-    return max(abs(outside(t, y)[1]) for t, y in pairs) / own
+    assert solution.status == 1
+    pairs = zip(solution.t, solution.y.T, strict=True)
+    return max(abs(outside(t, y)[1]) for t, y in pairs) / stiffness
 
 
 def test_the_size_of_an_impact_bounds_all_other_acceleration_during_it():
@@ -266,10 +267,10 @@ def test_a_short_impact_keeps_its_accuracy_up_to_the_largest_share():
                 if accepted(approach, parts)[0]:
                     exact = approach.step(parts, 60)
                     for tolerance in TOLERANCES:
-                        found = errors_of(approach, parts, make_arc(tolerance), exact)
-                        worst[speed, K, phase, tolerance] = max(found)
+                        errors = errors_of(approach, parts, make_arc(tolerance), exact)
+                        worst[speed, K, phase, tolerance] = max(errors)
     assert len(worst) > 150
     for tolerance in TOLERANCES:
-        found = [error for (*_, asked), error in worst.items() if asked == tolerance]
-        assert max(found) <= tolerance
+        errors = [error for (*_, asked), error in worst.items() if asked == tolerance]
+        assert max(errors) <= tolerance
     assert max(error for (*_, asked), error in worst.items() if asked == 1e-9) <= 2e-10

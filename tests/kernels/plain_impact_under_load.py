@@ -28,12 +28,12 @@ KINDS = ("cubic", "tone", "shaken", "sudden")
 def drawn(kind, count, seed=1):
     """Yield (parts, moment, touch) of impacts that are short, parameters and loads over decades."""
     rng = np.random.default_rng(seed)
-    arc, found = make_arc(1e-6), 0
+    arc, drawn_count = make_arc(1e-6), 0
 
     def decades(low, high):
         return 10.0 ** rng.uniform(low, high)
 
-    while found < count:
+    while drawn_count < count:
         m2 = decades(-3, 0.5)
         ps, damper, wall = contact_parts(
             m1=1.0, m2=m2, k1=1.0, c1=decades(-3, 0.3), k2=m2 * decades(-2, 2),
@@ -55,7 +55,7 @@ def drawn(kind, count, seed=1):
             row[:] = [(size * start * turn**k / math.factorial(k)).real for k in range(15)]
         moment = Moment(row, 0, degree, place, h, rng.choice([-1.0, 1.0]))
         if short_impact(side_of((ps, damper, wall), arc), True, moment, touch)[0]:
-            found += 1
+            drawn_count += 1
             yield (ps, damper, wall), moment, touch
 
 
@@ -70,11 +70,11 @@ def test_it_errs_by_less_than_the_tolerance(kind):
         )
         assert event == RELEASED
         for tolerance in TOLERANCES:
-            found = short_impact(side_of(parts, make_arc(tolerance)), True, moment, touch)
-            assert found[0]
-            off = [found[1] / s - 1, found[4] / took - 1, found[5] / depth - 1]
-            off.append((found[3] - v1) / (touch[1] + 1e3 * abs(v1)))
-            off.append((found[2] - x1) / (touch[1] * took + 1e3 * abs(x1)))
+            impact = short_impact(side_of(parts, make_arc(tolerance)), True, moment, touch)
+            assert impact[0]
+            off = [impact[1] / s - 1, impact[4] / took - 1, impact[5] / depth - 1]
+            off.append((impact[3] - v1) / (touch[1] + 1e3 * abs(v1)))
+            off.append((impact[2] - x1) / (touch[1] * took + 1e3 * abs(x1)))
             assert np.abs(off).max() <= tolerance + 1e-13
 
 

@@ -52,8 +52,8 @@ def test_the_state_at_any_time(tolerance):
         time = share * ahead.took
         event, q, s, x1, v1 = stepped(time)
         assert event == STOPPED
-        found, *others = inside.state_inside(stepping(arc), PHASE, ahead, time)
-        off = np.abs(np.array([found * found, *others]) - (q * q, s, x1, v1))
+        state, *others = inside.state_inside(stepping(arc), PHASE, ahead, time)
+        off = np.abs(np.array([state * state, *others]) - (q * q, s, x1, v1))
         scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
         assert (off / scales).max() <= tolerance + 1e-13
 
@@ -124,9 +124,9 @@ def test_of_an_impact_that_is_known_nothing_is_solved():
     later = ahead._replace(elapsed=0.001 * (1 + 1e-8))
     other = ahead_of(arc, (TOUCH[0], TOUCH[1], TOUCH[2] * (1 + 1e-9)))._replace(elapsed=0.001)
     for apart in (later, other):
-        found = inside.state_at_section(stepping(arc), PHASE, apart)
-        assert found == inside.state_inside(stepping(arc), PHASE, apart, apart.elapsed)
-        assert found != first
+        state = inside.state_at_section(stepping(arc), PHASE, apart)
+        assert state == inside.state_inside(stepping(arc), PHASE, apart, apart.elapsed)
+        assert state != first
 
 
 def test_the_largest_energies_are_those_of_small_steps():
@@ -139,12 +139,12 @@ def test_the_largest_energies_are_those_of_small_steps():
             [energies(ps, damper, y[1], y[2], wall.gap, y[0]) for y in (touch, ahead.release)]
         )
         start = ends.max(axis=0)
-        true, found = start.copy(), start.copy()
+        true, noted = start.copy(), start.copy()
         assert stepped(1.0, true, touch, phase, parts)[0] == RELEASED
-        inside.note_inside(stepping(arc, parts), found, phase, ahead, (0.0, *touch), ahead.took)
+        inside.note_inside(stepping(arc, parts), noted, phase, ahead, (0.0, *touch), ahead.took)
         # of the impact's own part in an energy: v1 and x1 are good to the tolerance of its speed
-        own = ps.m1 * touch[0] * max(abs(touch[2]), abs(ahead.release[2]))
-        assert (np.abs(found - true) <= 1e-9 * (true + own)).all()
+        scale = ps.m1 * touch[0] * max(abs(touch[2]), abs(ahead.release[2]))
+        assert (np.abs(noted - true) <= 1e-9 * (true + scale)).all()
         between += (true > start * (1 + 1e-12)).sum()
     assert between > 25
 
@@ -170,10 +170,10 @@ def test_only_what_lasts_is_looked_at():
             pieces[1] = np.maximum(cut, last)
             later = ahead._replace(elapsed=moment)
             inside.note_inside(side, pieces[1], phase, later, now, ahead.took - moment)
-            known, first = np.maximum(*pieces), np.array(begin)
+            peak, first = np.maximum(*pieces), np.array(begin)
             stepped(moment, first, touch, phase, parts)
             assert (pieces[0] <= np.maximum(first, cut) * (1 + 1e-9)).all()
-            np.testing.assert_allclose(known[whole > cut], whole[whole > cut])
+            np.testing.assert_allclose(peak[whole > cut], whole[whole > cut])
 
 
 def test_a_record_out_of_reach_is_not_looked_for(monkeypatch):
@@ -183,27 +183,27 @@ def test_a_record_out_of_reach_is_not_looked_for(monkeypatch):
     assert inside.where_peaks_are(side, np.full(2, 1e9), PHASE, ahead) == (0.0, 0.0)
     early, late = inside.where_peaks_are(side, np.zeros(2), PHASE, ahead)
     assert 0.0 < max(early, late) < 0.25 * ahead.took
-    found, again, now = np.zeros(2), np.zeros(2), (0.0, *TOUCH)
-    inside.note_inside(side, found, PHASE, ahead, now, ahead.took)
+    noted, again, now = np.zeros(2), np.zeros(2), (0.0, *TOUCH)
+    inside.note_inside(side, noted, PHASE, ahead, now, ahead.took)
     monkeypatch.setattr(inside, "contact", None)
     inside.note_inside(side, again, PHASE, ahead, now, ahead.took)
-    np.testing.assert_allclose(again, found, rtol=1e-15)
+    np.testing.assert_allclose(again, noted, rtol=1e-15)
 
 
 def test_no_peak_is_out_of_reach():
     """Of energies that no record bounds. Notices: a reach that ends before a peak."""
     arc = make_arc(1e-9)
     for touch, phase, parts in drawn(100, seed=6):
-        ahead, found, true = ahead_of(arc, touch, phase, parts), np.zeros(2), np.zeros(2)
+        ahead, noted, true = ahead_of(arc, touch, phase, parts), np.zeros(2), np.zeros(2)
         stepped(1.0, true, touch, phase, parts)
         s, x1, v1 = touch
         true = np.maximum(true, energies(*parts[:2], x1, v1, parts[2].gap, s))
-        inside.note_inside(stepping(arc, parts), found, phase, ahead, (0.0, *touch), ahead.took)
+        inside.note_inside(stepping(arc, parts), noted, phase, ahead, (0.0, *touch), ahead.took)
         ends = energies(*parts[:2], x1, v1, parts[2].gap, s)
         s, x1, v1 = ahead.release
         ends = np.maximum(ends, energies(*parts[:2], x1, v1, parts[2].gap, s))
-        own = parts[0].m1 * touch[0] * max(abs(touch[2]), abs(v1))
-        assert (np.abs(np.maximum(found, ends) - true) <= 1e-9 * (true + own)).all()
+        scale = parts[0].m1 * touch[0] * max(abs(touch[2]), abs(v1))
+        assert (np.abs(np.maximum(noted, ends) - true) <= 1e-9 * (true + scale)).all()
 
 
 def test_a_response_is_that_of_all_steps(monkeypatch):

@@ -39,10 +39,10 @@ def dropped(tolerance, **law):
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_a_ball_that_falls_on_a_soft_table(tolerance):
     """At the deepest point 0.4 K z^2.5 = m g (h + z); the time is twice a quadrature."""
-    found = dropped(tolerance)
-    assert found["depth"] == pytest.approx(0.036766164808134, rel=tolerance)
-    assert found["release"] - found["touch"] == pytest.approx(0.024010630555907, rel=tolerance)
-    assert found["force"] == pytest.approx(1e5 * found["depth"] ** 1.5, rel=1e-12)
+    orbit = dropped(tolerance)
+    assert orbit["depth"] == pytest.approx(0.036766164808134, rel=tolerance)
+    assert orbit["release"] - orbit["touch"] == pytest.approx(0.024010630555907, rel=tolerance)
+    assert orbit["force"] == pytest.approx(1e5 * orbit["depth"] ** 1.5, rel=1e-12)
 
 
 @pytest.mark.parametrize(("load", "tolerance"), [(30.0, 1e-6), (-30.0, 1e-9), (30.0, 1e-12)])
@@ -70,11 +70,11 @@ def test_its_largest_energies_are_those_of_small_steps(load):
     parts, arc = loaded(load), make_arc(1e-9)
     ps, damper, wall = parts
     ahead, (s, x1, v1) = ahead_of(arc, parts=parts), TOUCH
-    found = np.array(energies(ps, damper, x1, v1, wall.gap, s))
-    true = found.copy()
+    energy = np.array(energies(ps, damper, x1, v1, wall.gap, s))
+    true = energy.copy()
     assert stepped(1.0, true, parts=parts)[0] == RELEASED
-    inside.note_inside(stepping(arc, parts), found, PHASE, ahead, (0.0, *TOUCH), ahead.took)
-    np.testing.assert_allclose(found, true, rtol=1e-9)
+    inside.note_inside(stepping(arc, parts), energy, PHASE, ahead, (0.0, *TOUCH), ahead.took)
+    np.testing.assert_allclose(energy, true, rtol=1e-9)
 
 
 @pytest.mark.parametrize("load", LOADS)

@@ -75,8 +75,8 @@ def test_an_energy_beyond_all_numbers_is_no_result(kind, wanted):
     for speed, status in ((1e140, OK), (1e149, DIVERGED)):
         state = np.zeros(STATE_SIZE)
         state[1] = state[3] = speed if kind == "none" else -speed
-        found = run_cell(parts, cell, state, Span(0, 0, 1), CellBuffers(**{wanted: np.zeros(2)}))
-        assert found == status
+        outcome = run_cell(parts, cell, state, Span(0, 0, 1), CellBuffers(**{wanted: np.zeros(2)}))
+        assert outcome == status
 
 
 def test_a_limit_that_is_no_number_is_refused():
@@ -102,12 +102,12 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     near, far = hertz_wall_at(cell.near, inv_mu, cell), hertz_wall_at(cell.far, inv_mu, cell)
     y, place = np.array([0.01, -0.2, 0.03, 0.4]), grid.h * (2 + x)
     flight = Flight(None, ps, damper, near, far, grid)
-    event, j, left, *found = fly(flight, NOTHING, (2, x), 5, tuple(y))
+    event, j, left, *end = fly(flight, NOTHING, (2, x), 5, tuple(y))
     assert (event, j, left) == (SECTION, 5, 0.0)
     angle = ps.omega * place
     user = [y[0], y[1], y[0] - y[2], y[1] - y[3], math.cos(angle), math.sin(angle)]
     x1, v1, x2, v2, *_ = expm(linear_flow(system.parameters) * (5 * grid.h - place)) @ user
-    np.testing.assert_allclose(found, [x1, v1, x1 - x2, v1 - v2], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(end, [x1, v1, x1 - x2, v1 - v2], rtol=0, atol=1e-12)
 
 
 # ---- beginnings ----------------------------------------------------------------------------------
@@ -157,9 +157,9 @@ def test_a_start_beyond_a_limit_is_a_violation_of_the_first_instant(beyond, s, n
 def test_cells_are_a_multiple_of_the_stops():
     for n in range(1, 40):
         for stops in range(1, 20):
-            found = multiple_of(stops, n)
-            assert found % stops == 0
-            assert n <= found < n + stops
+            count = multiple_of(stops, n)
+            assert count % stops == 0
+            assert n <= count < n + stops
 
 
 # ---- variations ----------------------------------------------------------------------------------

@@ -92,8 +92,8 @@ def test_the_polynomial_of_a_factor_is_the_factor(which):
     for x in SAMPLES:
         drive = cosine * math.cos(turn * x) - sine * math.sin(turn * x)
         values.append(powers_at(ps, damper, *at(grid.table, x), drive)[which])
-    found = [factor_at(grid.table, x) for x in SAMPLES]
-    np.testing.assert_allclose(found, values, rtol=0, atol=1e-12 * np.abs(values).max())
+    factors = [factor_at(grid.table, x) for x in SAMPLES]
+    np.testing.assert_allclose(factors, values, rtol=0, atol=1e-12 * np.abs(values).max())
     second = np.diff(values, 2) / (SAMPLES[1] - SAMPLES[0]) ** 2
     assert np.abs(second).max() <= bend * (1 + 1e-3)
 
@@ -122,11 +122,11 @@ def suspected(ps, damper, grid, y, length=1.0):
         top = int(sampled[:, body].argmax())
         energy = np.full(2, 1e300)
         energy[body] = sampled[top, body] * (1 - 1e-12)
-        found = breakers(damper, energy, grid, bounds, length, *ends)
-        assert found & 2 - body == 0
+        bodies = breakers(damper, energy, grid, bounds, length, *ends)
+        assert bodies & 2 - body == 0
         if 0 < top < len(SAMPLES) - 1:
-            assert found == 1 + body
-            must |= found
+            assert bodies == 1 + body
+            must |= bodies
     high = np.full(2, 1e300)
     assert breakers(damper, high, grid, bounds, length, *ends) == 0
     return must
@@ -159,10 +159,10 @@ def test_the_error_of_the_cubic_counts_for_each_body(length):
     fourths = bounds.energy, damper_bound(grid, bounds.scale, 3.0)
     assert fourths[1] < bounds.energy * grid.table[OF_E2]
     for body in range(2):
-        for part, found in ((0.99, 1 + body), (1.01, 0)):
+        for part, expected in ((0.99, 1 + body), (1.01, 0)):
             energy = np.full(2, 1e300)
             energy[body] = 3.0 + part * fourths[body] * length**4 / 384
-            assert breakers(damper, energy, grid, bounds, length, ends, ends) == found
+            assert breakers(damper, energy, grid, bounds, length, ends, ends) == expected
 
 
 @pytest.mark.parametrize("length", [1.0, 0.5])
@@ -173,10 +173,10 @@ def test_powers_count_with_the_time_that_they_have(length):
     power = 1e6 * bounds.energy
     ends = (3.0, 3.0, power, power), (3.0, 3.0, -power, -power)
     for body in range(2):
-        for part, found in ((0.99, 1 + body), (1.01, 0)):
+        for part, expected in ((0.99, 1 + body), (1.01, 0)):
             energy = np.full(2, 1e300)
             energy[body] = 3.0 + part * power * length * grid.h / 3
-            assert breakers(damper, energy, grid, bounds, length, *ends) == found
+            assert breakers(damper, energy, grid, bounds, length, *ends) == expected
 
 
 @pytest.mark.parametrize("softer", [1e2, 1e4, 1e6])
@@ -202,7 +202,7 @@ def largest_in(ps, damper, grid, y, angle, length):
     out = np.zeros(TERMS)
     expand(ps, damper, grid.h, np.array([*y, math.cos(angle), math.sin(angle)]), out, 0)
     x1, v1, r, s = (Polynomial(c) for c in out.reshape(ORDER + 1, 4).T)
-    found = []
+    values = []
     for e in (
         ps.m1 * v1**2 + ps.k1 * x1**2,
         damper.m2 * (v1 - s) ** 2 + damper.k2 * (x1 - r) ** 2,
@@ -210,8 +210,8 @@ def largest_in(ps, damper, grid, y, angle, length):
         turns = e.deriv().roots()
         turns = turns[np.abs(turns.imag) < 1e-6].real
         places = np.clip([0.0, length, *turns], 0.0, length)
-        found.append(0.5 * e(places).max())
-    return np.array(found), tuple(p(length) for p in (x1, v1, r, s))
+        values.append(0.5 * e(places).max())
+    return np.array(values), tuple(p(length) for p in (x1, v1, r, s))
 
 
 def flights(seed):

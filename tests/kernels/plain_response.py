@@ -95,18 +95,21 @@ class Twin:
         )  # fmt: skip
         assert run.success, run.message  # where a force jumps, it may get stuck
         sums = run.y[4:, -1]
-        found = dict(zip([f"{n}_rms" for n in NAMES], np.sqrt(sums[:4] / until), strict=True))
-        found["drift_rms"] = np.sqrt(sums[5] / until)
-        found["power_c1"], found["power_c2"] = self.c1 * sums[6] / until, self.c2 * sums[4] / until
-        found["power_contact"], found["power_in"] = sums[7:9] / until
+        numbers = dict(zip([f"{n}_rms" for n in NAMES], np.sqrt(sums[:4] / until), strict=True))
+        numbers["drift_rms"] = np.sqrt(sums[5] / until)
+        numbers["power_c1"], numbers["power_c2"] = (
+            self.c1 * sums[6] / until,
+            self.c2 * sums[4] / until,
+        )
+        numbers["power_contact"], numbers["power_in"] = sums[7:9] / until
         sizes = {
             "x1_max": lambda t, y: abs(y[0]), "v1_max": lambda t, y: abs(y[1]),
             "stroke_max": lambda t, y: abs(y[2]), "drift_max": lambda t, y: abs(self.at(t, y)[5]),
             "a1_max": lambda t, y: abs(self.absolute(t, y)),
         }  # fmt: skip
-        found |= {name: largest(run, size) for name, size in sizes.items()}
+        numbers |= {name: largest(run, size) for name, size in sizes.items()}
         forces = [largest(run, lambda t, y, i=i: self.at(t, y)[i]) for i in (2, 3)]
-        return found | {"force_max": forces}
+        return numbers | {"force_max": forces}
 
 
 def largest(run, size):
@@ -165,15 +168,15 @@ def test_a_response_is_that_of_an_independent_solver(case):
     # (a short run of many periods: the orbit itself must not have time to differ)
     fine = FINE if method == "exact" else {"period_steps": 2048.0}
     start = simulate(system, 0, transient=3, method=method, **fine).state
-    found = simulate(system, 2, start=start, method=method, record=("response",), **fine).response
+    orbit = simulate(system, 2, start=start, method=method, record=("response",), **fine).response
     expected = Twin(system).response(kernel_state(system, start), 2)
     seen = 0
-    for key, value in found.items():
+    for key, value in orbit.items():
         if key in expected:
             wanted = np.atleast_1d(expected[key])
             wanted = wanted if np.ndim(value) else wanted.max(keepdims=True)
             scale = max(
-                np.abs(wanted).max(), 1e-3 * abs(found["power_in"]) if "power" in key else 0
+                np.abs(wanted).max(), 1e-3 * abs(orbit["power_in"]) if "power" in key else 0
             )
             assert np.abs(value - wanted).max() <= 1e-7 * scale, key
             seen += 1
@@ -231,13 +234,13 @@ def test_the_balance_of_power_closes(case):
     system = balanced_system(name, changes)
     start = simulate(system, 0, transient=4, method=method, **FINE).state
     orbit = simulate(system, 5, transient=4, method=method, record=("response",), **FINE)
-    found, lasting = orbit.response, 5 * system.period
-    gone = found["power_c1"] + found.get("power_c2", 0.0) + found.get("power_contact", 0.0)
+    response, lasting = orbit.response, 5 * system.period
+    gone = response["power_c1"] + response.get("power_c2", 0.0) + response.get("power_contact", 0.0)
     gain = (energy(system, orbit.state) - energy(system, start)) / lasting
-    scale = abs(found["power_in"]) + gone + abs(gain)
-    assert found["power_in"] - gone == pytest.approx(gain, abs=precise * scale)
+    scale = abs(response["power_in"]) + gone + abs(gain)
+    assert response["power_in"] - gone == pytest.approx(gain, abs=precise * scale)
     if case in ("hunt-crossley", "linear", "restitution"):
-        assert found["power_contact"] > 0.01 * found["power_in"]
+        assert response["power_contact"] > 0.01 * response["power_in"]
 
 
 @pytest.mark.parametrize(
@@ -248,7 +251,7 @@ def test_the_steady_state_without_contact_is_a_closed_form(name, changes, method
     system = load_system(name, **changes)
     omega, start = system.parameters["omega"], steady_state(system)
     options = {"method": method} | ({"period_steps": 2048.0} if method == "rk4" else {})
-    found = simulate(system, 3, start=start, record=("response",), **options).response
+    orbit = simulate(system, 3, start=start, record=("response",), **options).response
     form = response(system, np.array([omega]))
     X1, Y = complex(form.X1[0]), system.foot or 0.0
     sizes = {"x1": abs(X1), "v1": omega * abs(X1), "a1": omega**2 * abs(X1)}
@@ -256,19 +259,19 @@ def test_the_steady_state_without_contact_is_a_closed_form(name, changes, method
         sizes["stroke"] = abs(complex(form.X2[0]) - X1)
     if Y:
         sizes["drift"] = abs(X1 - Y)
-        assert found["transmissibility"] == pytest.approx(abs(X1 / Y), rel=1e-10)
+        assert orbit["transmissibility"] == pytest.approx(abs(X1 / Y), rel=1e-10)
     precise = 1e-12 if method == "exact" else 1e-9
     for key, size in sizes.items():
-        assert found[f"{key}_max"] == pytest.approx(size, rel=precise)
-        assert found[f"{key}_rms"] == pytest.approx(size / np.sqrt(2), rel=precise)
+        assert orbit[f"{key}_max"] == pytest.approx(size, rel=precise)
+        assert orbit[f"{key}_rms"] == pytest.approx(size / np.sqrt(2), rel=precise)
     c1 = system.structure[2]
     into = (system.force * X1 * 1j * omega).real / 2
     lost = c1 * omega**2 * abs(X1 - Y) ** 2 / 2
     if Y:  # the foot's own force and velocity
         k = complex(system.structure[1], c1 * omega)
         into = (k * (Y - X1) * np.conj(1j * omega * Y)).real / 2
-    assert found["power_in"] == pytest.approx(into, rel=10 * precise)
-    assert found["power_c1"] == pytest.approx(lost, rel=precise)
+    assert orbit["power_in"] == pytest.approx(into, rel=10 * precise)
+    assert orbit["power_c1"] == pytest.approx(lost, rel=precise)
 
 
 def test_rigid_bodies_have_impulses_in_place_of_forces():
@@ -300,7 +303,7 @@ def test_nothing_that_is_recorded_beside_changes_a_response_or_the_orbit():
 @pytest.mark.parametrize("name", ["ssul-set6", "ssbl"])
 def test_an_impact_that_is_known_adds_what_it_adds_when_stepped(name, monkeypatch):
     system, record = load_system(name, base_displacement=0.02), ("response", "section")
-    kept = simulate(system, 6, transient=2, record=record)
+    recalled = simulate(system, 6, transient=2, record=record)
     called = []
 
     def anew(side, tally, phase, now, after):
@@ -310,6 +313,6 @@ def test_an_impact_that_is_known_adds_what_it_adds_when_stepped(name, monkeypatc
     monkeypatch.setattr(hertz, "tally_inside", anew)
     stepped = simulate(system, 6, transient=2, record=record)
     assert len(called) >= 3
-    assert np.array_equal(kept.section, stepped.section)
-    for key, value in kept.response.items():
+    assert np.array_equal(recalled.section, stepped.section)
+    for key, value in recalled.response.items():
         assert value == pytest.approx(stepped.response[key], rel=1e-12), key

@@ -37,16 +37,16 @@ def test_speeds_of_a_scan_are_those_of_its_orbits(case, tmp_path):
     system = nv.load_system(name, **changes)
     archive = scanned(tmp_path / "speeds.h5", name, changes, values)
     with nv.read(archive) as view:
-        found = view["impact_speed"]
-        assert found.shape == (len(values), 1, TOUCHES * PERIODS)
+        column = view["impact_speed"]
+        assert column.shape == (len(values), 1, TOUCHES * PERIODS)
         for i, value in enumerate(values):
             orbit = nv.simulate(
                 system.with_(omega=value), PERIODS, transient=TRANSIENT, record=("impacts",)
             )
             speeds = orbit.impacts["speed"]
             assert len(speeds) > 0
-            assert found[i, 0, : len(speeds)].tolist() == speeds.tolist()
-            assert np.isnan(found[i, 0, len(speeds) :]).all()
+            assert column[i, 0, : len(speeds)].tolist() == speeds.tolist()
+            assert np.isnan(column[i, 0, len(speeds) :]).all()
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -102,8 +102,10 @@ def test_modulation_is_that_of_the_orbits(case, tmp_path):
             if name == "ssbl":
                 word = view.flags("capture")[int(view["capture"][i, 0])]
                 rate = sum(counts) / PERIODS
-                known = "sustained_1_to_1" if rate == 2 else "strongly_modulated"
-                assert word == ("more_impacts" if rate > 2.01 else known if rate else "no_impacts")
+                expected = "sustained_1_to_1" if rate == 2 else "strongly_modulated"
+                assert word == (
+                    "more_impacts" if rate > 2.01 else expected if rate else "no_impacts"
+                )
 
 
 def test_what_there_is_no_room_for_is_counted(tmp_path):
@@ -112,8 +114,8 @@ def test_what_there_is_no_room_for_is_counted(tmp_path):
     archive = scanned(tmp_path / "chatter.h5", "ssul-set6", changes, (0.5, 6.28))
     with nv.read(archive) as view:
         counts = view["impact_rate"][:, 0] * PERIODS
-        kept = np.isfinite(view["impact_speed"][:, 0]).sum(axis=-1)
-    assert kept.tolist() == np.minimum(counts, TOUCHES * PERIODS).tolist()
+        stored = np.isfinite(view["impact_speed"][:, 0]).sum(axis=-1)
+    assert stored.tolist() == np.minimum(counts, TOUCHES * PERIODS).tolist()
     assert counts.max() > TOUCHES * PERIODS
 
 

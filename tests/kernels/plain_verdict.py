@@ -51,10 +51,10 @@ def closed(name, omega, n, start=None):
 )
 def test_only_the_least_number_of_periods_is_minimal(name, omega, n, counts):
     for times in (1, 2):
-        flow, y, points, found, _, (residual, _, slowest) = closed(name, omega, times * n)
+        flow, y, points, period, _, (residual, _, slowest) = closed(name, omega, times * n)
         assert residual < 1e-12
         assert is_minimal(flow.space, y, points) == (times == 1)
-        assert tuple(found) == tuple(times * k for k in counts)
+        assert tuple(period) == tuple(times * k for k in counts)
         assert 0.0 < slowest < np.inf
 
 
@@ -96,10 +96,10 @@ def test_an_orbit_that_is_drawn_in_slowly_is_attracted():
 def test_a_long_transient_is_chaotic_only_with_an_exponent_above_zero(name, changes, label):
     """Both settle late; along the first the variations do not grow."""
     system = nv.load_system(name, **changes)
-    found = nv.classify(system, transient=500, periods=60, effort="quick")
-    assert found.label == label
-    assert found.settling > 50
-    growing = found.transient_lyapunov - found.transient_lyapunov_width > 0.0
+    regime = nv.classify(system, transient=500, periods=60, effort="quick")
+    assert regime.label == label
+    assert regime.settling > 50
+    growing = regime.transient_lyapunov - regime.transient_lyapunov_width > 0.0
     assert growing == label.startswith("transient chaos")
 
 
@@ -125,14 +125,14 @@ def test_a_weakly_damped_structure_is_periodic_as_long_as_its_multiplier_says_so
     """|mu| = exp(-c1 T / 2 m1): from 0.8 to 1 - 5e-6; nearer to one, rounding could decide."""
     system = nv.load_system("none", c1=c1)
     start = steady_state(system)  # a transient would last for 1e5 periods
-    found = nv.classify(system, start=start, transient=0, periods=30, effort="quick")
+    regime = nv.classify(system, start=start, transient=0, periods=30, effort="quick")
     radius = math.exp(-c1 * system.period / (2 * system.parameters["m1"]))
     if label is None:
-        assert found.kind != "periodic"
+        assert regime.kind != "periodic"
         return
-    assert found.label == label
-    assert abs(found.multipliers[0]) == pytest.approx(radius, rel=1e-9)
-    assert found.lyapunov == pytest.approx(math.log(radius) / system.period, rel=1e-5)
+    assert regime.label == label
+    assert abs(regime.multipliers[0]) == pytest.approx(radius, rel=1e-9)
+    assert regime.lyapunov == pytest.approx(math.log(radius) / system.period, rel=1e-5)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 25])
@@ -157,9 +157,9 @@ def test_impacts_of_a_verdict_are_told_by_wall():
         orbit = nv.simulate(system, 60, transient=400)
         names = set(orbit.impacts["wall"])
         assert names == ({"structure"} if expected[0] else {"obstacle"})
-        found = nv.classify(system, transient=400, periods=60, effort="quick")
-        near, far = found.impacts_by_wall
-        assert found.period > 0
+        regime = nv.classify(system, transient=400, periods=60, effort="quick")
+        near, far = regime.impacts_by_wall
+        assert regime.period > 0
         assert ((near > 0), (far > 0)) == (expected[0] > 0, expected[1] > 0)
 
 
@@ -186,16 +186,16 @@ def test_a_scan_tells_impacts_as_a_verdict_does():
                 "record": {"want": ["impacts", "regime"]},
             }
         )
-        found = Computer(scan).block(Block(0, ((0, 1),)))
-        assert found["label"][0, 0] == f"{'' if n == 1 else n}T,{k}"
-        assert found["impact_count"][0, 0] == k
-        assert found["impact_rate"][0, 0] == pytest.approx(k / n, abs=0.04)
+        arrays = Computer(scan).block(Block(0, ((0, 1),)))
+        assert arrays["label"][0, 0] == f"{'' if n == 1 else n}T,{k}"
+        assert arrays["impact_count"][0, 0] == k
+        assert arrays["impact_rate"][0, 0] == pytest.approx(k / n, abs=0.04)
 
 
 def test_the_fastest_decay_of_a_cycle_is_found_once_its_variations_are_aligned():
     """Where a matrix holds too few digits: without impacts, exponents are those of the flow."""
     system = nv.load_system("tmd", c1=1.4e4, c2=300.0, k2=300.0)
-    found = nv.classify(system, transient=20, periods=60)
+    regime = nv.classify(system, transient=20, periods=60)
     m1, k1, c1, m2, k2, c2 = (system.parameters[k] for k in ("m1", "k1", "c1", "m2", "k2", "c2"))
     flow = [
         [0.0, 1.0, 0.0, 0.0],
@@ -205,9 +205,9 @@ def test_the_fastest_decay_of_a_cycle_is_found_once_its_variations_are_aligned()
     ]
     exact = np.sort(np.linalg.eigvals(flow).real)[::-1]
     assert exact.sum() * system.period < -18.0
-    assert found.exponents[0] == pytest.approx(exact[0], rel=1e-12)
-    assert found.exponents[3] == pytest.approx(exact[3], rel=1e-5)  # 2e-4 after one cycle less
-    assert sum(found.exponents) == pytest.approx(exact.sum(), rel=1e-9)
+    assert regime.exponents[0] == pytest.approx(exact[0], rel=1e-12)
+    assert regime.exponents[3] == pytest.approx(exact[3], rel=1e-5)  # 2e-4 after one cycle less
+    assert sum(regime.exponents) == pytest.approx(exact.sum(), rel=1e-9)
 
 
 def test_growth_of_a_ball_that_rests_is_minus_infinity():

@@ -30,12 +30,12 @@ def bounce(gamma, e, omega, n):
     T, Y = 2 * np.pi / omega, gamma * G / omega**2
     lift = 0.5 * G * n * T
     sine = -(1 - e) / (1 + e) * lift / (Y * omega)
-    found = []
+    orbits = []
     for phase in (math.asin(sine) + 2 * np.pi, np.pi - math.asin(sine)):
         since = n * T - phase / omega
         height = Y * math.cos(phase) + lift * since - 0.5 * G * since**2 - Y
-        found.append((height, lift - G * since))
-    return found
+        orbits.append((height, lift - G * since))
+    return orbits
 
 
 @pytest.mark.parametrize(("gamma", "e", "n"), [(1.2, 0.5, 1), (1.4, 0.5, 1), (2.4, 0.5, 2)])
@@ -155,9 +155,9 @@ def test_a_hard_impact_oscillator(omega, e, C, speed):
     """Speed of impact of its T,1 orbit, from starts all over (Phil. Trans. A 347 (1994) 365)."""
     numbers = {"m": 1.0, "k": 1.0, "c": 0.0, "C": C, "P": 1.0, "omega": omega, "e": e}
     system = System("oscillator", numbers, law="restitution")
-    found = []
+    orbits = []
     for seed in range(6):
         start = np.random.default_rng(seed).normal(size=2) - (3.0, 0.0)
         impacts = simulate(system, 400, start=start, record=BOTH).impacts
-        found.append(impacts["speed"][-1])
-    assert min(abs(np.array(found) - speed)) < 1e-5 * speed
+        orbits.append(impacts["speed"][-1])
+    assert min(abs(np.array(orbits) - speed)) < 1e-5 * speed

@@ -30,13 +30,13 @@ def test_each_kernel_of_a_law_is_called(path):
 def properties(texts):
     """Return what is asked of laws before anything is computed, and what they answer."""
     asked = set(re.findall(r'\bsays\([\w.]+, "(\w+)"\)', "\n".join(texts)))
-    said = {w for p in LAWS for w in re.findall(r"^([A-Z_]+) = True$", TEXTS[p], re.MULTILINE)}
-    return asked, said
+    assigned = {w for p in LAWS for w in re.findall(r"^([A-Z_]+) = True$", TEXTS[p], re.MULTILINE)}
+    return asked, assigned
 
 
 def test_each_property_that_is_asked_for_is_one_of_a_law():
-    asked, said = properties(TEXTS.values())
+    asked, assigned = properties(TEXTS.values())
     assert len(asked) > 2
-    assert asked == said
-    asked, said = properties([*TEXTS.values(), 'if says(near, "AT_LAST"):'])
-    assert asked != said
+    assert asked == assigned
+    asked, assigned = properties([*TEXTS.values(), 'if says(near, "AT_LAST"):'])
+    assert asked != assigned

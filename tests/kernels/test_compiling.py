@@ -94,10 +94,10 @@ def test_what_types_do_not_decide_is_an_error():
 @pytest.mark.kernels
 def test_a_number_that_is_known_when_compiling_is_a_number_like_any_other():
     """Notices: a kernel compiled for each constant that it is called with."""
-    told = []
+    kernels = []
     made = kernel("def f():\n    return doubled(2.5) + doubled(3.5) + doubled(4.5)")
     before = len(doubled.overloads)
-    with told_of_compilations(told.append):
+    with told_of_compilations(kernels.append):
         assert made() == 21.0
     assert len(doubled.overloads) - before <= 1
 
@@ -106,10 +106,10 @@ def test_a_number_that_is_known_when_compiling_is_a_number_like_any_other():
 def test_the_collector_rests_while_something_is_compiled_and_works_afterwards():
     seen = []
     made = kernel("def f(x):\n    return x + 1")
-    told = told_of_compilations(
+    watching = told_of_compilations(
         lambda kernel: seen.append(gc.isenabled()), lambda kernel: seen.append(gc.isenabled())
     )
-    with told:
+    with watching:
         assert made(1) == 2
         assert gc.isenabled()
         assert made(2) == 3
@@ -118,11 +118,11 @@ def test_the_collector_rests_while_something_is_compiled_and_works_afterwards():
 
 @pytest.mark.kernels
 def test_nested_compilations_are_one_pause():
-    found = []
+    flags = []
     made = kernel("@jit\ndef g(x):\n    return x + 1\ndef f(x):\n    return g(x)")
-    with told_of_compilations(lambda one: found.append(gc.isenabled())):
+    with told_of_compilations(lambda one: flags.append(gc.isenabled())):
         assert made(1) == 2
-    assert found == [True, False]
+    assert flags == [True, False]
     assert gc.isenabled()
 
 
@@ -157,11 +157,11 @@ def test_a_collector_that_is_off_stays_off():
 
 
 def test_what_others_compile_is_their_business():
-    found = []
+    names = []
     theirs = numba.njit(lambda x: max(abs(x), round(2.5)))
-    with told_of_compilations(lambda kernel: found.append(kernel)):
+    with told_of_compilations(lambda kernel: names.append(kernel)):
         assert theirs(1) == 2
-    assert found == []
+    assert names == []
 
 
 PLAIN = """
@@ -182,12 +182,12 @@ print(hashlib.sha256(orbit.section.tobytes()).hexdigest(), bool(compiled))
 @pytest.mark.kernels
 def test_where_the_inside_of_numba_is_another_one_its_own_cache_keeps_kernels(tmp_path):
     """To the same bits; the next process compiles nothing."""
-    found = {}
+    outputs = {}
     for run in ("linked", "plain", "plain again"):
         how = run.split()[0]
-        found[run] = printed("-c", PLAIN, how, NUMBA_CACHE_DIR=str(tmp_path / how)).split()
-    assert found["linked"] == found["plain"]
-    assert found["plain again"] == [found["plain"][0], "False"]
+        outputs[run] = printed("-c", PLAIN, how, NUMBA_CACHE_DIR=str(tmp_path / how)).split()
+    assert outputs["linked"] == outputs["plain"]
+    assert outputs["plain again"] == [outputs["plain"][0], "False"]
 
 
 def test_the_cache_of_numba_belongs_to_the_sources_of_all_kernels(tmp_path, monkeypatch):

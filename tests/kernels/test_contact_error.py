@@ -64,7 +64,7 @@ class Contact:
         event, q, s, x1, v1, took, depth = contact(side, watch, wave, start, stop - begun)
         return End(event, q, s, x1, v1, begun + took, depth)
 
-    def error(self, found, true):
+    def error(self, state, true):
         """Return the largest error of z, s, x1, v1, time and depth, each relative to its scale.
 
         What round-off has done to a number is left out.
@@ -75,7 +75,7 @@ class Contact:
         scales = np.array(
             [deep, fast, max(abs(true.x1), deep), max(abs(true.v1), fast), true.elapsed, deep]
         )
-        a = np.array([found.q**2, *found[2:]])
+        a = np.array([state.q**2, *state[2:]])
         b = np.array([true.q**2, *true[2:]])
         # of some hundred steps, and of numbers that are larger than their scale
         impacts = true.elapsed / (LASTING * deep / fast)
@@ -137,12 +137,12 @@ def drawn(kind, rng):
 @cache
 def contacts(kind, count=80):
     """Return random contacts of a kind, with how they end and how errors grow."""
-    rng, found = np.random.default_rng([7, KINDS.index(kind)]), []
+    rng, cases = np.random.default_rng([7, KINDS.index(kind)]), []
     for _ in range(count):
         one = drawn(kind, rng)
         true = one.follow(TRUE)
-        found.append((one, true, one.growth(true)))
-    return found
+        cases.append((one, true, one.growth(true)))
+    return cases
 
 
 def held_to(tolerance):
@@ -160,9 +160,9 @@ def test_the_error_is_at_most_the_tolerance(kind, tolerance):
     """Of state, time and depth. Notices: fewer steps and no check, a share that does not end."""
     steps, worst = held_to(tolerance), 0.0
     for one, true, growth in contacts(kind):
-        found = one.follow(steps)
-        assert found.event == true.event
-        worst = max(worst, one.error(found, true) / growth)
+        state = one.follow(steps)
+        assert state.event == true.event
+        worst = max(worst, one.error(state, true) / growth)
     assert worst <= steps.tolerance
 
 
@@ -220,8 +220,8 @@ def test_the_doubt_is_never_below_a_third_of_the_error(steps):
         for one, true, growth in contacts(kind)[:40]:
             if true.elapsed * rate_of(*one.parts[:2]) > 20 or not growth < 1e4:
                 continue
-            doubt, found = doubted(one, steps)
-            error = one.error(found._replace(depth=true.depth), true)
+            doubt, state = doubted(one, steps)
+            error = one.error(state._replace(depth=true.depth), true)
             if 1e-13 < error < 0.1:
                 ratios.append(doubt * growth / error)
     assert len(ratios) > 50

@@ -25,7 +25,7 @@ every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 @every_law
 def test_as_the_twin_finds_it(law):
     """Notices: a force, a release or a saltation that is not the law's."""
-    system = load_system("ssul-set6", **law.given)
+    system = load_system("ssul-set6", **law.constants)
     course = follow(model_of("ssul", system.parameters, law.twin), (0, 0, system.rest, 0), 8)
     orbit = simulate(system, 8, record=NOTED, tolerance=1e-12)
     assert len(orbit.impacts) >= 5
@@ -132,7 +132,7 @@ def test_the_power_three_halves_is_hertz():
 @pytest.mark.parametrize("n", [1.0, 1.2, 2.0, 3.0])
 def test_fixed_steps_keep_their_order(n):
     law = LAWS[f"n = {n:g}"]
-    system = load_system("ssul-set6", **law.given)
+    system = load_system("ssul-set6", **law.constants)
     exact = simulate(system, 2, record=NOTED, tolerance=1e-13).section
     coarse, fine = (
         np.abs(simulate(system, 2, record=NOTED, method="rk4", period_steps=N).section - exact)
@@ -150,22 +150,22 @@ def test_what_contacts_take_of_volumes_is_known(name):
 
     A dashpot takes cc / mu as long as it is pressed.
     """
-    system = load_system("ssul-set6", **LAWS[name].given)
+    system = load_system("ssul-set6", **LAWS[name].constants)
     p, run = system.parameters, simulate(system, 400, record=NOTED)
     mu = 1.0 / (1.0 / p["m1"] + 1.0 / p["m2"])
     free = -system.period * (p["c1"] / p["m1"] + p["c2"] / mu)
     x1, v1, x2, v2 = run.state
     flow = flow_on(system, settings=Settings.of("exact", tolerance=1e-12))
     y = np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
-    taken = variations.shrunk_in_contacts(flow.prepared.near, None, flow, y, 1)
+    shrunk = variations.shrunk_in_contacts(flow.prepared.near, None, flow, y, 1)
     if name == "damped":
         last = run.impacts[-2]
-        assert taken == pytest.approx(-2000.0 / mu * (last["release"] - last["touch"]), rel=1e-9)
+        assert shrunk == pytest.approx(-2000.0 / mu * (last["release"] - last["touch"]), rel=1e-9)
     _, matrix = period_map(flow, y)
-    assert math.log(np.linalg.det(matrix)) == pytest.approx(free + taken, rel=1e-8)
+    assert math.log(np.linalg.det(matrix)) == pytest.approx(free + shrunk, rel=1e-8)
     regime = classify(system)
     assert regime.label == "T,1"
-    assert math.log(regime.multipliers.prod().real) == pytest.approx(free + taken, rel=1e-6)
+    assert math.log(regime.multipliers.prod().real) == pytest.approx(free + shrunk, rel=1e-6)
 
 
 def test_a_damped_contact_never_attracts():

@@ -83,16 +83,16 @@ def test_a_power_law_without_damping_breaks_the_limit_as_hertz_does(name):
 
 
 def test_the_cases_are_what_they_say():
-    found = {}
+    shares = {}
     for name in CASES:
         beyond, pushes = seen_by_twin(name)
         first = beyond[0, 1]
         inside = (np.nan_to_num(pushes[:, 1]) < first) & ~(pushes[:, 2] <= first)
-        found[name] = bool(inside.any())
+        shares[name] = bool(inside.any())
     outside = {"the wall at the limit", "the wall within the limit"} | {
         name for name in CASES if name.startswith("in flight")
     }
-    assert {name for name, inside in found.items() if not inside} == outside
+    assert {name for name, inside in shares.items() if not inside} == outside
 
 
 # ---- a limit behind a near wall ------------------------------------------------------------------

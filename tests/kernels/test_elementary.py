@@ -39,13 +39,13 @@ def arguments(name):
     if name in ("cosine", "sine"):
         eighths = np.arange(1, 65) / 64
         near = [eighths * (1 + 1e-15), eighths - 1e-9, eighths + 3e-5 * draw(-1, 1, 64)]
-        found = [draw(0, 1, DRAWN), 10 ** draw(-300, 6, DRAWN), *near]
+        drawn = [draw(0, 1, DRAWN), 10 ** draw(-300, 6, DRAWN), *near]
     elif name == "exp":
-        found = [draw(-708, 709.78, DRAWN), draw(-40, 2, DRAWN), draw(-1e-3, 1e-3, DRAWN)]
+        drawn = [draw(-708, 709.78, DRAWN), draw(-40, 2, DRAWN), draw(-1e-3, 1e-3, DRAWN)]
     else:
         low = 2.0 ** np.arange(-1074, 1024, 7)
-        found = [10 ** draw(-307, 308, DRAWN), draw(0.5, 2, DRAWN), 1 + draw(-1e-7, 1e-7, 999), low]
-    return [float(x) for x in np.concatenate(found)]
+        drawn = [10 ** draw(-307, 308, DRAWN), draw(0.5, 2, DRAWN), 1 + draw(-1e-7, 1e-7, 999), low]
+    return [float(x) for x in np.concatenate(drawn)]
 
 
 @pytest.mark.kernels
@@ -53,8 +53,8 @@ def arguments(name):
 def test_errors_are_below_one_unit_in_the_last_place(name):
     allowed = {"log10": 2.0, "fifth_root": 0.51}.get(name, 0.85)
     for x in arguments(name):
-        found, true = own(name, x), exact(name, x)
-        assert abs(found - true) <= allowed * np.spacing(abs(float(true))), x
+        values, true = own(name, x), exact(name, x)
+        assert abs(values - true) <= allowed * np.spacing(abs(float(true))), x
 
 
 def test_whole_quarters_of_a_turn_are_exact():
@@ -96,18 +96,18 @@ json.dump(found, sys.stdout)
 
 
 def test_compiled_and_uncompiled_give_the_same_bits():
-    given = json.dumps({name: arguments(name)[::5] for name in FUNCTIONS})
-    found = []
+    argument = json.dumps({name: arguments(name)[::5] for name in FUNCTIONS})
+    outputs = []
     for disabled in "01":
         root = str(Path(elementary.__file__).parents[2])
         done = subprocess.run(
             [sys.executable, "-c", PROGRAM],
-            input=given,
+            input=argument,
             capture_output=True,
             text=True,
             check=False,
             env={**os.environ, "PYTHONPATH": root, "NUMBA_DISABLE_JIT": disabled},
         )
         assert done.returncode == 0, done.stderr
-        found.append(json.loads(done.stdout))
-    assert found[0] == found[1]
+        outputs.append(json.loads(done.stdout))
+    assert outputs[0] == outputs[1]

@@ -53,9 +53,9 @@ def size_of(impacts, i):
 
 def drawn(count, seed=1):
     """Return impacts that are short, and a few that touch the edge of what is."""
-    rng, found = np.random.default_rng(seed), []
+    rng, cases = np.random.default_rng(seed), []
     arc = make_arc(1e-3)
-    while len(found) < count:
+    while len(cases) < count:
         d = lambda low, high: 10.0 ** rng.uniform(low, high)  # noqa: E731  # decades
         m2 = d(-3, 0.5)
         one = {
@@ -66,10 +66,10 @@ def drawn(count, seed=1):
         state = d(-4, 2), rng.normal() * d(-2, 1), rng.normal() * d(-2, 1), rng.uniform(0, 6.28)
         impacts = Impacts({name: np.array([v]) for name, v in one.items()}, *np.array([state]).T)
         if solved(impacts, 0, arc)[0]:
-            found.append((one, state))
-    names = found[0][0]
-    numbers = {name: np.array([one[name] for one, _ in found]) for name in names}
-    return Impacts(numbers, *np.array([state for _, state in found]).T)
+            cases.append((one, state))
+    names = cases[0][0]
+    numbers = {name: np.array([one[name] for one, _ in cases]) for name in names}
+    return Impacts(numbers, *np.array([state for _, state in cases]).T)
 
 
 def seen_by_twin(impacts):
@@ -96,10 +96,10 @@ def seen_by_twin(impacts):
     return np.array([w, -x1, -v1, rows[:, 2] - rows[:, 1], rows[:, 4]])
 
 
-def errors_of(found, true, impacts):
+def errors_of(solutions, true, impacts):
     """Return the errors (5, count), each in units of the impact's own scale."""
     s, took, depth = impacts.s, true[3], true[4]
-    off = np.abs(np.array(found) - true)
+    off = np.abs(np.array(solutions) - true)
     # 80 bits hold a short duration in a time from phase zero, and a depth in a place, so well
     off[3] = np.maximum(off[3] - 4e-18 / impacts.numbers["omega"], 0)
     off[4] = np.maximum(off[4] - 4e-19 * np.abs(impacts.numbers["near"]), 0)
@@ -118,9 +118,9 @@ def test_error_at_most_the_tolerance(count):
     true = seen_by_twin(impacts)
     for tolerance in TOLERANCES:
         arc = make_arc(tolerance)
-        found = np.array([solved(impacts, i, arc) for i in range(count)])
-        assert found[:, 0].mean() > 0.995
-        errors = errors_of(found[:, 1:].T, true, impacts)[:, found[:, 0] > 0]
+        solutions = np.array([solved(impacts, i, arc) for i in range(count)])
+        assert solutions[:, 0].mean() > 0.995
+        errors = errors_of(solutions[:, 1:].T, true, impacts)[:, solutions[:, 0] > 0]
         print(tolerance, errors.max(axis=1))
         assert errors.max() <= tolerance + ROUND_OFF
         assert 1.5 * errors[4].max() <= tolerance + ROUND_OFF  # of the force K z^1.5
@@ -132,10 +132,10 @@ def test_the_estimate_is_never_below_a_third_of_the_error(count, n):
     impacts = drawn(count)
     true = seen_by_twin(impacts)
     size = np.array([size_of(impacts, i) for i in range(count)]) ** 1.5
-    found = np.array([solved(impacts, i, make_arc(nodes=n)) for i in range(count)])
-    settled = found[:, 0] > 0  # few do not in twelve sweeps: they are stepped
+    solutions = np.array([solved(impacts, i, make_arc(nodes=n)) for i in range(count)])
+    settled = solutions[:, 0] > 0  # few do not in twelve sweeps: they are stepped
     assert settled.mean() > 0.998
-    errors, size = errors_of(found[:, 1:].T, true, impacts)[:, settled], size[settled]
+    errors, size = errors_of(solutions[:, 1:].T, true, impacts)[:, settled], size[settled]
     release, depth = errors[[0, 3]].max(axis=0), errors[4]
     whole, half = CHOICES[n]
     print(n, (release / size)[release > ROUND_OFF].max(initial=0), (depth / size).max())
@@ -157,8 +157,8 @@ def test_a_wrong_estimate_is_caught():
     believing = arc._replace(tolerance=np.inf)
     worst = {}
     for name, one in (("checked", arc), ("believed", believing)):
-        found = np.array([solved(impacts, i, one) for i in range(600)])
-        worst[name] = errors_of(found[:, 1:].T, true, impacts)[0][found[:, 0] > 0]
+        solutions = np.array([solved(impacts, i, one) for i in range(600)])
+        worst[name] = errors_of(solutions[:, 1:].T, true, impacts)[0][solutions[:, 0] > 0]
     assert (worst["believed"] > 10 * tolerance).sum() > 20
     caught = worst["checked"][worst["believed"] > 10 * tolerance] <= tolerance
     print(caught.mean(), worst["checked"].max(), worst["believed"].max())

@@ -44,20 +44,20 @@ class Impact(NamedTuple):
         """Return the variations (16,) at the release."""
         solved, s, x1, v1, took, _ = self.solve(arc, impacts)
         assert solved
-        side, before, found = side_of(self.parts, arc), self.approach.touch[1:], tangent.copy()
-        vary(side, self.phase, before, (s, x1, v1, took), found)
-        return found
+        side, before, variations = side_of(self.parts, arc), self.approach.touch[1:], tangent.copy()
+        vary(side, self.phase, before, (s, x1, v1, took), variations)
+        return variations
 
     def stepped(self, steps, time=1.0e3):
         """Return the unit variations at the release, by Runge-Kutta steps, and its duration.
 
         Or after a time [s], if that comes before.
         """
-        found, side = UNIT.copy(), side_of(self.parts, steps=Steps(steps, np.inf))
-        watch = NOTHING._replace(tangent=found)
+        matrix, side = UNIT.copy(), side_of(self.parts, steps=Steps(steps, np.inf))
+        watch = NOTHING._replace(tangent=matrix)
         event, _, _, _, _, took, _ = contact(side, watch, self.phase, self.approach.touch, time)
         assert event == (RELEASED if time == 1.0e3 else STOPPED)
-        return found, took
+        return matrix, took
 
     def cut(self, arc, share):
         """Return the matrices of variations up to a share of the impact, and from there on."""
@@ -68,10 +68,10 @@ class Impact(NamedTuple):
 
     def vary(self, arc, ahead, tangent, begins):
         """Return what variations become up to the section, or from there on."""
-        settings, found = Settings(tolerance=4.0 * arc.tolerance), tangent.copy()
+        settings, varied = Settings(tolerance=4.0 * arc.tolerance), tangent.copy()
         side = side_of(self.parts, arc, steps=Steps(settings.steps, settings.stepped_to))
-        vary_inside(side, self.phase, found, ahead, begins)
-        return found
+        vary_inside(side, self.phase, varied, ahead, begins)
+        return varied
 
     def matrix(self, tangent):
         """Return the matrix of variations with displacements in units of velocity by `rate`."""
@@ -90,8 +90,8 @@ def one(**changes):
 
 def random_impacts(count, arc, seed=5):
     """Return impacts with everything varied, dashpots above all, that are short."""
-    rng, found = np.random.default_rng(seed), []
-    while len(found) < count:
+    rng, impacts = np.random.default_rng(seed), []
+    while len(impacts) < count:
         changes = {k: SET6[k] * 10 ** rng.uniform(-1, 1) for k in ("m1", "k1", "c1", "m2", "k2")}
         changes["c2"] = SET6["c2"] * 10 ** rng.uniform(-1, 2)
         changes["K"] = 10 ** rng.uniform(5, 12)
@@ -99,8 +99,8 @@ def random_impacts(count, arc, seed=5):
         approach = Approach(speed, *rng.normal(0, (0.05, 0.3)), phase)
         impact = one(**changes)._replace(approach=approach)
         if impact.solve(arc)[0]:
-            found.append(impact)
-    return found
+            impacts.append(impact)
+    return impacts
 
 
 @pytest.mark.kernels
@@ -138,15 +138,15 @@ def test_variations_go_on_behind_a_section(share):
     """With what was kept, or, where nothing was, the same again."""
     arc, impact, tangent = make_arc(), one(), np.random.default_rng(4).normal(size=16)
     ahead, (first, _) = impact.cut(arc, share)
-    found = impact.vary(arc, ahead, tangent, True)
+    carried = impact.vary(arc, ahead, tangent, True)
     np.testing.assert_allclose(
-        found.reshape(4, 4), tangent.reshape(4, 4) @ first.reshape(4, 4), rtol=1e-12
+        carried.reshape(4, 4), tangent.reshape(4, 4) @ first.reshape(4, 4), rtol=1e-12
     )
-    again = impact.vary(make_arc(), ahead, found, False)
-    found = impact.vary(arc, ahead, found, False)
-    np.testing.assert_array_equal(found, again)
+    again = impact.vary(make_arc(), ahead, carried, False)
+    carried = impact.vary(arc, ahead, carried, False)
+    np.testing.assert_array_equal(carried, again)
     expected = tangent.reshape(4, 4) @ impact.carried(arc).reshape(4, 4)
-    np.testing.assert_allclose(found.reshape(4, 4), expected, rtol=1e-9)
+    np.testing.assert_allclose(carried.reshape(4, 4), expected, rtol=1e-9)
 
 
 @pytest.mark.kernels
@@ -157,8 +157,8 @@ def test_the_determinant_is_known_beforehand():
         ps, damper, _ = impact.parts
         matrix = impact.carried(arc).reshape(4, 4)
         trace = -(ps.damping + damper.c2 * damper.inv_mu)
-        known = np.exp(trace * impact.solve(arc)[4])
-        assert np.linalg.det(impact.matrix(matrix)) == pytest.approx(known, rel=1e-8)
+        determinant = np.exp(trace * impact.solve(arc)[4])
+        assert np.linalg.det(impact.matrix(matrix)) == pytest.approx(determinant, rel=1e-8)
 
 
 @pytest.mark.kernels
@@ -168,8 +168,8 @@ def test_variations_are_linear():
     matrix = impact.carried(arc).reshape(4, 4)
     for size in (1e-12, 1.0, 1e12):
         tangent = size * rng.normal(size=(4, 4))
-        found = impact.carried(arc, tangent.ravel()).reshape(4, 4)
-        np.testing.assert_allclose(found, tangent @ matrix, rtol=0, atol=1e-8 * size)
+        carried = impact.carried(arc, tangent.ravel()).reshape(4, 4)
+        np.testing.assert_allclose(carried, tangent @ matrix, rtol=0, atol=1e-8 * size)
 
 
 @pytest.mark.kernels
@@ -178,18 +178,18 @@ def test_some_variations_may_be_zero():
     arc, impact = make_arc(), one()
     tangent = UNIT.copy()
     tangent[4:] = 0.0
-    found = impact.carried(arc, tangent)
-    assert (found[4:] == 0.0).all()
-    np.testing.assert_allclose(found[:4], impact.carried(arc)[:4], rtol=0, atol=1e-9)
+    carried = impact.carried(arc, tangent)
+    assert (carried[4:] == 0.0).all()
+    np.testing.assert_allclose(carried[:4], impact.carried(arc)[:4], rtol=0, atol=1e-9)
 
 
 @pytest.mark.kernels
 def test_a_variation_that_is_no_number_stays_none():
     tangent = UNIT.copy()
     tangent[5] = np.nan
-    found = one().carried(make_arc(), tangent)
-    assert np.isnan(found[4:8]).any()
-    assert np.isfinite(found[:4]).all()
+    carried = one().carried(make_arc(), tangent)
+    assert np.isnan(carried[4:8]).any()
+    assert np.isfinite(carried[:4]).all()
 
 
 @pytest.mark.kernels
@@ -214,11 +214,11 @@ for impact in random_impacts(6, make_arc()):
 
 
 def test_the_same_bits_without_compiling():
-    found = []
+    outputs = []
     for disabled in ("0", "1"):
         paths = os.pathsep.join([str(REPO), str(REPO / "tests"), str(REPO / "tests" / "kernels")])
         environment = {**os.environ, "NUMBA_DISABLE_JIT": disabled, "PYTHONPATH": paths}
         command = [sys.executable, "-W", "ignore", "-c", PRINT]
-        found.append(subprocess.run(command, env=environment, capture_output=True, check=True))
-    assert found[0].stdout == found[1].stdout
-    assert len(found[0].stdout.split()) == 6 * 16
+        outputs.append(subprocess.run(command, env=environment, capture_output=True, check=True))
+    assert outputs[0].stdout == outputs[1].stdout
+    assert len(outputs[0].stdout.split()) == 6 * 16

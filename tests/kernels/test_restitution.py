@@ -50,8 +50,8 @@ def closed(system, y, n):
     at[:2] = y[:2]
     counts, tangent = np.zeros(2, np.int64), np.zeros(16)
     residual, _, slowest = shooting.polish(flow, at, points, counts, tangent)
-    found = eigenvalues(shooting.matrix_of(tangent, 2))
-    return Orbit(at, residual, slowest, counts[0], found[:, 0] + 1j * found[:, 1])
+    multipliers = eigenvalues(shooting.matrix_of(tangent, 2))
+    return Orbit(at, residual, slowest, counts[0], multipliers[:, 0] + 1j * multipliers[:, 1])
 
 
 def in_order(values):
@@ -64,28 +64,28 @@ def in_order(values):
 @pytest.mark.kernels
 @pytest.mark.parametrize("pair", ORBITS, ids=named)
 def test_orbits_in_closed_form(pair):
-    case, known = pair
-    system = oscillator(case, known["A"])
-    found = closed(system, start_of(case, known), case["n"])
-    assert found.residual < 1e-13
-    assert found.impacts == 1
-    assert found.slowest == pytest.approx(known["speed"], rel=1e-11)
-    expected = in_order([complex(*pair) for pair in known["multipliers"]])
-    np.testing.assert_allclose(in_order(found.multipliers), expected, rtol=0, atol=1e-10)
+    case, exact = pair
+    system = oscillator(case, exact["A"])
+    orbit = closed(system, start_of(case, exact), case["n"])
+    assert orbit.residual < 1e-13
+    assert orbit.impacts == 1
+    assert orbit.slowest == pytest.approx(exact["speed"], rel=1e-11)
+    expected = in_order([complex(*pair) for pair in exact["multipliers"]])
+    np.testing.assert_allclose(in_order(orbit.multipliers), expected, rtol=0, atol=1e-10)
     volume = np.exp(-system.parameters["c"] * case["n"] * system.period) * case["e"] ** 2
-    assert found.multipliers.prod().real == pytest.approx(volume, rel=1e-11)
+    assert orbit.multipliers.prod().real == pytest.approx(volume, rel=1e-11)
 
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("pair", FLIPS, ids=named)
 def test_a_multiplier_passes_minus_one_at_each_period_doubling(pair):
-    case, known = pair
-    start = start_of(case, known)
+    case, exact = pair
+    start = start_of(case, exact)
     at, after, before = (
-        closed(oscillator(case, known["A"] * (1 + step)), start, case["n"])
+        closed(oscillator(case, exact["A"] * (1 + step)), start, case["n"])
         for step in (0.0, 1e-4, -1e-4)
     )
-    assert at.slowest == pytest.approx(known["speed"], rel=1e-9)
+    assert at.slowest == pytest.approx(exact["speed"], rel=1e-9)
     assert in_order(at.multipliers)[-1] == pytest.approx(-1.0, abs=1e-8)
     sizes = sorted(abs(o.multipliers).max() for o in (before, after))
     assert sizes[0] < 1.0 - 1e-6
@@ -96,17 +96,17 @@ def test_a_multiplier_passes_minus_one_at_each_period_doubling(pair):
 @pytest.mark.parametrize("case", FOLDS, ids=named)
 def test_two_orbits_meet_at_each_fold(case):
     """Both sides: two orbits, one of them stable and one a saddle, and then none."""
-    known = min(case["orbits"], key=lambda orbit: orbit["A"])
-    pair = [orbit for orbit in case["orbits"] if orbit["A"] == known["A"]]
-    down = np.geomspace(known["A"], case["fold_A"] * (1 + 1e-6), 60)
+    exact = min(case["orbits"], key=lambda orbit: orbit["A"])
+    pair = [orbit for orbit in case["orbits"] if orbit["A"] == exact["A"]]
+    down = np.geomspace(exact["A"], case["fold_A"] * (1 + 1e-6), 60)
     ends = []
     for orbit in pair:
         y = start_of(case, orbit)
         for P in down:
-            found = closed(oscillator(case, P), y, case["n"])
-            assert found.residual < 1e-9
-            y = found.y
-        ends.append(found)
+            multipliers = closed(oscillator(case, P), y, case["n"])
+            assert multipliers.residual < 1e-9
+            y = multipliers.y
+        ends.append(multipliers)
     sizes = sorted(float(in_order(end.multipliers)[-1].real) for end in ends)
     assert sizes[0] < 1.0 < sizes[1]
     assert sizes[1] - sizes[0] < 0.05
@@ -128,9 +128,9 @@ def test_the_motion_without_impact_grazes_where_it_must(case):
 
 @pytest.mark.kernels
 def test_labels_on_both_sides_of_a_period_doubling():
-    case, known = next(pair for pair in FLIPS if pair[0]["omega"] == 0.9 and pair[0]["e"] == 0.8)
-    assert classify(oscillator(case, known["A"] * 0.99)).label == "2T,2"
-    assert classify(oscillator(case, known["A"] * 1.01)).label == "T,1"
+    case, exact = next(pair for pair in FLIPS if pair[0]["omega"] == 0.9 and pair[0]["e"] == 0.8)
+    assert classify(oscillator(case, exact["A"] * 0.99)).label == "2T,2"
+    assert classify(oscillator(case, exact["A"] * 1.01)).label == "T,1"
 
 
 # ---- momentum, energy, saltation -----------------------------------------------------------------
@@ -171,18 +171,18 @@ def test_monodromy_is_the_derivative_of_the_flow(case, method):
     system, before, periods = RIGID_CASES[case]
     flow, y = flow_on(system, method), kernel_state(system, before)
     matrix = followed(flow, y, periods)[1]
-    found, step = np.empty((4, 4)), 1e-8 if "rests on" in case else 1e-6
+    difference, step = np.empty((4, 4)), 1e-8 if "rests on" in case else 1e-6
     for i in range(4):
         e = step * np.eye(4)[i]
         inside = y[2] + e[2] > flow.prepared.near.gap  # nothing is beyond the wall
         ahead, behind = (followed(flow, y + sign * e, periods)[0] for sign in (1 - inside, -1))
-        found[:, i] = (ahead - behind) / (step * (2 - inside))
+        difference[:, i] = (ahead - behind) / (step * (2 - inside))
     if method == "rk4":  # its flights err by more than those of the variations
-        np.testing.assert_allclose(matrix, found, rtol=0, atol=1e-3 * np.abs(matrix).max())
+        np.testing.assert_allclose(matrix, difference, rtol=0, atol=1e-3 * np.abs(matrix).max())
     else:
         # falling back to the wall takes a time like the root of the way
         near = 2e-4 if "rests on" in case else 2e-5
-        np.testing.assert_allclose(matrix, found, rtol=0, atol=near * np.abs(matrix).max())
+        np.testing.assert_allclose(matrix, difference, rtol=0, atol=near * np.abs(matrix).max())
 
 
 @pytest.mark.kernels
@@ -265,10 +265,10 @@ class Twin:
             s = np.asarray(t) - t0
             cosine, sine = np.cos(self.w * s), np.sin(self.w * s)
             fall = np.exp(-self.half * s)
-            own = fall * (a * cosine + b * sine)
-            speed = fall * self.w * (b * cosine - a * sine) - self.half * own
+            free = fall * (a * cosine + b * sine)
+            speed = fall * self.w * (b * cosine - a * sine) - self.half * free
             xs, vs = steady(np.asarray(t))
-            return own + xs, speed + vs
+            return free + xs, speed + vs
 
         return at
 
@@ -328,8 +328,8 @@ class Twin:
         omega = self.p["omega"]
         angle = math.acos(min(1.0, self.k * self.p["C"] / self.p["P"]))
         turns = math.ceil((omega * t - angle) / (2 * math.pi))
-        found = (angle + 2 * math.pi * turns) / omega
-        return found if found < end else None
+        time = (angle + 2 * math.pi * turns) / omega
+        return time if time < end else None
 
 
 @pytest.mark.kernels
@@ -419,23 +419,23 @@ def pressed_twin(system, end):
         whole = [y[0], y[1] - mu / m1 * y[3]]
         if y[2] == gap and abs(y[3]) < 1e-8 and pulls(t, whole) > 0:
             rests += 1
-            found = solve_ivp(one, (t, end), whole, "DOP853", events=pulls, **fine)
-            t, y = found.t[-1], np.array([*found.y[:, -1], gap, 0.0])
-            if not found.status:
+            solution = solve_ivp(one, (t, end), whole, "DOP853", events=pulls, **fine)
+            t, y = solution.t[-1], np.array([*solution.y[:, -1], gap, 0.0])
+            if not solution.status:
                 break
             # a moment later the wall is left behind
-            found = solve_ivp(free, (t, t + 1e-3), y, "DOP853", **fine)
-            t, y = found.t[-1], found.y[:, -1]
-        found = solve_ivp(free, (t, end), y, "DOP853", events=touch, max_step=0.02, **fine)
-        t, y = found.t[-1], found.y[:, -1]
-        if found.status:
+            solution = solve_ivp(free, (t, t + 1e-3), y, "DOP853", **fine)
+            t, y = solution.t[-1], solution.y[:, -1]
+        solution = solve_ivp(free, (t, end), y, "DOP853", events=touch, max_step=0.02, **fine)
+        t, y = solution.t[-1], solution.y[:, -1]
+        if solution.status:
             s = y[3]
             y = np.array([y[0], y[1] - mu / m1 * (1 + p["e"]) * s, gap, -p["e"] * s])
             if (a := pulls(t, y[:2])) > 0 and p["e"] * s > 1e-8:
                 # half of the rebound, before a touch is looked for
                 away = min(1e-3, p["e"] * s / a)
-                found = solve_ivp(free, (t, t + away), y, "DOP853", **fine)
-                t, y = found.t[-1], found.y[:, -1]
+                solution = solve_ivp(free, (t, t + away), y, "DOP853", **fine)
+                t, y = solution.t[-1], solution.y[:, -1]
     return y[:2], rests
 
 

@@ -64,8 +64,8 @@ def quotient(flow, y, periods, step):
 def derivative(flow, y, periods):
     """Return the extrapolated derivative in units of `SCALES`, and how much that moved it."""
     coarse, fine = (quotient(flow, y, periods, step) for step in (4e-6, 2e-6))
-    found = fine + (fine - coarse) / (2**2.5 - 1)
-    return found, np.abs(found - fine).max()
+    slope = fine + (fine - coarse) / (2**2.5 - 1)
+    return slope, np.abs(slope - fine).max()
 
 
 def user_to_kernel(system, state):
@@ -101,9 +101,9 @@ def test_monodromy_is_the_derivative_of_the_flow(case, method):
     if expected is not None:
         assert tuple(counts) == expected
     matrix = matrix * SCALES / SCALES[:, np.newaxis]
-    found, doubt = derivative(flow, y, periods)
+    difference, doubt = derivative(flow, y, periods)
     size = np.abs(matrix).max()
-    assert np.abs(matrix - found).max() <= 1e-6 * size
+    assert np.abs(matrix - difference).max() <= 1e-6 * size
     assert doubt <= 1e-5 * size
 
 
@@ -198,7 +198,7 @@ def multiplied(tangent, matrix):
 def test_lengths_along_triangular_matrices():
     """The rates are the logarithms of the diagonals, the greatest first."""
     rng = np.random.default_rng(3)
-    frame, known, growth, tangent = np.eye(4), np.zeros(4), np.zeros(4), np.zeros(16)
+    frame, expected, growth, tangent = np.eye(4), np.zeros(4), np.zeros(4), np.zeros(16)
     variations.set_identity(tangent)
     for _ in range(50):
         upper = np.triu(rng.normal(size=(4, 4)))
@@ -206,22 +206,22 @@ def test_lengths_along_triangular_matrices():
         other = np.linalg.qr(rng.normal(size=(4, 4)))[0]
         multiplied(tangent, other @ upper @ frame.T)
         variations.orthonormalize(tangent, 4, growth)
-        frame, known = other, known + np.log(np.diag(upper))
+        frame, expected = other, expected + np.log(np.diag(upper))
         vectors = tangent.reshape(4, 4)
         np.testing.assert_allclose(vectors @ vectors.T, np.eye(4), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(growth, known, rtol=1e-10)
+    np.testing.assert_allclose(growth, expected, rtol=1e-10)
 
 
 def test_lengths_add_up_to_determinants():
     rng = np.random.default_rng(4)
-    growth, tangent, known = np.zeros(4), np.zeros(16), 0.0
+    growth, tangent, expected = np.zeros(4), np.zeros(16), 0.0
     variations.set_identity(tangent)
     for _ in range(200):
         matrix = rng.normal(size=(4, 4))
-        known += np.linalg.slogdet(matrix)[1]
+        expected += np.linalg.slogdet(matrix)[1]
         multiplied(tangent, matrix)
         variations.orthonormalize(tangent, 4, growth)
-    assert growth.sum() == pytest.approx(known, abs=1e-10)
+    assert growth.sum() == pytest.approx(expected, abs=1e-10)
 
 
 @pytest.mark.parametrize(("kind", "changes"), [("ssul", {"omega": 7.4}), ("ssbl", {"omega": 6.3})])
@@ -257,17 +257,17 @@ def test_growth_is_the_same_however_often_variations_are_projected(name, changes
     assert course.follow_growth(flow, seen, state, tangent, logs, growth) == OK
     assert len(np.unique(logs[:together])) == 1
     assert len(np.unique(logs[: together + 1])) == 2
-    each, known, sections = np.zeros(periods), np.zeros(4), np.zeros((periods, 4))
+    each, growth_once, sections = np.zeros(periods), np.zeros(4), np.zeros((periods, 4))
     variations.place_state(flow, np.zeros(4), state)
     variations.set_identity(tangent)
     for p in range(periods):
-        before = known[0]
+        before = growth_once[0]
         assert variations.advance_flow(flow, sections[p : p + 1], 1, tangent, state) == OK
-        variations.orthonormalize(tangent, 4, known)
-        each[p] = known[0] - before
+        variations.orthonormalize(tangent, 4, growth_once)
+        each[p] = growth_once[0] - before
     np.testing.assert_array_equal(seen, sections)
-    np.testing.assert_allclose(growth, known, rtol=0, atol=1e-7 * periods)
-    assert logs.sum() == pytest.approx(known[0], abs=1e-9 * periods)
+    np.testing.assert_allclose(growth, growth_once, rtol=0, atol=1e-7 * periods)
+    assert logs.sum() == pytest.approx(growth_once[0], abs=1e-9 * periods)
     (mean, width), (other, breadth) = mean_and_width(logs), mean_and_width(each)
     assert abs(mean - other) < 0.1 * breadth
     assert width == pytest.approx(breadth, rel=0.2, abs=0.01)
@@ -280,23 +280,24 @@ def labeled():
 
 
 def test_multipliers_and_exponents_of_every_labeled_orbit():
-    scan, found = labeled()
-    omega, n = scan.axes[0].values, found["periodicity"][:, 0]
+    scan, request = labeled()
+    omega, n = scan.axes[0].values, request["periodicity"][:, 0]
     periodic = n > 0
     assert periodic.mean() > 0.9
     trace = divergence(scan.system)
-    multipliers = found["multipliers"][:, 0] @ [1, 1j]
-    known = trace * n * 2 * np.pi / omega
-    resolved = periodic & (known > -18.0)  # the matrix of a longer orbit holds no smaller product
+    multipliers = request["multipliers"][:, 0] @ [1, 1j]
+    expected = trace * n * 2 * np.pi / omega
+    # the matrix of a longer orbit holds no smaller product
+    resolved = periodic & (expected > -18.0)
     assert 0.98 * periodic.sum() < resolved.sum() < periodic.sum()
     product = multipliers[resolved].prod(axis=-1)
-    assert np.abs(product / np.exp(known[resolved]) - 1).max() <= 1e-8
-    total = found["exponents"][:, 0].sum(axis=-1)
+    assert np.abs(product / np.exp(expected[resolved]) - 1).max() <= 1e-8
+    total = request["exponents"][:, 0].sum(axis=-1)
     assert np.isfinite(total).all()
     np.testing.assert_allclose(total, trace, rtol=0, atol=1e-8)
-    largest = found["exponents"][periodic, 0, 0]
-    np.testing.assert_allclose(largest, found["lyapunov"][periodic, 0], rtol=0, atol=1e-6)
-    stable = found["regime"][:, 0] == FLAGS["periodic"]
+    largest = request["exponents"][periodic, 0, 0]
+    np.testing.assert_allclose(largest, request["lyapunov"][periodic, 0], rtol=0, atol=1e-6)
+    stable = request["regime"][:, 0] == FLAGS["periodic"]
     assert (np.abs(multipliers[stable]) < 1).all()
 
 

@@ -128,8 +128,8 @@ def test_labels_are_the_papers_words():
 
 def test_efforts_only_add_stages():
     stages = list(EFFORTS.values())
-    for less, more in itertools.pairwise(stages):
-        assert more[: len(less)] == less
+    for less, longer in itertools.pairwise(stages):
+        assert longer[: len(less)] == less
 
 
 @pytest.mark.kernels
@@ -139,16 +139,16 @@ def test_efforts_only_add_stages():
      (7.5, "3T,2"), (7.7, "4T,2"), (7.8, "2T,1"), (7.9, "2T,1"), (7.95, "T,0")],
 )  # fmt: skip
 def test_the_regimes_of_set_6(omega, label):
-    found = classify(load_system("ssul-set6", omega=omega))
-    assert found.label == label
-    assert found.residual < 1e-12
-    assert abs(found.multipliers[0]) < 1.0
-    assert found.exponents.sum() == pytest.approx(EXACT_SUM, abs=1e-8)
-    product = np.exp(EXACT_SUM * found.period * found.system.period)
-    assert found.multipliers.prod().real == pytest.approx(product, rel=1e-7)
-    assert found.lyapunov == pytest.approx(found.exponents[0], rel=1e-12)
-    assert found.lyapunov < 0.0
-    again = classify(found.system, start=found.point, transient=0)
+    regime = classify(load_system("ssul-set6", omega=omega))
+    assert regime.label == label
+    assert regime.residual < 1e-12
+    assert abs(regime.multipliers[0]) < 1.0
+    assert regime.exponents.sum() == pytest.approx(EXACT_SUM, abs=1e-8)
+    product = np.exp(EXACT_SUM * regime.period * regime.system.period)
+    assert regime.multipliers.prod().real == pytest.approx(product, rel=1e-7)
+    assert regime.lyapunov == pytest.approx(regime.exponents[0], rel=1e-12)
+    assert regime.lyapunov < 0.0
+    again = classify(regime.system, start=regime.point, transient=0)
     assert (again.label, again.settling) == (label, 0)
 
 

@@ -10,9 +10,9 @@ from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic
 
 
 def test_equal_ratios_are_rounded_from_exact_powers():
-    found = Axis.spaced("K", 1e5, 1e9, 41, "log").values
-    assert found[[0, 10, 20, 30, 40]].tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
-    np.testing.assert_allclose(found[1:] / found[:-1], 10**0.1, rtol=1e-15 * 4)
+    values = Axis.spaced("K", 1e5, 1e9, 41, "log").values
+    assert values[[0, 10, 20, 30, 40]].tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
+    np.testing.assert_allclose(values[1:] / values[:-1], 10**0.1, rtol=1e-15 * 4)
     assert Axis.spaced("K", 2.0, 8.0, 1, "log").values.tolist() == [2.0]
     assert Axis.of("K", {"start": 1.0, "stop": 4.0, "num": 3, "scale": "log"}).values.tolist() == [
         1.0, 2.0, 4.0,

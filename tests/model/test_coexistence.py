@@ -37,9 +37,9 @@ def test_coexisting_regimes_are_counted_and_gaps_in_knowledge_are_not():
 
 
 def test_the_most_frequent_regime_stands_for_a_cell():
-    found = most_frequent(CELLS).tolist()
-    assert found[:5] == ["T,1", "T,0", LATE, "chaos", "undetermined"]
-    assert found[5] == "T,0"  # all four once: the one most frequent elsewhere
+    labels = most_frequent(CELLS).tolist()
+    assert labels[:5] == ["T,1", "T,0", LATE, "chaos", "undetermined"]
+    assert labels[5] == "T,0"  # all four once: the one most frequent elsewhere
 
 
 def test_of_equally_many_a_known_one_stands_for_a_cell():
@@ -92,5 +92,5 @@ def test_what_can_be_shown_is_not_refused(show):
 def test_what_cannot_be_shown_is_refused_in_one_line(
     show, axes, starts, labeled, message, error_of
 ):
-    said = error_of(check_show, show, [RANGE] * axes, starts, known("E1max"), labeled)
-    assert message in said
+    line = error_of(check_show, show, [RANGE] * axes, starts, known("E1max"), labeled)
+    assert message in line

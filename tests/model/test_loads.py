@@ -287,17 +287,17 @@ def test_a_line_says_how_much_of_a_record_acts(tmp_path):
 
 def test_columns_of_other_files(tmp_path):
     spaced = saved(tmp_path, "# made up\n0 1\n1 2  # the peak\n2 0\n", "plain.txt")
-    found = loading_of({"record": {"file": spaced, "unit": "kN", "time_unit": "ms"}}).record[0]
-    assert (found.times, found.values, found.unit) == ((0.0, 0.001, 0.002), (1, 2, 0), "kN")
+    record = loading_of({"record": {"file": spaced, "unit": "kN", "time_unit": "ms"}}).record[0]
+    assert (record.times, record.values, record.unit) == ((0.0, 0.001, 0.002), (1, 2, 0), "kN")
     three = saved(tmp_path, "t (s)\tup (g)\tnorth (gal)\n0\t1\t2\n1\t3\t4\n", "three.csv")
-    found = loading_of({"record": {"file": three, "column": "north"}}).record[0]
-    assert (found.values, found.unit) == ((2.0, 4.0), "gal")
+    record = loading_of({"record": {"file": three, "column": "north"}}).record[0]
+    assert (record.values, record.unit) == ((2.0, 4.0), "gal")
     with h5py.File(tmp_path / "quake.h5", "w") as file:
         file["time"], file["acceleration"] = np.arange(4) * 0.5, np.array([0.0, 1.0, -1.0, 0.0])
         file["time"].attrs["units"], file["acceleration"].attrs["units"] = "s", "m/s^2"
         file["link"] = h5py.ExternalLink("elsewhere.h5", "/time")
-    found = loading_of(str(tmp_path / "quake.h5")).record[0]
-    assert (found.times[-1], found.values[1], found.unit) == (1.5, 1.0, "m/s^2")
+    record = loading_of(str(tmp_path / "quake.h5")).record[0]
+    assert (record.times[-1], record.values[1], record.unit) == (1.5, 1.0, "m/s^2")
 
 
 def hdf5(tmp_path, **datasets):
@@ -429,5 +429,5 @@ def test_too_many_cells_are_refused():
 def test_cells_tell_their_force():
     rows = np.zeros((2, TERMS))
     rows[0, :2], rows[1, 0] = (1.0, 2.0), 5.0
-    found = Cells(np.array([0.0, 2.0, 3.0]), rows, None, 1.0).force(np.array([0.0, 1.0, 2.0, 3.0]))
-    assert found.tolist() == [1.0, 2.0, 5.0, 5.0]
+    force = Cells(np.array([0.0, 2.0, 3.0]), rows, None, 1.0).force(np.array([0.0, 1.0, 2.0, 3.0]))
+    assert force.tolist() == [1.0, 2.0, 5.0, 5.0]

@@ -42,13 +42,13 @@ def test_the_response_satisfies_the_balance_and_closes():
     """On the whole curve, Gamma is the system's own by the formula for it."""
     for gap in (50.0, 75.0, 150.0):
         manifold = nv.slow_manifold(with_clearance(gap))
-        found = manifold.response()
-        for frequency in (found.below, found.above):
+        response = manifold.response()
+        for frequency in (response.below, response.above):
             there = np.isfinite(frequency)
-            xi, r = found.amplitude[there] / gap, frequency[there] / manifold.omega_joint
+            xi, r = response.amplitude[there] / gap, frequency[there] / manifold.omega_joint
             assert manifold.gamma(xi, r) == pytest.approx(np.full(xi.size, gap / 500.0), rel=1e-8)
-        assert found.below[-1] == pytest.approx(found.above[-1], abs=1e-5)
-        assert (np.diff(found.amplitude) > 0).all()
+        assert response.below[-1] == pytest.approx(response.above[-1], abs=1e-5)
+        assert (np.diff(response.amplitude) > 0).all()
 
 
 def test_beyond_the_best_clearance_there_is_no_response():
@@ -99,8 +99,8 @@ def test_the_time_of_capture_without_damping_is_elementary():
         assert manifold.capture_time(xi) == pytest.approx(lasted, rel=1e-7)
     assert free(0.5, c1=0.01).capture_time(2.0) < free(0.5).capture_time(2.0)
     assert free(0.5).capture_time(free(0.5).least) == 0.0
-    for manifold, xi, said in ((free(1.0), 2.0, "for ever"), (free(0.5), 0.1, "xi_min = 0.2")):
-        with pytest.raises(RequestError, match=said):
+    for manifold, xi, message in ((free(1.0), 2.0, "for ever"), (free(0.5), 0.1, "xi_min = 0.2")):
+        with pytest.raises(RequestError, match=message):
             manifold.capture_time(xi)
 
 
@@ -137,7 +137,7 @@ def test_without_loss_in_impacts_every_amplitude_is_sustained():
 
 
 @pytest.mark.parametrize(
-    ("system", "changes", "said"),
+    ("system", "changes", "message"),
     [
         ("ssbl", {}, "this is 'ssbl' with 'hertz'"),
         ("tmd", {}, "this is 'tmd'"),
@@ -148,10 +148,10 @@ def test_without_loss_in_impacts_every_amplitude_is_sustained():
         ("vi-nes", {"P": 0.0}, "P = 0"),
     ],
 )
-def test_other_systems_have_none_and_are_told_why(system, changes, said):
-    with pytest.raises(RequestError, match="slow manifold") as told:
+def test_other_systems_have_none_and_are_told_why(system, changes, message):
+    with pytest.raises(RequestError, match="slow manifold") as refused:
         nv.slow_manifold(nv.load_system(system, **changes))
-    assert said in str(told.value)
+    assert message in str(refused.value)
 
 
 def test_the_best_clearance_needs_damping():
@@ -182,7 +182,7 @@ def test_a_page_draws_the_closed_form_over_its_curve():
 
 
 @pytest.mark.parametrize(
-    ("systems", "vary", "said"),
+    ("systems", "vary", "message"),
     [
         (["tmd"], {"omega": {"start": 5.0, "stop": 6.0, "num": 3}}, "no curve has walls"),
         (["ssbl"], {"omega": {"start": 5.0, "stop": 6.0, "num": 3}}, "free mass between two rigid"),
@@ -193,15 +193,15 @@ def test_a_page_draws_the_closed_form_over_its_curve():
         ),
     ],
 )
-def test_a_page_without_a_closed_form_is_refused(systems, vary, said):
-    with pytest.raises(RequestError, match=said):
+def test_a_page_without_a_closed_form_is_refused(systems, vary, message):
+    with pytest.raises(RequestError, match=message):
         page(systems, vary=vary)
 
 
 def test_a_tuning_of_both_clearances_begins_with_the_best_one():
     free = {name: {"low": 1.0, "high": 400.0} for name in ("C", "D")}
-    found = load_tuning({"system": "vi-nes", "free": free}).first_design
-    assert found == pytest.approx([169.3324, 169.3324], abs=1e-3)
+    design = load_tuning({"system": "vi-nes", "free": free}).first_design
+    assert design == pytest.approx([169.3324, 169.3324], abs=1e-3)
     assert load_tuning({"system": "vi-nes", "free": {"C": free["C"]}}).first_design is None
     elastic = {"system": "vi-nes", "set": {"e": 1.0}, "free": free}
     assert load_tuning(elastic).first_design is None
@@ -226,8 +226,8 @@ def one_to_one(system, amplitude):
     omega, gap = system.parameters["omega"], system.parameters["C"]
     for phase in np.linspace(0.0, 2 * np.pi, 12, endpoint=False):
         x1, v1 = amplitude * np.cos(phase), -amplitude * omega * np.sin(phase)
-        for way in (1.0, -1.0):  # from the middle, as fast as the zigzag
-            start = (x1, v1, x1 + gap, way * 2.0 * gap * omega / np.pi)
+        for direction in (1.0, -1.0):  # from the middle, as fast as the zigzag
+            start = (x1, v1, x1 + gap, direction * 2.0 * gap * omega / np.pi)
             orbit = nv.simulate(
                 system, 50, transient=3000, start=start, record=["response", "impacts"]
             )

@@ -81,16 +81,16 @@ def test_a_wheel_finds_its_own_files_before_those_of_a_clone(tmp_path, monkeypat
 
 def test_stiffness_of_equation_4_and_of_steel_on_steel(set6):
     moduli = np.array([2.05e7, 2.1e11])
-    found = hertz_stiffness({**set6.parameters, "E2": moduli})
-    assert found == pytest.approx([stiffness_of_set6, stiffness_of_steel], rel=1e-14)
-    assert found.tolist() == [set6.K, set6.with_(E2=2.1e11).K]
+    stiffness = hertz_stiffness({**set6.parameters, "E2": moduli})
+    assert stiffness == pytest.approx([stiffness_of_set6, stiffness_of_steel], rel=1e-14)
+    assert stiffness.tolist() == [set6.K, set6.with_(E2=2.1e11).K]
 
 
 def test_given_stiffness_replaces_the_constants(set6):
-    given = set6.with_(K=2.5e7)
-    assert given.K == 2.5e7
-    assert not given.parameters.keys() & set(CONTACT)
-    assert not given.assumptions
+    stiffer = set6.with_(K=2.5e7)
+    assert stiffer.K == 2.5e7
+    assert not stiffer.parameters.keys() & set(CONTACT)
+    assert not stiffer.assumptions
 
 
 def test_all_constants_together_replace_a_given_stiffness(set6):
@@ -309,7 +309,7 @@ def test_system_of_a_scan_file_comes_with_what_is_set(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "given", "message"),
+    ("name", "changes", "message"),
     [
         ("ssul-set6", {"law": "restitution"}, "under law 'restitution' are missing: e"),
         ("ssul-set6", {"law": "restitution", "e": 1.2}, "e = 1.2 is not allowed: e .* from 0 to 1"),
@@ -322,9 +322,9 @@ def test_system_of_a_scan_file_comes_with_what_is_set(tmp_path):
         ("impact-oscillator", {"law": "hertz"}, "parameters of kind 'oscillator' are missing: E1"),
     ],
 )  # fmt: skip
-def test_a_law_has_constants_of_its_own(name, given, message):
+def test_a_law_has_constants_of_its_own(name, changes, message):
     with pytest.raises(RequestError, match=message):
-        load_system(name, **given)
+        load_system(name, **changes)
 
 
 def test_a_law_replaces_the_constants_of_another():

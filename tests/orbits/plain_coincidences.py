@@ -46,8 +46,8 @@ class Twin:
         push = p["k2"] * (z + self.gap) + p["c2"] * s
         if pressed and z > 0.0:
             push += K * z**n
-        own = force(_) - p["k1"] * y[0] - p["c1"] * y[1] - push
-        return y[1], own / p["m1"] - shaking, y[3], push / p["m2"] - shaking
+        push_on_structure = force(_) - p["k1"] * y[0] - p["c1"] * y[1] - push
+        return y[1], push_on_structure / p["m1"] - shaking, y[3], push / p["m2"] - shaking
 
     def solve(self, y, begin, end, force, shaking=0.0, pressed=False, events=None):
         return solve_ivp(
@@ -71,9 +71,9 @@ class Twin:
                 return self.closing(y)[0]
 
             crossing.terminal, crossing.direction = True, -1.0 if pressed else 1.0
-            found = self.solve(y, begin, end, force, pressed=pressed, events=crossing)
-            begin, y = found.t[-1], found.y[:, -1]
-            if found.status == 1:
+            solution = self.solve(y, begin, end, force, pressed=pressed, events=crossing)
+            begin, y = solution.t[-1], solution.y[:, -1]
+            if solution.status == 1:
                 pressed = False
         return y, pressed
 
@@ -109,16 +109,16 @@ def test_a_blow_or_a_kink_at_a_touch_makes_no_other_impact(law, blow):
         y, pressed = twin.follow(start, 0.0, first * (1.0 + 1e-12) + 1e-13, lambda _: 50.0)
         if late:
             twin = Twin(law)
-            found = twin.solve(start, 0.0, first, lambda _: 50.0)
-            y, pressed = found.y[:, -1], False
+            solution = twin.solve(start, 0.0, first, lambda _: 50.0)
+            y, pressed = solution.y[:, -1], False
         y = y + np.array([0.0, blow, 0.0, 0.0])
         y, _ = twin.follow(y, first, END, lambda _: -70.0, pressed)
         expected.append((len(twin.touches), y))
     for at in (first, np.nextafter(first, 0.0), np.nextafter(first, 1.0)):
-        found = flown(Twin(law), [(at, 50.0), (END, -70.0)], [1.0, blow, 0.0])
-        assert len(found.impacts) in [count for count, _ in expected]
-        errors = [np.abs(found.state - y).max() for count, y in expected
-                  if count == len(found.impacts)]  # fmt: skip
+        solution = flown(Twin(law), [(at, 50.0), (END, -70.0)], [1.0, blow, 0.0])
+        assert len(solution.impacts) in [count for count, _ in expected]
+        errors = [np.abs(solution.state - y).max() for count, y in expected
+                  if count == len(solution.impacts)]  # fmt: skip
         assert min(errors) < 1e-8, (at, errors)
 
 
@@ -134,12 +134,12 @@ def test_a_damper_that_rests_on_its_wall_is_pressed_by_and_by(law):
         rows[:, 0] = ramp * edges[:-1] if pushes else -0.25 * twin.p["m1"]
         rows[:, 1] = ramp * np.diff(edges) if pushes else 0.0
         load = SimpleNamespace(edges=edges, rows=rows, jumps=None, share=1.0 if pushes else 0.0)
-        found = fly(twin.system, load, record=("states", "impacts"), quiet=True)
+        flight = fly(twin.system, load, record=("states", "impacts"), quiet=True)
         start = np.array([0.0, 0.0, twin.system.rest, 0.0])
         force = (lambda t: ramp * t) if pushes else (lambda _: 0.0)
         y = twin.solve(start, 0.0, end, force, 0.0 if pushes else 0.25, True).y[:, -1]
-        np.testing.assert_allclose(found.state, y, rtol=0, atol=1e-10)
-        assert len(found.impacts) == 1
+        np.testing.assert_allclose(flight.state, y, rtol=0, atol=1e-10)
+        assert len(flight.impacts) == 1
 
 
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
@@ -151,20 +151,20 @@ def test_a_rigid_damper_that_rests_stays_until_the_wall_would_pull(e, sign):
     rows = np.zeros((count, 15))
     rows[:, 0] = -sign * 0.25 * p["m1"]
     load = SimpleNamespace(edges=np.linspace(0.0, end, count + 1), rows=rows, jumps=None, share=0.0)
-    found = fly(system, load, record=("states", "impacts"), quiet=True)
+    flight = fly(system, load, record=("states", "impacts"), quiet=True)
 
     def rate(_, y):
         if sign > 0.0:
-            own = -(p["k1"] * y[0] + p["c1"] * y[1]) / (p["m1"] + p["m2"]) - 0.25
-            return y[1], own, y[1], own
+            push_on_structure = -(p["k1"] * y[0] + p["c1"] * y[1]) / (p["m1"] + p["m2"]) - 0.25
+            return y[1], push_on_structure, y[1], push_on_structure
         push = p["k2"] * (y[0] - y[2] + system.rest) + p["c2"] * (y[1] - y[3])
-        own = -(p["k1"] * y[0] + p["c1"] * y[1] + push) / p["m1"] + 0.25
-        return y[1], own, y[3], push / p["m2"] + 0.25
+        push_on_structure = -(p["k1"] * y[0] + p["c1"] * y[1] + push) / p["m1"] + 0.25
+        return y[1], push_on_structure, y[3], push / p["m2"] + 0.25
 
     start = [0.0, 0.0, system.rest, 0.0]
     y = solve_ivp(rate, (0.0, end), start, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
-    np.testing.assert_allclose(found.state, y, rtol=0, atol=1e-11)
-    assert len(found.impacts) == 0
+    np.testing.assert_allclose(flight.state, y, rtol=0, atol=1e-11)
+    assert len(flight.impacts) == 0
 
 
 def test_two_walls_without_clearance_are_mirror_images():
@@ -202,9 +202,9 @@ def test_the_last_time_inside_a_contact_is_where_e1_falls_through_the_level():
 
     level = 0.95 * energy(touch) + 0.05 * energy(release)
     expected = brentq(lambda t: energy(t) - level, touch, release, xtol=1e-15)
-    found, _, status = last_above(parts, cell, checked, level, buffers, len(load.edges) - 2)
+    last, _, status = last_above(parts, cell, checked, level, buffers, len(load.edges) - 2)
     assert status == OK
-    assert found == pytest.approx(expected, abs=1e-10)
+    assert last == pytest.approx(expected, abs=1e-10)
 
 
 def test_the_last_time_at_a_rigid_impact_is_that_of_the_touch():
@@ -212,5 +212,5 @@ def test_the_last_time_at_a_rigid_impact_is_that_of_the_touch():
     request = load_response_history({
         "systems": ["bouncing-ball"], "load": {"impulse": 0.5}, "sampling": {"duration": 3.0},
     })  # fmt: skip
-    found = arrays_of(request, range(1))
-    assert [found[f"last_{share}"][0] for share in (50, 10, 1)] == [1.0, 1.0, 1.15]
+    arrays = arrays_of(request, range(1))
+    assert [arrays[f"last_{share}"][0] for share in (50, 10, 1)] == [1.0, 1.0, 1.15]

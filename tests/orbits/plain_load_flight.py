@@ -21,8 +21,8 @@ def cells(edges, coefficients):
     edges = np.asarray(edges, float)
     rows = np.zeros((len(edges) - 1, 15))
     for j, (t, h) in enumerate(zip(edges, np.diff(edges), strict=False)):
-        found = [float(c) for c in coefficients(t, h)]
-        rows[j, : len(found)] = found
+        values = [float(c) for c in coefficients(t, h)]
+        rows[j, : len(values)] = values
     return SimpleNamespace(edges=edges, rows=rows, jumps=None, share=1.0)
 
 
@@ -71,12 +71,12 @@ def under_any(system, force, time):
     A, b = matrix_of(system)
     E, right = mpmath.eig(A)
     left = mpmath.inverse(right) * mpmath.matrix(b)
-    T, found = mpmath.mpf(time), []
+    T, states = mpmath.mpf(time), []
     pieces = [T * i / 8 for i in range(9)]
     for i in range(A.rows):
         part = mpmath.quad(lambda s: mpmath.exp(E[i] * (T - s)) * force(s), pieces)  # noqa: B023
-        found.append(part * left[i])
-    y = right * mpmath.matrix(found)
+        states.append(part * left[i])
+    y = right * mpmath.matrix(states)
     return [mpmath.re(y[i]) for i in range(A.rows)]
 
 
@@ -208,17 +208,19 @@ def test_the_harmonic_force_as_a_load(law):
     system, periods = load_system("ssul-set6", **LAWS[law]), 4
     count, load = cosine_load(system, periods)
     record = ("impacts", "energy", "response", "clearance")
-    known = simulate(system, periods, record=("section", *record), tolerance=1e-13, quiet=True)
-    found = fly(system, load, record=("states", "work", *record), tolerance=1e-13, quiet=True)
-    assert np.abs(found.states[count::count] - known.section).max() < 1e-11
-    assert len(found.impacts) == len(known.impacts) > 2
+    simulated = simulate(system, periods, record=("section", *record), tolerance=1e-13, quiet=True)
+    flight = fly(system, load, record=("states", "work", *record), tolerance=1e-13, quiet=True)
+    assert np.abs(flight.states[count::count] - simulated.section).max() < 1e-11
+    assert len(flight.impacts) == len(simulated.impacts) > 2
     for column in ("touch", "release", "speed", "depth"):
-        assert found.impacts[column] == pytest.approx(known.impacts[column], rel=1e-11, nan_ok=True)
-    assert found.E1max == pytest.approx(known.E1max, rel=1e-11)
-    assert found.E2max == pytest.approx(known.E2max, rel=1e-11)
-    assert found.clearance == pytest.approx(known.clearance, rel=1e-10)
-    for name, value in found.response.items():
-        assert value == pytest.approx(known.response[name], rel=1e-9, abs=1e-14), name
+        assert flight.impacts[column] == pytest.approx(
+            simulated.impacts[column], rel=1e-11, nan_ok=True
+        )
+    assert flight.E1max == pytest.approx(simulated.E1max, rel=1e-11)
+    assert flight.E2max == pytest.approx(simulated.E2max, rel=1e-11)
+    assert flight.clearance == pytest.approx(simulated.clearance, rel=1e-10)
+    for name, value in flight.response.items():
+        assert value == pytest.approx(simulated.response[name], rel=1e-9, abs=1e-14), name
 
 
 def stored(system, states):
@@ -263,18 +265,18 @@ def test_a_ground_that_moves(law):
     shaken.jumps[0] = a / w
     still = cells(edges, waves([(mpmath.mpc(-p["c1"] * w, p["k1"]) * a / w**2, rate)]))
     record = ("states", "work", "impacts", "response", "energy")
-    seen, known = (
+    seen, expected = (
         fly(system, load, record=record, tolerance=1e-13, quiet=True) for load in (shaken, still)
     )
     y, speed = -a / w**2 * np.sin(w * edges), -a / w * np.cos(w * edges)
     moved = np.column_stack([y, speed, y, speed])
-    assert np.abs(seen.states + moved - known.states).max() < 1e-11
-    assert len(seen.impacts) == len(known.impacts) >= 2
+    assert np.abs(seen.states + moved - expected.states).max() < 1e-11
+    assert len(seen.impacts) == len(expected.impacts) >= 2
     for column in ("touch", "speed", "depth"):
-        assert seen.impacts[column] == pytest.approx(known.impacts[column], rel=1e-10)
+        assert seen.impacts[column] == pytest.approx(expected.impacts[column], rel=1e-10)
     for name in ("stroke_max", "a1_max", "a1_rms", "force_max", "impulse_max", "power_c2"):
         if name in seen.response:
-            assert seen.response[name] == pytest.approx(known.response[name], rel=1e-9)
+            assert seen.response[name] == pytest.approx(expected.response[name], rel=1e-9)
     gone = seen.work[:, [C1, C2, CONTACT]].sum(axis=1)
     left = seen.work[:, LOAD] - stored(system, seen.states) - gone
     touch, release = seen.impacts["touch"], seen.impacts["release"]
@@ -322,9 +324,9 @@ def test_no_unit_of_time_changes_an_orbit(stiffness):
         load = SimpleNamespace(
             edges=unit * edges, rows=rows[1:] / unit**2, jumps=jumps / unit, share=1.0
         )
-        found = fly(system, load, record=("states", "impacts", "energy", "response"), quiet=True)
-        states = found.states * [1, unit, 1, unit]
-        return states, found.impacts["touch"] / unit, found.response["a1_max"] * unit**2
+        flight = fly(system, load, record=("states", "impacts", "energy", "response"), quiet=True)
+        states = flight.states * [1, unit, 1, unit]
+        return states, flight.impacts["touch"] / unit, flight.response["a1_max"] * unit**2
 
     plain = flown(1.0)
     assert len(plain[1]) >= 5

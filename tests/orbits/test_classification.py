@@ -9,9 +9,9 @@ from scans import computed, scan_of
 NOTED = 4096  # periods of a transient whose section is kept
 
 
-def seen(found):
+def seen(regime):
     """Return what must not depend on how long an orbit was run."""
-    return found.label, found.settling, found.impacts_by_wall
+    return regime.label, regime.settling, regime.impacts_by_wall
 
 
 @pytest.mark.kernels
@@ -19,17 +19,17 @@ def test_a_transient_longer_than_what_is_kept_changes_nothing():
     system = load_system("ssul-set6", omega=6.28)
     expected = seen(classify(system))
     for transient in (NOTED, NOTED + 1, 6000, 10_000):
-        found = classify(system, transient=transient)
-        assert seen(found) == expected
-        assert found.watched == transient + 120
+        regime = classify(system, transient=transient)
+        assert seen(regime) == expected
+        assert regime.watched == transient + 120
 
 
 @pytest.fixture(scope="module")
 def passing():
     """Return what passes through chaos above 7.53 rad/s: which orbits do, the last bits decide."""
     systems = (load_system("ssul-set6", omega=omega) for omega in np.linspace(7.53, 7.6, 29))
-    found = [classify(system) for system in systems]
-    chosen = [r for r in found if r.label == "transient chaos to T,0" and r.settling < 500]
+    regimes = [classify(system) for system in systems]
+    chosen = [r for r in regimes if r.label == "transient chaos to T,0" and r.settling < 500]
     assert len(chosen) >= 3
     return chosen[:3]
 
@@ -44,27 +44,27 @@ def test_a_chaotic_transient_is_found_however_long_ago_it_was(passing):
 
 
 def test_the_settling_period_is_where_the_section_begins_to_obey(passing):
-    for found in passing:
-        orbit = simulate(found.system, periods=700)
-        before, after = orbit.section[: found.settling - 1], orbit.section[found.settling :]
+    for regime in passing:
+        orbit = simulate(regime.system, periods=700)
+        before, after = orbit.section[: regime.settling - 1], orbit.section[regime.settling :]
         assert np.abs(after[90:] - after[-1]).max() < 1e-6
         assert np.abs(before[-40:] - after[-1]).max() > 1e-3
         # what strikes later is too soft to bend a return
-        touched, speed = orbit.impacts["touch"] / found.system.period, orbit.impacts["speed"]
+        touched, speed = orbit.impacts["touch"] / regime.system.period, orbit.impacts["speed"]
         hard = touched[speed > 0.25 * np.median(speed)]
-        assert found.settling - 60 < hard.max() <= found.settling + 1
-        assert touched.max() <= found.settling + 4
+        assert regime.settling - 60 < hard.max() <= regime.settling + 1
+        assert touched.max() <= regime.settling + 4
 
 
 @pytest.mark.parametrize("effort", ["quick", "standard"])
 def test_chaos_is_watched_for_as_long_as_the_effort_allows(effort):
     system = load_system("ssul-set6", omega=7.4, K=2.5e7)
-    found = classify(system, effort=effort, periods=100)
+    regime = classify(system, effort=effort, periods=100)
     watched = {"quick": 700, "standard": 3700}[effort]
-    assert found.watched == watched
-    assert found.label == {"quick": "undetermined", "standard": "chaos"}[effort]
-    assert found.settling == -1
-    assert found.least_lifetime == pytest.approx(
+    assert regime.watched == watched
+    assert regime.label == {"quick": "undetermined", "standard": "chaos"}[effort]
+    assert regime.settling == -1
+    assert regime.least_lifetime == pytest.approx(
         {"quick": np.nan, "standard": watched / np.log(20)}[effort], nan_ok=True
     )
 
@@ -73,7 +73,7 @@ def test_chaos_is_watched_for_as_long_as_the_effort_allows(effort):
 def test_a_quick_scan_knows_how_long_it_watched():
     vary, sampling = {"omega": [6.28, 7.4]}, {"transient": 300, "periods": 60, "effort": "quick"}
     arrays = computed(
-        scan_of("ssul-set6", ["regime", "evidence"], vary, given={"K": 2.5e7}, **sampling)
+        scan_of("ssul-set6", ["regime", "evidence"], vary, changes={"K": 2.5e7}, **sampling)
     )
     np.testing.assert_array_equal(arrays["watched"].ravel(), [360, 360])
     assert list(arrays["label"].ravel()) == ["T,1", "undetermined"]
@@ -93,23 +93,23 @@ LONG_PERIODS = [
 @pytest.mark.parametrize(("name", "omega", "label"), LONG_PERIODS)
 def test_a_long_period_is_found_whatever_the_window(name, omega, label):
     system = load_system(name, omega=omega)
-    found = [classify(system, periods=periods) for periods in (60, 120, 2000)]
-    assert [r.label for r in found] == [label] * 3
-    assert len({r.settling for r in found}) == 1
-    for r in found:
+    regimes = [classify(system, periods=periods) for periods in (60, 120, 2000)]
+    assert [r.label for r in regimes] == [label] * 3
+    assert len({r.settling for r in regimes}) == 1
+    for r in regimes:
         assert r.residual < 1e-9
         assert abs(r.multipliers[0]) < 0.6
     # it closes, run without any verdict
-    closed = simulate(system, periods=found[0].period, start=found[0].point)
-    np.testing.assert_allclose(closed.section[-1], found[0].point, atol=1e-8)
+    closed = simulate(system, periods=regimes[0].period, start=regimes[0].point)
+    np.testing.assert_allclose(closed.section[-1], regimes[0].point, atol=1e-8)
 
 
 @pytest.mark.parametrize("periods", [60, 120, 2000])
 def test_a_torus_beside_the_published_3t_3(periods):
-    found = classify(load_system("ssul-set6", omega=7.375), periods=periods)
-    assert found.label == "quasiperiodic"
-    assert abs(found.lyapunov) <= found.lyapunov_width
-    assert found.averaging >= 7.0
+    regime = classify(load_system("ssul-set6", omega=7.375), periods=periods)
+    assert regime.label == "quasiperiodic"
+    assert abs(regime.lyapunov) <= regime.lyapunov_width
+    assert regime.averaging >= 7.0
 
 
 LIGHT = {"m2": 1e-5, "k2": 1e-4, "c2": 1e-6, "C": 1e7, "omega": 4.1}
@@ -128,8 +128,8 @@ LIGHT = {"m2": 1e-5, "k2": 1e-4, "c2": 1e-6, "C": 1e7, "omega": 4.1}
 )
 def test_a_free_oscillation_that_has_not_decayed_is_no_torus(changes, x1, label):
     system = load_system("ssul-set6", **{"omega": 4.1, **changes})
-    found = classify(system, start=(x1, 0.0, x1, 0.0) if x1 else None)
-    assert (found.label, found.impacts) == (label, 0)
+    regime = classify(system, start=(x1, 0.0, x1, 0.0) if x1 else None)
+    assert (regime.label, regime.impacts) == (label, 0)
 
 
 def test_chaos_without_damping_is_not_stationary():
@@ -168,8 +168,8 @@ def test_what_is_recorded_changes_no_orbit(method):
 
     def section(*want):
         sampling = {"transient": 1000, "periods": 500, "method": method}
-        vary, given = {"omega": [7.4]}, {"K": 2.5e7}
-        scan = scan_of("ssul-set6", ["section", *want], vary, given=given, **sampling)
+        vary, constants = {"omega": [7.4]}, {"K": 2.5e7}
+        scan = scan_of("ssul-set6", ["section", *want], vary, changes=constants, **sampling)
         return computed(scan)["section"]
 
     alone = section()

@@ -56,12 +56,12 @@ def begun(monkeypatch):
 
 def follow(*kernels, needed=USUAL, helped=True):
     """Return what is said when kernels are compiled in one block."""
-    said = []
-    follower = Compilation(needed, lambda text, seconds: said.append(text), helped)
+    messages = []
+    follower = Compilation(needed, lambda text, seconds: messages.append(text), helped)
     with follower.followed():
         for kernel in kernels:
             compiled(kernel)
-    return said
+    return messages
 
 
 def compiled(kernel):
@@ -96,17 +96,17 @@ def test_what_is_compiled_here_is_said_once_too(begun):
 
 
 def test_the_estimate_corrects_itself_by_the_pace_of_this_machine():
-    told = compilation._Told(lambda *what: None, "ssul", 24.0)
+    progress = compilation._Told(lambda *what: None, "ssul", 24.0)
     try:
-        assert told._words(0.0).endswith("about 24 s")
+        assert progress._words(0.0).endswith("about 24 s")
         for _ in range(100):
-            told.note(elementary.exp)
+            progress.note(elementary.exp)
         usual = 100 * compilation.EACH
-        assert told._words(usual).endswith(f"about {24 - usual:.0f} s to go")
-        assert told._words(3 * usual).endswith(f"about {3 * (24 - usual):.0f} s to go")
-        assert told._words(1e4 * usual).endswith("s to go")
+        assert progress._words(usual).endswith(f"about {24 - usual:.0f} s to go")
+        assert progress._words(3 * usual).endswith(f"about {3 * (24 - usual):.0f} s to go")
+        assert progress._words(1e4 * usual).endswith("s to go")
     finally:
-        told.stop()
+        progress.stop()
 
 
 def test_the_time_of_compiling_is_known(begun):
@@ -165,14 +165,14 @@ def test_no_process_outlives_what_it_was_begun_for(begun, error):
 
 
 def test_a_signal_ends_compiling_at_the_next_function(begun):
-    said = []
-    follower = Compilation(USUAL, lambda *what: said.append(what[0]), False)
+    messages = []
+    follower = Compilation(USUAL, lambda *what: messages.append(what[0]), False)
     with interrupts.stop_on_signals() as stop, follower.followed():
         compiled(lanes.run_lanes)
         stop.handle(signal.SIGINT, None)
         with pytest.raises(interrupts.Stopped):
             compiled(elementary.exp)
-    assert said[-1] == ""
+    assert messages[-1] == ""
     with Compilation(USUAL, None, False).followed():
         compiled(elementary.exp)  # outside the block nothing is asked
 
@@ -199,21 +199,21 @@ def test_the_other_process_is_awaited_until_it_ends(begun):
 
 def test_while_something_is_compiled_the_seconds_are_told(monkeypatch):
     monkeypatch.setattr(progress, "TICK", 0.01)
-    said, enough = [], threading.Event()
+    messages, enough = [], threading.Event()
 
     def tell(text, seconds):
-        said.append((text, seconds))
-        if len(said) > 4:
+        messages.append((text, seconds))
+        if len(messages) > 4:
             enough.set()
 
     with Compilation(USUAL, tell, False).followed():
         compiled(lanes.run_lanes)
         assert enough.wait(60)
-    told = [seconds for text, seconds in said if re.search(r"about \d+ s( to go)?$", text)]
-    assert len(told) > 3
-    assert told == sorted(told)
-    assert said[-1][0] == ""
-    assert told[-1] <= said[-1][1]
+    estimates = [seconds for text, seconds in messages if re.search(r"about \d+ s( to go)?$", text)]
+    assert len(estimates) > 3
+    assert estimates == sorted(estimates)
+    assert messages[-1][0] == ""
+    assert estimates[-1] <= messages[-1][1]
 
 
 def test_in_python_it_is_said_too_unless_asked_not_to(monkeypatch, capsys):

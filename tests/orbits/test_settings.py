@@ -29,19 +29,19 @@ def test_presets_are_numbers_by_another_name():
 
 @pytest.mark.parametrize("value", [1e-13, 1e-3, np.float64(1e-7), 5e-4])
 def test_numbers_in_range(value):
-    found = checked_tolerance(value)
-    assert type(found) is float
-    assert found == value
-    assert LEAST_TOLERANCE <= found <= MOST_TOLERANCE
+    checked = checked_tolerance(value)
+    assert type(checked) is float
+    assert checked == value
+    assert LEAST_TOLERANCE <= checked <= MOST_TOLERANCE
 
 
 def test_every_method_has_its_own_settings():
-    given = {"tolerance": 1e-6, "nodes": 9, "contact_steps": 20, "period_steps": 64}
+    settings = {"tolerance": 1e-6, "nodes": 9, "contact_steps": 20, "period_steps": 64}
     for name in FINENESS:
         method, other = ("rk4", "exact") if name == "period_steps" else ("exact", "rk4")
-        assert chosen_settings(method, {name: given[name]}) != chosen_settings(method, {})
+        assert chosen_settings(method, {name: settings[name]}) != chosen_settings(method, {})
         with pytest.raises(RequestError, match=f"^{name} is of method '{method}'; '{other}' has "):
-            chosen_settings(other, {name: given[name]})
+            chosen_settings(other, {name: settings[name]})
         assert chosen_settings(other, {name: None}) == chosen_settings(other, {})
     assert chosen_settings("rk4", {"period_steps": 64}) == Settings.rk4(64.0)
     assert chosen_settings("rk4", {}) == Settings.rk4(PERIOD_STEPS)

@@ -51,8 +51,10 @@ def assert_rows(impacts, rows, K, bound):
     assert set(impacts["wall"]) <= {"obstacle"}
     over = ~np.isnan(impacts["release"])  # the deepest point of the others is still to come
     for column, name in enumerate(("touch", "release", "speed", "depth"), start=1):
-        kept = over if name == "depth" else slice(None)
-        np.testing.assert_allclose(impacts[name][kept], rows[kept, column], rtol=0, atol=bound)
+        compared = over if name == "depth" else slice(None)
+        np.testing.assert_allclose(
+            impacts[name][compared], rows[compared, column], rtol=0, atol=bound
+        )
     np.testing.assert_allclose(impacts["force"], K * impacts["depth"] ** 1.5, rtol=1e-12)
 
 

@@ -33,19 +33,19 @@ def noise(seed=1, count=TIME.size):
 
 @pytest.mark.parametrize("window", TAPERS)
 def test_a_line_has_its_amplitude_at_its_frequency(window):
-    found = of(5.0 + wave(1, 0.25) + wave(1 / 3, 2.0) + wave(7, 0.01), window=window)
+    spectrum = of(5.0 + wave(1, 0.25) + wave(1 / 3, 2.0) + wave(7, 0.01), window=window)
     for order, amplitude in ((0, 5.0), (1 / 3, 2.0), (1, 0.25), (7, 0.01)):
-        (place,) = np.flatnonzero(np.isclose(found.order, order))
-        assert found.amplitude[place] == pytest.approx(amplitude, rel=1e-12)
-        assert found.frequency[place] == pytest.approx(order * OMEGA)
+        (place,) = np.flatnonzero(np.isclose(spectrum.order, order))
+        assert spectrum.amplitude[place] == pytest.approx(amplitude, rel=1e-12)
+        assert spectrum.frequency[place] == pytest.approx(order * OMEGA)
 
 
 def test_nothing_leaks_from_the_lines_of_an_orbit_of_three_periods():
-    found = of(sum(wave(k / 3, 1 / k, k) for k in range(1, 40)))
-    beside = np.ones(found.order.size, bool)
+    spectrum = of(sum(wave(k / 3, 1 / k, k) for k in range(1, 40)))
+    beside = np.ones(spectrum.order.size, bool)
     beside[:: PERIODS // 3] = False
-    assert found.amplitude[beside].max() < 1e-12
-    assert found.amplitude[~beside][1:40].min() > 0.02
+    assert spectrum.amplitude[beside].max() < 1e-12
+    assert spectrum.amplitude[~beside][1:40].min() > 0.02
 
 
 def test_a_line_between_bins_leaks_less_far_with_hann():
@@ -55,24 +55,24 @@ def test_a_line_between_bins_leaks_less_far_with_hann():
 
 
 def test_decibels_have_a_reference():
-    found = of(wave(1, 0.02))
-    assert found.decibels()[PERIODS] == pytest.approx(20 * np.log10(0.02))
-    assert found.decibels(0.02)[PERIODS] == pytest.approx(0.0, abs=1e-9)
+    spectrum = of(wave(1, 0.02))
+    assert spectrum.decibels()[PERIODS] == pytest.approx(20 * np.log10(0.02))
+    assert spectrum.decibels(0.02)[PERIODS] == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(RequestError, match="reference = 0"):
-        found.decibels(0.0)
+        spectrum.decibels(0.0)
 
 
 def test_the_nyquist_frequency_counts_once():
-    found = of(np.where(np.arange(TIME.size) % 2, 1.0, -1.0))
-    assert found.amplitude[-1] == pytest.approx(1.0)
-    assert found.power.sum() == pytest.approx(1.0)
+    spectrum = of(np.where(np.arange(TIME.size) % 2, 1.0, -1.0))
+    assert spectrum.amplitude[-1] == pytest.approx(1.0)
+    assert spectrum.power.sum() == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("samples", [64, 65])
 def test_the_power_is_the_variance(samples):
     values = noise(count=samples * 9)
-    found = spectrum_of(values, samples, OMEGA)
-    assert found.power.sum() == pytest.approx(values.var(), rel=1e-12)
+    spectrum = spectrum_of(values, samples, OMEGA)
+    assert spectrum.power.sum() == pytest.approx(values.var(), rel=1e-12)
     tapered = spectrum_of(values, samples, OMEGA, window="hann")
     weights = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(values.size) / values.size)
     weighted = (weights * (values - values.mean())) ** 2
@@ -90,26 +90,26 @@ def test_resolution_and_bandwidth_are_stated():
 @pytest.mark.parametrize("window", TAPERS)
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
 def test_the_lines_of_an_orbit_are_not_broadband(window, n):
-    found = of(3.0 + sum(wave(k / n, 0.5**k, k) for k in range(1, 9)), window=window)
-    assert found.broadband_share(n) < 1e-24
+    spectrum = of(3.0 + sum(wave(k / n, 0.5**k, k) for k in range(1, 9)), window=window)
+    assert spectrum.broadband_share(n) < 1e-24
     if n > 1:
-        assert found.broadband_share() > 0.1  # subharmonics are no harmonics of the force
-    assert found.broadband_share() == found.broadband_share(1)
+        assert spectrum.broadband_share() > 0.1  # subharmonics are no harmonics of the force
+    assert spectrum.broadband_share() == spectrum.broadband_share(1)
 
 
 @pytest.mark.parametrize(("window", "width"), [("rectangular", 1), ("hann", 3)])
 def test_noise_is_broadband_but_for_what_falls_on_the_comb(window, width):
-    found = of(noise() + 100.0, window=window)
+    spectrum = of(noise() + 100.0, window=window)
     for n in (1, 2, 4):
-        assert found.broadband_share(n) == pytest.approx(1 - n * width / PERIODS, abs=0.04)
+        assert spectrum.broadband_share(n) == pytest.approx(1 - n * width / PERIODS, abs=0.04)
 
 
 @pytest.mark.parametrize("window", TAPERS)
 def test_the_share_is_that_of_the_noise_beside_the_lines(window):
-    found = of(wave(1, 1.0) + 0.1 * noise(), window=window)
+    spectrum = of(wave(1, 1.0) + 0.1 * noise(), window=window)
     width = 2 * TAPERS[window].reach + 1
     expected = 0.01 / 0.51 * (1 - width / PERIODS)
-    assert found.broadband_share(1) == pytest.approx(expected, rel=0.15)
+    assert spectrum.broadband_share(1) == pytest.approx(expected, rel=0.15)
 
 
 def test_folded_harmonics_stay_on_the_lines():
@@ -117,10 +117,10 @@ def test_folded_harmonics_stay_on_the_lines():
 
 
 def test_a_comb_must_suit_the_periods():
-    found = of(wave(1))
+    spectrum = of(wave(1))
     for n in (5, 24, -1):
         with pytest.raises(RequestError, match=f"n = {n}"):
-            found.broadband_share(n)
+            spectrum.broadband_share(n)
     with pytest.raises(RequestError, match="n = 6 does not suit"):
         of(wave(1), window="hann").broadband_share(6)
 
@@ -146,11 +146,11 @@ def test_the_background_is_what_medians_hold_without_the_mean():
 
 
 def test_a_constant_has_no_spectrum():
-    found = of(np.full(TIME.size, 0.1))
-    assert found.amplitude[0] == pytest.approx(0.1)
-    assert not found.power.any()
-    assert found.broadband_share() == found.bins_holding() == 0
-    assert np.isneginf(found.decibels()[1:]).all()
+    spectrum = of(np.full(TIME.size, 0.1))
+    assert spectrum.amplitude[0] == pytest.approx(0.1)
+    assert not spectrum.power.any()
+    assert spectrum.broadband_share() == spectrum.bins_holding() == 0
+    assert np.isneginf(spectrum.decibels()[1:]).all()
 
 
 @pytest.mark.parametrize(
@@ -174,11 +174,11 @@ def test_wrong_values_are_refused(values, named):
 @pytest.fixture(scope="module")
 def orbits():
     """Return orbits with K = 2.5e7: 3T,3, chaos, and a transient that became T,0."""
-    found = {}
+    by_name = {}
     for omega in (7.375, 7.4, 7.575):
         system = nv.load_system("ssul-set6", omega=omega, K=2.5e7)
-        found[omega] = nv.simulate(system, 180, transient=4000, record=RECORD, samples=256)
-    return found
+        by_name[omega] = nv.simulate(system, 180, transient=4000, record=RECORD, samples=256)
+    return by_name
 
 
 @pytest.mark.parametrize("signal", ["x1", "v1", "x2", "v2", "u", "force", "E1", "E2"])
@@ -197,12 +197,17 @@ def test_a_periodic_orbit_is_not_broadband_and_a_chaotic_one_is(orbits, signal, 
 def test_the_spectrum_of_a_simple_orbit_is_its_transfer_function():
     system = nv.load_system("none")
     orbit = nv.simulate(system, 4, transient=300, record=["trajectory"], samples=32)
-    found = nv.spectrum(orbit, "x1")
+    spectrum = nv.spectrum(orbit, "x1")
     p = system.parameters
     w = p["omega"]
     expected = p["P"] / abs(p["k1"] - p["m1"] * w * w + 1j * w * p["c1"])
-    assert found.amplitude[4] == pytest.approx(expected, rel=1e-9)
-    assert (found.samples, found.periods, found.unit, found.quantity) == (32, 4, "m", "x1")
+    assert spectrum.amplitude[4] == pytest.approx(expected, rel=1e-9)
+    assert (spectrum.samples, spectrum.periods, spectrum.unit, spectrum.quantity) == (
+        32,
+        4,
+        "m",
+        "x1",
+    )
 
 
 def test_the_contact_force_agrees_with_the_impacts(orbits):
@@ -256,12 +261,12 @@ def test_an_orbit_without_trajectory_or_signal_is_refused():
 @pytest.mark.parametrize("bins", [100, 400])
 def test_the_background_is_the_median_around_each_bin_and_knows_no_mean(bins):
     """White noise and a line, bin by bin; the first bin, the mean's, is of no account."""
-    found = of(noise() + wave(2, 0.5), window="hann")
-    power = found.power[1:bins]
+    spectrum = of(noise() + wave(2, 0.5), window="hann")
+    power = spectrum.power[1:bins]
     mirrored = [*power[NEIGHBORS:0:-1], *power, *power[-2 : -NEIGHBORS - 2 : -1]]
     around = [np.median(mirrored[k : k + 2 * NEIGHBORS + 1]) for k in range(power.size)]
     share = sum(map(min, power, around)) / sum(power)
     assert 0.05 < share < 0.95
     for mean in (0.0, 1e6):
-        other = replace(found, power=np.array([mean, *found.power[1:]]))
+        other = replace(spectrum, power=np.array([mean, *spectrum.power[1:]]))
         assert other.background_share(bins) == pytest.approx(share, rel=1e-12)

@@ -59,9 +59,9 @@ ONE = "ssul-set6: 1 of 1 starts is inside a wall, 10 mm deep at most"
     ],
 )
 def test_a_command_counts_starts_inside_a_wall_and_names_the_deepest(command, line, answer, here):
-    told = [one for one in answer(*command, "--dry-run").splitlines() if "inside a wall" in one]
-    assert len(told) == bool(line)
-    assert line in "".join(told)
+    lines = [one for one in answer(*command, "--dry-run").splitlines() if "inside a wall" in one]
+    assert len(lines) == bool(line)
+    assert line in "".join(lines)
 
 
 def test_the_line_is_that_of_the_states_of_the_kernels():

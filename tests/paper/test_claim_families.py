@@ -16,8 +16,8 @@ AGREE, PART, DIFFER, OPEN = Verdict.AGREE, Verdict.PART, Verdict.DIFFER, Verdict
 
 
 def claim_of(words):
-    (found,) = (claim for claim in CLAIMS if words in claim.statement)
-    return found
+    (match,) = (claim for claim in CLAIMS if words in claim.statement)
+    return match
 
 
 def verdict(words, evidence):
@@ -25,8 +25,8 @@ def verdict(words, evidence):
 
 
 def test_a_claim_agrees_in_part_where_some_measures_hold():
-    found = [weighed("text", *holds).verdict for holds in ((1, 1), (1, 0), (0, 0), (np.True_,))]
-    assert found == [AGREE, PART, DIFFER, AGREE]
+    verdicts = [weighed("text", *holds).verdict for holds in ((1, 1), (1, 0), (0, 0), (np.True_,))]
+    assert verdicts == [AGREE, PART, DIFFER, AGREE]
 
 
 # ---- sections 2 and 3 ----------------------------------------------------------------------------
@@ -115,8 +115,8 @@ JUDGED = [
 
 @pytest.mark.parametrize(("words", "world", "expected"), JUDGED)
 def test_verdicts_in_invented_worlds(words, world, expected):
-    found = judge(claim_of(words), RESULTS[world])
-    assert found.verdict == expected, found.text
+    judgment = judge(claim_of(words), RESULTS[world])
+    assert judgment.verdict == expected, judgment.text
 
 
 # ---- one measure of two --------------------------------------------------------------------------
@@ -142,8 +142,8 @@ def test_a_damper_with_more_energy_than_the_structure_only_where_tuned_has_much_
             data.numbers["E2max"][...] = data["E1max"] * np.where(near, 1.5, 0.8)
             return data
 
-    found = judge(claim_of("The damper's own energy is large"), TunedAlone())
-    assert found.verdict == PART, found.text
+    judgment = judge(claim_of("The damper's own energy is large"), TunedAlone())
+    assert judgment.verdict == PART, judgment.text
 
 
 # ---- both sides are said -------------------------------------------------------------------------
@@ -155,18 +155,18 @@ def test_the_best_set_by_peak_need_not_be_the_best_where_tuned():
         there = 90 - 10 * (system.parameters.get("k2") != 668.9)
         return np.where(np.abs(omega - 5.7) < 0.2, peak, there)
 
-    found = judge(claim_of("Set 6 is slightly the most"), paper_results.made_up(energy))
-    assert found.verdict == PART
-    assert "Set 6 the last of Sets 3 to 6" in found.text
+    judgment = judge(claim_of("Set 6 is slightly the most"), paper_results.made_up(energy))
+    assert judgment.verdict == PART
+    assert "Set 6 the last of Sets 3 to 6" in judgment.text
 
 
 def test_a_peak_that_grows_with_that_of_the_structure_agrees_in_part():
     def energy(system, omega):
         return unchanging(system, omega) * (452.0 / system.parameters["c1"]) ** 2
 
-    found = judge(claim_of("With c1 changed, the reduction"), paper_results.made_up(energy))
-    assert found.verdict == PART  # as much is taken off, but of more
-    assert "ssbl 1.65, 1.00, 0.67" in found.text
+    judgment = judge(claim_of("With c1 changed, the reduction"), paper_results.made_up(energy))
+    assert judgment.verdict == PART  # as much is taken off, but of more
+    assert "ssbl 1.65, 1.00, 0.67" in judgment.text
 
 
 def test_a_regime_that_only_another_K_gives_agrees_in_part():
@@ -191,16 +191,16 @@ def test_labels_are_read_and_not_known_beforehand(word, expected):
         there = np.abs(omega - 7.375) < 1e-9
         return np.where(there, 0, n), k, np.where(there, word, label)
 
-    found = judge(claim_of("3T,3 at 7.375 rad/s."), paper_results.made_up(regimes=regimes))
-    assert found.verdict == expected
-    assert found.text.startswith(f"{word} with the assumed K")
+    judgment = judge(claim_of("3T,3 at 7.375 rad/s."), paper_results.made_up(regimes=regimes))
+    assert judgment.verdict == expected
+    assert judgment.text.startswith(f"{word} with the assumed K")
 
 
 def test_chaos_and_transient_chaos_are_looked_for_one_by_one():
-    def only(kept):
+    def only(chosen):
         def regimes(system, omega):
             n, k, label = paper_results.motion(system, omega)
-            other = np.array(["chaos" in word and word != kept for word in label])
+            other = np.array(["chaos" in word and word != chosen for word in label])
             return n, k, np.where(other, "T,1", label)
 
         return paper_results.made_up(regimes=regimes)
@@ -224,9 +224,9 @@ def test_irregular_motion_is_compared_with_regular_motion_next_to_it(burst, expe
         chaos = label == "chaos"  # transient chaos has settled, and is regular
         return np.where(chaos, 0, np.maximum(n, 1)), k, np.where(chaos | (n > 0), label, "T,1")
 
-    found = judge(claim_of("Irregular motion"), paper_results.made_up(energy, regimes=regimes))
-    assert found.verdict == expected, found.text
-    assert f"up to {burst:.2f} times" in found.text
+    judgment = judge(claim_of("Irregular motion"), paper_results.made_up(energy, regimes=regimes))
+    assert judgment.verdict == expected, judgment.text
+    assert f"up to {burst:.2f} times" in judgment.text
 
 
 def test_designs_that_come_where_they_must_not_do_not_count():
@@ -237,8 +237,8 @@ def test_designs_that_come_where_they_must_not_do_not_count():
                 data.numbers["violations"][...] = 1
             return data
 
-    found = judge(claim_of("hardly mitigates"), Violating(design=paper_results.better_design))
-    assert (found.verdict, found.text) == (AGREE, "none of 500 designs keeps x1 < x2")
+    judgment = judge(claim_of("hardly mitigates"), Violating(design=paper_results.better_design))
+    assert (judgment.verdict, judgment.text) == (AGREE, "none of 500 designs keeps x1 < x2")
 
 
 def test_near_a_design_means_all_of_its_parameters():
@@ -256,8 +256,8 @@ def test_a_spectrum_with_lines_and_a_floor_agrees_in_part():
     orbits = {"lines": lines, "not growing": dict.fromkeys(lines, Breadth(3, 0.8, 32, 32))}
     for breadths in orbits.values():
         seen = replace(motion, breadths=breadths)
-        found = judge(
+        judged = judge(
             claim_of("broad and continuous"), paper_results.made_up(orbits=lambda _, s=seen: [s])
         )
-        assert found.verdict == PART
+        assert judged.verdict == PART
     assert verdict("broad and continuous", paper_results.made_up()) == AGREE

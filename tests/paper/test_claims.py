@@ -34,11 +34,11 @@ def verdicts():
 @pytest.mark.slow("all claims in all invented worlds, once for all of these tests")
 @pytest.mark.parametrize("claim", ALL, ids=lambda claim: claim.statement)
 def test_every_check_can_fail_and_can_hold(verdicts, claim):
-    found = set(verdicts[claim.statement].values())
+    words = set(verdicts[claim.statement].values())
     if claim.statement in NEVER_DECIDED:
-        assert found == {Verdict.OPEN}
+        assert words == {Verdict.OPEN}
     else:
-        assert {Verdict.AGREE, Verdict.DIFFER} <= found
+        assert {Verdict.AGREE, Verdict.DIFFER} <= words
 
 
 def test_claims_and_report_load_no_kernel():
@@ -59,9 +59,9 @@ def test_claims_name_place_figure_and_one_line():
 
 def test_what_was_not_computed_is_said_to_be(tmp_path):
     evidence = archived(paper_results.requests(), tmp_path)
-    found = [judge(claim, evidence) for claim in ALL]
+    judgments = [judge(claim, evidence) for claim in ALL]
     # the only one that needs nothing computed is about what is not printed
-    assert [f.verdict for f in found].count(Verdict.NOT_RUN) == len(ALL) - 1
+    assert [f.verdict for f in judgments].count(Verdict.NOT_RUN) == len(ALL) - 1
     with pytest.raises(Missing, match="no curve"):
         evidence("3", "ssul-set1")
 
@@ -79,9 +79,9 @@ def test_a_doctored_archive_changes_the_verdict(tmp_path):
         if name in ("E1max", "E2max")
     }
     paper_results.write_curves(path, request.computed, list(numbers.values()))
-    found = judge(claim, archived(paper_results.requests(), tmp_path))
-    assert found.verdict == Verdict.DIFFER
-    assert found.text == "at most 10.0 % of the peak apart"
+    judgment = judge(claim, archived(paper_results.requests(), tmp_path))
+    assert judgment.verdict == Verdict.DIFFER
+    assert judgment.text == "at most 10.0 % of the peak apart"
 
 
 def test_frequencies_off_the_grid_are_missing():
@@ -103,9 +103,9 @@ def test_maxima_and_spans():
 def test_the_closed_form_solves_the_equations_of_motion():
     structure = {"m1": 3.0, "k1": 50.0, "c1": 2.0, "P": 11.0, "omega": 4.0}
     system = System("tmd", structure | {"m2": 0.5, "k2": 7.0, "c2": 0.4})
-    found = response(system, np.array([3.5]))
-    w, x1, x2 = 3.5, found.X1[0], found.X2[0]
+    linear = response(system, np.array([3.5]))
+    w, x1, x2 = 3.5, linear.X1[0], linear.X2[0]
     joint = (7.0 + 0.4j * w) * (x2 - x1)
     assert (50.0 - 3.0 * w**2 + 2.0j * w) * x1 - joint == pytest.approx(11.0)
     assert -0.5 * w**2 * x2 + joint == pytest.approx(0.0, abs=1e-12)
-    assert found.clears.all()
+    assert linear.clears.all()

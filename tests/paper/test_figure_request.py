@@ -101,14 +101,19 @@ def test_without_panels_there_is_one(figure):
 
 def test_a_scan_file_is_a_request(figure):
     text = (ROOT / "scans" / "figure8.toml").read_text()
-    found = figure(text, "figure8.toml")
-    assert found.computed == load_scan()
-    assert found.archive.startswith("figure8-")
+    request = figure(text, "figure8.toml")
+    assert request.computed == load_scan()
+    assert request.archive.startswith("figure8-")
 
 
 def test_a_portrait_is_left_to_its_own_command(figure):
-    found = figure('title = "an orbit"\n[portrait]\nomega = 7.4\n')
-    assert (found.title, found.computed, found.scans, found.archive) == ("an orbit", None, {}, "")
+    request = figure('title = "an orbit"\n[portrait]\nomega = 7.4\n')
+    assert (request.title, request.computed, request.scans, request.archive) == (
+        "an orbit",
+        None,
+        {},
+        "",
+    )
 
 
 @pytest.mark.parametrize(

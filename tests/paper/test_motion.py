@@ -19,27 +19,27 @@ SYSTEM = {"system": "ssul-set6", "set": {"omega": 7.375, "K": 2.5e7}}
 
 @pytest.fixture(scope="module")
 def view():
-    (found,) = views_of(load_portrait({**SYSTEM, **SHORT}))
-    return found
+    (only_view,) = views_of(load_portrait({**SYSTEM, **SHORT}))
+    return only_view
 
 
 def test_forces_and_durations_are_those_of_the_last_cycle(view):
-    found = motion_of(view)
+    motion = motion_of(view)
     system = nv.load_system("ssul-set6", omega=7.375, K=2.5e7)
     impacts = nv.simulate(system, 3, transient=2045).impacts
-    assert found.label == "3T,3"
-    np.testing.assert_allclose(found.forces, impacts["force"], rtol=1e-6)
-    np.testing.assert_allclose(found.durations, impacts["release"] - impacts["touch"], rtol=1e-6)
-    assert found.section.shape == (48, 4)
-    assert -0.07 < found.least < -0.06233  # the clearance, and the depth of the deepest impact
-    assert found.greatest > 0.2
+    assert motion.label == "3T,3"
+    np.testing.assert_allclose(motion.forces, impacts["force"], rtol=1e-6)
+    np.testing.assert_allclose(motion.durations, impacts["release"] - impacts["touch"], rtol=1e-6)
+    assert motion.section.shape == (48, 4)
+    assert -0.07 < motion.least < -0.06233  # the clearance, and the depth of the deepest impact
+    assert motion.greatest > 0.2
 
 
 def test_a_periodic_orbit_has_lines_only_whatever_the_window(view):
-    for found in motion_of(view).breadths.values():
-        assert found.comb == 3
-        assert found.share < 1e-6
-        assert found.bins == found.bins_of_half
+    for breadth in motion_of(view).breadths.values():
+        assert breadth.comb == 3
+        assert breadth.share < 1e-6
+        assert breadth.bins == breadth.bins_of_half
 
 
 def test_orbits_are_those_of_the_request(tmp_path):

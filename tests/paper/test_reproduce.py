@@ -205,8 +205,8 @@ def test_a_case_of_several_figures_is_computed_once(here, monkeypatch):
     assert main(["-o", "out", "--quiet"]) == 0
     assert computed == [452.0, 452.0, 552.0, 552.0, 600.0, 600.0]
     for name, changed in (("page", 552.0), ("other", 600.0)):
-        found = curves_in(here / "out" / "archives" / figures[name].archive)
-        assert [curve.peak for curve in found.curves] == [452.0, 452.0, changed, changed]
+        curves = curves_in(here / "out" / "archives" / figures[name].archive)
+        assert [curve.peak for curve in curves.curves] == [452.0, 452.0, changed, changed]
 
 
 def test_an_interruption_is_status_130(here, capsys, monkeypatch, make):
@@ -296,8 +296,8 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
 
 
 def page_of(short, archives):
-    found = curves_in(archives / paper_results.requests()[short].archive)
-    return found.request, drawing.draw_curves(found.request, found.curves)
+    curves = curves_in(archives / paper_results.requests()[short].archive)
+    return curves.request, drawing.draw_curves(curves.request, curves.curves)
 
 
 def panels_of(figure):
@@ -334,8 +334,8 @@ def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
     omega = request.values
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
     numbers = {"E1max": omega, "E2max": omega, "impact_count": np.where(free, 0, 120)}
-    found = curves_in(paper_results.write_curves(tmp_path / "a.h5", request, [numbers]))
-    (frame,) = drawing.draw_curves(request, found.curves).axes
+    curves = curves_in(paper_results.write_curves(tmp_path / "a.h5", request, [numbers]))
+    (frame,) = drawing.draw_curves(request, curves.curves).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
     spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
     assert [tuple(np.round(span, 2)) for span in spans] == [(5.0, 7.5), (7.7, 7.9), (7.9, 8.0)]
@@ -345,8 +345,10 @@ def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
     assert np.round(dashed, 2).tolist() == [7.5, 7.7]
     (narrow,) = [line.get_xdata()[0] for line in marks if line.get_linestyle() == "-"]
     assert narrow == pytest.approx(7.9)  # the window of one cell
-    (own,) = [line.get_xdata()[0] for line in uprights if line.get_color() == drawing.RESONANCE]
-    assert own == pytest.approx(np.sqrt(39.5))
+    (resonance,) = [
+        line.get_xdata()[0] for line in uprights if line.get_color() == drawing.RESONANCE
+    ]
+    assert resonance == pytest.approx(np.sqrt(39.5))
 
 
 @pytest.mark.parametrize("short", ["2a", "3", "4", "6", "free-tmd"])

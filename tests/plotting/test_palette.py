@@ -66,8 +66,8 @@ def test_what_is_not_periodic_is_no_tint_of_a_period(sight):
     """What is undetermined is hatched beside its color, and closer to a tint without blue."""
     tints = {word: seen(color_of(word), SIGHT[sight]) for word in TINTS}
     for other in OTHERS:
-        own = seen(color_of(other), SIGHT[sight])
-        near = min((float(np.linalg.norm(own - tint)), word) for word, tint in tints.items())
+        color = seen(color_of(other), SIGHT[sight])
+        near = min((float(np.linalg.norm(color - tint)), word) for word, tint in tints.items())
         blue = other == HATCHED and sight == "tritanopia"
         assert near[0] > (8.0 if blue else LEAST), (other, near)
 

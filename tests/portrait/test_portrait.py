@@ -96,14 +96,16 @@ def _place(panel, axes):
     return Place(panel, None, axes, True, True)
 
 
-@pytest.mark.parametrize(("other", "own"), [(4.0, False), (6.0, True)])
-def test_forces_of_very_different_sizes_have_scales_of_their_own(other, own):
+@pytest.mark.parametrize(("other", "separate"), [(4.0, False), (6.0, True)])
+def test_forces_of_very_different_sizes_have_scales_of_their_own(other, separate):
     figure = Figure()
     row = [_place("force", axes) for axes in figure.subplots(1, 2)]
     for place, height in zip(row, (1.0, other), strict=True):
         place.axes.set_ylim(0.0, height)
     fit_forces(row)
-    assert [place.axes.get_ylim()[1] for place in row] == ([1.0, other] if own else [other, other])
+    assert [place.axes.get_ylim()[1] for place in row] == (
+        [1.0, other] if separate else [other, other]
+    )
 
 
 @pytest.mark.kernels
@@ -226,22 +228,22 @@ def test_walls_are_drawn_by_their_own_lines_and_forces():
 
 @pytest.mark.kernels
 @pytest.mark.parametrize(
-    ("kind", "own", "lines"),
+    ("kind", "parameters", "lines"),
     [
         ("ssvi-b", {}, {"structure": 0.0, "obstacle": 0.42}),
         ("ssvi-c", {"L": 0.1}, {"limit": -0.1, "obstacle": 0.42}),
     ],
 )
-def test_limits_are_lines_too_and_have_no_force(kind, own, lines):
+def test_limits_are_lines_too_and_have_no_force(kind, parameters, lines):
     request = request_of(OF_KIND["ssbl"], panels=ALL)
     (view,) = views_of(request)
-    system = System(kind, {**OF_KIND["ssbl"].parameters, **own})
+    system = System(kind, {**OF_KIND["ssbl"].parameters, **parameters})
     column = Column(system, view.column.window)  # the orbit does not matter here, the scene does
     seen = replace(view, column=column, violation=simulation.Violation(2, 1.5, 0.01))
     seen = replace(seen, contacts=view.contacts[view.contacts["wall"] == "obstacle"])
     assert "violated 2 times, by up to 0.01 m, first at 1.5 s" in "\n".join(seen.lines())
-    kept = replace(seen, violation=simulation.Violation(0, np.nan, 0.0))
-    assert "in the whole run: kept" in "\n".join(kept.lines())
+    within = replace(seen, violation=simulation.Violation(0, np.nan, 0.0))
+    assert "in the whole run: kept" in "\n".join(within.lines())
     figure = draw(replace(request, columns=(column,)), [seen])
     panels = panels_by_label(figure)
     relative = panels["$x_2-x_1$ [m]"].get_lines()[1:]
@@ -358,9 +360,9 @@ def test_the_requests_of_the_papers_figures_state_their_assumption(number):
     assert f"(Figure {number})" in request.title
     assert all(column.system.K == 2.5e7 for column in request.columns)
     script = path.with_suffix(".py")
-    said = printed(script, "--dry-run")
-    assert request.title in said
-    assert f"picture: figure{number}.png" in said  # to come: a dry run makes none
+    text = printed(script, "--dry-run")
+    assert request.title in text
+    assert f"picture: figure{number}.png" in text  # to come: a dry run makes none
 
 
 def test_options_override_a_request():
@@ -399,10 +401,10 @@ def test_the_papers_figures_have_the_letters_of_their_captions(name):
     views = views_of(request)
     _, _, places = make_page(request.panels, views)
     write_letters(places, len(views) > 1)
-    found = [(p.axes.texts[0].get_text(), p.panel) for row in places for p in row]
-    letters = dict(found)
+    lettered = [(p.axes.texts[0].get_text(), p.panel) for row in places for p in row]
+    letters = dict(lettered)
     assert [letters[f"({'abcdefg'[i]})"] for i in range(len(CAPTIONS[name]))] == CAPTIONS[name]
-    assert sorted(letters) == [letter for letter, _ in sorted(set(found))]  # one letter a kind
+    assert sorted(letters) == [letter for letter, _ in sorted(set(lettered))]  # one letter a kind
 
 
 @pytest.mark.kernels

@@ -52,12 +52,12 @@ def same(one, other):
 
 def test_windows_come_back_to_the_last_bit(archive):
     request = load_portrait(DOCUMENT)
-    found = portrait_in(archive)
+    portrait = portrait_in(archive)
     assert isinstance(nv.open_archive(archive), Portrait)
-    assert found.request.hash == request.hash
+    assert portrait.request.hash == request.hash
     computed = views_of(request, quiet=True)
-    assert len(found.views) == len(computed) == 2
-    assert all(same(one, other) for one, other in zip(found.views, computed, strict=True))
+    assert len(portrait.views) == len(computed) == 2
+    assert all(same(one, other) for one, other in zip(portrait.views, computed, strict=True))
 
 
 def test_columns_with_parameters_of_their_own(tmp_path):
@@ -68,10 +68,10 @@ def test_columns_with_parameters_of_their_own(tmp_path):
     ]
     request = load_portrait({**DOCUMENT, "column": columns})
     run(request, tmp_path / "both.h5")
-    found, computed = portrait_in(tmp_path / "both.h5"), views_of(request, quiet=True)
-    assert [len(view.section) for view in found.views] == [4, 6, 12]
-    assert all(same(one, other) for one, other in zip(found.views, computed, strict=True))
-    assert found.request.hash == request.hash
+    stored, computed = portrait_in(tmp_path / "both.h5"), views_of(request, quiet=True)
+    assert [len(view.section) for view in stored.views] == [4, 6, 12]
+    assert all(same(one, other) for one, other in zip(stored.views, computed, strict=True))
+    assert stored.request.hash == request.hash
     with nv.read(tmp_path / "both.h5") as view:
         assert view["name"].tolist() == ["soft", "hard", "hard"]
 
@@ -142,32 +142,32 @@ def test_histories_as_rows(archive, tmp_path, refusal):
     assert len(frame) == (6 + 12) * 32
     request = tmp_path / "two.toml"
     request.write_text(load_portrait(DOCUMENT).to_toml())
-    told = ["portrait", str(request), "--csv", str(tmp_path / "two.csv")]
-    told += ["--plot", str(tmp_path / "two.png")]
-    assert main([*told, "--quiet"]) == 0
+    words = ["portrait", str(request), "--csv", str(tmp_path / "two.csv")]
+    words += ["--plot", str(tmp_path / "two.png")]
+    assert main([*words, "--quiet"]) == 0
     with open(tmp_path / "two.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [*rows[0]][:6] == ["state", "time", "x1", "v1", "x2", "v2"]
     assert [float(row["x2"]) for row in rows] == frame["x2"].tolist()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["two.csv", "two.png", "two.toml"]
-    assert "--overwrite replaces it" in refusal(*told, "--quiet")
+    assert "--overwrite replaces it" in refusal(*words, "--quiet")
 
 
 def test_a_second_run_resumes_and_repeats(archive, here, answer, refusal):
     shutil.copy(archive, "orbit.h5")
     before = Path("orbit.h5").read_bytes()
     Path("two.toml").write_text(load_portrait(DOCUMENT).to_toml())
-    told = ["portrait", "two.toml", "-o", "orbit.h5"]
-    assert main([*told, "--dry-run"]) == 2
-    assert main([*told, "--resume"]) == 0
+    words = ["portrait", "two.toml", "-o", "orbit.h5"]
+    assert main([*words, "--dry-run"]) == 2
+    assert main([*words, "--resume"]) == 0
     assert Path("orbit.h5").read_bytes() == before
     assert "results are the same" in answer("rerun", "orbit.h5")
-    more = ["--samples", "64", "--plot", "more.png", "--resume"]
-    assert "holds another portrait" in refusal("portrait", "two.toml", "-o", "orbit.h5", *more)
+    options = ["--samples", "64", "--plot", "more.png", "--resume"]
+    assert "holds another portrait" in refusal("portrait", "two.toml", "-o", "orbit.h5", *options)
 
 
 @pytest.mark.parametrize(
-    ("told", "reason"),
+    ("words", "reason"),
     [
         (["--resume"], "name it by -o FILE.h5"),
         (["--csv", "a.txt"], "must end in .csv"),
@@ -176,8 +176,8 @@ def test_a_second_run_resumes_and_repeats(archive, here, answer, refusal):
         (["-o", "a.h5", "--resume", "--overwrite"], "not allowed with"),
     ],
 )
-def test_what_is_refused_leaves_nothing(told, reason, here, refusal):
-    assert reason in refusal("portrait", *told)
+def test_what_is_refused_leaves_nothing(words, reason, here, refusal):
+    assert reason in refusal("portrait", *words)
     assert list(here.iterdir()) == []
 
 
@@ -185,11 +185,11 @@ def test_what_is_refused_leaves_nothing(told, reason, here, refusal):
 def test_the_orbit_of_a_cell_names_its_scan(here, refusal, ask):
     scan = ["--vary", "omega=7:7.4:3", "--transient", "30", "--periods", "8", "--quiet"]
     ask("bifurcation", *scan, "-o", "scan.h5")
-    told = ["portrait", "scan.h5", "--at", "omega=7.2", "--samples", "16", "-o", "cell.h5"]
-    ask(*told, "--quiet")
-    found = nv.open_archive("cell.h5")
+    words = ["portrait", "scan.h5", "--at", "omega=7.2", "--samples", "16", "-o", "cell.h5"]
+    ask(*words, "--quiet")
+    archive = nv.open_archive("cell.h5")
     with nv.read("scan.h5") as view:
-        assert np.array_equal(found.views[0].section, view["section"][1, 0])
+        assert np.array_equal(archive.views[0].section, view["section"][1, 0])
     assert "portrait SCAN.h5 --at omega=7.2 --start rest" in refusal("rerun", "cell.h5")
     ask("plot", "cell.h5")
 

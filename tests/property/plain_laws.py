@@ -25,15 +25,15 @@ def a_scene_with_a_load(monkeypatch):
 
 @pytest.mark.parametrize("i", SAMPLE)
 def test_as_the_twin_sees_it(i):
-    found = errors_of(case_of(i), 1e-9)
-    assert worst_of(found) <= allowed(1e-9), found
-    assert i != 30 or found["let go"] > 0
+    errors = errors_of(case_of(i), 1e-9)
+    assert worst_of(errors) <= allowed(1e-9), errors
+    assert i != 30 or errors["let go"] > 0
 
 
 @pytest.mark.parametrize("i", FIXED)
 def test_fixed_steps_as_the_twin_sees_it(i):
-    found = errors_of(case_of(i), 0.0, {"method": "rk4", "period_steps": 512.0})
-    assert worst_of(found) <= 1e-4, found
+    errors = errors_of(case_of(i), 0.0, {"method": "rk4", "period_steps": 512.0})
+    assert worst_of(errors) <= 1e-4, errors
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
@@ -43,9 +43,9 @@ def test_a_wall_that_has_let_go_pushes_again(tolerance):
     system = System("oscillator", {**p, "K": 1e4, "hunt_crossley": 3.0})
     stop = Wall(0, 1.0, -0.1, Law("hertz", K=1e4, a=3.0))
     model = Model(1.0, 400.0, 0.5, 5.0, 40.0, walls=(stop,))
-    found = errors_of(Case(system, model, np.array([-0.05, -0.5])), tolerance)
-    assert found["pushes again"] >= 1
-    assert worst_of(found) <= allowed(tolerance), found
+    errors = errors_of(Case(system, model, np.array([-0.05, -0.5])), tolerance)
+    assert errors["pushes again"] >= 1
+    assert worst_of(errors) <= allowed(tolerance), errors
 
 
 def test_an_error_is_seen():

@@ -43,17 +43,18 @@ SHARES = (0.01, 0.1, 0.5)
 X1, V1, X2, V2, Y, W, SQUARE, C1, C2, CONTACT, WORK = range(11)  # unknowns of the twin
 
 
-def system_of(kind, law, more):
+def system_of(kind, law, widening):
     """Return a system of a kind, its clearance changed by so much."""
     from nlds_vines.model.scenes import SCENES
 
-    own = {name: NUMBERS[name] for name in SCENES[kind].own}
-    if "C" in own:
-        own["C"] += more
+    parameters = {name: NUMBERS[name] for name in SCENES[kind].own}
+    if "C" in parameters:
+        parameters["C"] += widening
     walls = LAWS[law] if SCENES[kind].walls else {}
     name = "power" if law == "hunt-crossley" else law
-    return System(kind, {**own, **walls, **({"exponent": 1.5} if law == "hunt-crossley" else {})},
-                  law=name if walls else "hertz")  # fmt: skip
+    if law == "hunt-crossley":
+        walls = {**walls, "exponent": 1.5}
+    return System(kind, parameters | walls, law=name if walls else "hertz")
 
 
 class Twin:
@@ -209,11 +210,11 @@ class Course:
             i = int(values.argmax())
             best = max(best, (float(values[i]), float(times[i])))
             ends = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
-            found = minimize_scalar(
+            peak = minimize_scalar(
                 lambda t, run=run: -abs(size(t, run.sol(t))), bounds=ends, method="bounded",
                 options={"xatol": 1e-10},
             )  # fmt: skip
-            best = max(best, (-float(found.fun), float(found.x)))
+            best = max(best, (-float(peak.fun), float(peak.x)))
         return best
 
     def last_above(self, size, level):
@@ -256,7 +257,7 @@ def numbers_of(course):
     """Return the numbers of a response history by name."""
     twin, end = course.twin, course.solutions[-1].y[:, -1]
     most, when = course.largest(lambda t, y: twin.energies(y)[0])
-    found = {
+    numbers = {
         "E1max": most,
         "x1_max": course.largest(lambda t, y: y[X1] - y[Y])[0],
         "v1_max": course.largest(lambda t, y: y[V1] - y[W])[0],
@@ -265,30 +266,30 @@ def numbers_of(course):
     }
     walls = len(twin.walls(0.0, 0.0))
     for share in SHARES:
-        found[f"last_{100 * share:g}"] = course.last_above(
+        numbers[f"last_{100 * share:g}"] = course.last_above(
             lambda t, y: twin.energies(y)[0], share * most
         )
     if twin.shaken:
-        found["drift_max"] = found["x1_max"]
+        numbers["drift_max"] = numbers["x1_max"]
     if twin.law != "restitution" or not walls:
-        found["a1_max"] = course.largest(lambda t, y: twin.at(t, y)[0])[0]
+        numbers["a1_max"] = course.largest(lambda t, y: twin.at(t, y)[0])[0]
     if walls:
-        found["impact_count"] = course.touches()
-        found["share_contact"] = end[CONTACT] / found["energy_in"]
+        numbers["impact_count"] = course.touches()
+        numbers["share_contact"] = end[CONTACT] / numbers["energy_in"]
         if twin.law == "restitution":
-            found["impulse_max"] = max(course.impulses)
+            numbers["impulse_max"] = max(course.impulses)
         else:
-            found["force_max"] = course.largest(lambda t, y: max(twin.at(t, y)[2]))[0]
-    found["share_c1"] = end[C1] / found["energy_in"]
+            numbers["force_max"] = course.largest(lambda t, y: max(twin.at(t, y)[2]))[0]
+    numbers["share_c1"] = end[C1] / numbers["energy_in"]
     if twin.damped:
-        found["share_c2"] = end[C2] / found["energy_in"]
-        found["E2max"] = course.largest(lambda t, y: twin.energies(y)[1])[0]
-        found["stroke_max"] = course.largest(lambda t, y: y[X2] - y[X1] - twin.rest)[0]
-    fell = found["last_10"] - when
+        numbers["share_c2"] = end[C2] / numbers["energy_in"]
+        numbers["E2max"] = course.largest(lambda t, y: twin.energies(y)[1])[0]
+        numbers["stroke_max"] = course.largest(lambda t, y: y[X2] - y[X1] - twin.rest)[0]
+    fell = numbers["last_10"] - when
     if math.isfinite(fell) and twin.k1 > 0.0:
         period = 2.0 * math.pi * math.sqrt(twin.m1 / twin.k1)
-        found["damping_ratio"] = math.log(10.0) / (4.0 * math.pi * fell / period)
-    return {name: value for name, value in found.items() if math.isfinite(value)}
+        numbers["damping_ratio"] = math.log(10.0) / (4.0 * math.pi * fell / period)
+    return {name: value for name, value in numbers.items() if math.isfinite(value)}
 
 
 def load_of(shaken):
@@ -300,15 +301,15 @@ def load_of(shaken):
 
 
 @pytest.mark.parametrize("shaken", [False, True], ids=["force", "ground"])
-@pytest.mark.parametrize(("kind", "law", "more"), CASES)
-def test_all_numbers_are_those_of_the_inertial_frame(kind, law, more, shaken):
-    system = system_of(kind, law, more)
+@pytest.mark.parametrize(("kind", "law", "widening"), CASES)
+def test_all_numbers_are_those_of_the_inertial_frame(kind, law, widening, shaken):
+    system = system_of(kind, law, widening)
     start = {"start": {"state": (HEIGHT, 0.0)}} if kind == "ball" else {}
-    told = nv.response_history(
+    histories_of = nv.response_history(
         [system], load=load_of(shaken), sampling={"duration": DURATION, "samples": SAMPLES},
         quiet=True, **start,
     )  # fmt: skip
-    (fall,) = told.results.values()
+    (fall,) = histories_of.results.values()
     course = Course(Twin(system, law, shaken))
     wanted = numbers_of(course)
     assert not course.is_beyond_a_rigid_wall()
@@ -325,7 +326,7 @@ def test_all_numbers_are_those_of_the_inertial_frame(kind, law, more, shaken):
         "E1": energies[:, 0], "E2": energies[:, 1], "work": twin.begin + states[:, WORK],
     }  # fmt: skip
     gone = {"c1": C1, "c2": C2, "contact": CONTACT}
-    histories |= {way: states[:, column] for way, column in gone.items()}
+    histories |= {key: states[:, column] for key, column in gone.items()}
     for name, values in histories.items():
         mine = fall.dissipated[name] if name in gone else getattr(fall, name)
         if np.isfinite(mine).any():
@@ -347,8 +348,8 @@ def test_a_damper_that_a_rigid_wall_presses_begins_with_the_energy_of_its_spring
 
 def test_a_ball_that_falls_dissipates_its_weight_s_energy():
     system = nv.load_system("bouncing-ball")
-    told = nv.response_history([system], start={"state": (1.0, 0.0)}, duration=3.0, quiet=True)
-    numbers = told["bouncing-ball"].numbers
+    result = nv.response_history([system], start={"state": (1.0, 0.0)}, duration=3.0, quiet=True)
+    numbers = result["bouncing-ball"].numbers
     assert numbers["energy_in"] == pytest.approx(system.parameters["m"] * system.parameters["g"])
     assert numbers["share_contact"] == pytest.approx(1.0, rel=1e-14)  # it has come to rest
     assert numbers["balance"] < 1e-14

@@ -75,13 +75,13 @@ def compare(system, start, transient=BEFORE, periods=PERIODS):
         for name in COLUMNS:
             one, other = exact.impacts[name], steps.impacts[name]
             np.testing.assert_array_equal(np.isnan(one), np.isnan(other))
-            known = (
+            both = (
                 ~np.isnan(one)
                 if name in ("touch", "speed")
                 else ~np.isnan(exact.impacts["release"])
             )
-            if known.any():
-                assert_near(one[known], other[known], 10 * np.abs(one[known]).max())
+            if both.any():
+                assert_near(one[both], other[both], 10 * np.abs(one[both]).max())
     if exact.violation is not None:
         one, other = exact.violation, steps.violation
         assert one.number == other.number
@@ -93,12 +93,12 @@ def compare(system, start, transient=BEFORE, periods=PERIODS):
 @pytest.mark.parametrize("kind", RECORDS)
 def test_both_methods_note_the_same(kind):
     rng = np.random.default_rng(sum(map(ord, kind)))
-    found = [compare(*random_case(kind, rng)) for _ in range(8)]
-    if found[0].impacts is not None:
-        assert sum(len(orbit.impacts) for orbit in found) > 8
-        assert sum(np.isfinite(orbit.clearance) for orbit in found) > 2
-    if found[0].violation is not None:
-        assert any(orbit.violation.number > 0 for orbit in found)
+    orbits = [compare(*random_case(kind, rng)) for _ in range(8)]
+    if orbits[0].impacts is not None:
+        assert sum(len(orbit.impacts) for orbit in orbits) > 8
+        assert sum(np.isfinite(orbit.clearance) for orbit in orbits) > 2
+    if orbits[0].violation is not None:
+        assert any(orbit.violation.number > 0 for orbit in orbits)
 
 
 @pytest.mark.parametrize("method", ["exact", "rk4"])
@@ -145,9 +145,9 @@ def test_an_excursion_beyond_a_limit_may_be_short():
             if L <= 0.0 or start[0] - start[2] >= L:
                 continue
             for options in ({}, {"method": "rk4", "period_steps": 1024.0}):
-                found = simulate(free.with_(L=L), 1, start=start, **options).violation
-                assert found.number == number
-                assert found.depth == pytest.approx(max(hair, 0.0), abs=3e-7)
+                violation = simulate(free.with_(L=L), 1, start=start, **options).violation
+                assert violation.number == number
+                assert violation.depth == pytest.approx(max(hair, 0.0), abs=3e-7)
             seen += number
     assert seen >= 3
 
@@ -171,8 +171,8 @@ def test_starts_at_a_wall(begin, wall):
     system = system_of("ssbl", numbers)
     r, s = (system.rest + depth, speed) if wall == "near" else (-0.03125 - depth, -speed)
     start = (0.0, 0.0, system.rest - r, -s)
-    found = compare(system, start, transient=0)
-    first = found.impacts[0]
+    orbit = compare(system, start, transient=0)
+    first = orbit.impacts[0]
     if begin == "on it, moving in":
         assert first["touch"] == 0.0
         assert first["speed"] == 0.5
@@ -188,10 +188,10 @@ def test_a_fast_damper_strikes_several_times_in_a_cell(kind):
     system = system_of(kind, {**numbers, "k2": 7000.0})
     for s in (4.0, -4.0):
         start = (0.001, 0.1, 0.001 + system.rest, 0.1 - s)
-        found = compare(system, start, transient=0, periods=1)
-        assert len(found.impacts) >= (3 if kind == "ssbl" else 1)
-        if found.violation is not None:
-            assert found.violation.number >= 1
+        orbit = compare(system, start, transient=0, periods=1)
+        assert len(orbit.impacts) >= (3 if kind == "ssbl" else 1)
+        if orbit.violation is not None:
+            assert orbit.violation.number >= 1
 
 
 def test_a_touch_may_be_by_a_hair():
@@ -208,10 +208,10 @@ def test_a_touch_may_be_by_a_hair():
             walled = free.with_(C=top - hair)
             begin = (start[0], start[1], start[0] + walled.rest, start[3])
             for options in ({}, {"method": "rk4", "period_steps": 256.0}):
-                found = simulate(walled, 1, start=begin, record=WALLED, samples=1, **options)
-                assert len(found.impacts[found.impacts["depth"] < 1e-5]) == number
+                orbit = simulate(walled, 1, start=begin, record=WALLED, samples=1, **options)
+                assert len(orbit.impacts[orbit.impacts["depth"] < 1e-5]) == number
                 if not number:
-                    assert found.clearance == pytest.approx(-hair, abs=5e-7)
+                    assert orbit.clearance == pytest.approx(-hair, abs=5e-7)
             seen += number
     assert seen >= 3
 
@@ -231,8 +231,8 @@ def test_the_largest_energies_are_those_of_many_samples(K, method):
             orbit = simulate(system, 2, start=start, record=("energy",), **options)
             for name, energy in (("E1", energy_of_structure), ("E2", energy_of_damper)):
                 sampled = energy(system, dense.trajectory).max()
-                found = getattr(orbit, f"{name}max")
-                assert sampled * (1 - 1e-6) <= found <= sampled * (1 + 1e-3), name
+                noted = getattr(orbit, f"{name}max")
+                assert sampled * (1 - 1e-6) <= noted <= sampled * (1 + 1e-3), name
 
 
 @pytest.mark.parametrize("kind", ["ssul", "ssbl"])

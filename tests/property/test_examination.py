@@ -128,22 +128,22 @@ class Seen(NamedTuple):
     energies: np.ndarray  # largest E1, E2
 
 
-def sensitivities(own, others, size):
+def sensitivities(states, others, size):
     """Return by contact of a lane how much a nudge of the start has grown up to there (at least 1).
 
     own, others: rows of the lane and of those nudged; of a contact that these lack it is infinite.
     """
-    found = np.full(len(own), np.inf)
-    count = min(map(len, [own, *others]))
+    least = np.full(len(states), np.inf)
+    count = min(map(len, [states, *others]))
     if count:
         apart = np.zeros(count)
         for other in others:
-            touch, _, w, _ = (np.nan_to_num(own[:count] - other[:count])[:, 1:5]).T
-            speed = own[:count, 3]
+            touch, _, w, _ = (np.nan_to_num(states[:count] - other[:count])[:, 1:5]).T
+            speed = states[:count, 3]
             parts = touch * speed / size[0], w * speed / size[1] ** 2
             apart = np.maximum(apart, np.nan_to_num(np.abs(parts)).max(0))
-        found[:count] = np.maximum(1.0, np.maximum.accumulate(apart) / NUDGE)
-    return found
+        least[:count] = np.maximum(1.0, np.maximum.accumulate(apart) / NUDGE)
+    return least
 
 
 def twin_of(cases, orbits):
@@ -166,11 +166,11 @@ def twin_of(cases, orbits):
     growth = np.maximum(1.0, moved.astype(float))
     seen = []
     for i, case in enumerate(cases):
-        own = range(i * PERIODS, (i + 1) * PERIODS)
-        courses, pieces = [lanes.course(k) for k in own], []
-        period = 2 * np.pi / float(models[own[0]].omega)
+        members = range(i * PERIODS, (i + 1) * PERIODS)
+        courses, pieces = [lanes.course(k) for k in members], []
+        period = 2 * np.pi / float(models[members[0]].omega)
         real = 1 if case.kind.startswith("ssvi") else 0
-        for n, (k, course) in enumerate(zip(own, courses, strict=True)):
+        for n, (k, course) in enumerate(zip(members, courses, strict=True)):
             rows = course.contacts
             grown = np.full(len(rows), growth[k])
             for wall in range(real, 2):
@@ -182,7 +182,7 @@ def twin_of(cases, orbits):
         misses = np.concatenate([course.misses for course in courses])
         misses = -misses[misses[:, 0] >= real, 2]
         tops = np.max([(course.E1max, course.E2max) for course in courses], axis=0)
-        mine = slice(own[0], own[-1] + 1)
+        mine = slice(members[0], members[-1] + 1)
         seen.append(
             Seen(
                 ends[mine].astype(float), growth[mine], joined(pieces),
@@ -205,16 +205,16 @@ def errors_of(case, orbit, seen, scale):
     length, speed = scale[0], scale[1]
     states = np.abs(orbit.section - seen.ends[:, :width]) / scale[:width]
     crowd = crowds(seen.contacts, 2 * np.pi / case.numbers["omega"])
-    found = {"state": (states.max(1) / seen.growth / crowd).max()}
-    known = seen.contacts[np.isfinite(seen.contacts[:, 5]), 5]
-    worst = max(seen.growth.max(), known.max(initial=1.0)) * crowd.max()
+    errors = {"state": (states.max(1) / seen.growth / crowd).max()}
+    depths = seen.contacts[np.isfinite(seen.contacts[:, 5]), 5]
+    worst = max(seen.growth.max(), depths.max(initial=1.0)) * crowd.max()
     E, least = seen.energies, NOTHING * seen.energies.max()
-    found["energy"] = abs(orbit.E1max - E[0]) / max(E[0], least) / worst
+    errors["energy"] = abs(orbit.E1max - E[0]) / max(E[0], least) / worst
     if case.kind != "none":
         off = abs(orbit.E2max - E[1]) / max(E[1], least) / worst
-        found["energy"] = max(found["energy"], off)
+        errors["energy"] = max(errors["energy"], off)
     if case.kind in ("none", "tmd"):
-        return found
+        return errors
     if worst > CHAOTIC * crowd.max():
         return TOO_SENSITIVE
     limited = case.kind.startswith("ssvi")
@@ -232,15 +232,15 @@ def errors_of(case, orbit, seen, scale):
         _, touch, release, w, depth, g = hits.T
         g = g * crowd.max()
         places = np.fmax(np.abs(rows["touch"] - touch), np.abs(rows["release"] - release))
-        found["touch"] = (places * w / length / g).max()
-        found["speed"] = (np.abs(rows["speed"] ** 2 - w**2) / speed**2 / g).max()
+        errors["touch"] = (places * w / length / g).max()
+        errors["speed"] = (np.abs(rows["speed"] ** 2 - w**2) / speed**2 / g).max()
         over = ~np.isnan(release)
         deeper = np.abs(rows["depth"][over] / depth[over] - 1)
-        found["depth"] = (deeper * np.minimum(1, (w[over] / speed) ** 2) / g[over]).max(initial=0)
+        errors["depth"] = (deeper * np.minimum(1, (w[over] / speed) ** 2) / g[over]).max(initial=0)
     if np.isfinite(orbit.clearance) != np.isfinite(seen.clearance):
         return f"clearance {orbit.clearance} for {seen.clearance}"
     if np.isfinite(seen.clearance):
-        found["clearance"] = abs(orbit.clearance - seen.clearance) / length / worst
+        errors["clearance"] = abs(orbit.clearance - seen.clearance) / length / worst
     if limited:
         beyond, violation = seen.contacts[seen.contacts[:, 0] == 0], orbit.violation
         if violation.number != len(beyond):
@@ -248,11 +248,11 @@ def errors_of(case, orbit, seen, scale):
         if len(beyond):
             _, time, _, w, _, g = beyond[0]
             g *= crowd.max()
-            found["limit"] = max(
+            errors["limit"] = max(
                 abs(violation.time - time) * w / length / g,
                 abs(violation.depth - beyond[:, 4].max()) / length / worst,
             )
-    return found
+    return errors
 
 
 def examine(cases, tolerance):
@@ -263,18 +263,18 @@ def examine(cases, tolerance):
         record = FULL if case.kind not in ("none", "tmd") else ("section", "energy")
         system = system_of(case.kind, case.numbers)
         orbits.append(simulate(system, PERIODS, start=start, record=record, tolerance=tolerance))
-    worst, found = dict.fromkeys(BOUNDS, (0.0, -1)), Counter()
-    for i, told in enumerate(zip(cases, orbits, *twin_of(cases, orbits), strict=True)):
-        errors, orbit = errors_of(*told), told[1]
+    worst, counts = dict.fromkeys(BOUNDS, (0.0, -1)), Counter()
+    for i, compared in enumerate(zip(cases, orbits, *twin_of(cases, orbits), strict=True)):
+        errors, orbit = errors_of(*compared), compared[1]
         if isinstance(errors, str):
-            found["different" if errors != TOO_SENSITIVE else "sensitive"] += 1
-            print(i, told[0].kind, errors)
+            counts["different" if errors != TOO_SENSITIVE else "sensitive"] += 1
+            print(i, compared[0].kind, errors)
             continue
         for name, error in errors.items():
             worst[name] = max(worst[name], (float(error), i))
-        found["impacts"] += 0 if orbit.impacts is None else len(orbit.impacts)
-        found["violated"] += orbit.violation is not None and orbit.violation.number > 0
-    return worst, found
+        counts["impacts"] += 0 if orbit.impacts is None else len(orbit.impacts)
+        counts["violated"] += orbit.violation is not None and orbit.violation.number > 0
+    return worst, counts
 
 
 @pytest.mark.kernels
@@ -282,12 +282,12 @@ def examine(cases, tolerance):
 @pytest.mark.parametrize("systems", [12, pytest.param(2000, marks=pytest.mark.long)])
 def test_as_the_twin_sees_it(systems, tolerance):
     """Notices: a part of a scene, a wall or a limit that is not followed as the equations say."""
-    worst, found = examine(cases_of(systems), tolerance)
-    print(dict(found), *worst.items(), sep="\n")
-    assert found["different"] == 0
-    assert found["sensitive"] <= 0.02 * systems
-    assert found["impacts"] > 2 * systems
-    assert found["violated"] > systems / 20
+    worst, counts = examine(cases_of(systems), tolerance)
+    print(dict(counts), *worst.items(), sep="\n")
+    assert counts["different"] == 0
+    assert counts["sensitive"] <= 0.02 * systems
+    assert counts["impacts"] > 2 * systems
+    assert counts["violated"] > systems / 20
     allowed = {name: bound * tolerance + ROUND_OFF for name, bound in BOUNDS.items()}
     assert {name: error for name, (error, _) in worst.items() if error > allowed[name]} == {}
 

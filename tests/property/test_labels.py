@@ -68,10 +68,10 @@ def judge(cells, starts=None, method="exact", effort="standard", transient=240, 
     chains = np.ascontiguousarray(cells.reshape(-1, 1))
     starts = np.zeros((len(chains), 4)) if starts is None else np.ascontiguousarray(starts)
     out = Computer(scan).run(chains, starts, transient, periods)
-    found = out.verdicts(chains)
+    verdicts = out.verdicts(chains)
     rows = out.evidence[:, 0]
     point = rows[:, ev.POINT : ev.POINT + 4]
-    return Judged({name: a[:, 0] for name, a in found.items()}, point, out.ends[:, 0, 1, :4])
+    return Judged({name: a[:, 0] for name, a in verdicts.items()}, point, out.ends[:, 0, 1, :4])
 
 
 def cells_of(**values):
@@ -116,8 +116,8 @@ def compare_methods(cells):
 def check_methods(cells, least):
     """Check that both methods agree wherever both are determined, and that most are."""
     exact, classical, left = compare_methods(cells)
-    told = zip(cells[left], exact.labels[left], classical.labels[left], strict=True)
-    assert not left.size, [(c["omega"], c["P"], a, b) for c, a, b in told]
+    cases = zip(cells[left], exact.labels[left], classical.labels[left], strict=True)
+    assert not left.size, [(c["omega"], c["P"], a, b) for c, a, b in cases]
     one, two = ends_of(exact.labels), ends_of(classical.labels)
     determined = ~np.isin(one, OPEN) & ~np.isin(two, OPEN)
     assert determined.mean() > 0.98
@@ -153,22 +153,22 @@ def test_threads_and_company_do_not_matter(monkeypatch):
         np.testing.assert_array_equal(values, joined)
 
 
-def check_found_more(less, more):
+def check_found_more(less, later):
     """Check that what is known stays, but for chaos and tori that end in a periodic orbit."""
-    assert not (less.arrays["periodicity"] > 0)[less.labels != more.labels].any()
-    changed = np.isin(less.labels, ["chaos", "quasiperiodic"]) & (less.labels != more.labels)
-    assert (more.arrays["periodicity"][changed] > 0).all()
-    assert (more.arrays["watched"] >= less.arrays["watched"]).all()
+    assert not (less.arrays["periodicity"] > 0)[less.labels != later.labels].any()
+    changed = np.isin(less.labels, ["chaos", "quasiperiodic"]) & (less.labels != later.labels)
+    assert (later.arrays["periodicity"][changed] > 0).all()
+    assert (later.arrays["watched"] >= less.arrays["watched"]).all()
 
 
 def test_more_effort_can_only_find_more():
     cells = grid()
-    found = [judge(cells, effort=effort) for effort in ("quick", "standard", "thorough")]
-    for less, more in itertools.pairwise(found):
-        check_found_more(less, more)
-    unknown = [np.count_nonzero(x.labels == "undetermined") for x in found]
+    judged = [judge(cells, effort=effort) for effort in ("quick", "standard", "thorough")]
+    for less, later in itertools.pairwise(judged):
+        check_found_more(less, later)
+    unknown = [np.count_nonzero(x.labels == "undetermined") for x in judged]
     assert unknown[0] > unknown[1] >= unknown[2]
-    assert "chaos" in found[1].labels
+    assert "chaos" in judged[1].labels
 
 
 def check_lengths(cells, *, least_known, lengths=((300, 60), (300, 2000), (5000, 120))):
@@ -198,10 +198,10 @@ def test_no_length_changes_a_result_in_two_thousand_random_cells():
 @pytest.mark.long
 def test_more_effort_can_only_find_more_in_two_thousand_random_cells():
     cells = random_cells(2000)
-    found = [judge(cells, effort=effort) for effort in ("quick", "standard", "thorough")]
-    for less, more in itertools.pairwise(found):
-        check_found_more(less, more)
-    assert (found[1].labels != "undetermined").mean() > 0.99
+    judged = [judge(cells, effort=effort) for effort in ("quick", "standard", "thorough")]
+    for less, later in itertools.pairwise(judged):
+        check_found_more(less, later)
+    assert (judged[1].labels != "undetermined").mean() > 0.99
 
 
 def test_the_phase_at_which_sections_are_taken_does_not_matter():
@@ -210,23 +210,23 @@ def test_the_phase_at_which_sections_are_taken_does_not_matter():
     By rk4: the bounds of the exact method presume P >= 0, as the door to the kernels does.
     """
     cells = grid()
-    found = judge(cells)
+    judged = judge(cells)
     later = cells.copy()
     later["P"] = -later["P"]
-    periodic = np.flatnonzero(found.arrays["periodicity"] > 0)
-    half = halfway(cells[periodic], found.points[periodic])
+    periodic = np.flatnonzero(judged.arrays["periodicity"] > 0)
+    half = halfway(cells[periodic], judged.points[periodic])
     again = judge(later[periodic], half, "rk4", transient=40, periods=80)
-    np.testing.assert_array_equal(ends_of(again.labels), ends_of(found.labels[periodic]))
+    np.testing.assert_array_equal(ends_of(again.labels), ends_of(judged.labels[periodic]))
     radius = [
         np.abs(a["multipliers"][i, 0] @ [1, 1j])
-        for a, i in ((found.arrays, periodic), (again.arrays, slice(None)))
+        for a, i in ((judged.arrays, periodic), (again.arrays, slice(None)))
     ]
     np.testing.assert_allclose(*radius, atol=1e-4)
 
 
 def halfway(cells, points):
     """Return the states (x1, v1, r, s) half a forcing period after `points`."""
-    parts, found = parts_of("exact", SCENES["ssul"]), np.empty((len(cells), 4))
+    parts, states = parts_of("exact", SCENES["ssul"]), np.empty((len(cells), 4))
     for i, (cell, point) in enumerate(zip(cells, points, strict=True)):
         state, section = np.zeros(STATE_SIZE), np.empty((2, 4))
         state[:4] = point
@@ -234,5 +234,5 @@ def halfway(cells, points):
         code = run_cell(parts, record, state, Span(0, 1, 2), CellBuffers(section=section))
         assert code == OK
         x1, v1, x2, v2 = section[0]
-        found[i] = x1, v1, x1 - x2 + cell["rest"], v1 - v2
-    return found
+        states[i] = x1, v1, x1 - x2 + cell["rest"], v1 - v2
+    return states

@@ -22,9 +22,9 @@ FIXED = {"method": "rk4", "period_steps": 4096.0}  # each tenth case, to 1e-6
 def test_the_largest_energy_may_stand_right_after_a_rebound(monkeypatch):
     """Of rigid bodies energies jump: here E2 is largest where the damper has just been struck."""
     monkeypatch.setitem(SCENES, LOADED.kind, LOADED)
-    found = errors_of(case_of(634), 1e-9, FIXED)
-    assert found["E2max"] < 1e-9
-    assert worst_of(found) < 1e-6
+    errors = errors_of(case_of(634), 1e-9, FIXED)
+    assert errors["E2max"] < 1e-9
+    assert worst_of(errors) < 1e-6
 
 
 @pytest.mark.long
@@ -35,13 +35,13 @@ def test_as_the_twin_sees_it(piece, monkeypatch):
     each = SYSTEMS // PIECES  # one after the other: all kinds and laws are in every piece
     for i in range(piece * each, (piece + 1) * each):
         fixed, tolerance = i // PIECES % 10 == 9, TOLERANCES[i // PIECES % 3]
-        found = errors_of(case_of(i), tolerance, FIXED if fixed else None)
+        errors = errors_of(case_of(i), tolerance, FIXED if fixed else None)
         bound = 1e-6 if fixed else allowed(tolerance)
         count["systems"] += 1
         for name in ("chatter", "sensitive", "let go"):
-            count[name] += int(found.get(name, 0.0) > 0.0)
-        if "chatter" not in found and "sensitive" not in found and not worst_of(found) <= bound:
-            wrong[i] = found
+            count[name] += int(errors.get(name, 0.0) > 0.0)
+        if "chatter" not in errors and "sensitive" not in errors and not worst_of(errors) <= bound:
+            wrong[i] = errors
     assert wrong == {}, dict(count)
     assert count["chatter"] + count["sensitive"] < 0.25 * count["systems"]
     # so that walls that let go while they would pull are seen in each piece: 1.6 % in the least

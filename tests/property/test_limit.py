@@ -63,8 +63,8 @@ def random_cases(rng, count):
 
 def grazing_cases(rng, count):
     """Return cases whose limit is an extreme of r times 1 +- 1e-9 .. 1e-3."""
-    found = []
-    while len(found) < count:
+    cases = []
+    while len(cases) < count:
         drawn = random_cases(rng, count // 2)
         for _, numbers, _, _ in drawn:
             numbers["L"] = FAR_AWAY
@@ -78,8 +78,8 @@ def grazing_cases(rng, count):
             x1, _, x2, _ = start
             if limit - numbers["D"] > 0.0 and x1 - x2 + numbers["D"] < limit:
                 numbers["L"] = limit - numbers["D"]
-                found.append(("ssvi-c", numbers, start, periods))
-    return found[:count]
+                cases.append(("ssvi-c", numbers, start, periods))
+    return cases[:count]
 
 
 def seen_by_twin(cases):
@@ -98,7 +98,7 @@ def without_length(numbers):
 
 def verdict(orbit, course, period):
     """Return "same", "ambiguous" or what is wrong with the violations of an orbit."""
-    found, contacts = orbit.violation, course.contacts
+    violation, contacts = orbit.violation, course.contacts
     theirs = contacts[contacts[:, 0] == 0]
     pushes = contacts[contacts[:, 0] == 1, 1]
     behind = np.nan_to_num(pushes, nan=0.0).min(initial=np.inf)
@@ -109,15 +109,15 @@ def verdict(orbit, course, period):
     misses = course.misses[course.misses[:, 0] == 0]
     close = (theirs[:, 4] < resolution(theirs[:, 1])).any()
     close = close or (-misses[:, 2] < resolution(misses[:, 1])).any()
-    if found.number != len(theirs):
+    if violation.number != len(theirs):
         return "ambiguous" if close else "number"
     if not len(theirs):
-        return "same" if np.isnan(found.time) and found.depth == 0.0 else "silence"
+        return "same" if np.isnan(violation.time) and violation.depth == 0.0 else "silence"
     early = resolution(theirs[:1, 1])[0]
-    if abs(found.depth - theirs[:, 4].max()) > LATER:
+    if abs(violation.depth - theirs[:, 4].max()) > LATER:
         return "depth"
     rising = max(theirs[0, 3], np.sqrt(early))  # a grazing passage is located by its root
-    if abs(found.time - theirs[0, 1]) > 1e-9 * period + early / rising:
+    if abs(violation.time - theirs[0, 1]) > 1e-9 * period + early / rising:
         return "time"
     return "same"
 
@@ -131,26 +131,26 @@ def seen(make, count):
 
 def outcomes(cases, options):
     """Count the outcomes of cases with the twin's courses."""
-    found = Counter()
+    counts = Counter()
     for (kind, numbers, start, periods), course in cases:
         orbit = simulate(system_of(kind, numbers), periods, start=start, record=BOTH, **options)
-        found[verdict(orbit, course, 2 * np.pi / numbers["omega"])] += 1
-        found["violated"] += orbit.violation.number > 0
-        found["several"] += orbit.violation.number > 1
-        found["impacts"] += len(orbit.impacts) > 0
-    return found
+        counts[verdict(orbit, course, 2 * np.pi / numbers["omega"])] += 1
+        counts["violated"] += orbit.violation.number > 0
+        counts["several"] += orbit.violation.number > 1
+        counts["impacts"] += len(orbit.impacts) > 0
+    return counts
 
 
 @both_methods
 @pytest.mark.parametrize(("make", "count"), [(random_cases, RANDOM), (grazing_cases, GRAZING)])
 def test_violations_as_the_twin_sees_them(make, count, method):
     cases = seen(make, max(count.values()))[: count[method]]
-    found = outcomes(cases, METHODS[method])
-    assert found["same"] + found["ambiguous"] == len(cases), found
-    assert found["ambiguous"] <= max(1, FEW * len(cases))
+    counts = outcomes(cases, METHODS[method])
+    assert counts["same"] + counts["ambiguous"] == len(cases), counts
+    assert counts["ambiguous"] <= max(1, FEW * len(cases))
     for word in ("violated", "several", "impacts"):  # enough of each kind to prove something
-        assert found[word] > len(cases) / 20
-    assert found["violated"] < 0.95 * len(cases)
+        assert counts[word] > len(cases) / 20
+    assert counts["violated"] < 0.95 * len(cases)
 
 
 # ---- the checks can fail -------------------------------------------------------------------------
@@ -255,27 +255,27 @@ def lanes(policy, values):
 
 
 def test_a_lane_with_violations_is_reported_and_has_not_failed():
-    scan, found = lanes("rest", {"omega": [5.0, 6.0, 6.3, 12.0]})
-    assert (found["status"] == OK).all()
-    assert np.isfinite(found["section"]).all()
+    scan, arrays = lanes("rest", {"omega": [5.0, 6.0, 6.3, 12.0]})
+    assert (arrays["status"] == OK).all()
+    assert np.isfinite(arrays["section"]).all()
     for i, omega in enumerate(scan.axes[0].values):
         orbit = simulate(scan.system.with_(omega=omega), 30, record=BOTH)
-        reported = (found[name][i, 0] for name in ("violations", "first_violation"))
+        reported = (arrays[name][i, 0] for name in ("violations", "first_violation"))
         np.testing.assert_equal(tuple(reported), orbit.violation[:2])
-        assert found["violation_depth"][i, 0] == pytest.approx(orbit.violation.depth, rel=1e-9)
-    assert (found["violations"][:, 0] > 0).tolist() == [True, True, True, False]
+        assert arrays["violation_depth"][i, 0] == pytest.approx(orbit.violation.depth, rel=1e-9)
+    assert (arrays["violations"][:, 0] > 0).tolist() == [True, True, True, False]
 
 
 @pytest.mark.parametrize("policy", ["up", "down"])
 def test_a_sweep_that_carries_a_state_beyond_the_limit_says_so(policy):
     """The state at the end of a cell may violate the next cell's constraint at once."""
     far, near = 0.05, 1e-4
-    scan, found = lanes(policy, {"D": [near, far]})
+    scan, arrays = lanes(policy, {"D": [near, far]})
     second = 1 if policy == "up" else 0
-    begun = found["first_violation"][second, 0]
+    begun = arrays["first_violation"][second, 0]
     before = simulate(scan.system.with_(D=far), 30, record=BOTH)
     x1, _, x2, _ = before.state
     beyond = x1 - (x2 - far + near)
     assert (begun == 0.0) == (beyond > 0.0)
     assert beyond > 0.0  # so that the case is one
-    assert found["violation_depth"][second, 0] >= beyond * (1 - 1e-9)
+    assert arrays["violation_depth"][second, 0] >= beyond * (1 - 1e-9)

@@ -56,8 +56,8 @@ def grazing_cases_of(rng, count):
 
     The motion without impacts is the twin's.
     """
-    found = []
-    while len(found) < count:
+    cases = []
+    while len(cases) < count:
         drawn = []
         for _ in range(count // 2):
             numbers, _, periods = random_case(rng)
@@ -72,26 +72,26 @@ def grazing_cases_of(rng, count):
             if r < top + shift:
                 numbers["C"] = top + shift
                 start[2] += numbers["C"] - FAR_AWAY
-                found.append((numbers, start, periods, shift < 0))
-    return found[:count]
+                cases.append((numbers, start, periods, shift < 0))
+    return cases[:count]
 
 
 def seen_by_twin(cases):
     """Return the twin's course of each case (numbers, start, periods, ...)."""
     courses = {}
     for periods in {case[2] for case in cases}:
-        own = [i for i, case in enumerate(cases) if case[2] == periods]
-        models, starts = [model_of(cases[i][0]) for i in own], [cases[i][1] for i in own]
-        courses.update(zip(own, follow_all(models, starts, periods), strict=True))
+        members = [i for i, case in enumerate(cases) if case[2] == periods]
+        models, starts = [model_of(cases[i][0]) for i in members], [cases[i][1] for i in members]
+        courses.update(zip(members, follow_all(models, starts, periods), strict=True))
     return [courses[i] for i in range(len(cases))]
 
 
-def first_difference(found, course, period):
+def first_difference(impacts, course, period):
     """Return "same", "ambiguous", "missed" or "invented" for the impacts of one orbit."""
     theirs = course.touches
-    for k in range(max(len(found), len(theirs))):
+    for k in range(max(len(impacts), len(theirs))):
         resolution = FIRST if k == 0 and len(course.contacts) == len(theirs) else LATER
-        ours = found["touch"][k] if k < len(found) else np.inf
+        ours = impacts["touch"][k] if k < len(impacts) else np.inf
         true = theirs[k, 1] if k < len(theirs) else np.inf
         if abs(ours - true) <= NEAR * period:
             continue
@@ -175,14 +175,14 @@ def first_touches(law, cases):
     What comes before the first touch of a period knows no law: the twin is sent from the section at
     its beginning. `found` is the time of the touch within the period, or inf.
     """
-    begun, found, periods = [], [], []
+    begun, touches, periods = [], [], []
     for numbers, start, *_ in cases:
-        own = {name: numbers[name] for name in OWN}
+        parameters = {name: numbers[name] for name in OWN}
         changes = LAWS[law](numbers)
         if "law" not in changes:
-            own["K"] = numbers["K"]
+            parameters["K"] = numbers["K"]
         constants = {name: value for name, value in changes.items() if name != "law"}
-        system = System("ssul", {**own, **constants}, law=changes.get("law", "hertz"))
+        system = System("ssul", {**parameters, **constants}, law=changes.get("law", "hertz"))
         y = np.array(start)
         if law == "restitution" and y[0] - y[2] + system.rest > numbers["C"]:
             continue  # a start inside a rigid body is refused
@@ -194,9 +194,9 @@ def first_touches(law, cases):
                 continue
             later = rows["touch"][(rows["touch"] > n * T) & (rows["touch"] <= (n + 1) * T)]
             begun.append((numbers, state, 1))
-            found.append(later.min(initial=np.inf) - n * T)
+            touches.append(later.min(initial=np.inf) - n * T)
             periods.append(T)
-    for touch, T, course in zip(found, periods, seen_by_twin(begun), strict=True):
+    for touch, T, course in zip(touches, periods, seen_by_twin(begun), strict=True):
         theirs = course.touches
         true, deep = (theirs[0, 1], theirs[0, 4]) if len(theirs) else (np.inf, 0.0)
         close = np.abs(course.misses[:, 1] - touch) < 0.05 * T
@@ -207,11 +207,11 @@ def first_touches(law, cases):
 def test_by_every_law(law, random_cases, grazing_cases):
     outcomes = Counter()
     cases = random_cases[:BY_LAW] + grazing_cases[: BY_LAW // 4]
-    for found, true, deep, clearance in first_touches(law, cases):
+    for touch, true, deep, clearance in first_touches(law, cases):
         outcome = "same" if np.isfinite(true) else "none"
-        if found != true and not abs(found - true) <= NEAR:
-            resolved = deep if true < found else clearance
-            word = "missed" if true < found else "invented"
+        if touch != true and not abs(touch - true) <= NEAR:
+            resolved = deep if true < touch else clearance
+            word = "missed" if true < touch else "invented"
             outcome = word if resolved > FIRST else "ambiguous"
         outcomes[outcome] += 1
     assert outcomes["missed"] == 0
@@ -230,10 +230,10 @@ def test_a_missed_and_an_invented_impact_are_seen(random_cases):
     )
     period = 2 * np.pi / numbers["omega"]
     course = follow(model_of(numbers), start, periods)
-    found = follow_ssul(numbers, start, periods).impacts
-    assert first_difference(found, course, period) == "same"
-    assert first_difference(found[:-1], course, period) == "missed"
-    twice = np.sort(np.append(found, found[-1:]), order="touch")
+    impacts = follow_ssul(numbers, start, periods).impacts
+    assert first_difference(impacts, course, period) == "same"
+    assert first_difference(impacts[:-1], course, period) == "missed"
+    twice = np.sort(np.append(impacts, impacts[-1:]), order="touch")
     twice["touch"][-1] += 0.01 * period
     assert first_difference(twice, course, period) == "invented"
 

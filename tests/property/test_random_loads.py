@@ -24,11 +24,13 @@ def test_as_the_twin_sees_it(piece, monkeypatch):
     each = SYSTEMS // PIECES
     for i in range(piece * each, (piece + 1) * each):
         tolerance = TOLERANCES[i % 3]
-        found = errors_of(i, tolerance)
+        errors = errors_of(i, tolerance)
         count["systems"] += 1
         for name in ("chatter", "sensitive"):
-            count[name] += int(name in found)
-        if not {"chatter", "sensitive"} & set(found) and not worst_of(found) <= allowed(tolerance):
-            wrong[i] = found
+            count[name] += int(name in errors)
+        if not {"chatter", "sensitive"} & set(errors) and not worst_of(errors) <= allowed(
+            tolerance
+        ):
+            wrong[i] = errors
     assert wrong == {}, dict(count)
     assert count["chatter"] + count["sensitive"] < 0.25 * count["systems"]

@@ -22,9 +22,9 @@ def test_every_value_has_a_source(name):
 def orbit_near(system, start, n=1):
     """Return the nT orbit near a start (x1, v1, x2, v2), or (x, v)."""
     section_map, omega = SectionMap(system, ("omega",)), system.parameters["omega"]
-    found = at_value(section_map, place_of(system, "omega", omega, start), n, omega)
-    assert found is not None
-    return found
+    orbit = at_value(section_map, place_of(system, "omega", omega, start), n, omega)
+    assert orbit is not None
+    return orbit
 
 
 # ---- a free mass in a cavity ---------------------------------------------------------------------
@@ -70,12 +70,12 @@ class FreeMass:
         return tuple(clearance * value for value in (*structure, mass + 1.0, speed))
 
 
-@pytest.mark.parametrize(("omega", "known"), [(0.95, 0.3238), (0.96, None), (0.975, 0.6416)])
-def test_the_response_of_a_free_mass_lies_a_little_below_the_closed_form(omega, known):
+@pytest.mark.parametrize(("omega", "published"), [(0.95, 0.3238), (0.96, None), (0.975, 0.6416)])
+def test_the_response_of_a_free_mass_lies_a_little_below_the_closed_form(omega, published):
     system = load_system("vi-nes", C=50.0, D=50.0, omega=omega)
     theory = FreeMass(system)
     xi = theory.largest(0.1, omega)
-    assert known is None or isclose(xi, known, rel_tol=5e-4)
+    assert published is None or isclose(xi, published, rel_tol=5e-4)
     cycle = orbit_near(system, theory.start(xi, omega, 50.0))
     assert (cycle.counts, cycle.unstable) == ((1, 1), 0)
     x1, v1, r, s = cycle.state

@@ -50,13 +50,13 @@ def test_gains_are_differences_of_the_energies(K, v1, s):
     assert row["touch"] == 0.0
     before, after = energies(p, touch, rest), energies(p, release, rest)
     scale = before.sum()
-    found = np.array([row["gain1"], row["gain2"]])
-    np.testing.assert_allclose(found, after - before, rtol=0, atol=1e-11 * scale)
+    gains = np.array([row["gain1"], row["gain2"]])
+    np.testing.assert_allclose(gains, after - before, rtol=0, atol=1e-11 * scale)
     # E2 takes the absolute displacement w, not the stretch, which is the same at both ends:
     # but for that, what the one gains the other loses
     w = touch[2] - rest, release[2] - rest
     share = p["k2"] * (w[1] ** 2 - w[0] ** 2) / 2
-    assert found.sum() == pytest.approx(share, abs=1e-11 * scale)
+    assert gains.sum() == pytest.approx(share, abs=1e-11 * scale)
 
 
 def test_gains_of_a_rigid_impact():
@@ -128,11 +128,11 @@ def test_the_peak_of_a_linear_transient(method):
     for _ in range(43 * n):
         values.append(energies(system.parameters, y[:4], 0.0))
         y = step @ y
-    for found, course in zip((orbit.E1peak, orbit.E2peak), np.array(values).T, strict=True):
+    for peak, course in zip((orbit.E1peak, orbit.E2peak), np.array(values).T, strict=True):
         i = course.argmax()
         before, top, after = course[i - 1 : i + 2]
         highest = top - (after - before) ** 2 / (8 * (after - 2 * top + before))
-        assert found == pytest.approx(highest, rel=1e-9)
+        assert peak == pytest.approx(highest, rel=1e-9)
 
 
 @pytest.mark.kernels
@@ -150,21 +150,21 @@ def test_a_start_may_be_the_peak(method):
 
 @pytest.mark.kernels
 def test_a_scan_stores_both():
-    found = computed(scan_of("tmd", PEAKS, {"omega": [6.0, 6.28]}, transient=40, periods=3))
+    arrays = computed(scan_of("tmd", PEAKS, {"omega": [6.0, 6.28]}, transient=40, periods=3))
     for i, omega in enumerate((6.0, 6.28)):
         orbit = simulate(load_system("tmd", omega=omega), 3, transient=40, record=PEAKS)
         for name in ("E1max", "E2max", "E1peak", "E2peak"):
-            assert found[name][i, 0] == getattr(orbit, name)
-    assert (found["E1peak"] >= found["E1max"]).all()
+            assert arrays[name][i, 0] == getattr(orbit, name)
+    assert (arrays["E1peak"] >= arrays["E1max"]).all()
 
 
 @pytest.mark.kernels
 def test_the_reduction_is_measured_by_the_structure_alone():
     vary = {"omega": [6.21, 6.28], "P": [0.0, 800.0]}
     scan = scan_of("tmd", ["energy"], vary, transient=100, periods=2)
-    found = computed(scan)["reduction"][..., 0]
-    assert found[1, 1] == pytest.approx(1.0 - 635.107 / 1568.00, abs=1e-6)
-    assert np.isnan(found[:, 0]).all()  # nothing moves: there is nothing to reduce
+    arrays = computed(scan)["reduction"][..., 0]
+    assert arrays[1, 1] == pytest.approx(1.0 - 635.107 / 1568.00, abs=1e-6)
+    assert np.isnan(arrays[:, 0]).all()  # nothing moves: there is nothing to reduce
     alone = energy_alone(scan.cells())
     assert alone[1, 1] == pytest.approx(1568.00, abs=0.01)
-    assert found[0, 1] == pytest.approx(1.0 - 660.435 / alone[0, 1], abs=1e-6)
+    assert arrays[0, 1] == pytest.approx(1.0 - 660.435 / alone[0, 1], abs=1e-6)

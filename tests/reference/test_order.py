@@ -155,8 +155,8 @@ def test_rigid_limit():
     for K in stiffness:
         orbit = follow_ssul({**SET6, "K": K}, None, 2)
         assert len(orbit.impacts) == 1
-        found = orbit.section[-1] - [0, 0, SET6["V"] + SET6["C"], 0]
+        state = orbit.section[-1] - [0, 0, SET6["V"] + SET6["C"], 0]
         rigid = rigid_state(SET6, orbit.impacts["touch"][0], end)
-        differences.append(np.abs(found - rigid).max())
+        differences.append(np.abs(state - rigid).max())
     assert fitted_order(differences, stiffness) == pytest.approx(0.4, abs=0.01)
     assert differences[-1] < 1e-4

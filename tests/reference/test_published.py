@@ -83,10 +83,10 @@ def test_regimes_of_the_bilateral_damper():
         **dict.fromkeys((6.7, 6.8, 6.9, 7.0), ("3T,1", [1, 0])),
     }
     want, vary = ["impacts", "regime"], {"omega": list(expected)}
-    found = computed(scan_of("ssbl", want, vary, transient=400, periods=60))
-    assert (found["status"] == OK).all()
-    walls = found["impacts_by_wall"][:, 0].tolist()
-    labels = dict(zip(expected, zip(found["label"][:, 0], walls, strict=True), strict=True))
+    arrays = computed(scan_of("ssbl", want, vary, transient=400, periods=60))
+    assert (arrays["status"] == OK).all()
+    walls = arrays["impacts_by_wall"][:, 0].tolist()
+    labels = dict(zip(expected, zip(arrays["label"][:, 0], walls, strict=True), strict=True))
     assert labels == expected
 
 
@@ -98,9 +98,9 @@ def largest_energies(name, omegas, transient=400, periods=120, starts=None):
     system = load_system(name)
     cells = system.cells({"omega": np.asarray(omegas, float)})
     starts = np.zeros((len(cells), 4)) if starts is None else starts
-    found = Batch(system.scene).run(cells, starts, transient, periods)
-    assert (found.status == OK).all()
-    return found.E1max
+    arrays = Batch(system.scene).run(cells, starts, transient, periods)
+    assert (arrays.status == OK).all()
+    return arrays.E1max
 
 
 BAND = np.linspace(5.0, 8.0, 301)

@@ -27,20 +27,20 @@ def test_the_spectrum_of_a_record_is_the_published_one():
     periods = np.array(list(SPECTRUM))
     omega = 2.0 * np.pi / periods
     record = {"times": (STEP * np.arange(values.size)).tolist(), "values": values.tolist()}
-    found = nv.response_history(
+    histories = nv.response_history(
         nv.load_system("none", m1=1.0, k1=1.0, zeta1=ZETA),
         load={"record": {**record, "unit": "m/s^2"}},
         vary={"k1": {"values": np.sort(omega**2).tolist()}},
         duration=55.0, quiet=True,
     )  # fmt: skip
-    sizes = omega**2 * found["x1_max"][0, ::-1] / G
+    sizes = omega**2 * histories["x1_max"][0, ::-1] / G
     off = np.abs(sizes / np.array(list(SPECTRUM.values())) - 1.0)
     assert off.max() < 3.3e-3
     assert off[periods > 0.6].max() < 2e-4
-    assert (found["drift_max"] == found["x1_max"]).all()
+    assert (histories["drift_max"] == histories["x1_max"]).all()
     for i in (2, 8):  # the absolute acceleration is that of (omega^2 x + 2 zeta omega v) alone
         largest = absolute_acceleration(values, omega[i])
-        assert found["a1_max"][0, ::-1][i] == pytest.approx(largest, rel=1e-5)
+        assert histories["a1_max"][0, ::-1][i] == pytest.approx(largest, rel=1e-5)
 
 
 def absolute_acceleration(values, omega):

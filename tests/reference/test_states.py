@@ -17,8 +17,8 @@ def errors_of(reference, section):
 
 
 def assert_counts(reference, touches, periods):
-    found = counts_by_period(touches, reference.parameters["omega"], periods)
-    np.testing.assert_array_equal(found, reference.impacts[:periods])
+    counts = counts_by_period(touches, reference.parameters["omega"], periods)
+    np.testing.assert_array_equal(counts, reference.impacts[:periods])
 
 
 @pytest.mark.parametrize("name", SSUL)

@@ -57,10 +57,10 @@ def here(here):
 @pytest.mark.kernels
 def test_dampers_are_compared_with_the_structure_alone(here):
     assert main(["--system", "tmd", "--system", "ssul-set6", *SHORT, "-o", "a.h5"]) == 0
-    found = nv.open_archive("a.h5")
+    archive = nv.open_archive("a.h5")
     names = [ALONE, "Tuned mass damper", "SSul NES, Set 6"]
-    assert [curve.name for curve in found.curves] == names
-    bare, tmd = found[ALONE], found["Tuned mass damper"]
+    assert [curve.name for curve in archive.curves] == names
+    bare, tmd = archive[ALONE], archive["Tuned mass damper"]
     exact = response(nv.load_system("none"), bare.values).E1max
     np.testing.assert_allclose(bare.E1max, exact, rtol=1e-6)
     np.testing.assert_allclose(tmd["reduction"], 1 - tmd.E1max / exact, rtol=1e-9)
@@ -70,13 +70,13 @@ def test_dampers_are_compared_with_the_structure_alone(here):
     assert np.isnan(bare.peak_reduction)
     assert np.isnan(bare["reduction"]).all()
     assert np.isnan(bare["E2max"]).all()
-    assert (found["SSul NES, Set 6"]["impact_count"] > 0).any()
+    assert (archive["SSul NES, Set 6"]["impact_count"] > 0).any()
     assert not tmd.cycles().size
     with pytest.raises(nv.RequestError, match="case = 'x' is not there; allowed: without damper"):
-        found["x"]
+        archive["x"]
     with pytest.raises(nv.RequestError, match="'y' is not recorded along curves; allowed: E1max"):
         tmd["y"]
-    data = found.to_xarray()
+    data = archive.to_xarray()
     assert data["E1max"].dims == ("case", "omega", "start")
     assert data["case"].values.tolist() == names
 
@@ -102,10 +102,10 @@ def test_the_archive_is_verified_repeated_and_redrawn(here, answer, refusal):
     assert "response curves" in refusal("rerun", "a.h5", "--shard", "1/2")
     with nv.read("a.h5") as view:
         again = load_curves(tomllib.loads(view.text("scan")))
-    found = nv.open_archive("a.h5")
-    assert again.to_toml() == found.request.to_toml()
+    archive = nv.open_archive("a.h5")
+    assert again.to_toml() == archive.request.to_toml()
     assert [case.panel for case in again.cases] == [1, 1, 2]
-    first, second = found.plot().axes
+    first, second = archive.plot().axes
     assert first.get_title(loc="left") == "(a)  unilateral"
     colors = [to_hex(line.get_color()) for line in second.get_lines()[1:]]
     assert colors == [again.cases[2].color]
@@ -135,12 +135,14 @@ def test_an_interrupted_run_keeps_what_is_complete(here, monkeypatch):
 @pytest.mark.kernels
 def test_the_reduction_stands_below_and_zero_is_marked(here):
     assert main(["--system", "tmd", *SHORT, "-o", "a.h5"]) == 0
-    found = nv.open_archive("a.h5")
-    upper, lower = found.plot().axes
+    archive = nv.open_archive("a.h5")
+    upper, lower = archive.plot().axes
     assert lower.get_ylabel() == "reduction [%]"
     zero, curve = lower.get_lines()
     assert set(zero.get_ydata()) == {0}
-    np.testing.assert_array_equal(curve.get_ydata(), 100 * found["Tuned mass damper"]["reduction"])
+    np.testing.assert_array_equal(
+        curve.get_ydata(), 100 * archive["Tuned mass damper"]["reduction"]
+    )
     assert upper.get_xlim() == lower.get_xlim() == (6.0, 6.6)
 
 
@@ -152,19 +154,19 @@ def test_curves_show_any_number_of_the_response(here):
     assert main([*systems, "--show", ",".join(shown), "--log", *SHORT, "-o", "a.h5"]) == 0
     scan = ["bifurcation", "--system", "ssbl", "--set", "P=1200", "--record", "energy,response"]
     assert console([*scan, *SHORT, "-o", "b.h5"]) == 0
-    found = nv.open_archive("a.h5")
-    ssbl, tmd = found["SSbl NES"].numbers, found["Tuned mass damper"].numbers
+    archive = nv.open_archive("a.h5")
+    ssbl, tmd = archive["SSbl NES"].numbers, archive["Tuned mass damper"].numbers
     with nv.read("b.h5") as one:
         for name in shown[:3]:
             assert ssbl[name].tolist() == one[name].tolist(), name
         assert ssbl["force_max"].tolist() == one["force_max"].max(axis=-1).tolist()
     assert np.isnan(tmd["force_max"]).all()
-    p, bare = nv.load_system("none", P=1200).parameters, found[ALONE]
+    p, bare = nv.load_system("none", P=1200).parameters, archive[ALONE]
     omega = bare.values
     size = p["P"] / np.abs(p["k1"] - p["m1"] * omega**2 + 1j * omega * p["c1"])
     np.testing.assert_allclose(bare["x1_max"], size, rtol=1e-6)
     np.testing.assert_allclose(bare["v1_rms"], omega * size / np.sqrt(2), rtol=1e-6)
-    panels = found.plot().axes[: len(shown)]
+    panels = archive.plot().axes[: len(shown)]
     labels = ["largest displacement [m]", "rms velocity [m/s]", "largest stroke [m]",
               "largest contact force [N]"]  # fmt: skip
     assert [axes.get_ylabel() for axes in panels] == labels
@@ -222,9 +224,9 @@ def test_irregular_responses_are_shaded(here):
         "set": {"K": 2.5e7},
         "curves": [{"label": "set 6"}],
     }
-    found = nv.response_curves(document, to="a.h5", quiet=True)
-    regime = found["set 6"]["regime"]
-    patches = found.plot().axes[0].patches
+    curves = nv.response_curves(document, to="a.h5", quiet=True)
+    regime = curves["set 6"]["regime"]
+    patches = curves.plot().axes[0].patches
     with nv.read("a.h5") as view:
         words = view.flags("regime")
     irregular = [words[code] in ("chaotic", "quasiperiodic") for code in regime.tolist()]
@@ -242,9 +244,9 @@ def test_any_archive_of_dampers_has_a_panel_of_reductions(tmp_path):
     request = load_curves(document)
     energies = {"E1max": np.array([3.0, 2.0, 1.0]), "reduction": np.array([0.1, 0.2, 0.3])}
     path = paper_results.write_curves(tmp_path / "a.h5", request, [energies, energies])
-    found = nv.open_archive(path)
-    assert [axes.get_ylabel()[:6] for axes in found.plot().axes] == ["energy"]
-    (lower,) = found.plot(show="reduction").axes
+    archive = nv.open_archive(path)
+    assert [axes.get_ylabel()[:6] for axes in archive.plot().axes] == ["energy"]
+    (lower,) = archive.plot(show="reduction").axes
     assert lower.get_ylabel() == "reduction [%]"
     _, curve = [line for line in lower.get_lines() if line.get_marker() != "o"]
     assert curve.get_ydata().tolist() == [10.0, 20.0, 30.0]
@@ -292,8 +294,8 @@ def test_archives_tell_regimes_along_curves_without_a_verdict(here):
     assert main(["--system", "ssul-set6", *vary, "-o", "a.h5"]) == 0
     scan = ["bifurcation", "--system", "ssul-set6", "--record", "regime", *vary, "-o", "b.h5"]
     assert console(scan) == 0
-    found = nv.open_archive("a.h5")
-    curve = found["SSul NES, Set 6"]
+    archive = nv.open_archive("a.h5")
+    curve = archive["SSul NES, Set 6"]
     with nv.read("b.h5") as view:
         labels, periods = view["label"][:, 0].tolist(), view["periodicity"][:, 0]
     words = [label.rpartition(" ")[2].replace("T", "") for label in labels]
@@ -304,7 +306,7 @@ def test_archives_tell_regimes_along_curves_without_a_verdict(here):
     assert np.count_nonzero(seen) >= 5
     assert cycles[seen].tolist() == np.array(words)[seen].tolist()
     assert len(set(cycles[seen])) > 1
-    assert found[ALONE].cycles().size == 0
+    assert archive[ALONE].cycles().size == 0
 
 
 def test_nothing_is_clipped_without_a_sign():
@@ -390,14 +392,14 @@ def test_python_takes_systems_names_files_and_documents(here):
         "sampling": {"transient": 20, "periods": 4},
     }
     mine = nv.load_system("tmd", c2=50.0)
-    found = nv.response_curves([mine, "tmd"], to="a.h5", set={"P": 400.0}, **tables)
-    assert found.request.title == "Response curves, P = 400 N, ω from 6 to 6.3 rad/s"
-    assert len(found.curves) == 3
+    curves = nv.response_curves([mine, "tmd"], to="a.h5", set={"P": 400.0}, **tables)
+    assert curves.request.title == "Response curves, P = 400 N, ω from 6 to 6.3 rad/s"
+    assert len(curves.curves) == 3
     assert nv.response_curves("page.toml", to="b.h5", **tables).curves[0].values.tolist() == [
         6.0,
         6.3,
     ]
-    assert nv.response_curves(found.request, to="c.h5").request.hash == found.request.hash
+    assert nv.response_curves(curves.request, to="c.h5").request.hash == curves.request.hash
     with nv.read("a.h5") as view:
         assert (view["status"] == OK).all()
 
@@ -421,8 +423,8 @@ def test_a_wrong_file_is_one_line(here, refusal, old, new, words):
 
 
 def test_a_dry_run_says_what_would_be_done(here, answer):
-    told = answer("response-curves", "page.toml", "--plot", "a.png", "--dry-run")
-    assert told.count("curve: ") == 3
-    assert "100 + 10 each, 1650 in all" in told
-    assert "page.h5" in told
+    text = answer("response-curves", "page.toml", "--plot", "a.png", "--dry-run")
+    assert text.count("curve: ") == 3
+    assert "100 + 10 each, 1650 in all" in text
+    assert "page.h5" in text
     assert sorted(path.name for path in here.iterdir()) == ["page.toml"]

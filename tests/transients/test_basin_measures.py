@@ -38,37 +38,37 @@ def newton_basins(size, roots):
 
 
 def test_a_straight_boundary_has_exponent_one():
-    found = uncertainty_exponent(half_planes(800))
-    assert found.exponent == pytest.approx(1.0, abs=0.005)
-    assert abs(found.exponent - 1.0) < 3 * found.error
-    assert found.distances.tolist() == [1, 2, 4, 8, 16, 32, 64]
+    exponent = uncertainty_exponent(half_planes(800))
+    assert exponent.exponent == pytest.approx(1.0, abs=0.005)
+    assert abs(exponent.exponent - 1.0) < 3 * exponent.error
+    assert exponent.distances.tolist() == [1, 2, 4, 8, 16, 32, 64]
     # of the pairs in rows as many differ as the boundary is wide, in columns 0.37 of these at most
-    assert found.shares[3] == pytest.approx(8 * found.shares[0], rel=0.01)
+    assert exponent.shares[3] == pytest.approx(8 * exponent.shares[0], rel=0.01)
 
 
 def test_a_fractal_boundary_has_the_exponent_of_its_dimension():
-    found = uncertainty_exponent(tent_basins(3**8, 600), longest=256)
-    known = 1 - np.log(2) / np.log(3)
-    assert found.exponent == pytest.approx(known, abs=0.02)
-    assert abs(found.exponent - known) < 3 * found.error < 0.05
+    exponent = uncertainty_exponent(tent_basins(3**8, 600), longest=256)
+    expected = 1 - np.log(2) / np.log(3)
+    assert exponent.exponent == pytest.approx(expected, abs=0.02)
+    assert abs(exponent.exponent - expected) < 3 * exponent.error < 0.05
 
 
 def test_riddled_basins_have_exponent_zero_and_the_greatest_entropy():
     plane = np.random.default_rng(5).integers(0, 3, (600, 600))
     assert uncertainty_exponent(plane).exponent == pytest.approx(0.0, abs=0.001)
-    found = basin_entropy(plane)
+    entropy = basin_entropy(plane)
     # 400 draws from three: ln 3, less (3 - 1) / (2 * 400) for so few draws
-    assert found.basin == found.boundary == pytest.approx(np.log(3) - 1 / 400, abs=2e-4)
-    assert found.fractal
+    assert entropy.basin == entropy.boundary == pytest.approx(np.log(3) - 1 / 400, abs=2e-4)
+    assert entropy.fractal
 
 
 def test_entropy_of_a_straight_boundary_is_below_ln_2():
     plane = np.zeros((400, 400), np.int64)
     plane[:, 190:] = 7  # parts the boxes of the tenth column of boxes in halves
-    found = basin_entropy(plane)
-    assert (found.boxes, found.boundary_boxes) == (400, 20)
-    assert found.boundary == pytest.approx(np.log(2))
-    assert found.basin == pytest.approx(np.log(2) / 20)
+    entropy = basin_entropy(plane)
+    assert (entropy.boxes, entropy.boundary_boxes) == (400, 20)
+    assert entropy.boundary == pytest.approx(np.log(2))
+    assert entropy.basin == pytest.approx(np.log(2) / 20)
     slanted = basin_entropy(half_planes(800))
     assert 0.3 < slanted.boundary < np.log(2)
     assert not slanted.fractal

@@ -12,40 +12,40 @@ RELAPSED = (1, 1, 1, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0)
 
 
 def test_the_textbook_example():
-    found = survival(WEEKS, RELAPSED)
-    assert found.times.tolist() == [6, 7, 10, 13, 16, 22, 23]
-    assert found.at_risk.tolist() == [21, 17, 15, 12, 11, 7, 6]
-    assert found.ended.tolist() == [3, 1, 1, 1, 1, 1, 1]
+    curve = survival(WEEKS, RELAPSED)
+    assert curve.times.tolist() == [6, 7, 10, 13, 16, 22, 23]
+    assert curve.at_risk.tolist() == [21, 17, 15, 12, 11, 7, 6]
+    assert curve.ended.tolist() == [3, 1, 1, 1, 1, 1, 1]
     printed = [0.8571, 0.8067, 0.7529, 0.6902, 0.6275, 0.5378, 0.4482]
-    np.testing.assert_allclose(found.share, printed, atol=5e-5)
-    assert found.quantile(0.5) == 23
-    assert np.isnan(found.quantile(0.9))
+    np.testing.assert_allclose(curve.share, printed, atol=5e-5)
+    assert curve.quantile(0.5) == 23
+    assert np.isnan(curve.quantile(0.9))
 
 
 def test_the_interval_is_that_of_log_minus_log_with_greenwoods_variance():
-    found = survival(WEEKS, RELAPSED, level=0.95)
-    terms = found.ended / (found.at_risk * (found.at_risk - found.ended))
-    width = 1.959964 * np.sqrt(np.cumsum(terms)) / np.abs(np.log(found.share))
-    np.testing.assert_allclose(found.low, found.share ** np.exp(width), rtol=1e-6)
-    np.testing.assert_allclose(found.high, found.share ** np.exp(-width), rtol=1e-6)
+    curve = survival(WEEKS, RELAPSED, level=0.95)
+    terms = curve.ended / (curve.at_risk * (curve.at_risk - curve.ended))
+    width = 1.959964 * np.sqrt(np.cumsum(terms)) / np.abs(np.log(curve.share))
+    np.testing.assert_allclose(curve.low, curve.share ** np.exp(width), rtol=1e-6)
+    np.testing.assert_allclose(curve.high, curve.share ** np.exp(-width), rtol=1e-6)
 
 
 def test_without_censoring_it_is_the_share_that_is_left():
     times = np.array([3.0, 1.0, 2.0, 2.0, 5.0])
-    found = survival(times, np.ones(5, dtype=bool))
-    np.testing.assert_allclose(found.share, [0.8, 0.4, 0.2, 0.0], atol=1e-15)
-    assert [found.quantile(q) for q in (0.2, 0.5, 1.0)] == [1.0, 2.0, 5.0]
+    curve = survival(times, np.ones(5, dtype=bool))
+    np.testing.assert_allclose(curve.share, [0.8, 0.4, 0.2, 0.0], atol=1e-15)
+    assert [curve.quantile(q) for q in (0.2, 0.5, 1.0)] == [1.0, 2.0, 5.0]
 
 
 def test_what_ends_and_what_is_last_watched_at_one_time():
-    found = survival([2.0, 2.0, 3.0], [True, False, True])
-    np.testing.assert_allclose(found.share, [2 / 3, 0.0], atol=1e-15)
+    curve = survival([2.0, 2.0, 3.0], [True, False, True])
+    np.testing.assert_allclose(curve.share, [2 / 3, 0.0], atol=1e-15)
 
 
 def test_nothing_that_ended_leaves_everything():
-    found = survival([4.0, 7.0], [False, False])
-    assert found.times.size == found.low.size == 0
-    assert np.isnan(found.quantile(0.1))
+    curve = survival([4.0, 7.0], [False, False])
+    assert curve.times.size == curve.low.size == 0
+    assert np.isnan(curve.quantile(0.1))
     law = decay([4.0, 7.0], [False, False])
     assert (law.rate, law.low, law.ended, law.mean) == (0.0, 0.0, 0, np.inf)
     assert law.high == pytest.approx(-np.log(0.025) / 11)
@@ -76,9 +76,9 @@ def test_the_curve_covers_a_known_one():
     for _ in range(300):
         times = generator.exponential(100.0, 80)
         watched = generator.uniform(50.0, 300.0, 80)
-        found = survival(np.minimum(times, watched), times <= watched)
-        place = np.searchsorted(found.times, 60.0) - 1
-        covered += found.low[place] <= np.exp(-0.6) <= found.high[place]
+        curve = survival(np.minimum(times, watched), times <= watched)
+        place = np.searchsorted(curve.times, 60.0) - 1
+        covered += curve.low[place] <= np.exp(-0.6) <= curve.high[place]
     assert 0.92 <= covered / 300 <= 0.98
 
 

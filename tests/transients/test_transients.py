@@ -30,11 +30,11 @@ def ensemble(delay=50.0):
 
 
 def test_what_has_a_lifetime_counts_and_what_was_watched_is_censored():
-    found = ensemble()
-    assert found.times.tolist() == [4, 90, 210, 900, 12]
-    assert found.ended.tolist() == [True, True, True, False, True]
-    np.testing.assert_allclose(found.survival.share, [0.8, 0.6, 0.4, 0.2])
-    assert (found.decay.ended, found.decay.exposure) == (2, 40 + 160 + 850)
+    lifetimes = ensemble()
+    assert lifetimes.times.tolist() == [4, 90, 210, 900, 12]
+    assert lifetimes.ended.tolist() == [True, True, True, False, True]
+    np.testing.assert_allclose(lifetimes.survival.share, [0.8, 0.6, 0.4, 0.2])
+    assert (lifetimes.decay.ended, lifetimes.decay.exposure) == (2, 40 + 160 + 850)
 
 
 def test_shares_are_those_of_final_regimes():
@@ -77,8 +77,8 @@ def test_the_picture_shows_curve_law_censoring_and_shares():
     figure = draw_ensemble(ensemble(), "a test")
     curve, bars = figure.axes
     assert curve.get_yscale() == "log"
-    told = [text.get_text() for text in curve.get_legend().get_texts()]
-    assert [text.split()[0] for text in told] == ["not", "its", "no", r"$\exp(-t/\tau)$,"]
+    labels = [text.get_text() for text in curve.get_legend().get_texts()]
+    assert [text.split()[0] for text in labels] == ["not", "its", "no", r"$\exp(-t/\tau)$,"]
     step = curve.get_lines()[0]
     np.testing.assert_allclose(step.get_ydata(), [1, 0.8, 0.6, 0.4, 0.2, 0.2])
     assert bars.get_yticklabels()[0].get_text() == "T,0"
@@ -102,17 +102,17 @@ def test_without_lifetimes_only_the_shares_are_drawn():
 
 @pytest.mark.kernels
 def test_the_command_stores_tells_and_draws(here, answer):
-    told = answer("transients", *OPTIONS, "-o", "a.h5")
-    assert "K = 2.5e+07 N/m^1.5: 40 starts" in told
-    assert told.endswith("a.h5\na.png\n")
+    text = answer("transients", *OPTIONS, "-o", "a.h5")
+    assert "K = 2.5e+07 N/m^1.5: 40 starts" in text
+    assert text.endswith("a.h5\na.png\n")
     with nv.read("a.h5") as archive:
-        found = ensemble_of(archive, delay=50.0)
+        stored = ensemble_of(archive, delay=50.0)
         settled = archive["settling"].ravel() >= 0
-    assert found.labels.size == 40
-    np.testing.assert_array_equal(found.ended, settled)
-    assert (found.times[~found.ended] == 240).all()  # all that was watched, without a stage
-    assert 0 < found.ended.sum() < 40
-    assert found.decay.low < 1 / 180 < found.decay.high  # of 1000 starts watched to the end
+    assert stored.labels.size == 40
+    np.testing.assert_array_equal(stored.ended, settled)
+    assert (stored.times[~stored.ended] == 240).all()  # all that was watched, without a stage
+    assert 0 < stored.ended.sum() < 40
+    assert stored.decay.low < 1 / 180 < stored.decay.high  # of 1000 starts watched to the end
 
 
 @pytest.mark.kernels

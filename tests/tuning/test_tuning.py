@@ -79,7 +79,7 @@ def test_the_canonical_file_means_the_same():
 
 
 @pytest.mark.parametrize(
-    ("source", "changes", "said"),
+    ("source", "changes", "message"),
     [
         ("none", {}, "no damper"),
         ("ssul-set6", {"free": {"k3": {}}}, "did you mean 'k2'"),
@@ -103,8 +103,8 @@ def test_the_canonical_file_means_the_same():
         ({"free": []}, {}, "must be a table"),
     ],
 )
-def test_a_wrong_request_is_one_line(source, changes, said, error_of):
-    assert said in error_of(load_tuning, source, changes)
+def test_a_wrong_request_is_one_line(source, changes, message, error_of):
+    assert message in error_of(load_tuning, source, changes)
 
 
 @pytest.mark.kernels
@@ -130,23 +130,23 @@ def test_designs_and_the_unit_cube_belong_together():
 @pytest.mark.kernels
 def test_the_objective_is_the_peak_of_all_cases():
     tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.21, 6.28]}}})
-    found = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))
-    assert found[0, 0] == pytest.approx(660.435, abs=1e-3)  # exact, from the transfer function
-    assert found[0, 2:].tolist() == [OK, 0]
+    results = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))
+    assert results[0, 0] == pytest.approx(660.435, abs=1e-3)  # exact, from the transfer function
+    assert results[0, 2:].tolist() == [OK, 0]
     tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.28]}}})
-    found = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))
-    assert found[0, 0] == pytest.approx(635.107, abs=1e-3)
+    results = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))
+    assert results[0, 0] == pytest.approx(635.107, abs=1e-3)
 
 
 @pytest.mark.kernels
 def test_a_perturbed_trial_is_the_perturbed_system():
     tuning = load_tuning("tmd", {"over": {"P": {"values": [400.0, 800.0]}}})
     trials = Trials(np.array([[600.0, 262.0]]), np.array([1.01]), np.array([2.0]), np.ones(1))
-    found = Objective(tuning).results(trials)[0]
+    results = Objective(tuning).results(trials)[0]
     system = nv.load_system("tmd", k2=600.0, c2=262.0, P=800.0, omega=6.28 * 1.01)
     orbit = nv.simulate(system, 2, transient=300, record=("section", "energy"))
-    assert found[0] == pytest.approx(orbit.E1max, rel=1e-9)  # settled, wherever it began
-    assert found[3] == 1  # the cases in ascending order of P
+    assert results[0] == pytest.approx(orbit.E1max, rel=1e-9)  # settled, wherever it began
+    assert results[3] == 1  # the cases in ascending order of P
 
 
 @pytest.mark.kernels
@@ -171,10 +171,10 @@ def test_more_periods_tell_what_had_not_settled():
 def test_a_design_that_fails_is_infinitely_bad():
     tuning = load_tuning("tmd", {"free": {"k2": bounds(1.0, 1e14)}})
     points = np.array([[600.0, 262.0], [1e14, 262.0], [700.0, 200.0]])
-    found = Objective(tuning).results(Trials.at_rest(points))
-    assert found[1, 0] == np.inf
-    assert found[:, 2].tolist() == [OK, TOO_STIFF, OK]
-    assert np.isfinite(found[[0, 2], 0]).all()
+    results = Objective(tuning).results(Trials.at_rest(points))
+    assert results[1, 0] == np.inf
+    assert results[:, 2].tolist() == [OK, TOO_STIFF, OK]
+    assert np.isfinite(results[[0, 2], 0]).all()
 
 
 def test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it():
@@ -184,18 +184,18 @@ def test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it():
         status=np.array([[OK, OK], [OK, OK], [OK, DIVERGED]]),
         violations=np.zeros((3, 2)),
     )
-    found = worst(outcome)
-    assert found[:, 0].tolist() == [5.0, np.inf, np.inf]
-    assert found[:, 2].tolist() == [OK, OK, DIVERGED]
-    assert found[:, 3].tolist() == [1, 1, 1]
-    assert found[0, 1] == 8.0
-    assert np.isnan(found[1:, 1]).all()
+    worst_case = worst(outcome)
+    assert worst_case[:, 0].tolist() == [5.0, np.inf, np.inf]
+    assert worst_case[:, 2].tolist() == [OK, OK, DIVERGED]
+    assert worst_case[:, 3].tolist() == [1, 1, 1]
+    assert worst_case[0, 1] == 8.0
+    assert np.isnan(worst_case[1:, 1]).all()
 
 
 def test_a_broken_constraint_condemns_a_design():
     numbers, broken = np.ones((2, 2)), np.array([[0.0, 0.0], [0.0, 3.0]])
-    found = worst(Outcome(numbers, numbers, np.full((2, 2), OK), broken))
-    assert found[:, 0].tolist() == [1.0, np.inf]
+    worst_case = worst(Outcome(numbers, numbers, np.full((2, 2), OK), broken))
+    assert worst_case[:, 0].tolist() == [1.0, np.inf]
 
 
 def test_near_equal_optima_lie_apart():
@@ -293,8 +293,8 @@ def test_cma_finds_a_bowl_where_it_is_installed():
 def test_blocks_that_do_not_fit_a_search_are_refused(tmp_path):
     tuning = load_tuning("tmd")
     store, trials = Blocks(tmp_path / "a.h5", tuning), Trials.at_rest(np.ones((2, 2)))
-    found = np.zeros((2, 4))
-    store.save(0, {"asked": trials.table, "found": found})
+    states = np.zeros((2, 4))
+    store.save(0, {"asked": trials.table, "found": states})
     with Progress(None, "design", quiet=True) as progress:
         log = Log(tuning, store, progress)
         assert log.evaluate(trials, "global", 0).tolist() == [0.0, 0.0]
@@ -306,29 +306,29 @@ def test_blocks_that_do_not_fit_a_search_are_refused(tmp_path):
 @pytest.mark.long
 @pytest.mark.parametrize("k2", [bounds(10.0, 1e4), bounds(100.0, 1500.0)])
 def test_every_seed_beats_table_1(k2, tmp_path):
-    found = nv.tune("ssul-set1", tmp_path / "a.h5", free={"k2": k2}, search={"seeds": 5})
-    assert len(found.spread) == 5
-    assert max(found.spread.values()) <= TABLE_1_BEST
-    assert found.objective == min(found.spread.values())
+    tuned = nv.tune("ssul-set1", tmp_path / "a.h5", free={"k2": k2}, search={"seeds": 5})
+    assert len(tuned.spread) == 5
+    assert max(tuned.spread.values()) <= TABLE_1_BEST
+    assert tuned.objective == min(tuned.spread.values())
 
 
 @pytest.mark.long
 def test_every_seed_finds_the_best_linear_damper_of_a_band(tmp_path):
     band = {"omega": {"start": 5.0, "stop": 8.0, "num": 61}}
-    found = nv.tune("tmd", tmp_path / "a.h5", over=band, search={"seeds": 5})
-    assert max(found.spread.values()) <= 161.0
-    assert found.parameters["k2"] == pytest.approx(2083, rel=0.01)
-    assert found.parameters["c2"] == pytest.approx(112, rel=0.03)
+    tuned = nv.tune("tmd", tmp_path / "a.h5", over=band, search={"seeds": 5})
+    assert max(tuned.spread.values()) <= 161.0
+    assert tuned.parameters["k2"] == pytest.approx(2083, rel=0.01)
+    assert tuned.parameters["c2"] == pytest.approx(112, rel=0.03)
 
 
 def test_a_value_that_a_search_left_at_its_bound_is_printed_as_the_bound():
     tuning = load_tuning({"system": "ssul-set6"})
     names = {"k2": 500.0, "c2": 1000.0 * (1 - 1e-9), "C": 8.6904e-09}
     best = Optimum({name: names[name] for name in tuning.names}, 80.0, {"none": 80.0})
-    found = Tuned(tuning, (best,), {0: 80.0}, 10, 0, ArchivePath.of("none.h5"))
-    row = next(line for line in found.lines() if "(none)" in line).split()
+    tuned = Tuned(tuning, (best,), {0: 80.0}, 10, 0, ArchivePath.of("none.h5"))
+    row = next(line for line in tuned.lines() if "(none)" in line).split()
     assert dict(zip(tuning.names, row, strict=False)) == {"k2": "500", "c2": "1000", "C": "0"}
-    remarks = [line for line in found.lines() if "bound" in line]
+    remarks = [line for line in tuned.lines() if "bound" in line]
     assert [line.partition(":")[0] for line in remarks] == [
         "c2 stands at its bound 1000", "C stands at its bound 0"
     ]  # fmt: skip
@@ -347,8 +347,8 @@ def test_optima_are_judged_again_by_draws_that_the_search_did_not_have(tmp_path)
     fresh = np.sort(peaks)[math.ceil(0.9 * 1024) - 1]
     assert tuned.objective == pytest.approx(fresh, rel=1e-5)
     assert abs(tuned.best.searched - fresh) > 1e-4 * fresh  # by eight draws
-    told = "\n".join(tuned.lines())
-    assert f"{fresh:.4g}" in told
+    text = "\n".join(tuned.lines())
+    assert f"{fresh:.4g}" in text
     with nv.read(tuned.path) as view:
         assert view["optimum_fresh"][0] == tuned.objective
 

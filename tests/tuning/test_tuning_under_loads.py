@@ -83,15 +83,15 @@ def test_options_mean_the_same_as_a_file(file, capsys):
              "--over", "scale=0.5,1", "--uncertain", "k1=5%", "--uncertain", "m1=20:uniform",
              "--load", "tone:amplitude=3,omega=6", "--quantile", "0.9", "--draws", "4"]  # fmt: skip
     assert main([*words, "--dry-run"]) == 0
-    said = capsys.readouterr().out
+    out = capsys.readouterr().out
     for line in ("load:     a blow of 900 N s + tone", "draws:    m1 ±20 (uniform)",
                  "90 % quantile of the largest last_1 of all cases over 4 draws", "10 orbits each",
                  "followed: 9 s each"):  # fmt: skip
-        assert line in said
+        assert line in out
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({**BLOW, "sampling": {"periods": 3}}, "periods is not used under a load"),
         ({"sampling": {"duration": 3.0}}, "duration is not used without [load]"),
@@ -129,8 +129,8 @@ def test_options_mean_the_same_as_a_file(file, capsys):
         ({"uncertain": {"k1": "4%"}, "search": {"draws": 65536}}, "allowed: up to"),
     ],
 )  # fmt: skip
-def test_a_wrong_request_is_one_line(changes, said, error_of):
-    assert said in error_of(load_tuning, "tmd", changes)
+def test_a_wrong_request_is_one_line(changes, message, error_of):
+    assert message in error_of(load_tuning, "tmd", changes)
 
 
 def test_walls_bring_objectives_of_their_own():
@@ -140,12 +140,12 @@ def test_walls_bring_objectives_of_their_own():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [("k1", "must be NAME=SPREAD"), ("k1=x", "--uncertain k1 = 'x' must be a number")],
 )
-def test_a_wrong_option_is_one_line(text, said, capsys):
+def test_a_wrong_option_is_one_line(text, message, capsys):
     assert main(["--uncertain", text]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 # ---- what is drawn -------------------------------------------------------------------------------
@@ -159,16 +159,16 @@ def test_a_share_of_a_negative_value_has_its_size():
 
 def test_draws_are_quantiles_of_their_distributions_at_sobol_points():
     what = (Uncertain("k1", 5.0, True), Uncertain("m1", 20.0, False, "uniform"))
-    found = places_of(what, 64, 7)
+    places = places_of(what, 64, 7)
     points = qmc.Sobol(2, scramble=True, seed=7).random_base2(6)
-    assert found[0].tolist() == [0.0, 0.0]
-    np.testing.assert_allclose(found[1:, 0], truncnorm(-CUT, CUT).ppf(points[:, 0]), atol=2e-9)
-    np.testing.assert_allclose(found[1:, 1], 2 * points[:, 1] - 1, atol=1e-15)
-    assert found[1:].mean(axis=0) == pytest.approx([0, 0], abs=0.05)  # evenly spread
-    assert found[1:].std(axis=0) == pytest.approx([0.9866, 1 / math.sqrt(3)], rel=0.03)
-    assert not np.array_equal(places_of(what, 64, 8), found)
-    np.testing.assert_allclose(what[0].at(200.0, found[:, 0]), 200 * (1 + 0.05 * found[:, 0]))
-    np.testing.assert_allclose(what[1].at(200.0, found[:, 1]), 200 + 20 * found[:, 1])
+    assert places[0].tolist() == [0.0, 0.0]
+    np.testing.assert_allclose(places[1:, 0], truncnorm(-CUT, CUT).ppf(points[:, 0]), atol=2e-9)
+    np.testing.assert_allclose(places[1:, 1], 2 * points[:, 1] - 1, atol=1e-15)
+    assert places[1:].mean(axis=0) == pytest.approx([0, 0], abs=0.05)  # evenly spread
+    assert places[1:].std(axis=0) == pytest.approx([0.9866, 1 / math.sqrt(3)], rel=0.03)
+    assert not np.array_equal(places_of(what, 64, 8), places)
+    np.testing.assert_allclose(what[0].at(200.0, places[:, 0]), 200 * (1 + 0.05 * places[:, 0]))
+    np.testing.assert_allclose(what[1].at(200.0, places[:, 1]), 200 + 20 * places[:, 1])
 
 
 @pytest.mark.parametrize(("relative", "spread"), [(True, 5.0), (False, 0.1)])
@@ -184,9 +184,9 @@ def test_a_design_is_judged_by_mean_or_quantile_and_nothing_is_made_of_what_fail
     fine = np.column_stack([draws, 10 * draws, np.full(9, OK), draws % 3])
     failed = fine.copy()
     failed[4, [0, 2]] = np.inf, TOO_STIFF
-    found = over_draws(np.array([fine, failed]), None, 0.75)
-    assert found[0].tolist() == [4.5, 90, OK, 0, 9, 4.5, 6]
-    assert found[1].tolist() == [np.inf, 90, TOO_STIFF, 0, 9, np.inf, 7]
+    numbers = over_draws(np.array([fine, failed]), None, 0.75)
+    assert numbers[0].tolist() == [4.5, 90, OK, 0, 9, 4.5, 6]
+    assert numbers[1].tolist() == [np.inf, 90, TOO_STIFF, 0, 9, np.inf, 7]
     by_quantile = over_draws(np.array([fine, failed]), 0.75, 0.75)
     assert by_quantile[:, 0].tolist() == [6, 7]
     assert by_quantile[:, 2].tolist() == [OK, OK]
@@ -196,10 +196,10 @@ def test_a_design_is_judged_by_mean_or_quantile_and_nothing_is_made_of_what_fail
 def test_the_worst_case_is_found_in_each_draw():
     values = np.array([[[1.0, 5.0], [7.0, np.nan], [2.0, 1.0]]])
     plain = np.zeros(values.shape)
-    found = worst(Outcome(values, 10 * values, np.full(values.shape, OK), plain))
-    assert found[0, :, 0].tolist() == [5, np.inf, 2]
-    assert found[0, :, 3].tolist() == [1, 1, 0]
-    assert found[0, [0, 2], 1].tolist() == [50, 20]
+    worst_case = worst(Outcome(values, 10 * values, np.full(values.shape, OK), plain))
+    assert worst_case[0, :, 0].tolist() == [5, np.inf, 2]
+    assert worst_case[0, :, 3].tolist() == [1, 1, 0]
+    assert worst_case[0, [0, 2], 1].tolist() == [50, 20]
 
 
 def test_a_winner_under_a_load_is_disturbed_in_one_way_at_a_time():
@@ -226,11 +226,11 @@ def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
 
     def numbers_of(history, system, grid, each, tell):
         for i, load in enumerate(each):
-            own = system.with_(**{name: values[i] for name, values in grid.items()})
-            seen.append((own.parameters, load))
+            drawn = system.with_(**{name: values[i] for name, values in grid.items()})
+            seen.append((drawn.parameters, load))
         failed, nothing = np.full(len(each), TOO_STIFF), np.zeros(len(each))
-        told = {"last_1": nothing, "E2max": nothing}
-        return {**told, "status": failed, "violations": nothing}
+        numbers = {"last_1": nothing, "E2max": nothing}
+        return {**numbers, "status": failed, "violations": nothing}
 
     monkeypatch.setattr("nlds_vines.tuning.objective.numbers_of", numbers_of)
     noise = {"noise": {"rms": 2.0, "high": 20.0, "seed": 5}}
@@ -240,9 +240,9 @@ def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
         "uncertain": {"k2": "10%", "scale": 0.01}, "search": {"draws": 2},
     })  # fmt: skip
     trials = Trials(DESIGN, np.array([1.01]), np.zeros(1), np.array([1.1]))
-    found = Objective(tuning).results(trials)
-    assert found[0].tolist()[2:4] == [TOO_STIFF, 0]
-    assert found[0, 0] == np.inf
+    results = Objective(tuning).results(trials)
+    assert results[0].tolist()[2:4] == [TOO_STIFF, 0]
+    assert results[0, 0] == np.inf
     places = places_of(tuning.uncertain, 2, 0)
     assert len(seen) == 6
     in_order = ((draw, rms) for draw in range(3) for rms in (1.0, 2.0))
@@ -262,14 +262,14 @@ def test_the_objective_is_the_worst_decay(name):
     over = {"impulse": {"values": [300.0, 1000.0]}}
     tuning = load_tuning("ssul-set6", {**BLOW, "over": over, "search": {"objective": name}})
     points = np.array([[500.0, 80.0, 0.1], [900.0, 60.0, 0.05]])
-    found = Objective(tuning).results(Trials.at_rest(points))
-    for row, (k2, c2, C) in zip(found, points, strict=True):
+    results = Objective(tuning).results(Trials.at_rest(points))
+    for row, (k2, c2, C) in zip(results, points, strict=True):
         system = nv.load_system("ssul-set6", k2=k2, c2=c2, C=C)
-        told = [
+        numbers = [
             nv.response_history(system, impulse=i, duration=12.0, quiet=True)
             for i in (300.0, 1000.0)
         ]
-        values = [next(iter(one.results.values())).numbers[name] for one in told]
+        values = [next(iter(one.results.values())).numbers[name] for one in numbers]
         assert row[0] == pytest.approx(max(values), rel=1e-11)
         assert row[3] == int(np.argmax(values))
 
@@ -278,32 +278,32 @@ def test_the_objective_is_the_worst_decay(name):
 def test_a_linear_damper_of_an_uncertain_structure_against_its_transfer_function():
     uncertain = {"k1": "5%", "P": {"spread": 50.0, "law": "uniform"}}
     tuning = load_tuning("tmd", {"uncertain": uncertain, "search": {"draws": 16}})
-    found = Objective(tuning).results(Trials.at_rest(DESIGN))[0]
+    results = Objective(tuning).results(Trials.at_rest(DESIGN))[0]
     p, (k2, c2) = tuning.system.parameters, DESIGN[0]
     s = 1j * p["omega"]
     energies = []
     for of_k1, of_P in places_of(tuning.uncertain, 16, 0):
         k1, P = p["k1"] * (1 + 0.05 * of_k1), p["P"] + 50.0 * of_P
         coupling = k2 + c2 * s
-        own = p["m1"] * s * s + (p["c1"] + c2) * s + k1 + k2
-        x1 = abs(P / (own - coupling**2 / (p["m2"] * s * s + coupling)))
+        impedance = p["m1"] * s * s + (p["c1"] + c2) * s + k1 + k2
+        x1 = abs(P / (impedance - coupling**2 / (p["m2"] * s * s + coupling)))
         energies.append(0.5 * x1**2 * max(k1, p["m1"] * p["omega"] ** 2))
     mean, quantile = np.mean(energies[1:]), np.sort(energies[1:])[math.ceil(0.9 * 16) - 1]
-    assert found[[0, 4, 5, 6]] == pytest.approx([mean, energies[0], mean, quantile], rel=1e-6)
+    assert results[[0, 4, 5, 6]] == pytest.approx([mean, energies[0], mean, quantile], rel=1e-6)
 
 
 @pytest.mark.kernels
 def test_noise_is_drawn_anew_in_each_draw():
     noise = {"rms": 100.0, "high": 12.0, "tones": 40, "seed": 4}
-    given = {"load": {"noise": noise}, "sampling": {"duration": 6.0}}
-    tuning = load_tuning("tmd", {**given, "search": {"draws": 2, "objective": "x1_rms"}})
-    found = Objective(tuning).results(Trials.at_rest(DESIGN))[0]
+    tables = {"load": {"noise": noise}, "sampling": {"duration": 6.0}}
+    tuning = load_tuning("tmd", {**tables, "search": {"draws": 2, "objective": "x1_rms"}})
+    results = Objective(tuning).results(Trials.at_rest(DESIGN))[0]
     system, values = nv.load_system("tmd", k2=1500.0, c2=100.0), []
     for seed in (4, 5, 6):
         load = {"noise": {**noise, "seed": seed}}
-        told = nv.response_history(system, load=load, duration=6.0, quiet=True)
-        values.append(next(iter(told.results.values())).numbers["x1_rms"])
-    assert found[[0, 4]] == pytest.approx([(values[1] + values[2]) / 2, values[0]], rel=1e-12)
+        histories = nv.response_history(system, load=load, duration=6.0, quiet=True)
+        values.append(next(iter(histories.results.values())).numbers["x1_rms"])
+    assert results[[0, 4]] == pytest.approx([(values[1] + values[2]) / 2, values[0]], rel=1e-12)
 
 
 @pytest.mark.kernels
@@ -331,14 +331,14 @@ def test_a_tuning_under_a_load_gives_the_same_bits_resumes_and_says_what_it_foun
         assert "random_start" not in one
         assert one.long_name("stretch") == "factor on the load"
         best = one["optimum_evaluation"][0]
-        told = [one[name][best] for name in ("nominal", "mean", "quantile")]
-    assert [first.best.nominal, first.best.mean, first.best.quantile] == told
+        columns = [one[name][best] for name in ("nominal", "mean", "quantile")]
+    assert [first.best.nominal, first.best.mean, first.best.quantile] == columns
     assert first.best.searched == first.best.mean
     assert first.best.worst >= first.best.searched
     assert "1024 draws that the search did not have" in "\n".join(first.lines())
-    said = "\n".join(first.lines())
-    assert "judged by the mean of last_1 over 2 draws of k1 ±3 % (normal): as given" in said
-    assert "last_1 [s]" in said
+    text = "\n".join(first.lines())
+    assert "judged by the mean of last_1 over 2 draws of k1 ±3 % (normal): as given" in text
+    assert "last_1 [s]" in text
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert nv.open_archive(again.path).objective == first.objective
@@ -347,9 +347,9 @@ def test_a_tuning_under_a_load_gives_the_same_bits_resumes_and_says_what_it_foun
 @pytest.mark.kernels
 def test_a_time_that_does_not_come_makes_a_design_inadmissible(tmp_path):
     tables = {"load": {"impulse": 1000.0}, "sampling": {"duration": 1.0}, "search": SMALL}
-    found = nv.tune("tmd", tmp_path / "a.h5", quiet=True, **tables)
-    assert found.optima == ()
-    assert "were inadmissible" in "\n".join(found.lines())
+    tuned = nv.tune("tmd", tmp_path / "a.h5", quiet=True, **tables)
+    assert tuned.optima == ()
+    assert "were inadmissible" in "\n".join(tuned.lines())
 
 
 SHAKEN = {"rectangular": {"peak": 0.2, "length": 2.0, "unit": "g"}}

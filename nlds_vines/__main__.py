@@ -32,7 +32,7 @@ USUAL = {
 UPKEEP = {
     "rerun": ("nlds_vines.upkeep.rerun", "repeat a scan from its own archive"),
     "export": ("nlds_vines.upkeep.export", "an archive as comma-separated values"),
-    "report": ("nlds_vines.explore.report.command", "a map as one page to send"),
+    "report": ("nlds_vines.explore.report", "a map as one page to send"),
     "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
 }
 """What looks after archives and the program itself."""

@@ -1,36 +1,32 @@
-"""Click a map and see its orbit: a local page of an archive, a scan or a system.
+"""The command `nlds-vines explore`, or `python -m nlds_vines.explore`: a map in a local page.
 
-As a command: `python -m nlds_vines.explore`, or `nlds-vines explore`.
+Bokeh and the kernels are imported only when the page is served.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+import socket
 from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.cli.command import Command, changes
 from nlds_vines.cli.options import SET, SYSTEM, Parser
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, shown, whole
-from nlds_vines.explore.local_port import PORT, listening
 from nlds_vines.model.system import System
 from nlds_vines.runs.interrupts import exit_without_destructors
 
-if TYPE_CHECKING:
-    import socket
+ADDRESS = "127.0.0.1"
+"""The only address at which the page is served."""
 
-    from nlds_vines.bifurcation.request import Scan
-    from nlds_vines.explore.map_data import Stored
-    from nlds_vines.explore.shared_map import Opened
+PORT = 5006
+"""The default port; 0 takes a free one."""
 
-_NAME = "explore"
-_CELLS = 401  # of the diagram of a system that is named alone
+_CELLS = 401  # of the diagram of a system without a scan
 _WINDOW = (0.7, 1.3)  # of its frequencies, in natural frequencies of the structure
 _EXAMPLES = """\
 examples:
@@ -48,92 +44,94 @@ exit status: 130 after Ctrl-C, 143 terminated; 2 the request is wrong, or the po
 """
 
 
-def _carry_out(options: argparse.Namespace) -> int:
-    port = whole("--port", options.port, 0, 65535)
-    source = None if options.source is None else Path(options.source)
-    archived = source is not None and source.suffix.lower() != ".toml"
-    if archived and (options.system is not None or options.set):
-        raise RequestError(
-            f"--system and --set beside {shown(str(source))}: an archive has its system; "
-            "the page has a slider for every parameter"
-        )
-    scan = None if archived else _scan(source, changes(options, (SYSTEM, SET), ()))
-    refuse_without_bokeh(_NAME)
-    RunOptions()  # refuses an environment in which no kernel can be loaded
-    found = None
-    if archived:
-        from nlds_vines.explore.map_data import stored
-
-        assert source is not None
-        found = stored(source)
-    if options.dry_run:
-        listening(port).close()
-        say(_described(scan if found is None else found.scan))
-        return DONE
-    return _serve(found, scan, port, not options.no_browser)
-
-
 def refuse_without_bokeh(command: str) -> None:
-    """Raise `RequestError` where Bokeh is not installed."""
+    """Raise `RequestError` if Bokeh is not installed."""
     if find_spec("bokeh") is None:
         raise RequestError(
             f"{command} needs Bokeh: python -m pip install 'nlds-vines[explore]' installs it"
         )
 
 
-def _scan(source: Path | None, changes: Mapping[str, Any]) -> Scan:
-    """Return the scan of a file, of a system that is named alone, or of Figure 8."""
-    if source is None and isinstance(changes.get("system"), System):
-        return _diagram_of(changes)
-    return load_scan(source, changes, "command line")
+def listening(port: int) -> socket.socket:
+    """Return a socket that listens on a port of this machine alone.
+
+    Raises `RequestError` if the port is taken.
+    """
+    place = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        place.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        place.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # connections inherit it
+        place.bind((ADDRESS, port))
+        place.listen(64)
+    except OSError as error:
+        place.close()
+        raise RequestError(
+            f"--port {port} of {ADDRESS} cannot be used: {error.strerror}; "
+            "--port 0 takes one that is free"
+        ) from None
+    place.setblocking(False)
+    return place
 
 
-def _diagram_of(changes: Mapping[str, Any]) -> Scan:
+def _carry_out(options: argparse.Namespace) -> int:
+    port = whole("--port", options.port, 0, 65535)
+    source = None if options.source is None else Path(options.source)
+    is_archive = source is not None and source.suffix.lower() != ".toml"
+    if is_archive and (options.system is not None or options.set):
+        raise RequestError(
+            f"--system and --set beside {shown(str(source))}: an archive has its system; "
+            "the page has a slider for every parameter"
+        )
+    document = changes(options, (SYSTEM, SET), ())
+    if is_archive:
+        scan = None
+    elif source is None and isinstance(system := document.get("system"), System):
+        scan = _diagram_of(system.with_(**document.get("set", {})))
+    else:
+        scan = load_scan(source, document, "command line")
+    refuse_without_bokeh("explore")
+    RunOptions()  # refuses an environment in which no kernel can be loaded
+    results = None
+    if is_archive:
+        from nlds_vines.explore.map_data import stored
+
+        assert source is not None
+        results = stored(source)
+        scan = results.scan
+    assert scan is not None
+    if options.dry_run:
+        listening(port).close()
+        sides = " x ".join(str(n) for n in scan.shape)
+        varied = ", ".join(axis.name for axis in scan.axes)
+        say(f"{scan.title}: {varied}, {sides} cells, {scan.starts} starts each")
+        return DONE
+    with closing(listening(port)) as place:
+        from nlds_vines.explore.map_computation import Opened
+
+        opened = Opened(results, scan)
+        opened.begin()  # loads kernels while Bokeh is imported
+        try:
+            from nlds_vines.explore.live_page import Page
+            from nlds_vines.explore.page_server import PageServer
+
+            server = PageServer(lambda document: Page(document, opened), place)
+            say(
+                scan.title, f"open {server.address}", "Ctrl-C ends it; what it computes is not kept"
+            )
+            return server.serve(not options.no_browser)
+        finally:
+            if not opened.close():
+                exit_without_destructors()
+
+
+def _diagram_of(system: System) -> Scan:
     """Return the diagram of a system around the natural frequency of its structure."""
-    system: System = changes["system"].with_(**changes.get("set", {}))
     m1, k1, _ = system.structure
     center = (k1 / m1) ** 0.5 if k1 > 0 else system.parameters["omega"]
     low, high = (factor * center for factor in _WINDOW)
     vary = {"omega": {"start": low, "stop": high, "num": _CELLS}}
     document = {"system": system.to_table(), "vary": vary, "title": system.title or system.name}
     return load_scan({**document, "start": {"policy": "rest"}})
-
-
-def _described(scan: Scan | None) -> str:
-    assert scan is not None
-    sides = " x ".join(str(n) for n in scan.shape)
-    varied = ", ".join(axis.name for axis in scan.axes)
-    return f"{scan.title}: {varied}, {sides} cells, {scan.starts} starts each"
-
-
-def _serve(found: Stored | None, scan: Scan | None, port: int, browser: bool) -> int:
-    """Serve the page of an archive or of a scan until it is ended; return the exit status.
-
-    Performance: the kernels are loaded while Bokeh is imported.
-    """
-    with closing(listening(port)) as place:
-        from nlds_vines.explore.shared_map import Opened
-
-        opened = Opened(found, scan)
-        opened.begin()
-        try:
-            return _served(opened, place, browser)
-        finally:
-            if not opened.close():
-                exit_without_destructors()
-
-
-def _served(opened: Opened, place: socket.socket, browser: bool) -> int:
-    from nlds_vines.explore.live_page import Page
-    from nlds_vines.explore.page_server import PageServer
-
-    server = PageServer(lambda document: Page(document, opened), place)
-    say(
-        opened.found.scan.title,
-        f"open {server.address}",
-        "Ctrl-C ends it; what it computes is not kept",
-    )
-    return server.serve(browser)
 
 
 def _declare(parser: Parser) -> None:
@@ -147,7 +145,7 @@ def _declare(parser: Parser) -> None:
 
 
 COMMAND = Command(
-    name=_NAME,
+    name="explore",
     description="Click a map and see its orbit: a local page in the browser.",
     examples=_EXAMPLES,
     declare=_declare,

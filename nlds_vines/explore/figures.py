@@ -1,6 +1,6 @@
-"""The Bokeh figures of a page: the map or diagram, and the panels of one orbit.
+"""The frame that all pages share, and their Bokeh figures: a map, a diagram, one orbit.
 
-Colors that depend on the theme are variables of `assets/look.css`; all others suit both.
+Colors that depend on the theme are variables of `assets/look.css`; all others suit both themes.
 """
 
 from __future__ import annotations
@@ -26,14 +26,16 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from nlds_vines.explore.live_orbit import Arrays, has
+from nlds_vines.explore.live_orbit import Arrays
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, painted_strip
+from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, chip, painted_strip
 from nlds_vines.model.system import System
+from nlds_vines.plotting.palette import DAMPERS
 from nlds_vines.plotting.style import GRAY, HUES
+from nlds_vines.portrait.request import panels_of
 
-BODY, WALL, FORCE = GRAY, HUES["vermillion"], HUES["sky"]
-"""The colors of the structure, of what is struck, and of the harmonic force."""
+BODY, FORCE, WALL = GRAY, HUES["sky"], HUES["vermillion"]
+"""The colors of the structure, of the harmonic force, and of the walls and sections."""
 
 MAP_HEIGHT, DIAGRAM_HEIGHT, STRIP_HEIGHT = 520, 430, 14
 """Heights [pixels] of a map, of a diagram, and of a row of regimes above a diagram."""
@@ -43,13 +45,13 @@ _MOST_BOXES = 20_000  # hatched boxes that a browser draws at once
 
 
 def page_file(name: str) -> str:
-    """Return the text of a file of the pages: `look.css`, `keys.js` ..."""
+    """Return the text of a file in `assets`."""
     return (files("nlds_vines.explore") / "assets" / name).read_text(encoding="utf-8")
 
 
 _WIDGET = page_file("widget.css")
 WIDE = {"sizing_mode": "stretch_width", "stylesheets": [_WIDGET]}
-"""The settings of a widget as wide as its part of the page."""
+"""The settings of a widget that fills the width of its part of the page."""
 
 
 def text(**settings: Any) -> Div:
@@ -58,7 +60,7 @@ def text(**settings: Any) -> Div:
 
 
 def theme_button() -> Button:
-    """Return the button that turns a page dark or light."""
+    """Return the button that switches between the light and the dark theme."""
     made = Button(label="◐", width=34, stylesheets=[_WIDGET], css_classes=["noprint"])
     made.js_on_click(CustomJS(code="TURN()"))
     return made
@@ -67,11 +69,11 @@ def theme_button() -> Button:
 def frame(
     document: Document, title: str, parts: Mapping[str, Sequence[Model]], **variables: Any
 ) -> None:
-    """Put the parts of a page, and the models in each, into the frame that all pages share.
+    """Put the models of each part of a page into the frame that all pages share.
 
-    Each model is laid out alone: none is drawn again because another one changes its size.
+    Each model has its own layout, so none is drawn again because another changes its size.
     """
-    with document.models.freeze():  # otherwise each root makes Bokeh count all models again
+    with document.models.freeze():  # otherwise Bokeh counts all models again for each root
         for part, models in parts.items():
             for model in models:
                 model.tags = [part, *model.css_classes]
@@ -84,7 +86,7 @@ def frame(
 
 
 def plain_figure(name: str, height: int, **settings: Any) -> Any:
-    """Return an empty figure with a name and a height [pixels]."""
+    """Return an empty figure of a height [pixels]."""
     options = {
         "tools": "pan,box_zoom,wheel_zoom,reset,save",
         "active_drag": None,
@@ -126,7 +128,7 @@ class Layer:
         )  # fmt: skip
 
     def put(self, picture: Picture, box: tuple[float, float, float, float]) -> None:
-        """Show a picture in a box (x0, x1, y0, y1); in the same box only its codes are sent."""
+        """Show an image in a box (x0, x1, y0, y1); if the box stays, only the codes are sent."""
         x0, x1, y0, y1 = box
         data = {"x": [x0], "y": [y0], "dw": [x1 - x0], "dh": [y1 - y0]}
         before, codes = self.source.data, picture.codes
@@ -142,14 +144,15 @@ class Layer:
 
 
 class MapFigure:
-    """The figure of a map or a diagram: its cells, those beneath, the mark of the chosen cell.
+    """The figure of a map or a diagram, with a mark at the chosen cell.
 
-    Attributes: `main`, the figure; `strip`, the regimes above a diagram, None if there are none.
+    Attributes: `main`, the figure; `strip`, the figure of the regimes above a diagram, or None;
+    `picture`, the image of the cells; `beneath`, the map before, visible where cells are clear.
     """
 
-    def __init__(self, found: Stored, refining: bool) -> None:
-        """Make the figures of a scan; `refining` if a rectangle can be computed finer."""
-        self.is_map = len(found.scan.axes) == 2
+    def __init__(self, results: Stored, refining: bool) -> None:
+        """Make the figures of a scan; `refining` lets a rectangle be computed finer."""
+        self.is_map = len(results.scan.axes) == 2
         drag = "box_select" if refining else "box_zoom"
         tools = "tap,pan,wheel_zoom,box_zoom,reset,save" + (",box_select" if refining else "")
         self.main = plain_figure(
@@ -157,13 +160,19 @@ class MapFigure:
             toolbar_location="above", x_range=Range1d(0, 1), y_range=Range1d(0, 1),
         )  # fmt: skip
         self.main.grid.visible = not self.is_map  # lines across cells would hide them
+        words = "map" if self.is_map else "diagram"
+        self.main.html_attributes = {
+            "role": "img",
+            "aria-label": f"{words} of {results.scan.title}; the arrow keys choose a cell, whose "
+            "values and label the page then reads out",
+        }
         self.beneath, self.picture = Layer(self.main), Layer(self.main)
         self.hatch = ColumnDataSource({"left": [], "right": [], "bottom": [], "top": []})
         self.main.quad(
             "left", "right", "bottom", "top", source=self.hatch, fill_color=None, line_color=None,
             hatch_pattern="/", hatch_color=GRAY, hatch_scale=6, hatch_weight=0.7, level="image",
         )  # fmt: skip
-        dimensions = ("height", "width")[: len(found.scan.axes)]
+        dimensions = ("height", "width")[: len(results.scan.axes)]
         self.lines = [Span(dimension=one, line_color=GRAY, line_width=1) for one in dimensions]
         for line in self.lines:
             self.main.add_layout(line)
@@ -178,8 +187,8 @@ class MapFigure:
             box.description = "compute a rectangle finer"
             box.dimensions = "both" if self.is_map else "width"
         self.strip = self.regimes = None
-        if not self.is_map and "label" in found:
-            height = 10 + STRIP_HEIGHT * min(len(found.starts), 4)
+        if not self.is_map and "label" in results:
+            height = 10 + STRIP_HEIGHT * min(len(results.starts), 4)
             self.strip = plain_figure(
                 "strip", height, tools="tap", x_range=self.main.x_range, y_range=Range1d(0, 1)
             )
@@ -188,11 +197,11 @@ class MapFigure:
 
     @property
     def figures(self) -> list[Any]:
-        """The strip, if there is one, and the map or diagram."""
+        """The strip above a diagram, if there is one, and the map or diagram."""
         return [self.main] if self.strip is None else [self.strip, self.main]
 
     def show_axes(self, places: Sequence[Places]) -> None:
-        """Show the axes of a scan from their first cell to their last."""
+        """Label the axes of a scan and let them hold all cells."""
         self.places = places
         ranges = (self.main.x_range, self.main.y_range)
         for one, span, axis in zip(
@@ -207,15 +216,15 @@ class MapFigure:
                 axis.major_label_overrides = {i: f"{values[i]:.4g}" for i in every}
 
     def show_values(self, values: np.ndarray, label: str) -> None:
-        """Let the ordinate of a diagram hold all finite values."""
-        known = values[np.isfinite(values)]
-        low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+        """Label the ordinate of a diagram and let it hold all finite values."""
+        finite = values[np.isfinite(values)]
+        low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
         room = 0.04 * ((high - low) or abs(high) or 1.0)
         _set_range(self.main.y_range, low - room, high + room)
         self.main.yaxis.axis_label = label
 
     def box(self) -> tuple[float, float, float, float]:
-        """Return the edges (x0, x1, y0, y1) of all cells of a map."""
+        """Return the outer edges (x0, x1, y0, y1) of a map."""
         first, second = self.places
         return first.low, first.high, second.low, second.high
 
@@ -225,7 +234,7 @@ class MapFigure:
         self.hatch.data = self.hatched(picture)
 
     def hatched(self, picture: Picture) -> dict[str, np.ndarray]:
-        """Return the edges of the boxes that are hatched: runs of cells one above another."""
+        """Return the edges of the hatched boxes, each a vertical run of cells; none of too many."""
         mask = np.pad(picture.codes == picture.hatched, ((1, 1), (0, 0))).astype(np.int8)
         steps = np.diff(mask, axis=0).T
         (columns, bottoms), (_, tops) = (np.nonzero(steps == step) for step in (1, -1))
@@ -237,11 +246,11 @@ class MapFigure:
         edges |= {"bottom": y0 + high * bottoms, "top": y0 + high * tops}
         return {name: values.astype(np.float32) for name, values in edges.items()}
 
-    def put_strip(self, found: Stored) -> None:
+    def put_strip(self, results: Stored) -> None:
         """Show the regimes above a diagram."""
         if self.regimes is not None:
             (first,) = self.places
-            self.regimes.put(painted_strip(found), (first.low, first.high, 0.0, 1.0))
+            self.regimes.put(painted_strip(results), (first.low, first.high, 0.0, 1.0))
 
     def choose(self, cell: tuple[int, int]) -> None:
         """Mark a cell."""
@@ -252,7 +261,7 @@ class MapFigure:
             self.mark.data = {"x": where[:1], "y": where[1:]}
 
     def cell_at(self, x: float, y: float) -> tuple[int, int] | None:
-        """Return the cell at a place of the figure; None beside the cells."""
+        """Return the cell at a place of the figure, None beside the cells."""
         where = [one.nearest(at) for one, at in zip(self.places, (x, y), strict=False)]
         first, second = (*where, 0)[:2]
         return None if first is None or second is None else (first, second)
@@ -270,43 +279,108 @@ _TIME, _PLANE, _LOW, _CIRCLE = 132, 230, 196, 146  # pixels
 class OrbitFigures:
     """The panels of one orbit: histories, force, phase planes, sections, spectrum, multipliers.
 
-    Attributes: `wide` and `narrow`, the figures as wide as the page and half of it; `planes`, the
-    phase planes by the index of their displacement in a state.
+    Attributes: `wide` and `narrow`, the figures of full and of half width; `planes`, the phase
+    planes by the index of their displacement in a state; `legend` (HTML).
     """
 
     def __init__(self, system: System) -> None:
-        """Make the panels that a system can fill."""
+        """Make the panels that a system can fill.
+
+        The damper has the color of its system in all pictures.
+        """
+        scene = system.scene
+        color, wall = DAMPERS.get(system.name, INK), WALL
+        if color == HUES["black"] or not scene.damper:  # black is invisible on a dark page
+            color = INK
+        elif color in (HUES["vermillion"], HUES["orange"]):
+            wall = HUES["blue"]
+        other = HUES["blue"] if wall == WALL else WALL
+        body = BODY if scene.damper else color
         history, section = ["t", "x1", "v1", "force", "harmonic"], ["x1", "v1"]
-        if system.scene.damper:
+        if scene.damper:
             history, section = [*history, "x2", "u"], [*section, "x2", "v2"]
         columns = {
             "history": history, "phase1": ["x", "v"], "phase2": ["x", "v"], "section": section,
-            "touches": ["phase", *system.scene.walls], "spectrum": ["order", "amplitude"],
+            "touches": ["phase", *scene.walls], "spectrum": ["order", "amplitude"],
             "multipliers": ["re", "im"],
         }  # fmt: skip
         self.sources = {
             panel: ColumnDataSource({name: np.empty(0) for name in names}, name=f"{panel} data")
             for panel, names in columns.items()
         }
-        self.walls: list[list[Span]] = [[] for _ in system.scene.obstacle(system.parameters)]
-        known = has(system)
-        self.time = Range1d(0, 1)
-        self.wide = [self._displacement(system)]
-        self.wide += [self._relative()] if "relative" in known else []
-        self.wide += [self._force()] if "force" in known else []
+        self.walls: list[list[Span]] = [[] for _ in scene.obstacle(system.parameters)]
+        self.time, panels = Range1d(0, 1), panels_of([scene])
+        x, v = ("x₁", "ẋ₁") if "x1" in scene.components else ("x", "ẋ")
+
+        made = plain_figure("displacement", _TIME, x_range=self.time)
+        self._line(made, "t", "x1", "history", body)
+        if scene.damper:
+            self._line(made, "t", "x2", "history", color)
+        if scene.grounded:
+            self._add_walls(made, wall)
+        made.yaxis.axis_label = f"{x}, x₂ [m]" if scene.damper else f"{x} [m]"
+        self.wide = [made]
+        if "relative" in panels:
+            made = plain_figure("relative", _TIME, x_range=self.time)
+            self._line(made, "t", "u", "history", color)
+            self._add_walls(made, wall)
+            made.yaxis.axis_label = "x₂ − x₁ [m]"
+            self.wide.append(made)
+        if "force" in panels:
+            made = plain_figure("force", _TIME, x_range=self.time)
+            self._line(made, "t", "harmonic", "history", FORCE, 1.0)
+            self._line(made, "t", "force", "history", wall)
+            made.yaxis.axis_label = "force [kN]"
+            made.yaxis.formatter = CustomJSTickFormatter(code="return String(tick / 1000)")
+            self.wide.append(made)
         self.wide[-1].xaxis.axis_label = "t / T [forcing periods]"
-        self.planes = {0: self._phase(system, "phase1")}
-        if "phase2" in known:
-            self.planes[2] = self._phase(system, "phase2")
+
+        planes = {0: ("phase1", ("x1", "v1"), (x, v), body)}
+        if "phase2" in panels:
+            planes[2] = ("phase2", ("x2", "v2"), ("x₂", "ẋ₂"), color)
+        self.planes = {}
+        for place, (name, points, symbols, shade) in planes.items():
+            made = phase_plane(name, _PLANE, symbols, tools="tap,pan,wheel_zoom,reset,save")
+            self._line(made, "x", "v", name, shade, 0.9).glyph.line_alpha = 0.8
+            self._dots(made, *points, "section", wall)
+            self.planes[place] = made
         self.narrow = [*self.planes.values()]
-        if "impact-section" in known:
-            self.narrow.append(self._touches(system))
-        self.narrow += [self._spectrum(), self._multipliers()]
+        if "impact-section" in panels:  # speed over the phase of the force, by wall
+            made = plain_figure("touches", _PLANE, x_range=Range1d(0.0, 2 * np.pi))
+            for name, shade in zip(reversed(scene.walls), (wall, other), strict=False):
+                self._dots(made, "phase", name, "touches", shade)
+            made.xaxis.axis_label = "phase at touch φ [rad]"
+            made.yaxis.axis_label = "approach speed [m/s]"
+            self.narrow.append(made)
+
+        made = plain_figure("spectrum", _LOW, y_axis_type="log")
+        made.x_range.range_padding = 0
+        self._line(made, "order", "amplitude", "spectrum", color, 1.0)
+        made.xaxis.axis_label, made.yaxis.axis_label = "frequency / ω", "amplitude [m]"
+        made.yaxis.ticker.desired_num_ticks = 4
+        self.narrow.append(made)
+        ends, angle = (-1.25, 1.25), np.linspace(0, 2 * np.pi, 181)
+        made = plain_figure(
+            "multipliers", _LOW, x_range=Range1d(*ends), y_range=Range1d(*ends),
+            sizing_mode="fixed", width=_CIRCLE + _LEFT + _RIGHT,
+        )  # fmt: skip
+        made.line(np.cos(angle), np.sin(angle), line_width=1.2, line_color=GRAY)
+        self._dots(made, "re", "im", "multipliers", wall, 8)
+        made.xaxis.axis_label, made.yaxis.axis_label = "Re μ", "Im μ"
+        self.narrow.append(made)
         for made in self.narrow:
             made.css_classes = ["half"]
 
+        entries = [(body, f"{scene.body} {x}")]
+        entries += [(color, "damper x₂")] if scene.damper else []
+        entries += [(wall, "walls and sections t = nT" if self.walls else "section t = nT")]
+        if len(scene.walls) > 1:
+            entries += [(other, f"impacts at the {scene.bodies_struck[0]}")]
+        entries += [(FORCE, "P cos ωt")] if "force" in panels else []
+        self.legend = "".join(chip(shade, words) for shade, words in entries)
+
     def put(self, panels: Mapping[str, Arrays], walls: Iterable[float]) -> None:
-        """Show the arrays of an orbit, and what is struck at its places; nothing without arrays."""
+        """Show the arrays of an orbit, and the walls at their places; nothing without arrays."""
         if panels and len(times := panels["history"]["t"]):
             begin, end = float(np.floor(times[0])), float(np.ceil(times[-1]))
             if (begin, end) != (self.time.reset_start, self.time.reset_end):
@@ -326,92 +400,22 @@ class OrbitFigures:
         line.nonselection_glyph = None
         return line
 
-    def _dots(self, home: Any, x: str, y: str, source: str, color: str, size: int = 5) -> Any:
+    def _dots(self, home: Any, x: str, y: str, source: str, color: str, size: int = 5) -> None:
         dots = home.scatter(
             x, y, source=self.sources[source], size=size, line_color=None, fill_color=color
         )
         dots.nonselection_glyph = None
-        return dots
 
-    def _add_walls(self, home: Any) -> None:
-        """Add a line for each thing that is struck."""
+    def _add_walls(self, home: Any, color: str) -> None:
         for lines in self.walls:
-            line = Span(dimension="width", line_width=1.5, line_color=WALL)
+            line = Span(dimension="width", line_width=1.5, line_color=color)
             home.add_layout(line)
             lines.append(line)
 
-    def _displacement(self, system: System) -> Any:
-        made = plain_figure("displacement", _TIME, x_range=self.time)
-        symbol = _symbols(system)[0]
-        damper = system.scene.damper
-        self._line(made, "t", "x1", "history", BODY if damper else INK)
-        if damper:
-            self._line(made, "t", "x2", "history", INK)
-        if system.scene.grounded:
-            self._add_walls(made)
-        made.yaxis.axis_label = f"{symbol}, x₂ [m]" if damper else f"{symbol} [m]"
-        return made
 
-    def _relative(self) -> Any:
-        made = plain_figure("relative", _TIME, x_range=self.time)
-        self._line(made, "t", "u", "history", INK)
-        self._add_walls(made)
-        made.yaxis.axis_label = "x₂ − x₁ [m]"
-        return made
-
-    def _force(self) -> Any:
-        made = plain_figure("force", _TIME, x_range=self.time)
-        self._line(made, "t", "harmonic", "history", FORCE, 1.0)
-        self._line(made, "t", "force", "history", INK)
-        made.yaxis.axis_label = "force [kN]"
-        made.yaxis.formatter = CustomJSTickFormatter(code="return String(tick / 1000)")
-        return made
-
-    def _phase(self, system: System, name: str) -> Any:
-        """Return a phase plane with its section."""
-        made = plain_figure(name, _PLANE, tools="tap,pan,wheel_zoom,reset,save")
-        first, damper = name == "phase1", system.scene.damper
-        color = BODY if first and damper else INK
-        self._line(made, "x", "v", name, color, 0.9).glyph.line_alpha = 0.8
-        self._dots(made, *(("x1", "v1") if first else ("x2", "v2")), "section", WALL)
-        x, v = _symbols(system) if first else ("x₂", "ẋ₂")
-        made.xaxis.axis_label, made.yaxis.axis_label = f"{x} [m]", f"{v} [m/s]"
-        made.xaxis.ticker.desired_num_ticks = 4
-        return made
-
-    def _touches(self, system: System) -> Any:
-        """Return the section at impact: the speed over the phase of the force, by wall."""
-        made = plain_figure("touches", _PLANE, x_range=Range1d(0.0, 2 * np.pi))
-        names, walls = system.scene.bodies_struck, system.scene.walls
-        for wall, color in zip(reversed(walls), (WALL, HUES["blue"]), strict=False):
-            self._dots(made, "phase", wall, "touches", color)
-        first = f"; {names[0]} in blue" if len(names) > 1 else ""
-        made.xaxis.axis_label = f"phase at touch φ [rad]{first}"
-        made.yaxis.axis_label = "approach speed [m/s]"
-        return made
-
-    def _spectrum(self) -> Any:
-        made = plain_figure("spectrum", _LOW, y_axis_type="log")
-        made.x_range.range_padding = 0
-        self._line(made, "order", "amplitude", "spectrum", INK, 1.0)
-        made.xaxis.axis_label, made.yaxis.axis_label = "frequency / ω", "amplitude [m]"
-        made.yaxis.ticker.desired_num_ticks = 4
-        return made
-
-    def _multipliers(self) -> Any:
-        """Return the unit circle with the Floquet multipliers in it."""
-        ends = (-1.25, 1.25)
-        made = plain_figure(
-            "multipliers", _LOW, x_range=Range1d(*ends), y_range=Range1d(*ends),
-            sizing_mode="fixed", width=_CIRCLE + _LEFT + _RIGHT,
-        )  # fmt: skip
-        angle = np.linspace(0, 2 * np.pi, 181)
-        made.line(np.cos(angle), np.sin(angle), line_width=1.2, line_color=GRAY)
-        self._dots(made, "re", "im", "multipliers", WALL, 8)
-        made.xaxis.axis_label, made.yaxis.axis_label = "Re μ", "Im μ"
-        return made
-
-
-def _symbols(system: System) -> tuple[str, str]:
-    """Return the symbols of displacement and velocity of the structure."""
-    return ("x₁", "ẋ₁") if "x1" in system.scene.components else ("x", "ẋ")
+def phase_plane(name: str, height: int, symbols: tuple[str, str], **settings: Any) -> Any:
+    """Return an empty phase plane, whose axes have these symbols of displacement and velocity."""
+    made = plain_figure(name, height, **settings)
+    made.xaxis.axis_label, made.yaxis.axis_label = f"{symbols[0]} [m]", f"{symbols[1]} [m/s]"
+    made.xaxis.ticker.desired_num_ticks = 4
+    return made

@@ -1,24 +1,29 @@
-"""An orbit and all that the page shows of it, as arrays and in words.
+"""One orbit as arrays for the panels of the page, in words, and as files that repeat it.
 
-One run of the orbit, as a portrait has it, and one verdict, as `classify` has it: the label is that
-of the archive for the same start and the same sampling.  The kernels are imported by the first one.
+One run gives the orbit, as a portrait has it, and one call of `classify` its label, which is that
+of the archive for the same start and sampling.  The first orbit imports the kernels.
 """
 
 from __future__ import annotations
 
+import base64
+import shlex
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.system import System
 from nlds_vines.orbits.signals import contact_forces, harmonic_force, relative_displacement
-from nlds_vines.portrait.request import Column, PortraitRequest, Window, panels_of
+from nlds_vines.portrait.request import Column, PortraitRequest, Window
 from nlds_vines.portrait.window_view import View
 
 if TYPE_CHECKING:
@@ -30,10 +35,10 @@ SHOW, LONG = 12, 100
 """Forcing periods of a settled or short history, and of a longer one from the start."""
 
 MOST_PERIODS = 2000
-"""The most periods of a history from the start: they take 0.05 s."""
+"""The most periods of a history from the start, which take 0.05 s."""
 
 MOST_POINTS = 1000
-"""Points of a curve over time: more than a wide panel has pixels."""
+"""Points of a curve over time, more than a wide panel has pixels."""
 
 SETTLED = "settled"
 
@@ -43,25 +48,28 @@ HISTORIES: Mapping[str, str] = {
     "long": f"the first {LONG} periods",
     "whole": "all periods from the start",
 }
-"""The histories that a page can show, by name, in words."""
+"""The time histories that a page can show, with their names in words."""
 
 SAMPLES = 256
-"""States of a period: some five in a contact, whose peak the list of impacts gives exactly."""
+"""States per period, about five in a contact; the list of impacts has the exact peak."""
 
 MOST_CYCLES = 24
-"""Forcing periods of a phase trajectory that is not periodic: more only fill the plane."""
+"""Forcing periods of a phase trajectory that is not periodic; more would fill the plane."""
 
 HIGHEST = 12.0
 """The highest frequency of the spectrum, in multiples of the forcing frequency."""
 
-_FLOOR = 1e-12  # of a spectrum, relative to its largest line: below is round-off
+_FLOOR = 1e-12  # of a spectrum, relative to its largest line; smaller lines are round-off
+
+PORTRAIT, SCAN, PICTURE = "portrait.toml", "part.toml", "portrait.png"
+"""The names of saved files."""
 
 _one_at_a_time = threading.Lock()  # two orbits at a time gain nothing, and slow each other
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """How long an orbit is followed, and how: the sampling of the scan."""
+    """The settings of a scan with which an orbit is followed."""
 
     transient: int = 600
     periods: int = 120
@@ -71,15 +79,15 @@ class Sampling:
 
     @classmethod
     def of(cls, scan: Scan) -> Sampling:
-        """Return that of a scan."""
+        """Return the sampling of a scan."""
         return cls(scan.transient, scan.periods, scan.method, scan.effort, scan.tolerance)
 
 
 @dataclass(frozen=True)
 class LiveOrbit:
-    """An orbit: its portrait, the sampled window, the verdict, and the arrays of every panel.
+    """An orbit: the request of its portrait, the sampled window, its regime, arrays by panel.
 
-    If the verdict failed, `regime` is None and `trouble` says why.
+    If `classify` failed, `regime` is None and `trouble` gives the reason.
     """
 
     request: PortraitRequest
@@ -90,20 +98,20 @@ class LiveOrbit:
 
     @property
     def label(self) -> str:
-        """The label of the verdict, or of recurrence alone."""
+        """The label of the regime; without a regime, the label by recurrence alone."""
         return self.view.label if self.regime is None else self.regime.label
 
 
 def live_orbit(
     system: System, start: Sequence[float] | None, sampling: Sampling, history: str = SETTLED
 ) -> LiveOrbit:
-    """Follow the orbit of a system from a start (x1, v1, x2, v2) and return what is seen of it.
+    """Follow and classify the orbit of a system from a start (x1, v1, x2, v2) [m, m/s].
 
     Arguments: `history`, one of `HISTORIES`.
 
-    Raises `RequestError` for a start that is not possible and for an orbit that ends early.  Cost:
-    4 ms for a periodic orbit of an SSul NES, once compiled; up to 0.1 s for chaos; a history from
-    the start takes 0.02 s more for each thousand periods.
+    Raises `RequestError` for an impossible start and for an orbit that ends early.  Once compiled,
+    a periodic orbit of an SSul NES takes 4 ms, chaos up to 0.1 s, and a history from the start
+    0.02 s more per thousand periods.
     """
     from nlds_vines.orbits.classification import classify
     from nlds_vines.orbits.simulation import IntegrationError
@@ -136,20 +144,15 @@ def live_orbit(
     return LiveOrbit(request, view, regime, trouble, panels)
 
 
-def has(system: System) -> tuple[str, ...]:
-    """Return the panels that a system can fill, by the names of a portrait."""
-    return panels_of([system.scene])
-
-
 # ---- arrays --------------------------------------------------------------------------------------
 
 
 def history_of(request: PortraitRequest, view: View, name: str = SETTLED) -> Arrays:
-    """Return a history of the orbit of a request, one of `HISTORIES`.
+    """Return a history of an orbit, one of `HISTORIES`.
 
-    Returns t [forcing periods], x1, v1, x2, u = x2 - x1 [m, m/s], force of the contact and harmonic
-    force [N], all of one length.  Samples end steps of the integration, so a chaotic orbit from the
-    start is another one than the settled periods show, after its first periods.
+    Returns t [forcing periods], x1, v1, x2, u = x2 - x1 [m, m/s], contact force and harmonic force
+    [N], all of one length.  Samples end integration steps, so a chaotic orbit from the start soon
+    differs from the one in the settled periods.
     """
     from nlds_vines.portrait.run import followed
 
@@ -179,9 +182,9 @@ def history_of(request: PortraitRequest, view: View, name: str = SETTLED) -> Arr
 
 
 def _extremes(history: Arrays) -> Arrays:
-    """Return the smallest and the largest value in each of `MOST_POINTS` equal pieces of time.
+    """Return the extreme values in each of `MOST_POINTS` equal pieces of time.
 
-    A line through them covers what the curve covers, however dense it is.
+    A line through them covers the same pixels as the curve.
     """
     count = len(history["t"])
     size = -(-count // MOST_POINTS)
@@ -199,9 +202,9 @@ def _extremes(history: Arrays) -> Arrays:
 def panels_without_time(view: View) -> dict[str, Arrays]:
     """Return the arrays of phase planes, section, touches and spectrum by name.
 
-    A phase plane holds one cycle of a periodic orbit, or `MOST_CYCLES`; the section at impact the
-    phases [rad] and, in the column of their wall, the speeds [m/s]; without a damper, its own
-    arrays are empty.
+    A phase plane holds one cycle of a periodic orbit, or `MOST_CYCLES` periods; the section at
+    impact holds phases [rad] and a column of speeds [m/s] for each wall.  Arrays of a damper are
+    empty if there is none.
     """
     cycles = min(view.cycle, len(view.section), MOST_CYCLES)
     states = view.states[-cycles * view.samples :]
@@ -228,11 +231,11 @@ def panels_without_time(view: View) -> dict[str, Arrays]:
     }
 
 
-# ---- words ---------------------------------------------------------------------------------------
+# ---- words and files -----------------------------------------------------------------------------
 
 
 def words_of(regime: Regime) -> str:
-    """Return what an orbit is, in one sentence."""
+    """Describe the motion of an orbit in a clause."""
     n, k = regime.period, regime.impacts
     each = "forcing period" if n == 1 else f"{n} forcing periods"
     impacts = f"{k} impact{'s' * (k > 1)} in each" if k else "no impact"
@@ -240,15 +243,15 @@ def words_of(regime: Regime) -> str:
         "periodic": f"repeats every {each} with {impacts}",
         "transient_chaos": f"chaos that ended: now repeats every {each} with {impacts}",
         "quasiperiodic": "a motion on a torus",
-        "chaotic": "neighboring orbits part, for all the periods that were followed",
-        "undetermined": "no test of a regime was met",
+        "chaotic": "neighboring orbits diverge over all the periods that were followed",
+        "undetermined": "no test identified the regime",
     }.get(regime.kind, regime.kind)
 
 
 def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
-    """Yield the evidence, a (quantity, value in words) each; what does not apply is left out."""
+    """Yield the evidence for a label as pairs (quantity, value in words)."""
     if regime.period and regime.multipliers is not None:
-        yield "repeats to", f"{regime.residual:.1e} (relative)"
+        yield "closes to", f"{regime.residual:.1e} (relative)"
         largest = float(np.abs(regime.multipliers[0]))
         yield "largest multiplier", f"|μ| = {largest:.4g}: {'un' * (largest >= 1)}stable"
     if isfinite(regime.lyapunov):
@@ -264,7 +267,48 @@ def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
     if isfinite(regime.softest):
         yield "softest impact", f"{regime.softest:.3g} m/s"
     if not regime.period and isfinite(regime.averaging):
-        yield "averages over time converge to", f"{regime.averaging:.1f} digits"
+        yield "time averages agree to", f"{regime.averaging:.1f} digits"
     yield "followed for", f"{regime.watched} periods"
     if isfinite(regime.least_lifetime):
         yield "if transient", f"a mean life of {regime.least_lifetime:.0f} periods at least (95 %)"
+
+
+def portrait_command(request: PortraitRequest) -> str:
+    """Return the command line that draws a portrait; of no catalog system, with `PORTRAIT`."""
+    (column,) = request.columns
+    system, base = column.system, catalog().get(column.system.name)
+    words = ["nlds-vines", "portrait", "--system", system.name]
+    if base is None or (base.kind, base.law, base.law_2) != (
+        system.kind, system.law, system.law_2,
+    ):  # fmt: skip
+        return f"nlds-vines portrait {PORTRAIT}"
+    changed = {k: v for k, v in system.parameters.items() if base.parameters.get(k) != v}
+    try:
+        is_repeated = base.with_(**changed).parameters == system.parameters
+    except RequestError:
+        is_repeated = False
+    if not is_repeated:
+        return f"nlds-vines portrait {PORTRAIT}"
+    for name, value in changed.items():
+        words += ["--set", f"{name}={value!r}"]
+    if request.start is not None:
+        words.append(f"--start={','.join(repr(value) for value in request.start)}")
+    words += ["--windows", f"{column.window.begin}:{column.window.end}"]
+    words += ["--samples", str(request.samples)]
+    if request.method != "exact":
+        words += ["--method", request.method]
+    elif request.tolerance not in (None, 1e-9):
+        words += ["--tolerance", repr(request.tolerance)]
+    return shlex.join(words)
+
+
+def picture(request: PortraitRequest, view: View) -> str:
+    """Return the portrait of an orbit as a picture (.png) in base64."""
+    from nlds_vines.plotting.save import save_figure
+    from nlds_vines.portrait.picture import portrait
+
+    figure = portrait(request, [view])
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / PICTURE
+        save_figure(figure, path, request.title, ("recipe_hash", request.hash))
+        return base64.b64encode(path.read_bytes()).decode()

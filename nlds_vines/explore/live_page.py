@@ -1,7 +1,7 @@
-"""One browser's page: its widgets and figures, and what happens when one of them is used.
+"""The page in one browser: its widgets, its figures, and their callbacks.
 
-Nothing is computed in the thread of the server: orbits wait in a pool of one thread, maps have a
-thread of their own, and both leave what they found for the next tick of the document.
+The thread of the server computes nothing: the threads of `map_computation` compute orbits and maps
+and leave the results for the next tick of the document.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from bokeh.models import Button, CustomJS, NumericInput, Select, Slider
 from nlds_vines.bifurcation.cell_orbit import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, number, printable
-from nlds_vines.explore import live_orbit, recipes
+from nlds_vines.explore import live_orbit
 from nlds_vines.explore.chosen import Chosen, SliderSpec, sliders_of
 from nlds_vines.explore.figures import (
     WIDE,
@@ -42,8 +42,18 @@ from nlds_vines.explore.figures import (
     text,
     theme_button,
 )
-from nlds_vines.explore.live_orbit import HISTORIES, LiveOrbit, Sampling, evidence_of, words_of
-from nlds_vines.explore.map_computation import Job
+from nlds_vines.explore.live_orbit import (
+    HISTORIES,
+    PICTURE,
+    PORTRAIT,
+    SCAN,
+    LiveOrbit,
+    Sampling,
+    evidence_of,
+    portrait_command,
+    words_of,
+)
+from nlds_vines.explore.map_computation import COMPILING, READY, Job, Opened
 from nlds_vines.explore.map_view import (
     Places,
     Show,
@@ -52,40 +62,40 @@ from nlds_vines.explore.map_view import (
     in_brackets,
     painted,
     painted_diagram,
-    place_in_words,
     shows_of,
 )
-from nlds_vines.explore.shared_map import COMPILING, READY, Opened
 
 PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
-"""Least time between two pictures of a map under way: seconds, and multiples of its painting."""
+"""The least time between two images of a map under way: seconds, multiples of the painting time."""
 
 MAP_SIZE = (700, 340)
-"""Pixels of a map or a diagram before the browser has told its size."""
+"""Pixels of a map or a diagram until the browser reports its size."""
 
 
 def in_words(error: Exception) -> str:
-    """Return an error in one line; of one that nobody expects its type, too."""
+    """Return an error in one line, with its type unless it is a `RequestError`."""
     words = printable(str(error))
-    return (
-        words if isinstance(error, RequestError) and words else f"{type(error).__name__}: {words}"
-    )
+    is_plain = isinstance(error, RequestError) and words
+    return words if is_plain else f"{type(error).__name__}: {words}"
 
 
 class Page:
-    """A page: its document, what is chosen on it, what it has under way."""
+    """A page.
+
+    Attributes: `chosen`, its state; `job`, the map that it computes; `orbit`, the shown one.
+    """
 
     def __init__(self, document: Document, opened: Opened) -> None:
-        """Fill a document that shows what was opened."""
+        """Fill a document."""
         self.document, self.opened = document, opened
-        self.chosen = Chosen(opened.found)
+        self.chosen = Chosen(opened.results)
         self.job: Job | None = None
         self.orbit: LiveOrbit | None = None
-        self.asked = 0  # orbits that were asked for
-        self.closed = self.telling = False
+        self.asked = 0  # number of the last requested orbit
+        self.closed = self.setting = False
         self.next_picture = 0.0
         self.shows: dict[str, Show] = {}
-        self.shown_values: tuple[Any, ...] | None = None  # those that the ordinate was fitted to
+        self.fitted: tuple[Any, ...] | None = None  # the values to which the ordinate was fitted
         self.size = [*MAP_SIZE]
         self.build()
         self.show_level()
@@ -98,8 +108,8 @@ class Page:
 
     def build(self) -> None:
         """Make the figures and the widgets, and lay them out in three parts."""
-        found = self.chosen.found
-        self.map, self.panels = MapFigure(found, True), OrbitFigures(found.scan.system)
+        results = self.chosen.results
+        self.map, self.panels = MapFigure(results, True), OrbitFigures(results.scan.system)
         self.show = self.select("show", lambda name: self.repaint())
         self.start = self.select("start", self.choose_start)
         self.history = self.select("time history", self.choose_history, [*HISTORIES.items()])
@@ -117,7 +127,7 @@ class Page:
         self.cancel = self.button("cancel", self.cancel_job, visible=False)
         here = self.button("compute what is seen finer", self.refine_here)
         for made in self.map.figures:
-            for event in (Tap, DoubleTap):  # two quick clicks, often in two cells, are one of each
+            for event in (Tap, DoubleTap):  # the second of two quick clicks is a double tap
                 self.on_event(made, event, self.tap)
             self.on_event(made, MouseMove, self.hover)
             self.on_event(made, MouseLeave, lambda event: self.tip.update(visible=False))
@@ -139,12 +149,13 @@ class Page:
             ],
             "orbit": [
                 self.verdict, self.trouble, self.evidence, self.history, *self.panels.wide,
-                *self.panels.narrow, text(text=_ORBIT_HINT, css_classes=["hint"]), self.files,
-                self.button("draw the orbit as a picture", self.draw),
+                *self.panels.narrow, text(text=self.panels.legend, css_classes=["legend"]),
+                text(text="Click in a phase plane to start an orbit there.", css_classes=["hint"]),
+                self.files, self.button("draw the orbit as a picture", self.draw),
             ],
-            "parameters": self.parameters(found.scan),
+            "parameters": self.parameters(results.scan),
         }  # fmt: skip
-        frame(self.document, found.scan.title, parts)
+        frame(self.document, results.scan.title, parts)
         keys = CustomJS(args={"target": self.key}, code=page_file("keys.js"))
         self.document.js_on_event(DocumentReady, keys)
 
@@ -188,36 +199,36 @@ class Page:
     # ---- callbacks
 
     def on(self, model: Any, name: str, call: Callable[[Any], object]) -> None:
-        """Call something when the browser changes a property, and show what it raises."""
+        """Call something when the browser changes a property."""
 
         def changed(attr: str, old: Any, new: Any) -> None:
-            if not self.telling:
+            if not self.setting:
                 self.guarded(call, new)
 
         model.on_change(name, changed)
 
     def on_event(self, model: Any, event: type, call: Callable[[Any], object]) -> None:
-        """Call something at an event, and show what it raises."""
+        """Call something at an event."""
         model.on_event(event, partial(self.guarded, call))
 
     def guarded(self, call: Callable[..., object], *arguments: Any) -> None:
-        """Call something and show in the page what it raises."""
+        """Call something and show its exception on the page."""
         try:
             call(*arguments)
         except Exception as error:
             self.say_trouble(in_words(error))
 
     @contextmanager
-    def tells(self) -> Iterator[None]:
-        """Set properties of widgets without answering these changes."""
-        before, self.telling = self.telling, True
+    def sets(self) -> Iterator[None]:
+        """Set properties of widgets without calling back."""
+        before, self.setting = self.setting, True
         try:
             yield
         finally:
-            self.telling = before
+            self.setting = before
 
     def later(self, call: Callable[..., object], *arguments: Any) -> None:
-        """Call something in the thread of the document, unless the page is closed by then."""
+        """Call something at the next tick of the document, unless the page is closed by then."""
         if not self.closed:
             self.document.add_next_tick_callback(
                 lambda: None if self.closed else self.guarded(call, *arguments)
@@ -247,18 +258,19 @@ class Page:
         self.follow()
 
     def press(self, pressed: str) -> None:
-        """Go from cell to cell by a key: `1 0 17` is a step right, the seventeenth key."""
-        (i, j), sides = self.chosen.cell, self.chosen.found.shape
+        """Move by a key: `1 0 17` is a step to the right, the seventeenth key."""
+        (i, j), sides = self.chosen.cell, self.chosen.results.shape
         right, up, _ = map(int, pressed.split())
         self.choose((min(max(i + right, 0), sides[0] - 1), min(max(j + up, 0), sides[1] - 1)))
 
     def hover(self, event: Any) -> None:
-        """Show what the archive holds of the cell under the pointer, beside it."""
+        """Show the results of the cell under the pointer, beside it."""
         cell = self.map.cell_at(event.x, event.y)
         if cell is None:
             self.tip.visible = False
             return
-        words = cell_in_words(self.chosen.found, cell, int(self.start.value))
+        lines = map(escape, cell_in_words(self.chosen.results, cell, int(self.start.value)))
+        words = f"<b>{next(lines)}</b><br>{'<br>'.join(lines)}"
         if words != self.tip.text:
             self.tip.text = words
         is_right = event.sx > self.size[0] / 2
@@ -272,7 +284,7 @@ class Page:
         self.set_value(name, float(f"{spec.value_at(position):.5g}"))
 
     def set_value(self, name: str, value: float | None) -> None:
-        """Take the value of a parameter; one that the system refuses changes nothing."""
+        """Set a parameter; a value that the system refuses changes nothing."""
         before = dict(self.chosen.free)
         try:
             self.chosen.free[name] = number(name, value)
@@ -283,21 +295,21 @@ class Page:
             raise
 
     def take_original(self) -> None:
-        self.chosen.free, self.chosen.own = {}, None
+        self.chosen.free, self.chosen.begin = {}, None
         self.follow()
 
     def begin_in_plane(self, plane: int, event: Any) -> None:
-        """Begin an orbit where a phase plane was clicked; the other body keeps its last state."""
+        """Begin an orbit at a click in a phase plane; the other body keeps its last state."""
         if self.orbit is not None:
             state = self.orbit.view.section[-1].tolist()
             state[plane : plane + 2] = event.x, event.y
-            self.chosen.own = CellStart(tuple(state), "a start of your own")
+            self.chosen.begin = CellStart(tuple(state), "a start of your own")
             self.follow()
 
     # ---- orbits
 
     def follow(self) -> None:
-        """Ask for the orbit of what is chosen; of several that wait only the last is computed."""
+        """Request the orbit of the chosen cell; of several requests only the last is computed."""
         system = self.chosen.system()
         begin = self.chosen.begins(system)
         self.show_values()
@@ -306,7 +318,7 @@ class Page:
         self.opened.aside(self.compute, self.asked, begin.words, arguments)
 
     def compute(self, number: int, words: str, arguments: Any) -> None:
-        """Follow an orbit, in the thread of the pool."""
+        """Follow an orbit, in the thread of all orbits."""
         if number != self.asked or self.closed:
             return
         try:
@@ -317,7 +329,7 @@ class Page:
             self.later(self.show_orbit, words, orbit)
 
     def show_nothing(self, trouble: str) -> None:
-        """Show that there is no orbit, and why."""
+        """Show that there is no orbit, and the reason."""
         self.orbit = None
         self.verdict.text = '<span class="label">no orbit</span>'
         self.evidence.text = self.files.text = ""
@@ -325,7 +337,7 @@ class Page:
         self.say_trouble(trouble)
 
     def show_orbit(self, words: str, orbit: LiveOrbit) -> None:
-        """Show an orbit, its verdict and the evidence for it."""
+        """Show an orbit, its label and the evidence for it."""
         self.orbit, regime = orbit, orbit.regime
         is_word = "by recurrence alone" if regime is None else words_of(regime)
         self.verdict.text = (
@@ -342,9 +354,9 @@ class Page:
         self.later(self.offer_files)
 
     def show_values(self) -> None:
-        """Let sliders and inputs show the values of what is chosen."""
+        """Let sliders and inputs show the chosen values."""
         values = self.chosen.slider_values()
-        with self.tells():
+        with self.sets():
             for name, (spec, slider, exact) in self.sliders.items():
                 position = min(max(spec.position(values[name]), slider.start), slider.end)
                 if abs(position - slider.value) > 0.6 * slider.step:
@@ -358,61 +370,62 @@ class Page:
     # ---- maps
 
     def show_level(self) -> None:
-        """Show the map that is chosen: its axes, what it can show, its cells."""
-        found, before = self.chosen.found, self.show.value
-        self.map.show_axes([Places.of(axis) for axis in found.scan.axes])
+        """Show the chosen map: its axes, its choices, its cells."""
+        results, before = self.chosen.results, self.show.value
+        self.map.show_axes([Places.of(axis) for axis in results.scan.axes])
         self.offer_shows()
-        with self.tells():
-            self.start.options = [(str(k), name) for k, name in enumerate(found.starts)]
+        with self.sets():
+            self.start.options = [(str(k), name) for k, name in enumerate(results.starts)]
             self.start.value = str(self.chosen.start)
-        self.start.visible = len(found.starts) > 1
+        self.start.visible = len(results.starts) > 1
         if not self.map.is_map or self.show.value != before:
-            self.shown_values = None
+            self.fitted = None
         self.repaint()
         self.mark()
         self.say_job()
 
     def offer_shows(self) -> None:
-        """Offer what the map can show by now, and keep the choice if it is still there."""
-        self.shows = {show.name: show for show in shows_of(self.chosen.found)}
+        """Offer what the map can show by now, and keep the choice if possible."""
+        self.shows = {show.name: show for show in shows_of(self.chosen.results)}
         options = [(name, show.title) for name, show in self.shows.items()]
-        with self.tells():
+        with self.sets():
             if self.show.options != options:
                 self.show.options = options
             if self.show.value not in self.shows:
                 self.show.value = options[0][0]
 
     def repaint(self) -> None:
-        """Paint what is shown of the map or of the part of the diagram that is seen."""
-        found, show, main = self.chosen.found, self.shows[self.show.value], self.map.main
+        """Paint the map, or the visible part of the diagram."""
+        results, show, main = self.chosen.results, self.shows[self.show.value], self.map.main
         if self.map.is_map:
-            picture = painted(found, show, int(self.start.value))
+            picture = painted(results, show, int(self.start.value))
             self.map.put(picture)
         else:
-            fitted = found, show.name, len(found.puts)
-            if fitted != self.shown_values:
-                self.shown_values = fitted
+            fitted = results, show.name, len(results.blocks)
+            if fitted != self.fitted:
+                self.fitted = fitted
                 self.map.show_values(
-                    diagram_values(found, show), in_brackets(show.title, show.unit)
+                    diagram_values(results, show), in_brackets(show.title, show.unit)
                 )
             x, y = main.x_range, main.y_range
             window = float(x.start), float(x.end), float(y.start), float(y.end)
-            picture = painted_diagram(found, show, window, (self.size[0], self.size[1]))
+            picture = painted_diagram(results, show, window, (self.size[0], self.size[1]))
             self.map.picture.put(picture, window)
-            self.map.put_strip(found)
+            self.map.put_strip(results)
         if self.legend.text != picture.legend:
             self.legend.text = picture.legend
 
     def resize(self, side: int, pixels: float) -> None:
-        """Take the size of the map in the browser, and paint a diagram in so many pixels."""
+        """Store the size of the map in the browser, and paint a diagram in so many pixels."""
         self.size[side] = max(int(pixels), 100)
         if not self.map.is_map:
             self.repaint()
 
     def mark(self) -> None:
-        """Mark the chosen cell and name it."""
+        """Mark the chosen cell, and describe it in the line below the map."""
         self.map.choose(self.chosen.cell)
-        self.readout.text = escape(place_in_words(self.chosen.found, self.chosen.cell))
+        head, *lines = cell_in_words(self.chosen.results, self.chosen.cell, int(self.start.value))
+        self.readout.text = escape("; ".join(filter(None, (lines[0], head, *lines[1:]))))
 
     def select_rectangle(self, event: Any) -> None:
         if event.final and event.geometry["type"] == "rect":
@@ -424,50 +437,51 @@ class Page:
         self.refine((x.start, x.end), (y.start, y.end))
 
     def refine(self, *sides: tuple[float, float]) -> None:
-        """Begin to compute a part of the map finer; its former cells stay beneath."""
+        """Begin to compute a part of the map finer; the coarse cells stay beneath it."""
         ranges = [
             (min(map(place.value, side)), max(map(place.value, side)))
             for place, side in zip(self.map.places, sides, strict=False)
         ]
-        self.compute_map(self.chosen.part(ranges), keep=True)
+        self.compute_map(self.chosen.part(ranges), beneath=True)
 
     def recompute(self) -> None:
-        self.compute_map(self.chosen.part(), keep=False)
+        self.compute_map(self.chosen.part(), beneath=False)
 
-    def compute_map(self, scan: Scan, keep: bool) -> None:
-        """Compute a map in the background and show it while it grows."""
+    def compute_map(self, scan: Scan, beneath: bool) -> None:
+        """Compute a map in the background and show it meanwhile."""
         if self.job is not None:
             self.job.cancel()
         self.job = job = Job(scan, self.changed)
         if self.map.is_map:
-            source = self.map.picture.source.data if keep else {"image": [], "x": [], "y": []}
+            source = self.map.picture.source.data if beneath else {"image": [], "x": [], "y": []}
             self.map.beneath.mapper.update(
                 palette=self.map.picture.mapper.palette, high=self.map.picture.mapper.high
             )
             self.map.beneath.source.data = {"dw": [], "dh": [], **source}
-        self.chosen.add(job.found)
+        self.chosen.add(job.results)
         self.show_level()
         self.follow()
         job.begin()
 
     def changed(self) -> None:
-        """Show soon what was computed meanwhile; called in the threads of the work."""
+        """Show new results soon; called in the threads of the work."""
         self.later(self.show_progress)
 
     def show_progress(self) -> None:
-        """Show the state of the work, and the map unless it was painted just now."""
-        found, now = self.chosen.found, time.monotonic()
+        """Show the state of the work, and the map unless it was just painted."""
+        results, now = self.chosen.results, time.monotonic()
         jobs = [job for job in (self.job, self.opened.job) if job is not None]
-        job = next((job for job in jobs if job.found is found), None)
+        job = next((job for job in jobs if job.results is results), None)
         if job is not None and (job.share == 1 or now > self.next_picture):
             self.offer_shows()
             self.repaint()
+            self.mark()
             took = time.monotonic() - now
             self.next_picture = now + max(PROGRESS_SECONDS, PROGRESS_SHARE * took)
         self.say_state()
 
     def step(self, by: int) -> None:
-        """Go back to the map before, or forward again."""
+        """Go back to an earlier map, or forward again."""
         if self.chosen.step(by):
             self.map.beneath.source.data = {name: [] for name in self.map.beneath.source.data}
             self.show_level()
@@ -479,7 +493,7 @@ class Page:
         self.say_job()
 
     def say_state(self) -> None:
-        """Say what the kernels do, and how far the map is that is computed first."""
+        """Show the state of the kernels, and the progress of the map that the command computes."""
         words, job = self.opened.kernels, self.opened.job
         if words == COMPILING and self.opened.waited >= 1.0:
             words = f"{words}: {self.opened.waited:.0f} s so far"
@@ -492,7 +506,7 @@ class Page:
         self.say_job()
 
     def say_job(self) -> None:
-        """Say how far the map is that this page computes, and where one can go back to."""
+        """Show the progress of the map that this page computes, and enable the buttons."""
         job, line = self.job, ""
         running = job is not None and job.share < 1 and not (job.cancelled or job.error)
         if job is not None and job.error:
@@ -500,7 +514,7 @@ class Page:
         elif job is not None and running:
             words = job.note or f"{job.done} of {job.total} orbits"
             line = f'<progress max="1" value="{job.share:.3f}"></progress> {escape(words)}'
-        elif job is not None and job.share < 1 and job.found is self.chosen.found:
+        elif job is not None and job.share < 1 and job.results is self.chosen.results:
             line = f"cancelled at {job.share:.0%}"
         if self.progress.text != line:
             self.progress.text = line
@@ -511,25 +525,24 @@ class Page:
     # ---- files
 
     def offer_files(self, picture: str = "") -> None:
-        """Offer what is seen as files, which the browser saves, and as a command."""
+        """Offer the orbit and the map as files, which the browser saves, and as a command."""
         if self.orbit is None:
             return
-        toml = "application/toml"
+        request, scan = self.orbit.request, self.chosen.part()
         files = [
-            (recipes.PORTRAIT, "portrait recipe", toml, encoded(self.orbit.request.to_toml())),
-            (recipes.SCAN, "scan file of the map", toml, encoded(self.chosen.part().to_toml())),
+            (PORTRAIT, "portrait recipe (.toml)", "application/toml", encoded(request.to_toml())),
+            (SCAN, "scan file of the map (.toml)", "application/toml", encoded(scan.to_toml())),
         ]
         if picture:
-            files.append((recipes.PICTURE, "picture of the orbit", "image/png", picture))
+            files.append((PICTURE, "picture of the orbit (.png)", "image/png", picture))
         links = "".join(
-            f'<a download="{name}" href="data:{kind};base64,{code}">{words} ({name[-4:]})</a>'
+            f'<a download="{name}" href="data:{kind};base64,{code}">{words}</a>'
             for name, words, kind, code in files
-        ).replace("(toml)", "(.toml)")
-        command = escape(recipes.portrait_command(self.orbit.request))
-        self.files.text = f"<b>Save</b> {links}<code>{command}</code>"
+        )
+        self.files.text = f"<b>Save</b> {links}<code>{escape(portrait_command(request))}</code>"
 
     def draw(self) -> None:
-        """Draw the orbit as `portrait` does, in a thread of the pool."""
+        """Draw the orbit as `portrait` does, in the thread of all orbits."""
         if self.orbit is None:
             raise RequestError("there is no orbit to draw yet")
         self.say_trouble("drawing the picture ...")
@@ -537,7 +550,7 @@ class Page:
 
     def drawn(self, orbit: LiveOrbit) -> None:
         try:
-            picture = recipes.picture(orbit.request, orbit.view)
+            picture = live_orbit.picture(orbit.request, orbit.view)
         except Exception as error:
             self.later(self.say_trouble, in_words(error))
         else:
@@ -549,7 +562,7 @@ class Page:
             self.offer_files(picture)
 
     def close(self) -> None:
-        """End everything that the page began."""
+        """End the work of the page."""
         self.closed = True
         if self.changed in self.opened.listeners:
             self.opened.listeners.remove(self.changed)
@@ -560,10 +573,3 @@ class Page:
 def encoded(words: str) -> str:
     """Return a text in base64, as a link holds it."""
     return b64encode(words.encode()).decode()
-
-
-_ORBIT_HINT = (
-    "Gray is the structure x₁, blue the damper x₂, orange what is struck; P cos ωt is light blue "
-    "beside the force of the contact; dots are the section. Click in a phase plane to start an "
-    "orbit there."
-)

@@ -1,78 +1,87 @@
-"""A part of a map computed finer, or a scan computed for the first time, in the background.
+"""What is computed in the background: a part of a map, a new scan, orbits, kernels.
 
-Blocks are those of the scan.  Between two blocks the work asks whether it is still wanted, so a
-page that is closed leaves nothing running.
+Each scan has its own thread, and all orbits share one.  A scan asks before each block whether it
+was cancelled, so a page that is closed leaves nothing running.
 """
 
 from __future__ import annotations
 
+import gc
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from queue import SimpleQueue
+from typing import Any
 
 import numpy as np
 
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
+from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.map_data import Stored, empty
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.parameters import described
+from nlds_vines.runs.progress import Clock
 
 MOST_ORBITS = 40_000
-"""The most orbits of a part that is computed finer: a minute or so on two processors."""
+"""The most orbits of a part that is computed finer: about a minute on two processors."""
 
 FEWEST = 3
 """The fewest cells along each axis."""
 
+LOADING, READY = "loading the kernels", "ready"
+COMPILING = "compiling the kernels, once, for half a minute or so"
+"""The states of the kernels, as the page writes them."""
+
+LAST_SECONDS = 1.0
+"""Seconds for which the end of the command waits for the block under way."""
+
 Range = tuple[float, float]
+
+_PART = ", a part of it"  # at the end of a title
 
 
 def finer(scan: Scan, ranges: tuple[Range, ...], settings: dict[str, float] | None = None) -> Scan:
-    """Return a scan of a part of a map with as many cells as the whole map has.
+    """Return a scan of a part of the map with as many cells as the whole map has.
 
-    Arguments: the scan; `ranges` of its axes, (low, high) each [SI units]; `settings`, parameters
-    that are not varied and have other values than in the scan.
+    Arguments: `ranges` (low, high) of the axes [SI units]; `settings`, new values of parameters
+    that are not varied.
 
-    There are fewer cells where there would be more than `MOST_ORBITS` orbits.  Raises
-    `RequestError` for an empty range and for values that the system refuses.
+    A part of more than `MOST_ORBITS` orbits has fewer cells.  Raises `RequestError` for an empty
+    range and for values that the system refuses.
     """
     share = min(1.0, MOST_ORBITS / scan.lanes) ** (1 / len(scan.axes))
     axes = []
     for axis, (low, high) in zip(scan.axes, ranges, strict=True):
         if not (np.isfinite(low) and np.isfinite(high) and low < high):
             raise RequestError(f"{axis.name} from {low!r} to {high!r} is no range of cells")
-        low, high = _within(axis.name, low, high)
+        entry = described(axis.name)
+        first, last = max(low, entry.low), min(high, entry.high)
+        if entry.above and first <= entry.low:
+            first = min(entry.low + 1e-3 * (high - entry.low), high)
+        if first >= last:
+            raise RequestError(f"{axis.name} from {low:g} to {high:g}: it must be {entry.allowed}")
         count = max(FEWEST, round(axis.values.size * share))
-        axes.append(Axis.spaced(axis.name, low, high, count))
+        axes.append(Axis.spaced(axis.name, first, last, count))
     system = scan.system.with_(**settings) if settings else scan.system
-    return replace(scan, axes=tuple(axes), system=system, title=_title(scan.title))
-
-
-def _within(name: str, low: float, high: float) -> Range:
-    """Return the part of a range whose values the parameter may have."""
-    from nlds_vines.model.parameters import described
-
-    entry = described(name)
-    inside = max(low, entry.low), min(high, entry.high)
-    if entry.above and inside[0] <= entry.low:
-        inside = min(entry.low + 1e-3 * (high - entry.low), high), inside[1]
-    if inside[0] >= inside[1]:
-        raise RequestError(f"{name} from {low:g} to {high:g}: it must be {entry.allowed}")
-    return inside
-
-
-def _title(title: str) -> str:
-    return title if title.endswith(", a part of it") else f"{title}, a part of it"
+    return replace(
+        scan, axes=tuple(axes), system=system, title=scan.title.removesuffix(_PART) + _PART
+    )
 
 
 class Job:
-    """A scan that is computed in a thread of its own, block after block."""
+    """A scan that is computed in its own thread, block after block.
+
+    Attributes: the `results`; how many orbits are `done` of the `total`; the `error` that ended it;
+    a `note` on what precedes the first block.
+    """
 
     def __init__(self, scan: Scan, changed: Callable[[], object]) -> None:
-        """Prepare to compute `scan`; `changed` is called, in that thread, after every block."""
-        self.found: Stored = empty(scan)
+        """Prepare to compute `scan`; its thread calls `changed` after every block."""
+        self.results: Stored = empty(scan)
         self.done, self.total = 0, scan.lanes
-        self.error = self.note = ""  # why it ended; what it does before the first block
+        self.error = self.note = ""
         self._changed, self._stop = changed, threading.Event()
         self._thread = threading.Thread(target=self._run, name="refining", daemon=True)
 
@@ -82,30 +91,29 @@ class Job:
 
     @property
     def running(self) -> bool:
-        """Whether it is still at work."""
+        """Whether the thread is at work."""
         return self._thread.is_alive()
 
     @property
     def cancelled(self) -> bool:
-        """Whether it was asked to end early."""
+        """Whether the job was asked to end early."""
         return self._stop.is_set()
 
     @property
     def share(self) -> float:
-        """The share of the orbits that are done, from 0 to 1."""
+        """The computed share of the orbits, from 0 to 1."""
         return self.done / self.total
 
     def cancel(self) -> None:
-        """Ask it to end after the block that is under way."""
+        """Ask the job to end after the block under way."""
         self._stop.set()
 
     def wait(self, seconds: float | None = None) -> None:
-        """Wait until it has ended."""
+        """Wait until the thread has ended."""
         if self._thread.is_alive():
             self._thread.join(seconds)
 
-    def _tell(self, text: str, seconds: float) -> None:
-        """Take what must be done first: kernels that are compiled, for so many seconds by now."""
+    def _note(self, text: str, seconds: float) -> None:
         self.note = text
         if not self._stop.is_set():
             self._changed()
@@ -113,13 +121,13 @@ class Job:
     def _run(self) -> None:
         from nlds_vines.bifurcation.run import Computer
 
-        scan = self.found.scan
+        scan = self.results.scan
         try:
-            computer = Computer(scan, tell=self._tell, helped=False)
+            computer = Computer(scan, tell=self._note, helped=False)
             for block in blocks_of(scan):
                 if self._stop.is_set():
                     break
-                self.found.put(block, computer.block(block))
+                self.results.put(block, computer.block(block))
                 self.done += block.cells * scan.starts
                 self.note = ""
                 if not self._stop.is_set():
@@ -128,3 +136,98 @@ class Job:
             self.error = str(error) or type(error).__name__
         if not self._stop.is_set():
             self._changed()
+
+
+class Opened:
+    """What all pages share: a map of an archive or one under way, the orbits' thread, the kernels.
+
+    `listeners` are called, in the threads of the work, when results are added and when the state
+    of the kernels changes.
+    """
+
+    def __init__(self, results: Stored | None, scan: Scan | None = None) -> None:
+        """Take the results in an archive, or a `scan` to compute."""
+        self.listeners: list[Callable[[], object]] = []
+        self.kernels = LOADING
+        self.waited = 0.0  # seconds since the compilation began
+        self._clock: Clock | None = None
+        self.job: Job | None = None
+        if results is None:
+            assert scan is not None
+            self.job = Job(scan, self._changed)
+            results = self.job.results
+        self.results = results
+        self._calls: SimpleQueue[tuple[Callable[..., object], Any]] = SimpleQueue()
+        self._follows = False
+        # a daemon, unlike the threads of an executor: no exit waits until it has compiled
+        threading.Thread(target=self._follow, name="orbits", daemon=True).start()
+        self._warming = threading.Thread(target=self._warm, name="warming", daemon=True)
+
+    def begin(self) -> None:
+        """Load or compile the kernels, then compute the scan, if there is one.
+
+        Meanwhile garbage is not collected: the collector would search the imported modules, for a
+        sixth of the time until the page can be used.
+        """
+        gc.disable()
+        self._warming.start()
+
+    def aside(self, call: Callable[..., object], *arguments: object) -> None:
+        """Call something in the thread that follows the orbits of all pages, one at a time."""
+        self._calls.put((call, arguments))
+
+    def _follow(self) -> None:
+        while True:
+            call, arguments = self._calls.get()
+            self._follows = True
+            try:
+                call(*arguments)
+            finally:
+                self._follows = False
+
+    def close(self) -> bool:
+        """End the computation after the block under way; return True if no thread is at work.
+
+        A compilation cannot be ended.
+        """
+        if self.job is not None:
+            self.job.cancel()
+            self.job.wait(LAST_SECONDS)
+        is_computing = self.job is not None and self.job.running
+        return not (self._warming.is_alive() or self._follows or is_computing)
+
+    def _warm(self) -> None:
+        """Follow one orbit, which loads or compiles the kernels, then compute the scan."""
+        from nlds_vines.kernels.numerics.compiling import told_of_compilations
+        from nlds_vines.orbits.simulation import IntegrationError
+
+        try:
+            with told_of_compilations(self._compiles):
+                cell = self.results.middle
+                system = self.results.system_of(cell)
+                state = self.results.start_of(cell, 0, system).state
+                live_orbit(system, state, Sampling.of(self.results.scan))
+        except (RequestError, IntegrationError):
+            pass  # the page shows this error if the cell is chosen
+        finally:
+            if self._clock is not None:
+                self._clock.stop()
+            gc.freeze()  # modules and kernels stay: no click waits until they are searched
+            gc.enable()
+        self.kernels = READY
+        self._changed()
+        if self.job is not None:
+            self.job.begin()
+
+    def _compiles(self, kernel: object) -> None:
+        if self._clock is None:
+            self.kernels = COMPILING
+            self._clock = Clock(self._wait, lambda seconds: COMPILING)
+
+    def _wait(self, text: str, seconds: float) -> None:
+        self.waited = seconds
+        self._changed()
+
+    def _changed(self) -> None:
+        for listener in list(self.listeners):
+            listener()

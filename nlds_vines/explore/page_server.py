@@ -1,8 +1,8 @@
-"""The server of a page: on this machine alone, behind a token, ended by Ctrl-C.
+"""The server of the page: on this machine alone, behind a token, ended by Ctrl-C.
 
-The address that is printed trades a random token for a cookie and leads to the page, whose own
-address has no token: it is in no history and on no picture of the screen.  Every other request must
-bring that cookie, name this server as its host and, if it comes from a page, as its origin.
+The printed address trades a random token for a cookie and redirects to the page, so that the token
+stays out of the history and out of pictures of the screen.  Every other request must bring the
+cookie, name this server as its host and, if it comes from a page, as its origin.
 """
 
 from __future__ import annotations
@@ -29,16 +29,18 @@ from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import OutputTransform, RequestHandler
 
-from nlds_vines.explore.local_port import ADDRESS
 from nlds_vines.runs.interrupts import INTERRUPTED, TERMINATED
 
 LEFT_SECONDS = 2.0
-"""Seconds after which a closed page counts as left, and its work ends."""
+"""Seconds after a page is closed at which its work ends."""
 
 MOST_PAGES = 12
-"""Pages that may be open at a time: each takes half a second to make, and memory."""
+"""The most open pages; each takes half a second to make, and memory."""
 
 ENTRY = "/enter"
+
+_ADDRESS = "open the address that nlds-vines explore has printed"
+_CROWDED = f"{MOST_PAGES} pages are open, which is the most; close one and load this one again"
 
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; connect-src 'self'; img-src 'self' data: blob:;"
@@ -48,20 +50,20 @@ _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
-"""Headers of every answer; Bokeh makes functions of texts, which a policy calls `unsafe-eval`."""
+"""Headers of every answer; Bokeh compiles functions from text, which needs `unsafe-eval`."""
 
 
 class Headers(OutputTransform):
     """Adds `_HEADERS` to every answer."""
 
     def transform_first_chunk(self, status_code: int, headers: Any, *rest: Any) -> Any:
-        """Add the headers to an answer."""
+        """Add the headers."""
         headers.update(_HEADERS)
         return status_code, headers, rest[0]
 
 
 class Refused(RequestHandler):
-    """The answer to a request that is not allowed, whatever its method."""
+    """The answer to a refused request, whatever its method."""
 
     def initialize(self, status: int, words: str) -> None:
         """Take the status and the reason."""
@@ -76,7 +78,11 @@ class Refused(RequestHandler):
 
 
 class Owner(AuthProvider):
-    """Lets in a browser that has opened the printed address."""
+    """Admits a browser that has opened the printed address."""
+
+    login_url = ENTRY
+    login_handler: Any = None
+    get_user_async = get_login_url = logout_url = logout_handler = None
 
     def __init__(self, host: str) -> None:
         """Draw the token; the name of the cookie holds the port, since ports share cookies."""
@@ -88,38 +94,26 @@ class Owner(AuthProvider):
                 self.set_cookie(cookie, token, httponly=True, samesite="Lax", path="/")
                 self.redirect("/")
 
-        self._entry = Entry
+        self.login_handler = Entry
         super().__init__()
 
     def is_token(self, words: str) -> bool:
-        """Return True for the token, in a time that tells nothing about it."""
+        """Return True for the token; the time that takes does not depend on `words`."""
         return hmac.compare_digest(words.encode(), self.token.encode())
 
     def brings_cookie(self, request: HTTPServerRequest) -> bool:
-        """Return True if a request has the token among its cookies."""
+        """Return True if a request has the token in its cookie."""
         cookie = request.cookies.get(self.cookie)
         return cookie is not None and self.is_token(cookie.value)
 
     @property
     def get_user(self) -> Any:
-        """The function that names the user of a request; None for anybody else."""
+        """The function that returns the user of a request, None for anybody but the owner."""
         return lambda handler: "owner" if self.brings_cookie(handler.request) else None
-
-    @property
-    def login_url(self) -> str:
-        """The path at which the token becomes a cookie."""
-        return ENTRY
-
-    @property
-    def login_handler(self) -> type[RequestHandler]:
-        """The handler of that path."""
-        return self._entry
-
-    get_user_async = get_login_url = logout_url = logout_handler = None
 
 
 class OwnersServer(BokehTornado):
-    """Bokeh's server, which sees only requests of the owner, with this host and this origin."""
+    """Bokeh's server behind a check of the cookie, the host and the origin of each request."""
 
     def __init__(self, application: Application, host: str) -> None:
         """Take the `host`, address and port, under which the page is served."""
@@ -138,15 +132,19 @@ class OwnersServer(BokehTornado):
         self.transforms.append(Headers)
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
-        """Return the scripts of the page: figures and widgets, no tables and no formulas."""
+        """Return the scripts of figures and widgets; the page has no tables and no formulas."""
         resources = super().resources(absolute_url)
         resources.components = ["bokeh", "bokeh-widgets"]
         return resources
 
     def find_handler(self, request: HTTPServerRequest, **settings: Any) -> Any:
-        """Return Bokeh's handler of a request that is allowed; refuse any other, files too."""
+        """Return Bokeh's handler of an admitted request, or else a refusal."""
+        names = ("Origin", "Sec-Websocket-Origin")
+        origins = [origin for name in names for origin in request.headers.get_list(name)]
+        is_ours = request.headers.get_list("Host") == [self._host]
+        is_ours = is_ours and set(origins) <= {f"http://{self._host}"}
         words = ""
-        if not self._is_ours(request) or "%00" in request.path:
+        if not is_ours or "%00" in request.path:
             words = _ADDRESS
         elif request.path == ENTRY:
             token = request.arguments.get("token", [b""])[-1]
@@ -160,26 +158,15 @@ class OwnersServer(BokehTornado):
             return self.get_handler_delegate(request, Refused, {"status": 403, "words": words})
         return super().find_handler(request, **settings)
 
-    def _is_ours(self, request: HTTPServerRequest) -> bool:
-        """Return True if a request names host and, if any, origin as it must."""
-        names = ("Origin", "Sec-Websocket-Origin")
-        origins = [origin for name in names for origin in request.headers.get_list(name)]
-        is_host = request.headers.get_list("Host") == [self._host]
-        return is_host and set(origins) <= {f"http://{self._host}"}
-
-
-_ADDRESS = "open the address that nlds-vines explore has printed"
-_CROWDED = f"{MOST_PAGES} pages are open, which is the most; close one and load this one again"
-
 
 class PageServer:
     """A server of one page on this machine."""
 
     def __init__(self, fill: Callable[[Document], object], listening: socket.socket) -> None:
-        """Take the socket of `local_port.listening`; `fill` fills the document of a new page."""
+        """Take a `listening` socket; `fill` fills the document of a new page."""
         for name in ("bokeh", "tornado"):  # a page shows its own errors
             logging.getLogger(name).setLevel(logging.CRITICAL)
-        host = f"{ADDRESS}:{listening.getsockname()[1]}"
+        host = "{}:{}".format(*listening.getsockname())
         self._status, self._fill, self._loop = 0, fill, IOLoop.current()
         application = Application(FunctionHandler(self._open))
         owners = OwnersServer(application, host)
@@ -189,10 +176,7 @@ class PageServer:
         self._server = BaseServer(self._loop, owners, http)
 
     def serve(self, browser: bool) -> int:
-        """Serve until Ctrl-C or SIGTERM; return the exit status that belongs to it.
-
-        Arguments: `browser`, whether one is told to show the page.
-        """
+        """Serve until Ctrl-C or SIGTERM and return the exit status; open a `browser` or not."""
         signals = signal.SIGINT, signal.SIGTERM
         before = {number: signal.signal(number, self._handle) for number in signals}
         try:
@@ -207,12 +191,12 @@ class PageServer:
         return self._status
 
     def _open(self, document: Document) -> None:
-        """Fill the document of a new page, unless the server is about to end."""
+        """Fill the document of a new page, unless the server is ending."""
         if not self._status:
             self._fill(document)
 
     def _show(self) -> None:
-        """Have a browser show the page; one that runs in a terminal holds nothing up."""
+        """Open a browser, in a thread, as one that runs in a terminal would block."""
         threading.Thread(target=webbrowser.open, args=(self.address,), daemon=True).start()
 
     def _handle(self, number: int, frame: object) -> None:

@@ -101,15 +101,15 @@ class Picture(Drawing):
         ax: Axes | None = None,
     ) -> Figure:
         """Return the figure of an open archive, see `Drawing`."""
-        known = self.panels(view)
+        panels = self.panels(view)
         if show is None:
-            names = [*(known if self.usual is None else self.usual(view))]
+            names = [*(panels if self.usual is None else self.usual(view))]
         else:
-            names = [choice("show", word.strip(), known) for word in show.split(",")]
+            names = [choice("show", word.strip(), panels) for word in show.split(",")]
         if ax is None:
             return self.draw(view, list(dict.fromkeys(names)), page)
         if show is not None and len(names) > 1:
-            raise several_panels(show, known)
+            raise several_panels(show, panels)
         return into(ax, lambda: self.fill(ax, view, names[0]))
 
 

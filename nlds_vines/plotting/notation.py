@@ -27,17 +27,17 @@ def latex_symbol(parameter: str) -> str:
 def in_latex(symbol: str) -> str:
     """Return a symbol such as ω, E₁max or z_min in LaTeX: the fonts lack the Unicode subscripts."""
     text = "".join(_LATEX.get(letter, letter) for letter in symbol)
-    text = _EXTREME.sub(lambda found: rf"^{{\,\mathrm{{{found[1]}}}}}", text)
+    text = _EXTREME.sub(lambda match: rf"^{{\,\mathrm{{{match[1]}}}}}", text)
     return text.replace("_min", r"_\mathrm{min}")
 
 
 def power_of_ten(text: str) -> str:
     """Return a number such as 2.5e+07 in LaTeX, 2.5 x 10^7; one without an exponent as it is."""
-    found = _SCIENTIFIC.fullmatch(text)
-    if found is None:
+    match = _SCIENTIFIC.fullmatch(text)
+    if match is None:
         return text
-    factor = "" if found[1] == "1" else rf"{found[1]}\times"
-    return rf"{factor}10^{{{int(found[2])}}}"
+    factor = "" if match[1] == "1" else rf"{match[1]}\times"
+    return rf"{factor}10^{{{int(match[2])}}}"
 
 
 def number_text(value: float) -> str:
@@ -50,7 +50,7 @@ def number_text(value: float) -> str:
 
 def raised(unit: str) -> str:
     """Return a unit with its powers as superscripts, halves as fractions: N/m^(3/2)."""
-    return _POWER.sub(lambda found: f"$^{{{_fraction(found[1])}}}$", unit)
+    return _POWER.sub(lambda match: f"$^{{{_fraction(match[1])}}}$", unit)
 
 
 def setting_label(parameter: str, value: float) -> str:

@@ -320,10 +320,10 @@ def _places(digits: Sequence[int], low: float, high: float, every: int = 1) -> l
     An end may miss its power by round-off.
     """
     powers = range(floor(log10(low)) - 1, ceil(log10(high)) + 1)
-    found = [
+    ticks = [
         float(f"{digit}e{power}") for power in powers if power % every == 0 for digit in digits
     ]
-    return [value for value in found if low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9)]
+    return [value for value in ticks if low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9)]
 
 
 def write_out_ticks(axis: Axis) -> None:
@@ -378,10 +378,10 @@ def count_in(figure: Figure, unit: str, view: ArchiveView) -> None:
     if choice("frequency", unit, UNITS) == RAD:
         return
     factor = 1.0 / _unit(view, _RATIOS[unit])
-    found = list(_labeled(figure))
-    if not found:
+    labeled = list(_labeled(figure))
+    if not labeled:
         raise RequestError(f"frequency = {unit!r}: the picture has no axis of the frequency omega")
-    for axis, along in found:
+    for axis, along in labeled:
         if axis.get_scale() != "linear":
             raise RequestError(f"frequency = {unit!r}: the axis of omega is logarithmic")
         short = axis.get_label_text() != axis_label("omega")

@@ -113,18 +113,18 @@ def damper_colors(systems: Sequence[str]) -> list[str]:
     """
     used = {DAMPERS[name] for name in systems if name in DAMPERS}
     others = [color for color in DAMPERS.values() if color not in used] or [*DAMPERS.values()]
-    found: list[str] = []
+    chosen: list[str] = []
     for place, name in enumerate(systems):
-        known = name in DAMPERS and name not in systems[:place]
-        found.append(DAMPERS[name] if known else others[len(found) % len(others)])
-    return found
+        is_own = name in DAMPERS and name not in systems[:place]
+        chosen.append(DAMPERS[name] if is_own else others[len(chosen) % len(others)])
+    return chosen
 
 
 def drawn_as(label: str) -> str:
     """Return the name under which a label is drawn: labels of the same color share one."""
     end = final(label)
-    found = period_and_impacts(end)
-    return label.replace(end, LONG) if found and found[0] >= len(RAMP) else label
+    periodic = period_and_impacts(end)
+    return label.replace(end, LONG) if periodic and periodic[0] >= len(RAMP) else label
 
 
 def example_of(word: str) -> str:
@@ -134,8 +134,8 @@ def example_of(word: str) -> str:
 
 def in_order(words: Iterable[str]) -> list[str]:
     """Return names in the order of a legend: by period, then those that are not periodic."""
-    found = ordered(example_of(word) for word in words)
-    return [word.replace(_EXAMPLE, LONG) for word in found]
+    labels = ordered(example_of(word) for word in words)
+    return [word.replace(_EXAMPLE, LONG) for word in labels]
 
 
 def colors(labels: Iterable[str]) -> dict[str, str]:

@@ -1,9 +1,10 @@
-"""The picture of one orbit in full: what each panel of a portrait shows (Figures 9 to 12)."""
+"""The page of a portrait: its rows of panels, and how each kind is drawn (Figures 9 to 12)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from math import ceil
 from typing import Any, NamedTuple
@@ -28,7 +29,6 @@ from nlds_vines.orbits.signals import (
     harmonic_force,
     relative_displacement,
 )
-from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import power_of_ten, typeset
 from nlds_vines.plotting.page import (
@@ -47,13 +47,13 @@ from nlds_vines.portrait.result import portrait_in
 from nlds_vines.portrait.window_view import View
 
 STRUCTURE, DAMPER, OBSTACLE = "#7a7a7a", HUES["black"], HUES["vermillion"]
-"""Colors of the bodies, near the paper's gray, black and red."""
+"""Colors of the bodies and the walls, near the paper's gray, black and red."""
 
 FORCE = DAMPER_ENERGY = HUES["blue"]
-"""The color of the harmonic force, and in another panel of the damper's energy."""
+"""The color of the harmonic force and, in another panel, of the damper's energy."""
 
 SECTION = HUES["blue"]
-"""The color of the stroboscopic section, which no boundary has."""
+"""The color of the stroboscopic section, unlike that of any boundary."""
 
 BOUNDARIES: Mapping[str, dict[str, Any]] = {
     "obstacle": {"color": OBSTACLE, "linewidth": 0.9},
@@ -63,49 +63,46 @@ BOUNDARIES: Mapping[str, dict[str, Any]] = {
     "second stop": {"color": OBSTACLE, "linewidth": 0.9, "linestyle": (0, (5, 1.5, 1, 1.5))},
     "table": {"color": OBSTACLE, "linewidth": 0.9},
 }
-"""Lines for what the damper strikes and for the limit that it must not reach, by name."""
+"""Lines of the walls and of the limit that the damper must not reach, by name."""
 
 MOST_VECTOR = 40_000
-"""The most states of a curve that is a path in vector formats; a longer one becomes an image."""
+"""States beyond which a curve is an image in vector formats, too."""
 
 MOST_THICK = 8_000
-"""The number of states from which a curve is drawn thinner."""
+"""States beyond which a curve is drawn thinner."""
 
 LONGEST_PLAIN = 6
-"""The longest period n of an orbit beside which the motion of the boundaries is a plain line.
+"""The longest period n of an orbit whose moving boundaries are plain lines.
 
-With a longer period it is a thin one below the orbit's: the curves would hide each other."""
+With longer periods they are thin lines below the orbit, as the curves would hide each other."""
 
 MOST_CYCLES = 160
-"""The most forcing periods of a phase trajectory: more of a chaotic one only blackens the plane."""
+"""The most forcing periods of a phase trajectory; more of a chaotic one blacken the plane."""
 
 _IN_PIECES: dict[Any, Any] = {"agg.path.chunksize": 10_000}
-"""A long path is too much for the raster engine in one piece."""
+"""The raster engine draws a long path in pieces."""
 
-_TIMES = 0.033  # of the width of a panel over time in points: how many intervals of time it has
-_NUMBER, _NARROW = 33, 150  # points, of a number along a plane, of panels with shorter words
+_TIMES = 0.033  # intervals between ticks of time, per point of width
+_NUMBER, _NARROW = 33, 150  # points: width of a number; width below which labels are short
 _LINE = 0.8  # points, width of a curve
-_FEW_POINTS = 3.4  # points, size of the points of a section
-_MANY_POINTS = 40  # points of a section from which they are drawn smaller
-
 
 OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1", "energy2")
 """The panels whose horizontal axis is time."""
 
-_CROWD = 2  # the most columns with names of one line and full labels; more have less room for each
+_CROWD = 2  # the most columns with headings of one line and full labels
 _TIME, _SPECTRUM = 2.5, 3.4  # cm, heights of a panel over time and of a spectrum
 _PLANE, _TALLEST = 0.7, 4.8  # height of a phase plane over its width, and in cm at most
 _LABELS, _LEGEND = 1.4, 1.85  # cm, about the widths of labels and ticks, and of a legend
 _CROWDED = 0.88  # of these heights, if several columns make more rows
-_OWN_SCALE = 5.0  # ratio of two ranges of force beyond which the smaller would be hard to read
+_OWN_SCALE = 5.0  # ratio of two ranges of force beyond which each has its own scale
 _LETTER = 5  # points between the corner of a panel and its letter
-_LETTER_BOX = 23.0, 19.0  # points, room that a letter takes in its corner
+_LETTER_BOX = 23.0, 19.0  # points, size of the corner that a letter takes
 
 
 class Place(NamedTuple):
-    """A panel on the page: its kind, what it shows, whether it is first or last in its row.
+    """A panel on the page: its kind, its view, its axes, whether it is first or last in its row.
 
-    `alone` is true if it has a heading and scales of its own.
+    `alone` means that it has its own heading and scales.
     """
 
     panel: str
@@ -117,30 +114,30 @@ class Place(NamedTuple):
 
 
 def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
-    """Return the page of an archive with the panels that are `shown`."""
-    found = portrait_in(view.path)
-    return portrait(replace(found.drawn_from, panels=tuple(shown)), found.views, page)
+    """Return the page of an archive with the panels `shown`."""
+    result = portrait_in(view.path)
+    return portrait(replace(result.drawn_from, panels=tuple(shown)), result.views, page)
 
 
 def fill(axes: Axes, view: ArchiveView, panel: str) -> None:
-    """Draw one panel of an archive's first window into given axes."""
-    found = portrait_in(view.path)
-    place = Place(panel, found.views[0], axes, first=True, last=True)
-    _PANELS[panel](place, found.drawn_from)
-    _finish(place, [place], found.drawn_from)
+    """Draw one panel of an archive's first window into axes."""
+    result = portrait_in(view.path)
+    place = Place(panel, result.views[0], axes, first=True, last=True)
+    _PANELS[panel](place, result.drawn_from)
+    _finish(place, [place], result.drawn_from)
     if panel == "spectrum":
         _limit_spectra([place])
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
-    """Return what can be drawn of an archive, by the names of panels."""
+    """Return the panels that an archive can fill, with their meanings."""
     columns = portrait_in(view.path).drawn_from.columns
     allowed = panels_of([column.system.scene for column in columns])
     return {n: PANELS[n] for n in allowed if any(column.fills(n) for column in columns)}
 
 
 def usual(view: ArchiveView) -> Sequence[str]:
-    """Return the panels of an archive's page."""
+    """Return the panels of the archive's own page."""
     return portrait_in(view.path).drawn_from.panels
 
 
@@ -150,8 +147,8 @@ def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_C
 
     Time histories begin with the window and are at most `request.show` periods long.  Phase planes
     show one cycle of a periodic orbit, up to `MOST_CYCLES` periods of any other.  The panels of a
-    row share their scales, phase planes of one kind both of them.  In one column of a paper all
-    stands below one another.
+    row share their ordinates, phase planes of one kind both axes.  On a page for one column of a
+    paper, all panels stand below one another.
     """
     figure, grid, rows = make_page(request.panels, views, page)
     for row in rows:
@@ -178,17 +175,17 @@ def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_C
 
 
 Row = Sequence[tuple[str, View]]
-"""The kinds of panels in a row, from left to right, and what each of them shows."""
+"""The kinds of the panels in a row, from left to right, and their views."""
 
 
 def rows_of(
     panels: Sequence[str], views: Sequence[View], beside: bool = True
 ) -> list[list[tuple[str, View]]]:
-    """Return what stands in each row: one kind of panel for all columns.
+    """Return the rows of a page: one kind of panel for all columns.
 
     Of several columns, panels that only one of them fills stand side by side, as many as there are
-    columns.  With a single column, two planes that follow one another share a row.  Where nothing
-    stands `beside` anything, each panel has a row, column after column.
+    columns.  With a single column, two consecutive planes share a row.  Unless panels may stand
+    `beside` each other, each has its own row, column after column.
     """
     if not beside:
         return [[(panel, v)] for v in views for panel in panels if v.column.fills(panel)]
@@ -204,15 +201,14 @@ def rows_of(
 
 
 def _joins(row: Row, entries: Row, views: Sequence[View]) -> bool:
-    """Return whether a panel, `entries`, stands in the same row as the one before it."""
+    """Return True if the `entries` of a panel stand in the same row as the panel before."""
     if len(views) > 1:
         return len(entries) == 1 and _mixed([*row, *entries]) and len(row) < len(views)
-    planes = all(panel in PLANES for panel, _ in (*row, *entries))
-    return planes and len(row) < 2
+    return len(row) < 2 and all(panel in PLANES for panel, _ in (*row, *entries))
 
 
 def _mixed(row: Row) -> bool:
-    """Return whether the panels of a row are all of different kinds."""
+    """Return True if all panels of a row are of different kinds."""
     kinds = [panel for panel, _ in row]
     return len(set(kinds)) == len(kinds)
 
@@ -220,7 +216,7 @@ def _mixed(row: Row) -> bool:
 def make_page(
     panels: Sequence[str], views: Sequence[View], page: Page = TWO_COLUMNS
 ) -> tuple[Figure, GridSpec, list[list[Place]]]:
-    """Return a figure, its grid, and its panels row by row, with their shared axes."""
+    """Return a figure, its grid, and its empty panels row by row, which share axes."""
     rows = rows_of(panels, views, page.beside)
     columns = max(len(views) if page.beside else 1, *map(len, rows))
     width = (page.width / CM - _LEGEND) / columns - _LABELS
@@ -243,24 +239,17 @@ def make_page(
 
 
 def _height(row: Row, width: float) -> float:
-    """Return the height [cm] of a row of panels of such a width [cm], that of the highest."""
+    """Return the height [cm] of a row of panels of such a width [cm]."""
     plane = min(_PLANE * width, _TALLEST)
     heights = [plane if p in PLANES else _SPECTRUM if p == "spectrum" else _TIME for p, _ in row]
     return max(heights) * (_CROWDED if len({id(view) for _, view in row}) > 1 else 1.0)
 
 
-def _same_times(row: Row, below: Row) -> bool:
-    """Return whether two rows show histories of the same windows."""
-    kinds = [{panel for panel, _ in entries} for entries in (row, below)]
-    histories = all(len(found) == 1 and found <= set(OVER_TIME) for found in kinds)
-    return histories and [id(view) for _, view in row] == [id(view) for _, view in below]
-
-
 def _share_axes(places: Sequence[Sequence[Place]]) -> None:
-    """Let panels over time share their times, and panels of one kind their values.
+    """Let panels over time share their times, and panels of one kind their ordinates.
 
-    Phase planes of one kind share both axes: so orbits of several windows can be compared.  Forces
-    may differ by orders of magnitude: `fit_forces` decides when they are drawn.
+    Phase planes of one kind share both axes, so that orbits can be compared.  Forces may differ by
+    orders of magnitude, so `fit_forces` scales them after they are drawn.
     """
     first: dict[str, Place] = {}
     for place in (place for row in places for place in row):
@@ -269,22 +258,25 @@ def _share_axes(places: Sequence[Sequence[Place]]) -> None:
             if place.panel in PLANES:
                 place.axes.sharex(first[place.panel].axes)
     for above, below in pairwise(places):
-        if _same_times([place[:2] for place in above], [place[:2] for place in below]):
+        kinds = [{place.panel for place in row} for row in (above, below)]
+        is_over_time = all(len(panels) == 1 and panels <= set(OVER_TIME) for panels in kinds)
+        windows = [[id(place.view) for place in row] for row in (above, below)]
+        if is_over_time and windows[0] == windows[1]:
             for upper, lower in zip(above, below, strict=True):
                 lower.axes.sharex(upper.axes)
                 upper.axes.tick_params(labelbottom=False)
 
 
 def write_letters(places: Sequence[Sequence[Place]], several: bool) -> None:
-    """Write a letter into each panel; those of one kind in a row of several columns share it.
+    """Write a letter into each panel; with several columns, panels of one kind share it.
 
-    In a phase plane it stands in the corner that the curves leave free; elsewhere above them.
+    In a phase plane it stands in the emptiest corner, elsewhere above the curves.
     """
-    found = [place for row in places for place in row]
-    kinds = list(dict.fromkeys(place.panel for place in found))
-    if len(found) < 2:
+    panels = [place for row in places for place in row]
+    kinds = list(dict.fromkeys(place.panel for place in panels))
+    if len(panels) < 2:
         return
-    for i, place in enumerate(found):
+    for i, place in enumerate(panels):
         text = letter(kinds.index(place.panel) if several else i)
         corner = _free_corner(place.axes) if place.panel in PLANES else (0, 1)
         x, y = corner
@@ -296,7 +288,7 @@ def write_letters(places: Sequence[Sequence[Place]], several: bool) -> None:
 
 
 def fit_forces(row: Sequence[Place]) -> None:
-    """Give the panels of forces in a row the same limits, or their own if they differ widely."""
+    """Give the panels of forces in a row the same limits unless these differ widely."""
     places = [place for place in row if place.panel == "force"]
     ends = np.array([place.axes.get_ylim() for place in places]).reshape(-1, 2)
     spans = ends[:, 1] - ends[:, 0]
@@ -307,40 +299,34 @@ def fit_forces(row: Sequence[Place]) -> None:
 
 
 def _free_corner(axes: Axes) -> tuple[int, int]:
-    """Return the corner (right, top), each 0 or 1, with the fewest points of curves in it.
+    """Return the corner (right, top), each 0 or 1, with the fewest points of curves.
 
     Of equal ones the first: upper left, upper right, lower left, lower right.
     """
-    found = [np.asarray(line.get_xydata()) for line in axes.lines]
-    found += [np.asarray(cloud.get_offsets()) for cloud in axes.collections]
-    if not sum(map(len, found)):
+    curves = [np.asarray(line.get_xydata()) for line in axes.lines]
+    curves += [np.asarray(cloud.get_offsets()) for cloud in axes.collections]
+    if not sum(map(len, curves)):
         return 0, 1
-    axes.get_xlim()  # which settles the limits that the transformation takes
+    axes.get_xlim()  # settles the limits on which the transformation depends
     to_axes = axes.transData + axes.transAxes.inverted()
-    points = np.concatenate([to_axes.transform(places) for places in found])
+    points = np.concatenate([to_axes.transform(places) for places in curves])
     corners = ((0, 1), (1, 1), (0, 0), (1, 0))
     size = np.array(_LETTER_BOX) / size_of(axes)
-
-    def crowd(corner: tuple[int, int]) -> int:
-        return int(np.count_nonzero((np.abs(points - corner) < size).all(axis=1)))
-
-    return min(corners, key=crowd)
+    crowds = [np.count_nonzero((np.abs(points - one) < size).all(axis=1)) for one in corners]
+    return corners[int(np.argmin(crowds))]
 
 
 # ---- panels ------------------------------------------------------------------------------------
 
 
 def _fills(place: Place) -> bool:
-    """Return whether the column of a place shows its kind of panel."""
+    """Return True if the column of a place fills its panel."""
     column = place.view.column
     return column.fills(place.panel) and place.panel in panels_of([column.system.scene])
 
 
 def _heading(view: View, joint: str) -> str:
-    """Return the name of a column, or its regime, and its window, with `joint` between them.
-
-    An orbit that the scene's limit forbids is told as such.
-    """
+    """Return the name of a column, or its label, its window, and how far it passed the limit."""
     begin, end = view.column.window
     label = view.label if view.period else "no repetition"
     text = f"{typeset(view.column.name) or label}{joint}periods {begin} to {end}"
@@ -350,7 +336,7 @@ def _heading(view: View, joint: str) -> str:
 
 
 def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> None:
-    """Add the axis of time, the legend and the ticks that all panels have in common."""
+    """Add the axis of time, the legend and the ticks of a panel."""
     axes = place.axes
     axes.tick_params(top=True, right=True)
     axes.yaxis.set_major_locator(_ticks(5))
@@ -365,66 +351,64 @@ def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> Non
         axes.set_ylabel("")
     entries = _entries(row)
     if place.last and entries:
-        add_legend(axes, [*entries.values()], "right", handlelength=1.1)
+        add_legend(axes, entries, "right", handlelength=1.1)
 
 
-def _entries(row: Sequence[Place]) -> dict[str, Any]:
-    """Return the entries of the legend of a row: what is drawn in any of its panels, by label."""
-    found: dict[str, Any] = {}
+def _entries(row: Sequence[Place]) -> list[Line2D]:
+    """Return the legend of a row: every label in it once, as wide and opaque as a short curve."""
+    entries: dict[str, Line2D] = {}
     for place in row:
+        line: Any
         handles, labels = place.axes.get_legend_handles_labels()
-        found |= {s: _visible(h) for h, s in zip(handles, labels, strict=True) if s not in found}
-    return found
-
-
-def _visible(line: Any) -> Line2D:
-    """Return what a legend shows of a line: as wide and as opaque as that of a short curve."""
-    shown = Line2D([], [])
-    shown.update_from(line)
-    shown.set(alpha=1.0, linewidth=max(line.get_linewidth(), _LINE), rasterized=False)
-    shown.set(markersize=max(line.get_markersize(), _FEW_POINTS), label=line.get_label())
-    return shown
+        for line, label in zip(handles, labels, strict=True):
+            if label not in entries:
+                entries[label] = entry = Line2D([], [])
+                entry.update_from(line)
+                entry.set(alpha=1.0, linewidth=max(line.get_linewidth(), _LINE), rasterized=False)
+                entry.set(markersize=max(line.get_markersize(), _LARGE), label=label)
+    return [*entries.values()]
 
 
 def _ticks(most: int, integer: bool = False) -> MaxNLocator:
-    """Return the rule for ticks at round numbers, which make at `most` so many intervals."""
+    """Return a locator of round numbers with at `most` so many intervals."""
     return MaxNLocator(most, integer=integer, steps=[1, 2, 5, 10])
 
 
 def _shown(view: View, request: PortraitRequest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return times [forcing periods], times [s] and states (n, 4) of a time history."""
+    """Return times [forcing periods], times [s] and states (n, 4) of the shown periods."""
     count = request.show * view.samples
     time = view.time[:count]
     return time / view.column.system.period, time, view.states[:count]
 
 
 def _over_time(place: Place, label: str, curves: Iterable[tuple[Any, Any, dict[str, Any]]]) -> None:
-    """Draw curves over time, each of times, values and look, and label the axis of values."""
+    """Draw curves (times, values, settings of the line) and label the ordinate."""
     for across, values, look in curves:
         place.axes.plot(across, values, **{"linewidth": _LINE, **look})
     place.axes.set_ylabel(label)
 
 
-def _bodies(place: Place, request: PortraitRequest, column: int, symbol: str, label: str) -> None:
+def _bodies(
+    place: Place, request: PortraitRequest, column: int, symbol: str, ordinate: str
+) -> None:
     """Draw one component of structure and damper over time."""
     across, _, states = _shown(place.view, request)
-    label_1 = (
-        f"${symbol}_1$" if "x1" in place.view.column.system.scene.components else f"${symbol}$"
-    )
-    curves = [(across, states[:, column], {"color": STRUCTURE, "label": label_1})]
-    if place.view.column.system.scene.damper:
+    scene = place.view.column.system.scene
+    label = f"${symbol}_1$" if "x1" in scene.components else f"${symbol}$"
+    curves = [(across, states[:, column], {"color": STRUCTURE, "label": label})]
+    if scene.damper:
         curves.append((across, states[:, column + 2], {"color": DAMPER, "label": f"${symbol}_2$"}))
-    _over_time(place, label, curves)
+    _over_time(place, ordinate, curves)
 
 
 def _boundaries(view: View) -> Mapping[str, float]:
-    """Return where what the damper strikes, or must not reach, is drawn: x2 - x1 [m] by name."""
+    """Return the places x2 - x1 [m] of the walls and of the limit, by name."""
     system = view.column.system
     return {name: float(u) for name, u in system.scene.obstacle(system.parameters).items()}
 
 
 def _words(boundary: str) -> str:
-    """Return what a legend calls a boundary: stops by their places, in the room that there is."""
+    """Return the name of a boundary in a legend."""
     return {"stop": "stop $C$", "second stop": "stop $-C_2$"}.get(boundary, boundary)
 
 
@@ -457,46 +441,34 @@ def _force(place: Place, request: PortraitRequest) -> None:
     outer = harmonic_force(system, time) / 1000  # kN
     harmonic = {"color": FORCE, "linestyle": (0, (3, 1.5)), "label": r"$P\,\cos\,\omega t$"}
     curves: list[tuple[Any, Any, dict[str, Any]]] = [(across, outer, harmonic)]
-    found = contact_forces(system, states)
-    for name, values in found.items():
-        label = _words(name) if len(found) > 1 else "contact"
+    forces = contact_forces(system, states)
+    for name, values in forces.items():
+        label = _words(name) if len(forces) > 1 else "contact"
         curves.append((across, values / 1000, {**BOUNDARIES[name], "label": label}))
     _over_time(place, "force [kN]", curves)
 
 
-def _energy(place: Place, request: PortraitRequest) -> None:
-    _energies(place, request, "energy [J]", (1, 2))
-
-
-def _energy1(place: Place, request: PortraitRequest) -> None:
-    _energies(place, request, "$E_1$ [J]", (1,))
-
-
-def _energy2(place: Place, request: PortraitRequest) -> None:
-    _energies(place, request, "$E_2$ [J]", (2,))
-
-
-def _energies(place: Place, request: PortraitRequest, label: str, bodies: tuple[int, ...]) -> None:
-    """Draw the energies of the bodies, of 1 and 2, over time."""
+def _energies(place: Place, request: PortraitRequest, ordinate: str, bodies: str) -> None:
+    """Draw the energies of the `bodies`, "1", "2" or "12", over time."""
     across, _, states = _shown(place.view, request)
     system, curves = place.view.column.system, []
-    if 1 in bodies:
-        found = energy_of_structure(system, states)
-        curves.append((across, found, {"color": GREEN, "label": "$E_1$"}))
-    if 2 in bodies and system.scene.damper:
-        found = energy_of_damper(system, states)
-        curves.append((across, found, {"color": DAMPER_ENERGY, "label": "$E_2$"}))
-    _over_time(place, label, curves)
+    if "1" in bodies:
+        energy = energy_of_structure(system, states)
+        curves.append((across, energy, {"color": GREEN, "label": "$E_1$"}))
+    if "2" in bodies and system.scene.damper:
+        energy = energy_of_damper(system, states)
+        curves.append((across, energy, {"color": DAMPER_ENERGY, "label": "$E_2$"}))
+    _over_time(place, ordinate, curves)
     place.axes.set_ylim(bottom=0)
 
 
 def _cycle_states(view: View) -> np.ndarray:
-    """Return the states of one cycle and the state before it, so that a periodic curve closes."""
+    """Return the states of one cycle and the one before, so that the curve of a period closes."""
     return view.states[-(min(view.cycle, MOST_CYCLES) * view.samples + 1) :]
 
 
 def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, color: str, label: str) -> None:
-    """Draw a phase trajectory, thinner the longer it is; as an image beyond `MOST_VECTOR`."""
+    """Draw a phase trajectory, a long one thinner, as an image beyond `MOST_VECTOR` states."""
     long = across.size > MOST_VECTOR
     width, alpha = (0.25, 0.6) if long else (_LINE if across.size < MOST_THICK else 0.4, 1.0)
     with matplotlib.rc_context(_IN_PIECES):
@@ -508,20 +480,20 @@ def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, color: str, label
 def _points(place: Place, body: int) -> None:
     """Draw the stroboscopic section of a body: n points of an nT orbit, all of any other."""
     section, n = place.view.section, place.view.period
-    size = _FEW_POINTS if 0 < n < _MANY_POINTS else 1.7
+    size = _LARGE if 0 < n < _FEW else _SMALL
     points = section[-n:, 2 * body], section[-n:, 2 * body + 1]  # all where n is 0
     place.axes.plot(*points, color=SECTION, markersize=size, zorder=5, label="$t=nT$", **DOT)
 
 
 def _label_plane(axes: Axes, symbol: str) -> None:
-    """Label the axes of a phase plane by the symbol of its coordinate."""
+    """Label the axes of a phase plane with the symbol of its displacement."""
     axes.set_xlabel(f"${symbol}$ [m]")
     axes.set_ylabel(rf"$\dot{{{symbol[0]}}}{symbol[1:]}$ [m/s]")
     axes.xaxis.set_major_locator(_ticks(min(6, int(size_of(axes)[0] / _NUMBER))))
 
 
 def _symbol_1(scene: Scene) -> str:
-    """Return the symbol of the displacement of the body that is forced."""
+    """Return the symbol of the displacement of the forced body."""
     return "x_1" if "x1" in scene.components else "x"
 
 
@@ -538,7 +510,7 @@ def _phase(place: Place, request: PortraitRequest) -> None:
 
 
 def _body_of(place: Place) -> str:
-    """Return the word for the body that is forced: where there is no damper, what it is."""
+    """Return the word for the forced body."""
     scene = place.view.column.system.scene
     return scene.body if scene.grounded else "structure"
 
@@ -566,26 +538,17 @@ def _section(place: Place, request: PortraitRequest) -> None:
     if not scene.damper:
         _section1(place, request)
         return
-    _draw_section(place, request, 1, SECTION)
+    _draw_section(place, request, 1)
     _label_plane(place.axes, "x_2")
 
 
 def _section1(place: Place, request: PortraitRequest) -> None:
-    _draw_section(place, request, 0, SECTION)
+    _draw_section(place, request, 0)
     _label_plane(place.axes, _symbol_1(place.view.column.system.scene))
 
 
-def _impact_section(place: Place, request: PortraitRequest) -> None:
-    struck = place.view.column.system.scene.struck.values()
-    looks = {name: {"color": BOUNDARIES[name]["color"], "label": _words(name)} for name in struck}
-    _draw_impact_section(place, looks)
-
-
 def _draw_boundaries(place: Place, states: np.ndarray) -> None:
-    """Draw the motion of what the damper strikes, x1 + u, in the damper's phase plane.
-
-    Of walls that stand on the ground, their places.
-    """
+    """Draw the motion of the walls, x1 + u, in the damper's phase plane; grounded walls stand."""
     if place.view.column.system.scene.grounded:
         for name, u in _boundaries(place.view).items():
             place.axes.axvline(u, label=_words(name), **BOUNDARIES[name])
@@ -601,9 +564,9 @@ def _draw_boundaries(place: Place, states: np.ndarray) -> None:
 
 
 def _leave_room(row: Sequence[Place]) -> None:
-    """Leave room for the letters above the curves of panels over time."""
-    own = row[0].alone or row[0].panel == "force"
-    for place in row if own else row[:1]:  # the others share its values
+    """Leave room above the curves of panels over time for their letters."""
+    is_own = row[0].alone or row[0].panel == "force"
+    for place in row if is_own else row[:1]:  # the others share its values
         if place.panel in OVER_TIME:
             low, high = place.axes.get_ylim()
             place.axes.set_ylim(low, high + 0.28 * (high - low))
@@ -612,15 +575,15 @@ def _leave_room(row: Sequence[Place]) -> None:
 # ---- sections ------------------------------------------------------------------------------------
 
 
-CROWDED = 1500  # points from which colors tell how many are near: single ones overlap
+CROWDED = 1500  # points beyond which colors show the density, as single points overlap
 _CELLS = 160  # along each side of the plane, in which points are counted
-_PALEST = 0.9  # of the color map: its yellow end is too pale for dots
-_LARGE, _SMALL, _SMALLEST = 3.4, 1.7, 0.9  # points, sizes of dots of few, more and many points
-_FEW = 40  # points that are drawn large
+_PALEST = 0.9  # of the color map, whose yellow end is too pale for dots
+_LARGE, _SMALL, _SMALLEST = 3.4, 1.7, 0.9  # points, sizes of few, more and many dots
+_FEW = 40  # the number of dots below which they are large
 
 
-def _draw_section(place: Place, request: PortraitRequest, body: int, color: str) -> None:
-    """Draw the stroboscopic section of a body, 0 or 1, at the phase that the request says."""
+def _draw_section(place: Place, request: PortraitRequest, body: int) -> None:
+    """Draw the stroboscopic section of a body, 0 or 1, at the phase in the request."""
     view = place.view
     sample = round(request.section_phase * view.samples) % view.samples
     points = view.section_at(sample)[:, 2 * body : 2 * body + 2]
@@ -628,19 +591,16 @@ def _draw_section(place: Place, request: PortraitRequest, body: int, color: str)
     if n:
         points = points[-n:]
     label = rf"$\phi={sample / view.samples:.3g}$" if sample else "$t=nT$"  # phi in turns
-    _scatter(place.axes, points, color, label)
+    _scatter(place.axes, points, SECTION, label)
     place.axes.margins(0.06)
 
 
-def _draw_impact_section(place: Place, looks: Mapping[str, Mapping[str, str]]) -> None:
-    """Draw phase of the force and approach speed of each touch, of a cycle where there is one.
-
-    Arguments: the `looks`, color and label of each wall by its name.
-    """
+def _impact_section(place: Place, request: PortraitRequest) -> None:
+    """Draw the phase of the force and the approach speed of each touch, of one cycle if any."""
     view, axes = place.view, place.axes
     for name, points in view.impact_section.items():
         if len(points):
-            _scatter(axes, points, looks[name]["color"], looks[name]["label"], shaded=False)
+            _scatter(axes, points, BOUNDARIES[name]["color"], _words(name), is_shaded=False)
     if not len(view.contacts):
         axes.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=axes.transAxes)
     axes.set_xlim(0.0, 2.0 * np.pi)
@@ -649,103 +609,92 @@ def _draw_impact_section(place: Place, looks: Mapping[str, Mapping[str, str]]) -
     axes.set_ylabel("approach speed [m/s]")
 
 
-def _scatter(axes: Axes, points: np.ndarray, color: str, label: str, shaded: bool = True) -> None:
-    """Draw points (n, 2); of many, if they are `shaded`, the color tells how many are near."""
+def _scatter(
+    axes: Axes, points: np.ndarray, color: str, label: str, is_shaded: bool = True
+) -> None:
+    """Draw points (n, 2); if `is_shaded`, the color of many points shows their density."""
     many = len(points)
     size = _LARGE if many < _FEW else _SMALL if many < CROWDED else _SMALLEST
-    if many < CROWDED or not shaded:
+    if many < CROWDED or not is_shaded:
         look = {"color": color, "markersize": size, "label": label, **DOT}
         axes.plot(points[:, 0], points[:, 1], rasterized=many > CROWDED, **look)
         return
     near = _neighbors(points)
-    order = np.argsort(near, kind="stable")  # the dense ones above
+    order = np.argsort(near, kind="stable")  # dense ones on top
+    shades = colormaps[SHADES](np.linspace(0.0, _PALEST, 64))
+    shading = LinearSegmentedColormap.from_list("counts", shades)
     axes.scatter(
-        points[order, 0], points[order, 1], s=size**2, c=near[order], cmap=_shades(),
-        rasterized=True,
-        norm=LogNorm(1.0, max(2.0, float(near.max()))), linewidths=0,
+        points[order, 0], points[order, 1], s=size**2, c=near[order], cmap=shading,
+        norm=LogNorm(1.0, max(2.0, float(near.max()))), linewidths=0, rasterized=True,
     )  # fmt: skip
-    axes.plot([], [], color=_shades()(0.5), label=label, **DOT)
+    axes.plot([], [], color=shading(0.5), label=label, **DOT)
 
 
 def _neighbors(points: np.ndarray) -> np.ndarray:
-    """Return how many points stand in the cell of each, of a grid over their range."""
+    """Return for each point the number of points in its cell of a grid over all points."""
     low, span = points.min(axis=0), np.ptp(points, axis=0)
     places = ((points - low) / np.where(span > 0, span, 1.0) * _CELLS).astype(int)
     cells = np.minimum(places, _CELLS - 1) @ np.array([1, _CELLS])
     return np.bincount(cells)[cells]
 
 
-def _shades() -> LinearSegmentedColormap:
-    """Return the color map of counts: dark where points are few, lighter where many overlap."""
-    return LinearSegmentedColormap.from_list(
-        "counts", colormaps[SHADES](np.linspace(0.0, _PALEST, 64))
-    )
-
-
 # ---- spectra -------------------------------------------------------------------------------------
 
 
 DEPTH = 100.0
-"""How far down a spectrum is drawn, in decibels below the highest line of its row."""
+"""The range of a spectrum, in decibels below the highest line of its row."""
 
 LEAST = 1.0e-4
-"""The amplitude of a line, relative to the largest, above which the line is to be visible."""
+"""The relative amplitude above which a line must be visible."""
 
 SHORTEST, LONGEST = 4, 8
-"""The least and the greatest upper end of the frequencies, in multiples of the force's."""
+"""The bounds of the highest frequency, in multiples of the force's."""
 
 FINE = 240
-"""Periods above which the bins of a spectrum are so close that its curve has to be thinner."""
+"""Periods above which the curve of a spectrum is thinner, as its bins are close."""
 
 ZERO = -400.0
 """The decibels at which an amplitude of exactly zero is drawn."""
 
 
 def _draw_spectrum(place: Place, request: PortraitRequest) -> None:
-    """Draw the lines of a spectrum in decibels, and write its broadband share beside them."""
-    found = place.view.spectrum
+    """Draw a spectrum in decibels, and write its broadband share."""
+    view, axes, spectrum = place.view, place.axes, place.view.spectrum
     with np.errstate(divide="ignore"):
-        heights = np.maximum(found.decibels(), ZERO)
-    width = 0.5 if found.periods <= FINE else 0.3
-    place.axes.plot(found.order[1:], heights[1:], color="black", linewidth=width)
-    omega = place.view.column.system.parameters["omega"]
-    force = rf"$\omega$ = {omega:g} rad/s"
-    narrow = size_of(place.axes)[0] < _NARROW
-    words = rf"$\Omega/\omega$, {force}" if narrow else f"frequency [multiples of {force}]"
-    place.axes.set_xlabel(words)
-    name, unit = found.quantity, SIGNALS[found.quantity].unit
+        heights = np.maximum(spectrum.decibels(), ZERO)
+    width = 0.5 if spectrum.periods <= FINE else 0.3
+    axes.plot(spectrum.order[1:], heights[1:], color="black", linewidth=width)
+    force = rf"$\omega$ = {view.column.system.parameters['omega']:g} rad/s"
+    is_narrow = size_of(axes)[0] < _NARROW
+    words = rf"$\Omega/\omega$, {force}" if is_narrow else f"frequency [multiples of {force}]"
+    axes.set_xlabel(words)
+    name, unit = spectrum.quantity, SIGNALS[spectrum.quantity].unit
     plain = name if len(name) == 1 else f"{name[0]}_{name[1:]}"
     symbol = {"force": "F", "u": "x_2-x_1"}.get(name, plain)
-    place.axes.set_ylabel(f"$|{symbol}|$ [dB re 1 {unit}]")
-    if place.view.share is not None:
-        look: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 7.5}
-        place.axes.text(
-            0.985, 0.95, _share(place.view, narrow), transform=place.axes.transAxes, **look
-        )
-
-
-def _share(view: View, narrow: bool) -> str:
-    """Return the broadband share in words, a tiny one by its order; if `narrow` in two lines."""
-    share, n = view.share or 0.0, view.comb
-    value = f"{share:.1%}" if share >= 5e-4 or share == 0 else f"${power_of_ten(f'{share:.0e}')}$"
-    lines = f"{n if n > 1 else ''}T lines:"
-    return f"off {lines}\n{value}" if narrow else f"power outside {lines} {value}"
+    axes.set_ylabel(f"$|{symbol}|$ [dB re 1 {unit}]")
+    if (share := view.share) is None:
+        return
+    is_tiny = 0 < share < 5e-4
+    value = f"${power_of_ten(f'{share:.0e}')}$" if is_tiny else f"{share:.1%}"
+    lines = f"{view.comb if view.comb > 1 else ''}T lines:"
+    words = f"off {lines}\n{value}" if is_narrow else f"power outside {lines} {value}"
+    look: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 7.5}
+    axes.text(0.985, 0.95, words, transform=axes.transAxes, **look)
 
 
 def _limit_spectra(row: Sequence[Place]) -> None:
-    """Give the spectra of a row the same scales: `DEPTH` below the highest line, one end."""
-    found = [place.view.spectrum for place in row]
-    highest = max(float(s.decibels()[1:].max()) for s in found)
+    """Give the spectra of a row the same limits: `DEPTH` below the highest line, one end."""
+    spectra = [place.view.spectrum for place in row]
+    highest = max(float(spectrum.decibels()[1:].max()) for spectrum in spectra)
     if highest > ZERO:
         row[0].axes.set_ylim(highest - DEPTH, highest + 0.2 * DEPTH)
+    end = SHORTEST
+    for spectrum in spectra:  # to the last line above LEAST
+        amplitude = spectrum.amplitude[1:]
+        strong = spectrum.order[1:][amplitude > LEAST * amplitude.max()]
+        end = max(end, ceil(strong[-1] + 0.2) if strong.size else 0)
     for place in row:
-        place.axes.set_xlim(0, max(_highest_order(s) for s in found))
-
-
-def _highest_order(found: Spectrum) -> int:
-    """Return the frequency, in whole multiples of the force's, up to which a spectrum is shown."""
-    strong = found.order[1:][found.amplitude[1:] > LEAST * found.amplitude[1:].max()]
-    return min(max(SHORTEST, ceil(strong[-1] + 0.2) if strong.size else 0), LONGEST)
+        place.axes.set_xlim(0, min(end, LONGEST))
 
 
 _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
@@ -753,9 +702,9 @@ _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
     "velocity": _velocity,
     "relative": _relative,
     "force": _force,
-    "energy": _energy,
-    "energy1": _energy1,
-    "energy2": _energy2,
+    "energy": partial(_energies, ordinate="energy [J]", bodies="12"),
+    "energy1": partial(_energies, ordinate="$E_1$ [J]", bodies="1"),
+    "energy2": partial(_energies, ordinate="$E_2$ [J]", bodies="2"),
     "phase": _phase,
     "phase1": _phase1,
     "phase2": _phase2,

@@ -205,14 +205,14 @@ class PortraitRequest(Request):
     def _possible(self, panels: tuple[str, ...]) -> tuple[str, ...]:
         """Return the panels that can be filled; refuse a choice of which nothing remains."""
         allowed = panels_of(self._scenes)
-        found = tuple(name for name in panels if name in allowed)
-        if not found:
+        possible = tuple(name for name in panels if name in allowed)
+        if not possible:
             kind = self._scenes[0].kind
             raise RequestError(
                 f"panels {', '.join(panels)} cannot be filled for kind {kind!r}; "
                 f"allowed: {', '.join(allowed)}"
             )
-        return found
+        return possible
 
     def _check_start(self) -> None:
         for scene in self._scenes:

@@ -1,4 +1,4 @@
-"""Orbits for a portrait: a request's runs, cut into the views of its columns, in an archive."""
+"""The orbits of a portrait, computed and cut into the views of its columns, and their archive."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from nlds_vines.kernels.orbit.recurrence import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.records import IMPACT
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.simulation import Orbit, simulate
-from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
-from nlds_vines.portrait.request import Column, PortraitRequest, Window, span
+from nlds_vines.orbits.spectrum import spectrum_of
+from nlds_vines.portrait.request import Column, PortraitRequest, span
 from nlds_vines.portrait.view_table import contents
 from nlds_vines.portrait.window_view import View
 from nlds_vines.runs.interrupts import check, stoppable
@@ -24,8 +24,8 @@ from nlds_vines.runs.store import Blocks, Write
 def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -> None:
     """Compute a portrait into the archive `output`.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, `IntegrationError` where an orbit ends
-    early, and `RequestError` where the archive cannot be written.
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, `IntegrationError` if an orbit ends early,
+    and `RequestError` if the archive cannot be written.
     """
     how, began = RunOptions() if how is None else how, time.monotonic()
     request.document()  # refuses columns that no archive can repeat
@@ -43,19 +43,19 @@ def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -
 def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     """Return the views of a request's columns, in their order, from one run for each system.
 
-    Samples end steps of the integration, so a chaotic orbit, and the length of a chaotic transient,
-    depend on `samples` as on any round-off.  All windows of a system therefore come from one run.
-    The orbit of an archive's cell is that of the scan, whatever the samples.  When `quiet`, it is
-    not said that something is compiled.
+    Samples end integration steps, so a chaotic orbit, and the length of a chaotic transient, depend
+    on `samples` as on any round-off.  All windows of a system therefore come from one run.  The
+    orbit of an archive's cell is that of the scan for any samples.  `quiet` suppresses the notice
+    of a compilation.
 
-    Raises `IntegrationError` where an orbit ends early.
+    Raises `IntegrationError` if an orbit ends early.
     """
-    found: dict[int, View] = {}
+    views: dict[int, View] = {}
     for run in request.runs():
         check()
         orbit = followed(request, run, quiet=quiet)
-        found |= {id(column): _view(request, run, orbit, column) for column in run}
-    return [found[id(column)] for column in request.columns]
+        views |= {id(column): _view(request, run, orbit, column) for column in run}
+    return [views[id(column)] for column in request.columns]
 
 
 def followed(request: PortraitRequest, run: Sequence[Column], *, quiet: bool = False) -> Orbit:
@@ -80,45 +80,38 @@ def _view(request: PortraitRequest, run: Sequence[Column], orbit: Orbit, column:
     """Return the window of an orbit that a column shows, with its period and its spectrum."""
     assert orbit.trajectory is not None
     assert orbit.time is not None
+    system = column.system
     begin, end = (count - span(run).begin for count in column.window)
     part = slice(begin * request.samples, end * request.samples)
     states = orbit.trajectory[part]
     section = np.ascontiguousarray(states[request.samples - 1 :: request.samples])
     n = int(period_of(section, TOLERANCE))
-    comb = request.comb or max(n, 1)
-    return View(
-        column=column,
-        time=orbit.time[part],
-        states=states,
-        samples=request.samples,
-        contacts=_contacts(orbit, column.window),
-        period=n,
-        tolerance=TOLERANCE,
-        longest=len(section) // REPEATS,
-        comb=comb,
-        spectrum=_spectrum(request, column, states, comb),
-        violation=orbit.violation,
-    )
-
-
-def _contacts(orbit: Orbit, window: Window) -> np.ndarray:
-    """Return the impacts that begin in a window of an orbit, rows of dtype `IMPACT`."""
-    if orbit.impacts is None:
-        return np.empty(0, IMPACT)
-    touches = orbit.impacts["touch"]
-    first, last = (count * orbit.system.period for count in window)
-    return orbit.impacts[(touches > first) & (touches <= last)]
-
-
-def _spectrum(request: PortraitRequest, column: Column, states: np.ndarray, comb: int) -> Spectrum:
-    """Return the spectrum over the last periods of a window, as many as the comb divides."""
+    impacts = np.empty(0, IMPACT)
+    if orbit.impacts is not None:
+        first, last = (count * system.period for count in column.window)
+        touches = orbit.impacts["touch"]
+        impacts = orbit.impacts[(touches > first) & (touches <= last)]
+    # the spectrum covers the last periods, as many as the comb divides
+    comb, signal = request.comb or max(n, 1), SIGNALS[request.signal]
     usable = len(states) - len(states) % (comb * request.samples)
-    signal, system = SIGNALS[request.signal], column.system
-    return spectrum_of(
+    spectrum = spectrum_of(
         signal.of(system, states[len(states) - usable :]),
         request.samples,
         system.parameters["omega"],
         window=request.taper,
         quantity=request.signal,
         unit=signal.unit,
+    )
+    return View(
+        column=column,
+        time=orbit.time[part],
+        states=states,
+        samples=request.samples,
+        contacts=impacts,
+        period=n,
+        tolerance=TOLERANCE,
+        longest=len(section) // REPEATS,
+        comb=comb,
+        spectrum=spectrum,
+        violation=orbit.violation,
     )

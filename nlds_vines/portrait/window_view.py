@@ -1,4 +1,4 @@
-"""A window of an orbit, as one column of a portrait shows it, and what was found in it."""
+"""A window of an orbit, as one column of a portrait shows it: states, impacts, period, spectrum."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.portrait.request import Column
 
 POWER_SHARE = 0.99
-"""The share of a spectrum's power for which the report counts the fewest bins that hold it."""
+"""The share of the power of a spectrum whose bins the report counts, the strongest first."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -30,11 +30,11 @@ class View(Outlined):
         samples: states in each period.
         contacts: the impacts that begin in the window, rows of dtype `orbits.simulation.IMPACT`;
             empty for a scene without walls.
-        period: n of nT, by recurrence of the section to a `tolerance`; 0 where no period of up to
-            `longest` was found.
+        period: n of nT, by recurrence of the section to a `tolerance`; 0 if no period of up to
+            `longest` recurs.
         comb: n of the nT whose lines do not count as broadband.
-        spectrum: that of the request's signal, over as many last periods as the comb divides.
-        violation: how the scene's limit was violated in the whole run; None without a limit.
+        spectrum: of the request's signal, over as many last periods as the comb divides.
+        violation: of the scene's limit, in the whole run; None without a limit.
     """
 
     column: Column
@@ -60,9 +60,9 @@ class View(Outlined):
 
     @property
     def impact_section(self) -> Mapping[str, np.ndarray]:
-        """The section at impact by what is struck, (touches, 2): phase [rad] and speed [m/s].
+        """The section at impact by wall, (touches, 2): phase omega t mod 2 pi [rad], speed [m/s].
 
-        Of one cycle, where there is one; the phase of the force is omega t, from 0 to 2 pi.
+        Of a periodic orbit it has one cycle.
         """
         period = self.column.system.period
         last = self.contacts[self.touches > (self.column.window.end - self.cycle) * period]
@@ -78,12 +78,12 @@ class View(Outlined):
 
     @property
     def cycle(self) -> int:
-        """The number of periods that hold the whole orbit: n of nT, or all of the window."""
+        """The number of periods of one cycle: n of nT, or all of the window."""
         return self.period or len(self.section)
 
     @property
     def impacts(self) -> int:
-        """Impacts k per nT, counted over the whole cycles of the window; all impacts if n is 0."""
+        """Impacts k per nT, averaged over the whole cycles of the window; all impacts if n is 0."""
         if not self.period:
             return len(self.touches)
         cycles = len(self.section) // self.period
@@ -97,7 +97,7 @@ class View(Outlined):
 
     @property
     def share(self) -> float | None:
-        """The broadband share of the spectrum, from 0 to 1; None where its periods are too few."""
+        """The broadband share of the spectrum, from 0 to 1; None if its periods are too few."""
         if self.comb > self.spectrum.most_lines():
             return None
         return self.spectrum.broadband_share(self.comb)
@@ -107,39 +107,31 @@ class View(Outlined):
         begin, end = self.column.window
         name = f"{self.column.name}: " if self.column.name else ""
         yield f"{name}periods {begin} to {end} of {self.column.system.period:.6g} s each"
-        yield f"  recurrence: {self._recurrence()}"
+        if self.period:
+            times = f"{self.period} period{'s' if self.period > 1 else ''}"
+            words = f"{self.label}: the section repeats after {times} to {self.tolerance:g}"
+        elif self.longest == 0:
+            words = "the window is too short to tell"
+        else:
+            words = f"no period of up to {self.longest} found; that alone proves no chaos"
+        yield f"  recurrence: {words}"
         if self.column.system.scene.walls:
             rate = len(self.touches) / len(self.section)
             yield f"  impacts per period: {rate:.4g} ({len(self.touches)} in the window)"
-        if self.violation is not None:
-            yield f"  limit of the scene, in the whole run: {self._limit(self.violation)}"
+        if (passed := self.violation) is not None:
+            times = f"{passed.number} time{'s' if passed.number > 1 else ''}"
+            words = f"violated {times}, by up to {passed.depth:.4g} m, first at {passed.time:.6g} s"
+            yield f"  limit of the scene, in the whole run: {words if passed.number else 'kept'}"
         for name in ("E1", "E2"):
             if name in signals_of(self.column.system.scene):
                 highest = SIGNALS[name].of(self.column.system, self.states).max()
                 yield f"  largest {name} of the samples: {highest:.6g} J"
-        yield f"  spectrum of {self.spectrum.quantity}: {self._spectrum()}"
-
-    def _recurrence(self) -> str:
-        """Return what the recurrence of the section says, in words."""
-        if self.period:
-            times = f"{self.period} period{'s' if self.period > 1 else ''}"
-            return f"{self.label}: the section repeats after {times} to {self.tolerance:g}"
-        if self.longest == 0:
-            return "the window is too short to tell"
-        return f"no period of up to {self.longest} found; that alone proves no chaos"
-
-    def _limit(self, found: Violation) -> str:
-        """Return how the limit of the scene was kept, in words."""
-        if found.number == 0:
-            return "kept"
-        times = f"{found.number} time{'s' if found.number > 1 else ''}"
-        return f"violated {times}, by up to {found.depth:.4g} m, first at {found.time:.6g} s"
-
-    def _spectrum(self) -> str:
-        """Return how the power of the spectrum is distributed, in words."""
-        found, n = self.spectrum, self.comb
-        text = f"{found.periods} periods, {found.window} window, resolution {found.resolution:.4g}"
+        spectrum, n = self.spectrum, self.comb
         outside = "the harmonics of the force" if n == 1 else f"the lines of {n}T"
         share = "(too few periods to tell)" if self.share is None else f"{self.share:.2g}"
-        few = f"{POWER_SHARE:.0%} of its power in {found.bins_holding(POWER_SHARE)} bins"
-        return f"{text} of the forcing frequency; {share} of its power outside {outside}, {few}"
+        yield (
+            f"  spectrum of {spectrum.quantity}: {spectrum.periods} periods, {spectrum.window} "
+            f"window, resolution {spectrum.resolution:.4g} of the forcing frequency; {share} of "
+            f"its power outside {outside}, {POWER_SHARE:.0%} of its power in "
+            f"{spectrum.bins_holding(POWER_SHARE)} bins"
+        )

@@ -322,7 +322,7 @@ def test_only_pages_import_bokeh():
     assert importers
     assert all(name.startswith("explore.") for name in importers)
     assert "explore.command" not in importers
-    assert "explore.report.command" not in importers
+    assert "explore.report" not in importers
 
 
 def test_only_the_cluster_imports_dask():

@@ -227,8 +227,8 @@ def page(here, monkeypatch):
 
     from nlds_vines.explore import live_orbit, map_computation
     from nlds_vines.explore.live_page import Page
+    from nlds_vines.explore.map_computation import Opened
     from nlds_vines.explore.map_data import stored
-    from nlds_vines.explore.shared_map import Opened
 
     monkeypatch.setattr(live_orbit, "live_orbit", lambda *_: None)
     monkeypatch.setattr(map_computation.Job, "begin", lambda _: None)

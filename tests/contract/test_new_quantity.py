@@ -16,7 +16,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import run
 from nlds_vines.explore.map_data import stored
-from nlds_vines.explore.map_view import column, shows_of, told
+from nlds_vines.explore.map_view import column, numbers_of, shows_of
 from nlds_vines.model.quantities import QUANTITIES
 from nlds_vines.orbits.records import WANTS
 from nlds_vines.upkeep.export import main as export
@@ -45,7 +45,7 @@ for name, vary, want in (
 one = stored(Path("map.h5"))
 shown = next(show for show in shows_of(one) if show.name == "width")
 found["page"] = [shown.title, shown.unit, column(one, "width").ravel().tolist()]
-found["told"] = [row for row in told(one) if row[0] == "width"]
+found["told"] = [row for row in numbers_of(one) if row[0] == "width"]
 found["exported"] = export(["line.h5", "--quiet"]), Path("line.csv").read_text().splitlines()[0]
 print(json.dumps(found))
 """

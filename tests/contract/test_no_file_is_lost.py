@@ -132,7 +132,7 @@ def test_figures_and_their_report_replace_none_but_their_own(here, capsys, name)
 
 
 def test_a_dry_run_of_the_page_refuses_a_port_that_is_taken(here, capsys):
-    from nlds_vines.explore.local_port import listening
+    from nlds_vines.explore.command import listening
 
     with listening(0) as server:
         port = str(server.getsockname()[1])

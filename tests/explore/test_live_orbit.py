@@ -10,7 +10,6 @@ import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
-from nlds_vines.explore import recipes
 from nlds_vines.explore.chosen import sliders_of
 from nlds_vines.explore.live_orbit import (
     LONG,
@@ -19,6 +18,7 @@ from nlds_vines.explore.live_orbit import (
     Sampling,
     evidence_of,
     live_orbit,
+    portrait_command,
     words_of,
 )
 from nlds_vines.explore.map_computation import FEWEST, MOST_ORBITS, Job, finer
@@ -113,7 +113,7 @@ def test_chaos_has_words_and_no_multipliers():
     assert orbit.regime is not None
     assert orbit.label == "chaos"
     assert orbit.panels["multipliers"]["re"].size == 0
-    assert words_of(orbit.regime).startswith("neighboring orbits part")
+    assert words_of(orbit.regime).startswith("neighboring orbits diverge")
     assert dict(evidence_of(orbit.regime))["followed for"]
 
 
@@ -144,7 +144,7 @@ def test_the_saved_recipe_is_the_orbit_again(orbit, tmp_path):
 def test_the_command_line_is_the_orbit_again(start, monkeypatch, here):
     system = nv.load_system("ssul-set6", omega=7.1, P=750.0)
     request = live_orbit(system, start, SAMPLING).request
-    words = shlex.split(recipes.portrait_command(request))
+    words = shlex.split(portrait_command(request))
     assert words[:2] == ["nlds-vines", "portrait"]
     from nlds_vines.portrait import command
 
@@ -163,7 +163,7 @@ def test_a_system_of_no_catalog_is_drawn_from_its_recipe():
     base = nv.load_system("ssul-set6")
     system = nv.System(base.kind, dict(base.parameters), "own")
     request = live_orbit(system, None, SAMPLING).request
-    assert recipes.portrait_command(request) == "nlds-vines portrait portrait.toml"
+    assert portrait_command(request) == "nlds-vines portrait portrait.toml"
 
 
 SCAN = load_scan(
@@ -209,7 +209,7 @@ def test_a_job_computes_what_the_scan_means():
     job.begin()
     job.wait()
     assert (job.done, messages[-1], job.error) == (55, 1.0, "")
-    assert (job.found.arrays["label"] != "").all()
+    assert (job.results.arrays["label"] != "").all()
 
 
 def test_a_job_says_that_kernels_are_compiled(monkeypatch):

@@ -10,7 +10,7 @@ from nlds_vines.bifurcation.run import Computer
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.map_data import empty, stored
 from nlds_vines.explore.map_view import classes_of, column, label_codes, shows_of
-from nlds_vines.explore.report.report_page import section_points
+from nlds_vines.explore.report_page import section_points
 from nlds_vines.orbits.records import NOT_COMPUTED, OK, STATUS
 
 

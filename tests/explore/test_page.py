@@ -19,8 +19,8 @@ from nlds_vines.bifurcation.request import load_scan  # noqa: E402
 from nlds_vines.errors import RequestError  # noqa: E402
 from nlds_vines.explore import live_page as page_module  # noqa: E402
 from nlds_vines.explore.live_page import Page  # noqa: E402
+from nlds_vines.explore.map_computation import COMPILING, LOADING, READY, Opened  # noqa: E402
 from nlds_vines.explore.map_data import stored  # noqa: E402
-from nlds_vines.explore.shared_map import COMPILING, LOADING, READY, Opened  # noqa: E402
 from nlds_vines.plotting.palette import short  # noqa: E402
 from nlds_vines.portrait.request import load_portrait  # noqa: E402
 
@@ -117,7 +117,9 @@ def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(seen):
     page.sliders["C"][2].value = 0.05
     assert page.sliders["C"][1].css_classes == ["changed"]
     seen.do(page.take_original)
-    assert page.orbit.view.column.system.parameters["P"] == page.chosen.found.values_of((2, 2))["P"]
+    assert (
+        page.orbit.view.column.system.parameters["P"] == page.chosen.results.values_of((2, 2))["P"]
+    )
     assert page.sliders["C"][1].css_classes == []
 
 
@@ -156,7 +158,7 @@ def test_a_rectangle_is_computed_and_one_can_go_back(seen):
     assert page.map.beneath.source.data["image"][0] is before
     seen.settle(lambda page: page.job.share == 1.0 and not page.cancel.visible)
     assert page.chosen.scan.axes[0].values[0] == 7.4
-    assert (page.chosen.found.arrays["label"] != "").all()
+    assert (page.chosen.results.arrays["label"] != "").all()
     assert page.map.picture.source.data["image"][0].min() > 0
     page.step(-1)
     assert page.chosen.scan.axes[0].values[0] == 7.3
@@ -338,13 +340,13 @@ def test_an_odd_message_is_answered_in_one_line(idle, case):
     page.say_trouble("")
     before = dict(page.chosen.free)
     if name == "choose_start":
-        with page.tells():
+        with page.sets():
             page.start.value = arguments[0]
     page.guarded(getattr(page, name), *arguments)
     assert page.trouble.text
     assert "\n" not in page.trouble.text
     assert page.chosen.free == before
-    with page.tells():
+    with page.sets():
         page.start.value = "0"
     page.choose((1, 1))
     assert page.chosen.cell == (1, 1)

@@ -19,7 +19,7 @@ from scans import unfilled
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
-from nlds_vines.explore.report.report_page import MOST_BYTES, coded, report_page, rounded
+from nlds_vines.explore.report_page import MOST_BYTES, coded, report_page, rounded
 
 
 def arguments_of(html):
@@ -152,7 +152,7 @@ def test_a_large_map_fits_into_a_mail(sides, count):
     arguments = arguments_of(report.html)
     assert arguments["columns"]["data"]["label"].size == 90_000
     assert "E1max" in arguments["columns"]["data"]
-    assert arguments["kept"] >= 1
+    assert arguments["points"] >= 1
     assert "holds" in report.left_out
 
 

@@ -14,7 +14,7 @@ from scans import unfilled
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
-from nlds_vines.explore.report.report_page import report_page
+from nlds_vines.explore.report_page import report_page
 
 pytestmark = pytest.mark.kernels  # a browser opens each page
 

@@ -12,7 +12,7 @@ from benchmarks.explore import Served
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
-from nlds_vines.explore.local_port import listening
+from nlds_vines.explore.command import listening
 from nlds_vines.explore.page_server import MOST_PAGES
 
 

@@ -6,7 +6,7 @@ from conftest import DIAGRAM, MAP
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import empty
 from nlds_vines.explore.map_view import column, diagram_values, shows_of
-from nlds_vines.explore.report.report_page import report_page
+from nlds_vines.explore.report_page import report_page
 from nlds_vines.orbits.records import CAPTURE_FLAGS
 
 

@@ -3,13 +3,13 @@ const now = () => Number(start.value), near = (at, v) => at.reduce((b, a, i) => 
 const text = (v, n = 4) => String(Number(v.toPrecision(n))).replaceAll("-", "−"), many = starts > 1
 const lane = (i, j) => (i * second.length + j) * starts + now(), clip = (i, n) => Math.min(Math.max(i, 0), n - 1)
 const safe = (words) => words.replaceAll("&", "&amp;").replaceAll("<", "&lt;")
-const state = (at, p, c) => codes[(at * kept + p) * parts + c] === 65535 ? NaN : low[c] + codes[(at * kept + p) * parts + c] * step[c]
+const state = (at, p, c) => codes[(at * points + p) * parts + c] === 65535 ? NaN : low[c] + codes[(at * points + p) * parts + c] * step[c]
 function paint() {
   const one = shows.find((s) => s.name === show.value), key = one.each ? `${one.name}:${now()}` : one.name
   legend.text = one.legends[one.each ? now() : 0]
   if (dots.length) dots.forEach((source, k) => {
     const x = [], y = [], c = one.component, values = columns.data[one.name]
-    for (let i = 0; i < first.length; i++) for (let p = 0; p < (c < 0 ? 1 : kept); p++) {
+    for (let i = 0; i < first.length; i++) for (let p = 0; p < (c < 0 ? 1 : points); p++) {
       x.push(first[i])
       y.push(c < 0 ? values[i * starts + k] : state(i * starts + k, p, c))
     }
@@ -21,22 +21,22 @@ function paint() {
   for (const [name, lines] of Object.entries(branches)) for (const line of lines) line.visible = name === "" || name === one.name
 }
 function words(i, j) {
-  const at = lane(i, j), label = columns.data.label ? labels[columns.data.label[at]] : "", found = [places[0][i] + (places[1] ? ", " + places[1][j] : "")]
-  for (const [name, title, unit, width] of told) {
+  const at = lane(i, j), label = columns.data.label ? labels[columns.data.label[at]] : "", lines_of_cell = [places[0][i] + (places[1] ? ", " + places[1][j] : "")]
+  for (const [name, title, unit, width] of numbers) {
     const v = columns.data[name]?.[at], half = columns.data[width]?.[at]
-    if (Number.isFinite(v)) found.push(`${title}: ${text(v)}${half > 0 ? " ± " + text(half, 2) : ""} ${unit === "1" ? "" : unit}`)
+    if (Number.isFinite(v)) lines_of_cell.push(`${title}: ${text(v)}${half > 0 ? " ± " + text(half, 2) : ""} ${unit === "1" ? "" : unit}`)
   }
-  if (many && label) found.splice(1, 0, "all starts: " + names.map((_, k) => labels[columns.data.label[at - now() + k]]).join(", "))
-  return `<b>${safe(label)}${many ? ` (${safe(names[now()])})` : ""}</b><br>` + found.map(safe).join("<br>")
+  if (many && label) lines_of_cell.splice(1, 0, "all starts: " + names.map((_, k) => labels[columns.data.label[at - now() + k]]).join(", "))
+  return `<b>${safe(label)}${many ? ` (${safe(names[now()])})` : ""}</b><br>` + lines_of_cell.map(safe).join("<br>")
 }
 function choose(i, j) {
   Object.assign(chosen, {i, j})
   lines.forEach((line, d) => { line.location = d ? second[j] : first[i] })
   if (!dots.length) mark.data = {x: [first[i]], y: [second[j]]}
   verdict.text = words(i, j)
-  if (!kept) return
+  if (!points) return
   const data = {}
-  for (let c = 0; c < parts; c++) data[components[c]] = Array.from({length: kept}, (_, p) => state(lane(i, j), p, c))
+  for (let c = 0; c < parts; c++) data[components[c]] = Array.from({length: points}, (_, p) => state(lane(i, j), p, c))
   section.data = data
 }
 function pointed(x, y) {

@@ -1,7 +1,4 @@
-"""A map as one page that needs no server and no network.
-
-As a command: `python -m nlds_vines.explore.report`, or `nlds-vines report`.
-"""
+"""The command `nlds-vines report`: the map in an archive as one page (.html) to send."""
 
 from __future__ import annotations
 
@@ -22,7 +19,6 @@ from nlds_vines.cli.running import (
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.explore.command import refuse_without_bokeh
 
-_NAME = "report"
 _EXAMPLES = """\
 examples:
   nlds-vines report map.h5 -o map.html
@@ -42,18 +38,18 @@ def _carry_out(options: argparse.Namespace) -> int:
         refuse_same(existing(path), output)
     check_writable("output", output)
     refuse_replacing("output", output, RunOptions(overwrite=options.overwrite))
-    refuse_without_bokeh(_NAME)
+    refuse_without_bokeh("report")
     from nlds_vines.explore.map_data import stored
 
-    found = stored(source)
+    results = stored(source)
     if options.dry_run:
-        say(f"{found.scan.title}: {found.scan.lanes} orbits into {output}")
+        say(f"{results.scan.title}: {results.scan.lanes} orbits into {output}")
         return DONE
-    from nlds_vines.explore.report.branch_lines import branches_of
-    from nlds_vines.explore.report.report_page import report_page
+    from nlds_vines.explore.branch_lines import branches_of
+    from nlds_vines.explore.report_page import report_page
 
-    continued = None if branches is None else branches_of(branches, found)
-    report = report_page(found, continued)
+    continued = None if branches is None else branches_of(branches, results.scan)
+    report = report_page(results, continued)
     write_text(output, report.html)
     if not options.quiet:
         say(f"{output}: {report.size / 1e6:.1f} MB. {report.left_out}")
@@ -71,7 +67,7 @@ def _declare(parser: Parser) -> None:
 
 
 COMMAND = Command(
-    name=_NAME,
+    name="report",
     description="A map as one page: hover, click and keys show what is stored of every cell.",
     examples=_EXAMPLES,
     declare=_declare,

@@ -1,4 +1,4 @@
-"""A map as one page: figures, numbers, words and script in one file, without a server."""
+"""A map as one page (.html) that needs no server: figures, numbers, words and a script."""
 
 from __future__ import annotations
 
@@ -17,13 +17,19 @@ from bokeh.models import ColumnDataSource, CustomJS, Select
 from bokeh.resources import Resources
 
 from nlds_vines.continuation.result import Continued
+from nlds_vines.explore.branch_lines import (
+    Table,
+    draw_branches,
+    special_table,
+    words_of_kinds,
+)
 from nlds_vines.explore.figures import (
     WALL,
     WIDE,
     MapFigure,
     frame,
     page_file,
-    plain_figure,
+    phase_plane,
     text,
     theme_button,
 )
@@ -37,33 +43,27 @@ from nlds_vines.explore.map_view import (
     diagram_values,
     in_brackets,
     label_codes,
+    numbers_of,
     painted,
     painted_diagram,
     shows_of,
-    told,
     values_in_words,
-)
-from nlds_vines.explore.report.branch_lines import (
-    Table,
-    draw_branches,
-    special_table,
-    words_of_kinds,
 )
 
 MOST_BYTES = 5_000_000
-"""The most bytes of a page, so that it can be sent by mail."""
+"""The most bytes of a page, which a mail takes."""
 
 POINTS = (1000, 240, 120, 48, 24, 12, 6, 3, 1)
-"""How many states of each section a page holds: the most for which it is small enough."""
+"""Numbers of states of each section, the most first; the page holds the most that fit."""
 
 MOST_DOTS = 100_000
 """The most dots of a diagram that a browser draws at once."""
 
 BITS = 12
-"""Bits that a number keeps after the leading one."""
+"""Bits of a number after the leading one."""
 
-_LAST, _NONE = 65534, 65535  # the code of the largest value of a component; there is no state
-_SECTION_SHARE = 0.4  # of the room, which sections may take from numbers
+_LAST, _NONE = 65534, 65535  # codes of the largest value of a component, and of no state
+_SECTION_SHARE = 0.4  # of the room, for sections before numbers
 _SYMBOLS = {"x": "x", "v": "ẋ", "x1": "x₁", "v1": "ẋ₁", "x2": "x₂", "v2": "ẋ₂"}
 _PROVENANCE = (
     ("source", "made by"), ("commit", "commit"), ("scan_hash", "hash"), ("system", "system"),
@@ -78,19 +78,19 @@ _POLICY = (
 
 @dataclass(frozen=True)
 class Report:
-    """A page and what was left out of it for the sake of its size, in words."""
+    """A page, and in words what its size left no room for."""
 
     html: str
     left_out: str
 
     @property
     def size(self) -> int:
-        """Its bytes."""
+        """The bytes of the page."""
         return len(self.html.encode())
 
 
 class Section(NamedTuple):
-    """The last states of all sections, (lanes, points, components), as codes; low + code step."""
+    """The last states of all sections as codes (orbits, points, components): low + code step."""
 
     codes: np.ndarray
     low: np.ndarray
@@ -98,73 +98,68 @@ class Section(NamedTuple):
 
 
 def report_page(
-    found: Stored, branches: Continued | None = None, tables: Sequence[Table] = ()
+    results: Stored, branches: Continued | None = None, tables: Sequence[Table] = ()
 ) -> Report:
-    """Return the page of a map, with branches and further tables if there are any.
+    """Return the page of a map, with branches and further tables.
 
-    It holds as many states of the sections, and as many of the recorded numbers, as `MOST_BYTES`
-    allow, the most telling first.
+    It holds as many states of the sections and as many recorded numbers as `MOST_BYTES` allow.
     """
     special = [] if branches is None else [special_table(branches)]
     tables = [table for table in (*special, *tables) if table.rows]
-    empty = Section(np.empty((found.scan.lanes, 0, 0), "<u2"), np.empty(0), np.empty(0))
-    bare = _page(found, branches, tables, empty, [])
+    empty = Section(np.empty((results.scan.lanes, 0, 0), "<u2"), np.empty(0), np.empty(0))
+    bare = _page(results, branches, tables, empty, [])
     room = MOST_BYTES - bare.size
-    known = filter(found.__contains__, NUMBERS)
-    numbers = {name: _bytes(rounded(column(found, name))) * 3 // 2 for name in known}
-    section = _section(found, max(room - sum(numbers.values()), int(_SECTION_SHARE * room)), empty)
+    recorded = filter(results.__contains__, NUMBERS)
+    numbers = {name: _bytes(rounded(column(results, name))) * 3 // 2 for name in recorded}
+    section, for_section = empty, max(room - sum(numbers.values()), int(_SECTION_SHARE * room))
+    most = MOST_DOTS // results.scan.lanes if len(results.scan.axes) == 1 else POINTS[0]
+    for count in POINTS:
+        states = section_points(results, min(count, max(1, most)))
+        if states.size and states.size < 50 * max(for_section, 0):
+            candidate = coded(states)
+            if _bytes(candidate.codes) <= for_section:
+                section = candidate
+                break
     room -= _bytes(section.codes)
     names = []
     for name, size in numbers.items():
-        if size * (1.1 if len(found.scan.axes) == 2 else 1) <= room:
+        if size * (1.1 if len(results.scan.axes) == 2 else 1) <= room:
             names.append(name)
             room -= size
-    return _page(found, branches, tables, section, names)
+    return _page(results, branches, tables, section, names)
 
 
 def _bytes(values: np.ndarray) -> int:
-    """Return the bytes of an array on a page, where Bokeh compresses it."""
+    """Return the bytes of an array on a page: compressed, and in base64."""
     return len(gzip.compress(np.ascontiguousarray(values).tobytes(), 6)) * 4 // 3 + 200
 
 
-def _section(found: Stored, room: int, empty: Section) -> Section:
-    """Return the most states of all sections that fit into so many bytes."""
-    most = MOST_DOTS // found.scan.lanes if len(found.scan.axes) == 1 else POINTS[0]
-    for count in POINTS:
-        states = section_points(found, min(count, max(1, most)))
-        if states.size and states.size < 50 * max(room, 0):
-            section = coded(states)
-            if _bytes(section.codes) <= room:
-                return section
-    return empty
+def section_points(results: Stored, count: int) -> np.ndarray:
+    """Return the last `count` states of each section, (orbits, count, components).
 
-
-def section_points(found: Stored, count: int) -> np.ndarray:
-    """Return the last `count` states of each section, (lanes, count, components).
-
-    If no section was recorded, the point of the periodic orbit; without either, an empty array.
+    Without recorded sections, return the points of the periodic orbits; without these, nothing.
     """
-    if "section" in found:
-        states = found.lanes("section")
+    if "section" in results:
+        states = results.lanes("section")
         return states[:, :, -count:].reshape(-1, min(count, states.shape[2]), states.shape[-1])
-    if "orbit_point" in found:
-        states = found.lanes("orbit_point")
+    if "orbit_point" in results:
+        states = results.lanes("orbit_point")
         return states.reshape(-1, 1, states.shape[-1])
     return np.empty((0, 0, 0))
 
 
 def rounded(values: np.ndarray) -> np.ndarray:
-    """Return float32 with `BITS` bits after the leading one, rounded to the nearest."""
+    """Return float32 rounded to `BITS` bits after the leading one."""
     bits = np.ascontiguousarray(values, "<f4").view("<u4")
     drop = 23 - BITS
     with np.errstate(over="ignore"):
         near = (bits + np.uint32(1 << (drop - 1))) >> np.uint32(drop) << np.uint32(drop)
     result = np.where(np.isfinite(values), near, bits).astype("<u4").view("<f4")
-    return np.where(np.isnan(result), np.float32(np.nan), result)  # one NaN: it packs best
+    return np.where(np.isnan(result), np.float32(np.nan), result)  # equal NaN compress best
 
 
 def coded(states: np.ndarray) -> Section:
-    """Return states as 16-bit codes; 65535 means that there is no state."""
+    """Return states as 16-bit codes, `_NONE` for states that are not finite."""
     finite = np.isfinite(states)
     low = np.where(finite, states, np.inf).min(axis=(0, 1))
     high = np.where(finite, states, -np.inf).max(axis=(0, 1))
@@ -178,26 +173,33 @@ def coded(states: np.ndarray) -> Section:
 
 
 def _page(
-    found: Stored, branches: Continued | None, tables: Sequence[Table], section: Section,
+    results: Stored, branches: Continued | None, tables: Sequence[Table], section: Section,
     names: Sequence[str],
 ) -> Report:  # fmt: skip
-    """Return the page of a map with so much content."""
-    kept, components = section.codes.shape[1], found.scan.system.scene.components
+    """Return the page of a map with this section and these numbers."""
+    points, components = section.codes.shape[1], results.scan.system.scene.components
     shows = [
-        show for show in shows_of(found)
-        if (kept and show.name in components if show.points else show.column in names)
+        show for show in shows_of(results)
+        if (points and show.name in components if show.points else show.column in names)
         or (show.classes and show.column != "computed")
     ] or [STATUS_SHOW]  # fmt: skip
-    document, figure = Document(), MapFigure(found, False)
-    figure.show_axes([Places.of(axis) for axis in found.scan.axes])
-    figure.put_strip(found)
-    arguments = _arguments(found, figure, shows, section, names)
-    lines = {} if branches is None else draw_branches(figure.main, branches, found)
-    planes = _planes(components, section)
-    section_source = planes[0].renderers[0].data_source
+    document, figure = Document(), MapFigure(results, False)
+    figure.show_axes([Places.of(axis) for axis in results.scan.axes])
+    figure.put_strip(results)
+    arguments = _arguments(results, figure, shows, section, names)
+    lines = {} if branches is None else draw_branches(figure.main, branches, results.scan)
+    source, planes = ColumnDataSource({name: [] for name in components}, name="section"), []
+    spans = section.step * _LAST / 10 if points else np.ones(len(components))
+    for i in range(0, len(components), 2):
+        x, v = components[i : i + 2]
+        plane = phase_plane(f"plane {x}", 250, (_SYMBOLS[x], _SYMBOLS[v]))
+        plane.scatter(x, v, source=source, size=6, line_color=None, fill_color=WALL)
+        for one, span in zip((plane.x_range, plane.y_range), spans[i : i + 2], strict=True):
+            one.default_span, one.range_padding = float(span), 0.2  # around a single point
+        planes.append(plane)
     show = Select(title="show", options=[(one.name, one.title) for one in shows], width=260)
     show.value = shows[0].name
-    starts = [(str(k), name) for k, name in enumerate(found.starts)]
+    starts = [(str(k), name) for k, name in enumerate(results.starts)]
     start = Select(title="start", options=starts, value="0", visible=len(starts) > 1)
     verdict, tip = text(css_classes=["verdict"]), text(css_classes=["tip"], visible=False)
     key, legend = text(visible=False), text(css_classes=["legend"])
@@ -213,40 +215,44 @@ def _page(
             row(show, start, theme_button(), **WIDE), *figure.figures[:-1], tip, figure.main,
             legend, text(text=" ".join(hints), css_classes=["hint"]), key,
         ],
-        "orbit": [verdict, *(planes if kept else [])],
+        "orbit": [verdict, *(planes if points else [])],
     }  # fmt: skip
     arguments |= {
         "show": show, "start": start, "legend": legend, "verdict": verdict, "tip": tip, "key": key,
-        "branches": lines, "section": section_source,
+        "branches": lines, "section": source,
     }  # fmt: skip
-    left_out = _left_out(found, kept, names)
-    more = "".join(map(_table, tables)) + _provenance(found, left_out)
-    frame(document, found.scan.title, parts, policy=_POLICY, more=more)
+    left_out = _left_out(results, points, names)
+    below = "".join(map(_table, tables)) + _provenance(results, left_out)
+    frame(document, results.scan.title, parts, policy=_POLICY, more=below)
     keys = CustomJS(args={"target": key}, code=page_file("keys.js"))
     document.js_on_event(DocumentReady, keys, CustomJS(args=arguments, code=page_file("report.js")))
     html = file_html(
         document, Resources(mode="inline"),
-        title=found.scan.title, template=document.template,
+        title=results.scan.title, template=document.template,
         template_variables=document.template_variables,
     )  # fmt: skip
     return Report(html, left_out)
 
 
 def _arguments(
-    found: Stored, figure: MapFigure, shows: Sequence[Show], section: Section, names: Sequence[str]
+    results: Stored,
+    figure: MapFigure,
+    shows: Sequence[Show],
+    section: Section,
+    names: Sequence[str],
 ) -> dict[str, Any]:
-    """Return what the script of the page knows by name."""
-    is_map, count = figure.is_map, len(found.starts)
-    components = [*found.scan.system.scene.components]
-    columns = {name: rounded(column(found, name)).ravel() for name in names}
-    if "multipliers" in found:
-        columns["multiplier"] = rounded(column(found, "multiplier")).ravel()
+    """Return the arguments of the script of the page, by name."""
+    is_map, count = figure.is_map, len(results.starts)
+    components = [*results.scan.system.scene.components]
+    columns = {name: rounded(column(results, name)).ravel() for name in names}
+    if "multipliers" in results:
+        columns["multiplier"] = rounded(column(results, "multiplier")).ravel()
     labels: list[str] = []
-    if "label" in found:
-        labels, codes, _ = label_codes(found)
+    if "label" in results:
+        labels, codes, _ = label_codes(results)
         columns["label"] = codes.ravel()
     if shows[0] == STATUS_SHOW and not is_map:
-        columns["status"] = column(found, "computed").ravel()
+        columns["status"] = column(results, "computed").ravel()
     images: dict[str, list[np.ndarray]] = {}
     entries = []
     for show in shows:
@@ -254,7 +260,7 @@ def _arguments(
         label = in_brackets(show.title, show.unit)
         entry: dict[str, Any] = {"name": show.name, "each": each and is_map, "label": label}
         if is_map:
-            pictures = [painted(found, show, k) for k in range(count if each else 1)]
+            pictures = [painted(results, show, k) for k in range(count if each else 1)]
             for k, picture in enumerate(pictures):
                 images[f"{show.name}:{k}" if each else show.name] = [picture.codes]
             entry["legends"] = [picture.legend for picture in pictures]
@@ -262,19 +268,26 @@ def _arguments(
             figure.put(pictures[0])
             entry["hatch"] = [figure.hatched(picture) for picture in pictures]
         else:
-            figure.show_values(diagram_values(found, show), "")
+            figure.show_values(diagram_values(results, show), "")
             entry["span"] = [figure.main.y_range.start, figure.main.y_range.end]
             entry["component"] = components.index(show.name) if show.points else -1
-            entry["legends"] = [painted_diagram(found, show, (0, 1, 0, 1), (1, 1)).legend]
+            entry["legends"] = [painted_diagram(results, show, (0, 1, 0, 1), (1, 1)).legend]
         entries.append(entry)
-    dots = [] if is_map else [_dots(figure, color) for color in diagram_colors(found)]
+    dots = []
+    for color in () if is_map else diagram_colors(results):
+        dots.append(ColumnDataSource({"x": [], "y": []}))
+        glyphs = figure.main.scatter(
+            "x", "y", source=dots[-1], size=2, line_color=None, fill_color=color
+        )
+        glyphs.nonselection_glyph = None
     first, *second = figure.places
-    _, kept, parts = section.codes.shape
+    _, points, parts = section.codes.shape
     return {
         "shows": entries, "images": ColumnDataSource(images), "columns": ColumnDataSource(columns),
-        "labels": labels, "told": told(found), "names": [*found.starts], "starts": count,
-        "codes": section.codes.ravel(), "kept": kept, "parts": parts, "low": section.low.tolist(),
-        "step": section.step.tolist(), "components": components,
+        "labels": labels, "numbers": numbers_of(results),
+        "names": [*results.starts], "starts": count,
+        "codes": section.codes.ravel(), "points": points, "parts": parts,
+        "low": section.low.tolist(), "step": section.step.tolist(), "components": components,
         "first": first.at.tolist(), "second": second[0].at.tolist() if second else [0.0],
         "places": [values_in_words(one.axis) for one in figure.places],
         "box": [*figure.box()] if is_map else [first.low, first.high, 0, 0],
@@ -285,39 +298,12 @@ def _arguments(
     }  # fmt: skip
 
 
-def _dots(figure: MapFigure, color: str) -> ColumnDataSource:
-    source = ColumnDataSource({"x": [], "y": []})
-    dots = figure.main.scatter("x", "y", source=source, size=2, line_color=None, fill_color=color)
-    dots.nonselection_glyph = None
-    return source
-
-
-def _planes(components: Sequence[str], section: Section) -> list[Any]:
-    """Return the phase planes of structure and damper, with the section alone.
-
-    A single point stands in a tenth of the range of all.
-    """
-    spans = section.step * _LAST / 10 if len(section.step) else np.ones(len(components))
-    source = ColumnDataSource({name: [] for name in components}, name="section")
-    figures = []
-    for i in range(0, len(components), 2):
-        x, v = components[i : i + 2]
-        made = plain_figure(f"plane {x}", 250)
-        made.scatter(x, v, source=source, size=6, line_color=None, fill_color=WALL)
-        made.xaxis.axis_label, made.yaxis.axis_label = f"{_SYMBOLS[x]} [m]", f"{_SYMBOLS[v]} [m/s]"
-        made.xaxis.ticker.desired_num_ticks = 4
-        for one, span in zip((made.x_range, made.y_range), spans[i : i + 2], strict=True):
-            one.default_span, one.range_padding = float(span), 0.2
-        figures.append(made)
-    return figures
-
-
-def _left_out(found: Stored, points: int, kept: Sequence[str]) -> str:
-    """Return what the archive holds and the page does not, in words."""
+def _left_out(results: Stored, points: int, names: Sequence[str]) -> str:
+    """Return in words what the archive holds and the page does not."""
     words = []
-    if "section" in found and points < found.scan.periods:
-        words.append(f"{points} of the {found.scan.periods} recorded states of each section")
-    missing = [name for name in NUMBERS if name in found and name not in kept]
+    if "section" in results and points < results.scan.periods:
+        words.append(f"{points} of the {results.scan.periods} recorded states of each section")
+    missing = [name for name in NUMBERS if name in results and name not in names]
     if missing:
         words.append(f"not {', '.join(missing)}")
     line = "Numbers are rounded to about four digits"
@@ -334,12 +320,12 @@ def _table(table: Table) -> str:
     return f'<section class="full"><h2>{escape(table.title)}</h2><table>{body}</table></section>'
 
 
-def _provenance(found: Stored, left_out: str) -> str:
-    """Return where the archive comes from, and nothing of its author's machine and paths."""
-    rows = [("archive", found.path.name)] if found.path is not None else []
-    rows += [(words, str(found.about[key])) for key, words in _PROVENANCE if key in found.about]
+def _provenance(results: Stored, left_out: str) -> str:
+    """Return the provenance of the archive, without its author's machine and paths."""
+    rows = [("archive", results.path.name)] if results.path is not None else []
+    rows += [(words, str(results.about[key])) for key, words in _PROVENANCE if key in results.about]
     cells = (f"<tr><th>{escape(one)}</th><td>{escape(value)}</td></tr>" for one, value in rows)
-    request = escape(found.scan.to_toml())
+    request = escape(results.scan.to_toml())
     return (
         '<section class="full"><h2>Where this comes from</h2><table>'
         f"{''.join(cells)}</table><p>{escape(left_out)}</p><details><summary>The request (TOML)"

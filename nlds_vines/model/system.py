@@ -149,7 +149,7 @@ class System(Outlined):
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         object.__setattr__(self, "assumptions", MappingProxyType(dict(self.assumptions)))
         object.__setattr__(self, "name", self.name or self.kind)
-        self.cells()  # checks the numbers that follow from the parameters, too
+        _ = self.cell  # checks the numbers that follow from the parameters, too
 
     def heading(self) -> str:
         """Return its name and what it is."""
@@ -205,6 +205,11 @@ class System(Outlined):
     def scene(self) -> Scene:
         """The scene of this kind: its parts, its walls and the law of its contacts."""
         return SCENES[self.kind].under(self.law, self.law_2, self.parameters)
+
+    @cached_property
+    def cell(self) -> Any:
+        """The record of dtype `CELL` with the numbers for the kernels, which only read it."""
+        return np.atleast_1d(self.cells()).view(np.recarray)[0]
 
     @property
     def K(self) -> float:

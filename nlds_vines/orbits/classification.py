@@ -1,11 +1,10 @@
-"""What the orbit of one system is, with the evidence: `classify`."""
+"""The regime of one orbit with its evidence: `classify`."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -25,32 +24,49 @@ _KINDS = {code: name for name, code in FLAGS.items()}
 
 @dataclass(frozen=True, repr=False)
 class Regime(Outlined):
-    """What an orbit is, and why.
+    """The regime of an orbit with the evidence for it; NaN or None if a quantity does not apply.
 
-    Attributes:
-        label: in the paper's words: `T,1`, `3T,2`, `chaos`, `transient chaos to T,0` ...
-        kind: periodic, quasiperiodic, chaotic, transient_chaos or undetermined (`labels.FLAGS`).
-        period: n of nT; 0 where there is none.
-        impacts: k per nT; of what is not periodic, those of the sampled window.
-        impacts_by_wall: the same at the near and at the far wall.
-        multipliers: Floquet multipliers of the nT orbit, complex, the largest modulus first; None
-            of what is not periodic.
-        lyapunov: the largest exponent [1/s]; of a periodic orbit ln |mu| / nT.
-        lyapunov_width: half the width of its 99 % interval; 0 for a periodic orbit.
-            Longer runs lie in it if the motion is stationary. Chaos without damping is not: its
-            energy diffuses.
-        exponents: all of them [1/s]; they sum up to -(c1 + c2)/m1 - c2/m2.
-        residual: by how much a periodic orbit does not close, relative to the orbit (energy norm).
-        E1max, E2max: largest energies [J] of structure and damper in the sampled periods.
-        point: of the periodic orbit's section (x1, v1, x2, v2) [m, m/s]: a start on the orbit.
-        clearance: [m] smallest near miss of the periodic orbit, inf without any; softest: [m/s]
-            slowest impact.  Both tell how far grazing is.
-        settling: forcing periods until the section obeys the final orbit's own law; -1 if never.
-        averaging: digits to which time averages agree, of what is not periodic: many on a torus.
-        watched: forcing periods looked at, from the orbit's start.
-        transient_lyapunov, transient_lyapunov_width: of the time before a late settling [1/s].
-
-    NaN (None) where something does not apply.
+    Attributes
+    ----------
+    system : System
+        The system.
+    label : str
+        The label of the paper: "T,1", "3T,2", "chaos", "transient chaos to T,0" ...
+    kind : str
+        periodic, quasiperiodic, chaotic, transient_chaos or undetermined.
+    period : int
+        n of an nT orbit; 0 if it is not periodic.
+    impacts : int
+        Impacts per nT; of an orbit without a period, those of the sampled window.
+    impacts_by_wall : (int, int)
+        The same at the near and at the far wall.
+    multipliers : (4,) complex ndarray
+        Floquet multipliers of the nT orbit, the largest modulus first; None without a period.
+    lyapunov : float
+        Largest Lyapunov exponent [1/s]; ln |mu| / nT of a periodic orbit.
+    lyapunov_width : float
+        Half width of its 99 % interval, 0 of a periodic orbit.  Longer runs lie in the interval if
+        the motion is stationary; chaos without damping is not, as its energy diffuses.
+    exponents : (4,) ndarray
+        All Lyapunov exponents [1/s].
+    residual : float
+        Closing error of the periodic orbit in the energy norm, relative to the orbit.
+    E1max, E2max : float
+        Largest energies [J] of structure and damper in the sampled periods.
+    point : (4,) ndarray
+        A section point x1, v1, x2, v2 [m, m/s] of the periodic orbit, which starts on it.
+    clearance : float
+        Smallest distance [m] of a pass of the periodic orbit that misses a wall; inf without any.
+    softest : float
+        Smallest approach speed [m/s] of its impacts.
+    settling : int
+        Forcing periods until the section is within the tolerance of the final orbit; -1 if never.
+    averaging : float
+        Digits to which the averages over two halves of an orbit without a period agree.
+    watched : int
+        Forcing periods from the start of the orbit on which the verdict rests.
+    transient_lyapunov, transient_lyapunov_width : float
+        Largest exponent [1/s] before a late settling, and the half width of its interval.
     """
 
     system: System
@@ -76,27 +92,28 @@ class Regime(Outlined):
     transient_lyapunov_width: float
 
     def heading(self) -> str:
-        """Return the label."""
+        """Return label and kind."""
         return f"{self.label} ({self.kind})"
 
     def outline(self) -> Rows:
         """Return the evidence in a few lines."""
         yield "system", self.system.heading()
-        where = f"{self.watched} periods watched"
-        settled = f"settled after {self.settling}" if self.settling >= 0 else "not settled"
-        each = f"n = {self.period}, " if self.period else ""
-        yield "orbit", f"{each}{self.impacts} impacts; {settled} forcing periods, {where}"
+        per = "T" if self.period == 1 else f"{self.period}T"
+        impacts = "1 impact" if self.impacts == 1 else f"{self.impacts} impacts"
+        orbit = f"{impacts} per {per}" if self.period else "not periodic"
+        settled = f"settled after {self.settling} of" if self.settling >= 0 else "not settled in"
+        yield "orbit", f"{orbit}; {settled} {self.watched} forcing periods"
         if self.multipliers is not None:
             moduli = ", ".join(f"{abs(mu):.6g}" for mu in self.multipliers)
-            yield "multipliers", f"moduli {moduli}; residual {self.residual:.2g}"
+            yield "Floquet multipliers", f"moduli {moduli}; residual {self.residual:.2g}"
         width = f" +- {self.lyapunov_width:.2g}" if self.lyapunov_width else ""
-        yield "largest exponent", f"{self.lyapunov:.6g}{width} 1/s"
+        yield "largest Lyapunov exponent", f"{self.lyapunov:.6g}{width} 1/s"
 
     @property
     def least_lifetime(self) -> float:
-        """The mean lifetime [forcing periods] that chaos has at least, if it is transient.
+        """The least mean lifetime [forcing periods] of chaos that may be transient.
 
-        NaN of what is not `chaos`.  See `labels.least_lifetime`.
+        NaN unless the kind is chaotic.  See `labels.least_lifetime`.
         """
         return least_lifetime(self.watched) if self.kind == "chaotic" else float("nan")
 
@@ -111,24 +128,56 @@ def classify(
     effort: str = "standard",
     tolerance: float | str | None = None,
     quiet: bool = False,
+    **overrides: float | str,
 ) -> Regime:
-    """Say what the orbit of a system is, from a start, and return the evidence.
+    """Classify the orbit of a system from a start, and return the evidence.
 
-    Arguments:
-        system: a `System`, the name of one, or the path of a TOML file.
-        start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
-        transient, periods: forcing periods passed over and looked at first.
-        method: `exact` or `rk4`.
-        effort: quick, standard or thorough: how many further periods a verdict may take.  A
-            periodic orbit ends the search; chaos and a torus are followed for all of them.
-        tolerance: of `exact`, as `simulate` takes it.
-        quiet: whether not to say that something is compiled.
+    Parameters
+    ----------
+    system : System, str or path
+        A system, its name in the catalog, or the path of a TOML file.
+    start : (4,) array_like, optional
+        x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1.
+    transient, periods : int
+        Forcing periods before the sampled ones, and those.
+    method : str
+        "exact" or "rk4".
+    effort : str
+        "quick", "standard" or "thorough": the further periods that a verdict may take.  A periodic
+        orbit ends the search; chaos and tori are followed for all of them.
+    tolerance : float or str, optional
+        Of "exact", as in `simulate`.
+    quiet : bool
+        Whether to suppress the message about compiling.
+    **overrides : float or str
+        Parameters of the system that replace its own, as in `load_system`.
 
-    Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
-    docs/scans.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
-    compiled; some 0.05 s for a chaotic one.
+    Returns
+    -------
+    Regime
+        The label and its evidence.
+
+    Raises
+    ------
+    RequestError
+        If an argument is wrong.
+    IntegrationError
+        If the integration fails.
+
+    Notes
+    -----
+    docs/scans.md holds the decision table.  Once compiled, a periodic orbit takes as long as
+    `simulate`, a chaotic one some 0.05 s.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> nv.classify("ssul-set6", omega=5.5, quiet=True).label
+    'T,1'
     """
     system = as_system(system)
+    if overrides:
+        system = system.with_(**overrides)
     before, sampled = whole("transient", transient, 0), whole("periods", periods, 1)
     how = choice("method", method, METHODS), choice("effort", effort, EFFORTS)
     settings = chosen_settings(method, {"tolerance": tolerance})
@@ -139,17 +188,11 @@ def classify(
     code = int(outputs.status[0, 0])
     if code != OK:
         raise IntegrationError.of(system, code)
-    arrays = outputs.verdicts(cells)
     assert outputs.energy is not None
-    datasets = {name: values[0, 0] for name, values in arrays.items()}
-    return _regime(system, datasets, outputs.energy[0, 0])
-
-
-def _regime(system: System, evidence: dict[str, Any], energy: np.ndarray) -> Regime:
-    """Return the `Regime` in the datasets of one lane."""
-    periodic = evidence["periodicity"] > 0
-    pairs = evidence["multipliers"]
-    near, far = (int(count) for count in evidence["impacts_by_wall"])
+    evidence = {name: values[0, 0] for name, values in outputs.verdicts(cells).items()}
+    E1max, E2max = outputs.energy[0, 0].tolist()
+    periodic, pairs = evidence["periodicity"] > 0, evidence["multipliers"]
+    near, far = evidence["impacts_by_wall"].tolist()
     return Regime(
         system=system,
         label=str(evidence["label"]),
@@ -162,8 +205,8 @@ def _regime(system: System, evidence: dict[str, Any], energy: np.ndarray) -> Reg
         lyapunov_width=float(evidence["lyapunov_width"]),
         exponents=evidence["exponents"],
         residual=float(evidence["residual"]),
-        E1max=float(energy[0]),
-        E2max=float(energy[1]),
+        E1max=E1max,
+        E2max=E2max,
         point=evidence["orbit_point"] if periodic else None,
         clearance=float(evidence["orbit_clearance"]),
         softest=float(evidence["softest_impact"]),

@@ -1,12 +1,10 @@
-"""What the kernels take: the parts of a scene and the numbers of a cell."""
+"""The arguments of kernels: the parts of a scene, and the map of a system with its derivative."""
 
 from __future__ import annotations
 
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any
-
-import numpy as np
 
 from nlds_vines.kernels import laws
 from nlds_vines.kernels.cells.cells import prepared_cell
@@ -20,34 +18,28 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import Settings
 
 GROUND = Ground(*[0.0] * len(Ground._fields))
-"""What walls stand on that limit the structure itself: of its numbers, kernels look at none."""
+"""The type of a ground with walls that limit the structure; kernels do not read its numbers."""
 
 _FILES = [import_module(f"{laws.__name__}.{file.name}") for file in iter_modules(laws.__path__)]
 
 WALLS: dict[tuple[str, bool], Any] = {
     law: wall for file in _FILES for law, wall in getattr(file, "SORTS", {}).items()
 }
-"""A wall by the name of its law, and by whether that is damped by a constant more (`is_damped`).
-
-Of its numbers, kernels look at none.
-"""
-
-
-def wall_of(scene: Scene, name: str) -> Any:
-    """Return a wall of the law at the near or far wall of a scene, None where it has none."""
-    if name not in scene.walls:
-        return None
-    return WALLS[scene.law_at(name).name, scene.is_damped(name)]
+"""The types of walls, by the name of the law and by whether a damping constant adds to it
+(`is_damped`); kernels do not read their numbers."""
 
 
 def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Parts:
-    """Return the `Parts` that tell the kernels which parts there are, and how fine a method is.
+    """Return the `Parts` of a scene for a method.
 
-    What is absent is None, and then absent from the machine code. By default, the `settings` are
-    those of a scan by the method.
+    An absent part is None and absent from the machine code.  The default `settings` are those of
+    scans.
     """
     settings = Settings.of(method) if settings is None else settings
-    near, far = wall_of(scene, "near"), wall_of(scene, "far")
+    near, far = (
+        WALLS[scene.law_at(name).name, scene.is_damped(name)] if name in scene.walls else None
+        for name in ("near", "far")
+    )
     short = says(near, "SHORT_IMPACTS") or says(far, "SHORT_IMPACTS")
     return Parts(
         rk4=None if method == "exact" else True,
@@ -63,14 +55,9 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
     )
 
 
-def cell_of(system: System) -> Any:
-    """Return the kernels' record of one system."""
-    return np.atleast_1d(system.cells()).view(np.recarray)[0]
-
-
 def flow_on(system: System, method: str = "exact", settings: Settings | None = None) -> Flow:
-    """Return the `Flow` of one system: its map from section to section, with the derivative."""
-    parts, cell = parts_of(method, system.scene, settings), cell_of(system)
+    """Return the map of a system from section to section with its derivative."""
+    parts, cell = parts_of(method, system.scene, settings), system.cell
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
     return flow_of(prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_of(ps, damper, n))

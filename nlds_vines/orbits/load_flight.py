@@ -32,7 +32,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, cell_type
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import Violation
 from nlds_vines.orbits.simulation import (
     IntegrationError,
@@ -104,7 +104,7 @@ class Flown:
 
 def longest_cell(system: System) -> float:
     """Return the longest cell of a load [s]: 0.7 over a bound of the rates of the motion."""
-    rate = float(rate_under(parts_of("exact", system.scene), cell_of(system)))
+    rate = float(rate_under(parts_of("exact", system.scene), system.cell))
     return REACH / rate if rate > 0.0 else math.inf
 
 
@@ -139,7 +139,7 @@ def fly(
     options = {"tolerance": tolerance, "contact_steps": contact_steps, "nodes": nodes}
     settings = chosen_settings("exact", {**options, "period_steps": None})
     parts = parts_of("exact", system.scene, settings)
-    cell = cell_of(system)
+    cell = system.cell
     begin = start_state(system, cell.rest, start)
     room = 64 + len(in_cells.edges)
     while True:

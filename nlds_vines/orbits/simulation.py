@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,40 +14,50 @@ from nlds_vines.errors import RequestError, choice, library, shown, whole
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
-from nlds_vines.kernels.scene.scene import CellBuffers, Parts, Span
+from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import IMPACT, STATUS, Violation, refuse_impossible
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
 from nlds_vines.orbits.starts import ROUND_OFF
 from nlds_vines.runs.interrupts import stoppable
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
-"""What `simulate` can record."""
+"""The records of `simulate`."""
 
 SAMPLES = 512
 """States of a trajectory in each forcing period, by default."""
 
+SHORT = 1000
+"""Periods, some milliseconds, up to which compiled kernels run in the calling thread.  The thread
+by which signals can end longer work costs more CPU time than a period."""
+
 _RUN_CELL = getattr(run_cell, "entry", run_cell)
-"""What is compiled where Python calls `run_cell`."""
+"""The compiled entry of `run_cell`."""
+
+_loaded: set[Needed] = set()
+"""The kernels that have run in this process."""
 
 
 class IntegrationError(RuntimeError):
-    """An orbit could not be followed to its end; the message names the remedy.
+    """The integration of an orbit failed; the message names the remedy.
 
-    `code` is its `STATUS`.
+    Attributes
+    ----------
+    code : int
+        Its status, a key of `records.STATUS`.
     """
 
     code: int
 
     @classmethod
     def of(cls, system: System, code: int) -> IntegrationError:
-        """Return the error of an orbit of a system that ended with a code."""
+        """Return the error of a system's orbit with a status."""
         error = cls(f"{system.name}: {STATUS[code].name}. {STATUS[code].remedy}")
         error.code = code
         return error
@@ -55,24 +65,43 @@ class IntegrationError(RuntimeError):
 
 @dataclass(frozen=True, repr=False)
 class Orbit(Outlined):
-    """What was recorded of an orbit; None for what was not wanted.
+    """An orbit from `simulate`; attributes that were not recorded are None.
 
-    Attributes:
-        system: what was simulated.
-        section: the state at t = T, 2T, ..., shape (periods, 4) = x1, v1, x2, v2 [m, m/s]
-            ((periods, 2) without a damper), counted from the end of the transient.
-        state: the last state.
-        impacts: one row of dtype `IMPACT` for each touch; an impact that lasts beyond the end has
-            release = NaN, and the largest force and depth up to the end.  Time counts from the
-            start of the transient.
-        trajectory: `samples` equidistant states of each period, the last at its end, shape
-            (periods samples, 4) (or 2), and their `time` [s] from the start of the transient.
-        E1max, E2max: largest energies [J], eq. (6), exact in time, without the transient.
-        E1peak, E2peak: the same, the transient included.
-        response: largest and rms displacements, velocities and accelerations, forces and powers,
-            by name (`responses.quantities_of`), without the transient.
-        violation: of a scene with a limit to keep; None for other scenes.
-        clearance: smallest distance [m] of an approach that did not become an impact; inf if none.
+    Attributes
+    ----------
+    system : System
+        The system.
+    state : (4,) ndarray
+        The last state x1, v1, x2, v2 [m, m/s]; without a damper x1, v1 (or x, v).
+    section : (periods, 4) ndarray
+        The states at t = T, 2T, ..., counted from the end of the transient.
+    impacts : ndarray of dtype `records.IMPACT`
+        One row per touch: `wall` (the body that is struck), times `touch` and `release` [s] from
+        the start of the transient, approach `speed` [m/s], peak `force` [N], `depth` [m], changes
+        `gain1`, `gain2` of E1 and E2 [J].  If an impact lasts beyond the end, `release` is NaN, and
+        force and depth are the largest up to the end.
+    E1max, E2max : float
+        Largest energies [J], equation (6), exact in time, without the transient.
+    E1peak, E2peak : float
+        The same, including the transient.
+    response : mapping
+        Largest and rms displacements, velocities, accelerations, forces and powers by name
+        (`responses.quantities_of`), without the transient.
+    clearance : float
+        Smallest distance [m] of a pass that misses a wall; inf if there is none.
+    violation : Violation
+        Number, first time [s] and depth [m] of violations, if the scene has a limit.
+    trajectory : (periods samples, 4) ndarray
+        `samples` equidistant states of each period, the last one at its end.
+    time : (periods samples,) ndarray
+        Their times [s] from the start of the transient.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> orbit = nv.simulate("ssul-set6", 2, transient=200, omega=5.5, quiet=True)
+    >>> orbit.section.shape, len(orbit.impacts), str(orbit.impacts["wall"][0])
+    ((2, 4), 2, 'obstacle')
     """
 
     system: System
@@ -90,11 +119,11 @@ class Orbit(Outlined):
     time: np.ndarray | None = None
 
     def heading(self) -> str:
-        """Return what was simulated."""
+        """Return the name of the system."""
         return f"of {self.system.heading()}"
 
     def outline(self) -> Rows:
-        """Return the last state and what was recorded, arrays by their shapes."""
+        """Return the last state and the records, arrays by their shapes."""
         names = self.system.scene.components
         yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
         arrays = ("section", "impacts", "trajectory")
@@ -111,14 +140,20 @@ class Orbit(Outlined):
             yield "limits", numbers(others)
 
     def to_dataframe(self) -> Any:
-        """Return the trajectory as a `pandas.DataFrame`; needs the extra `xarray`.
+        """Return the trajectory as a table; needs the extra `xarray`.
 
-        Columns: `time` [s] from the start of the transient; the state, x1, v1, x2, v2 [m, m/s];
-        `phase` of the force [rad], omega t in [0, 2 pi); `force` P cos(omega t) [N]; and for each
-        wall whose force is known `contact`, or `contact_near` and `contact_far` where there are
-        two [N], positive in the direction of x2, eq. (2) and (3). Units are in its `attrs`.
+        Returns
+        -------
+        pandas.DataFrame
+            Columns `time` [s] from the start of the transient; the state x1, v1, x2, v2 [m, m/s];
+            `phase` of the force [rad], omega t in [0, 2 pi); `force` P cos(omega t) [N]; and the
+            contact force [N] of each wall, equations (2) and (3), positive in the direction of x2:
+            `contact`, or `contact_near` and `contact_far`.  Units are in `attrs`.
 
-        Raises `RequestError` where no trajectory was recorded, or without pandas.
+        Raises
+        ------
+        RequestError
+            If there is no trajectory, or no pandas.
         """
         from nlds_vines.orbits.signals import contact_forces, harmonic_force
 
@@ -130,14 +165,13 @@ class Orbit(Outlined):
         phase, force = 2.0 * np.pi * (turns % 1.0), harmonic_force(system, self.time)
         contacts = contact_forces(system, self.trajectory)
         walls = ("contact_near", "contact_far") if len(contacts) == 2 else ("contact",)
-        pushed = dict(zip(walls, contacts.values(), strict=False))
+        by_wall = dict(zip(walls, contacts.values(), strict=False))
         frame = library("pandas").DataFrame(
-            {"time": self.time, **columns, "phase": phase, "force": force, **pushed}
+            {"time": self.time, **columns, "phase": phase, "force": force, **by_wall}
         )
-        speeds = {name: "m/s" if name.startswith("v") else "m" for name in names}
-        forces = dict.fromkeys(("force", *pushed), "N")
-        frame.attrs = {"title": system.heading(), "units": {"time": "s", "phase": "rad"}}
-        frame.attrs["units"] |= speeds | forces
+        units = {name: "m/s" if name.startswith("v") else "m" for name in names}
+        units |= {"time": "s", "phase": "rad", **dict.fromkeys(("force", *by_wall), "N")}
+        frame.attrs = {"title": system.heading(), "units": units}
         return frame
 
 
@@ -155,31 +189,70 @@ def simulate(
     nodes: int | None = None,
     samples: int = SAMPLES,
     quiet: bool = False,
+    **overrides: float | str,
 ) -> Orbit:
-    """Follow one orbit over forcing periods and return what was recorded.
+    """Integrate one orbit over forcing periods.
 
-    Arguments:
-        system: a `System`, the name of one, or the path of a TOML file.
-        periods: how many to record (>= 0), after `transient` unrecorded ones.
-        start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
-            It may lie on a wall or inside a contact, which then is not counted as an impact.
-        method: `exact` (exact flight, certified touch) or `rk4` (fixed steps, refined contacts).
-        record: of section, impacts, energy, peak, response, clearance, trajectory; by default
-            section and, if there are walls, impacts.
-        tolerance: of `exact`: relative error of each contact, 1e-13 to 1e-3, or draft (1e-6),
-            standard (1e-9, the default) or fine (1e-12); flights are exact to round-off.
-        contact_steps: of `exact`, for experts: Taylor steps of a contact that is stepped,
-            whatever the tolerance.
-        period_steps: of `rk4`: steps of a forcing period (512), four times those of a free impact.
-        nodes: of `exact`, for experts: collocation nodes of every short impact, whatever the
-            tolerance.
-        samples: states of a trajectory in each period.
-        quiet: whether not to say that something is compiled.
+    Parameters
+    ----------
+    system : System, str or path
+        A system, its name in the catalog, or the path of a TOML file.
+    periods : int
+        Number of forcing periods to record, >= 0.
+    start : (4,) array_like, optional
+        x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1.  A start on a
+        wall or inside a contact is allowed and does not count as an impact.
+    transient : int
+        Number of periods before those that are recorded.
+    method : str
+        "exact": exact flights and certified touches; "rk4": fixed steps, shorter in contacts.
+    record : list of str, optional
+        Of section, impacts, energy, peak, response, clearance, trajectory; by default section and,
+        if there are walls, impacts.
+    tolerance : float or str, optional
+        Of "exact": relative error of each contact, 1e-13 to 1e-3, or "draft" (1e-6), "standard"
+        (1e-9, the default), "fine" (1e-12).  Flights are exact to round-off.
+    contact_steps : float, optional
+        Of "exact": Taylor steps of a stepped contact, in place of the tolerance.
+    period_steps : float, optional
+        Of "rk4": steps per forcing period (512); a free impact has a quarter as many.
+    nodes : int, optional
+        Of "exact": collocation nodes of a short impact, in place of the tolerance.
+    samples : int
+        States of a trajectory per period.
+    quiet : bool
+        Whether to suppress the message about compiling.
+    **overrides : float or str
+        Parameters of the system that replace its own, as in `load_system`.
 
-    Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
-    Cost with the defaults: about 2 us a period for an SSul NES, once compiled.
+    Returns
+    -------
+    Orbit
+        The last state and the records.
+
+    Raises
+    ------
+    RequestError
+        If an argument is wrong.
+    IntegrationError
+        If the integration fails.
+
+    Notes
+    -----
+    Once compiled, a period of an SSul NES takes about 2 us, the call itself some 60 us.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> orbit = nv.simulate("ssul-set6", 3, transient=300, omega=5.5, quiet=True)
+    >>> orbit.section.shape
+    (3, 4)
+    >>> bool(abs(orbit.section[2] - orbit.section[0]).max() < 1e-6)
+    True
     """
     system = as_system(system)
+    if overrides:
+        system = system.with_(**overrides)
     whole("periods", periods, 0)
     whole("transient", transient, 0)
     whole("samples", samples, 1, 10**6)
@@ -187,13 +260,13 @@ def simulate(
     record = checked_record(system, record)
     options = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
     settings = chosen_settings(method, {"tolerance": tolerance, **options})
-    cell = cell_of(system)
+    cell = system.cell
     begin = Beginning(system, method, settings, cell, start_state(system, cell.rest, start))
     return begin.follow(record, transient, periods, samples, quiet=quiet)
 
 
 class Beginning(NamedTuple):
-    """Where an orbit begins, and how it is followed, in the numbers of the kernels.
+    """The start of an orbit in the numbers of the kernels.
 
     Fields: the `system`; `method` and its `settings`; the record of its `cell`; the `state` at
     phase zero (x1, v1, r, s, q, mode ...), shape (STATE_SIZE,).
@@ -214,126 +287,103 @@ class Beginning(NamedTuple):
         *,
         quiet: bool = True,
     ) -> Orbit:
-        """Follow the orbit as `simulate` does; `IntegrationError` where it ends early."""
+        """Integrate the orbit as `simulate` does; raise `IntegrationError` if that fails."""
         buffers = _Buffers.of(self.system, record, periods, samples)
         while True:
             state = self.state.copy()
             self._run(buffers, state, transient, periods, quiet)
-            if buffers.enough():
+            impacts = buffers.cell.impacts
+            if impacts is None or impacts.filled[0] <= len(impacts.data):
                 return buffers.orbit(self.system, self.cell.rest, state, transient)
-            buffers = buffers.larger()  # deterministic: the second run finds as many
+            # the second run is the same and counts as many impacts
+            larger: dict[str, Any] = {"impacts": room_for_impacts(int(impacts.filled[0]))}
+            if buffers.cell.clearance is not None:
+                larger["clearance"] = np.full(1, np.inf)
+            buffers = buffers._replace(cell=buffers.cell._replace(**larger))
 
     def after(self, periods: int, *, quiet: bool = True) -> Beginning:
-        """Return the beginning that the state after so many periods is."""
+        """Return the beginning at the state after so many periods."""
         state = self.state.copy()
         self._run(_Buffers.of(self.system, (), 0, 1), state, periods, 0, quiet)
         return self._replace(state=state)
 
-    @stoppable
     def _run(
         self, buffers: _Buffers, state: np.ndarray, transient: int, periods: int, quiet: bool
     ) -> None:
         parts = parts_of(self.method, self.system.scene, self.settings)
+        span = Span(transient, periods, buffers.stops)
         needed = Needed(self.system.scene.key, self.method, buffers.record)
-        compilation = Compilation(needed, notice(quiet), helped=False)
-        with compilation.followed({_RUN_CELL: "orbit"}):
-            code = buffers.run(parts, self.cell, state, transient, periods)
+        if needed in _loaded and transient + periods <= SHORT:
+            code = run_cell(parts, self.cell, state, span, buffers.cell)
+        else:
+            code = _run_compiling(needed, quiet, (parts, self.cell, state, span, buffers.cell))
+            _loaded.add(needed)
         if code != OK:
             raise IntegrationError.of(self.system, code)
 
 
-@dataclass(frozen=True)
-class _Buffers:
-    """What a run fills; None for what is not wanted."""
+@stoppable
+def _run_compiling(needed: Needed, quiet: bool, arguments: tuple[Any, ...]) -> int:
+    """Run a cell, with a message if kernels are compiled for it."""
+    with Compilation(needed, notice(quiet), helped=False).followed({_RUN_CELL: "orbit"}):
+        return run_cell(*arguments)
+
+
+class _Buffers(NamedTuple):
+    """The buffers of an orbit, as kernels take them, with its records and stops per period."""
 
     record: tuple[str, ...]
     stops: int
-    states: np.ndarray | None
-    impacts: Impacts | None
-    energy: np.ndarray | None
-    peak: np.ndarray | None
-    clearance: np.ndarray | None
-    violation: np.ndarray | None
-    response: np.ndarray | None
-    foot: bool | None
-    ground: bool | None
+    cell: CellBuffers
 
     @classmethod
     def of(cls, system: System, record: tuple[str, ...], periods: int, samples: int) -> _Buffers:
-        """Make those that a record needs."""
-        scene = system.scene
-        stops = samples if "trajectory" in record else 1
-        noted = "section" in record or "trajectory" in record
-        return cls(
-            record=record,
-            stops=stops,
-            states=np.empty((periods * stops, len(scene.components))) if noted else None,
+        """Allocate the buffers of a record."""
+        scene, stops = system.scene, samples if "trajectory" in record else 1
+        has_states = "section" in record or "trajectory" in record
+        responds = "response" in record
+        cell = CellBuffers(
+            section=np.empty((periods * stops, len(scene.components))) if has_states else None,
             impacts=room_for_impacts(16 + 4 * periods) if "impacts" in record else None,
             energy=np.zeros(2) if "energy" in record else None,
             peak=np.zeros(2) if "peak" in record else None,
             clearance=np.full(1, np.inf) if "clearance" in record else None,
             violation=None if scene.limit is None else np.zeros(3),
-            response=np.full(RESPONSE_COLUMNS, np.nan) if "response" in record else None,
-            foot=responses.moving_foot(scene) if "response" in record else None,
-            ground=responses.moving_ground(scene) if "response" in record else None,
+            response=np.full(RESPONSE_COLUMNS, np.nan) if responds else None,
+            foot=responses.moving_foot(scene) if responds else None,
+            ground=responses.moving_ground(scene) if responds else None,
         )
-
-    def run(self, parts: Parts, cell: Any, state: np.ndarray, transient: int, periods: int) -> int:
-        """Run the orbit from `state`, which becomes the last one; return a status."""
-        buffers = CellBuffers(
-            section=self.states,
-            impacts=self.impacts,
-            energy=self.energy,
-            peak=self.peak,
-            clearance=self.clearance,
-            violation=self.violation,
-            response=self.response,
-            foot=self.foot,
-            ground=self.ground,
-        )
-        return run_cell(parts, cell, state, Span(transient, periods, self.stops), buffers)
-
-    def enough(self) -> bool:
-        """Tell whether there was room for all impacts."""
-        return self.impacts is None or self.impacts.filled[0] <= len(self.impacts.data)
-
-    def larger(self) -> _Buffers:
-        """Return fresh buffers with room for the impacts that were counted."""
-        assert self.impacts is not None
-        clearance = None if self.clearance is None else np.full(1, np.inf)
-        return replace(
-            self, impacts=room_for_impacts(int(self.impacts.filled[0])), clearance=clearance
-        )
+        return cls(record, stops, cell)
 
     def orbit(self, system: System, rest: float, state: np.ndarray, transient: int) -> Orbit:
-        """Return what was recorded, in the user's coordinates."""
-        stops, states, results = self.stops, self.states, dict[str, Any]()
-        if states is not None and "trajectory" in self.record:
-            count = transient * stops + 1 + np.arange(len(states))
-            results["trajectory"], results["time"] = states, count * (system.period / stops)
-        if states is not None and "section" in self.record:
-            results["section"] = np.ascontiguousarray(states[stops - 1 :: stops])
-        for name, energies in (("max", self.energy), ("peak", self.peak)):
+        """Return the records in the user's coordinates."""
+        stops, cell, results = self.stops, self.cell, dict[str, Any]()
+        if "trajectory" in self.record:
+            count = transient * stops + 1 + np.arange(len(cell.section))
+            results["trajectory"], results["time"] = cell.section, count * (system.period / stops)
+        if "section" in self.record:
+            results["section"] = np.ascontiguousarray(cell.section[stops - 1 :: stops])
+        for name, energies in (("max", cell.energy), ("peak", cell.peak)):
             if energies is not None:
                 results[f"E1{name}"] = float(energies[0])
                 results[f"E2{name}"] = float(energies[1]) if system.scene.damper else None
-        if self.impacts is not None:
-            results["impacts"] = impacts_of(self.impacts, system.scene)
-        if self.clearance is not None:
-            results["clearance"] = float(self.clearance[0])
-        if self.response is not None:
-            results["response"] = responses.values_of(self.response, system)
-        if self.violation is not None:
-            time, depth, number = self.violation.tolist()
+        if cell.impacts is not None:
+            results["impacts"] = impacts_of(cell.impacts, system.scene)
+        if cell.clearance is not None:
+            results["clearance"] = float(cell.clearance[0])
+        if cell.response is not None:
+            results["response"] = responses.values_of(cell.response, system)
+        if cell.violation is not None:
+            time, depth, number = cell.violation.tolist()
             results["violation"] = Violation(int(number), time, depth)
-        return Orbit(system, _user_state(system, rest, state), **results)
+        x1, v1, r, s = state[:4].tolist()
+        damped = system.scene.damper
+        last = np.array([x1, v1, x1 - r + rest, v1 - s] if damped else [x1, v1])
+        return Orbit(system, last, **results)
 
 
 def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
-    """Return what to record of an orbit, as `simulate` takes it; `RequestError` for anything else.
-
-    By default section and, if there are walls, impacts.
-    """
+    """Return the records of `simulate`, validated; by default section and, with walls, impacts."""
     if record is None:
         return ("section", "impacts") if system.scene.walls else ("section",)
     if isinstance(record, str):
@@ -383,7 +433,7 @@ def start_state(
 
 
 def _refuse_inside(system: System, r: float) -> None:
-    """Raise `RequestError` for a start inside a rigid body, where nothing can be."""
+    """Raise `RequestError` for a start inside a rigid body."""
     scene, p = system.scene, system.parameters
     for struck, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
         if gap is not None and scene.law.instant and sign * r - gap(p) > ROUND_OFF * abs(r):
@@ -393,21 +443,17 @@ def _refuse_inside(system: System, r: float) -> None:
             )
 
 
-def _user_state(system: System, rest: float, state: np.ndarray) -> np.ndarray:
-    """Return (x1, v1, x2, v2) of the kernels' state."""
-    x1, v1, r, s = state[:4]
-    if not system.scene.damper:
-        return np.array([x1, v1])
-    return np.array([x1, v1, x1 - r + rest, v1 - s])
+_ROW = np.dtype([("wall", IMPACT["wall"]), ("numbers", float, len(IMPACT.names or ()) - 1)])
+"""`IMPACT` with its numbers as one array."""
 
 
-def impacts_of(noted: Impacts, scene: Scene) -> np.ndarray:
-    """Return impacts as users see them, one row of dtype `IMPACT` for each."""
-    rows = noted.data[: noted.filled[0]]
-    table = np.empty(len(rows), IMPACT)
-    table["wall"] = np.where(rows[:, 0] == 0, scene.struck["near"], scene.struck["far"])
-    for column, name in enumerate(IMPACT.names[1:], start=1):  # type: ignore[index]  # has fields
-        table[name] = rows[:, column]
-    for name in ("gain1", "gain2"):  # known from the release on
-        table[name][np.isnan(table["release"])] = np.nan
-    return table
+def impacts_of(impacts: Impacts, scene: Scene) -> np.ndarray:
+    """Return the impacts that kernels recorded as rows of dtype `IMPACT`."""
+    rows = impacts.data[: impacts.filled[0]]
+    table = np.zeros(len(rows), _ROW)
+    if len(rows):
+        table["wall"] = np.where(rows[:, 0] == 0, scene.struck["near"], scene.struck["far"])
+        values: np.ndarray = table["numbers"]
+        values[:] = rows[:, 1 : 1 + values.shape[1]]
+        values[np.isnan(values[:, 1]), -2:] = np.nan  # gains are complete at the release
+    return table.view(IMPACT)

@@ -274,9 +274,11 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
     Examples
     --------
     >>> import nlds_vines as nv
-    >>> orbit = nv.simulate("tmd", 8, transient=200, record=["trajectory"], quiet=True)
+    >>> system = nv.load_system("ssul-set6", omega=5.5)
+    >>> record = ["trajectory", "impacts"]
+    >>> orbit = nv.simulate(system, 8, transient=200, record=record, quiet=True)
     >>> lines = nv.spectrum(orbit, "x1")
-    >>> float(lines.order[lines.amplitude.argmax()])
+    >>> float(lines.order[1 + lines.amplitude[1:].argmax()])
     1.0
     """
     if not hasattr(orbit, "trajectory"):

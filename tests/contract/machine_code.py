@@ -21,7 +21,7 @@ from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.kernel_inputs import parts_of
 
 CASES = {
     "none": ("none", "exact", "section"),
@@ -99,7 +99,7 @@ def compiled(system, method, want):
         response=np.zeros(RESPONSE_COLUMNS) if want == "response" else None,
         violation=np.zeros(3) if system.scene.limit else None,
     )
-    parts, cell = parts_of(method, system.scene), cell_of(system)
+    parts, cell = parts_of(method, system.scene), system.cell
     run_cell(parts, cell, np.zeros(orbit.STATE_SIZE), Span(3, 3, 1), buffers)
     fresh = {f: sorted(set(f.overloads) - before[f], key=str) for f in watched}
     (signature,) = fresh[run_cell]

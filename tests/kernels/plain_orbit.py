@@ -30,7 +30,7 @@ from nlds_vines.kernels.scene.codes import (
 from nlds_vines.kernels.scene.scene import CellBuffers, Flight, Span, damper_in, structure_of
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.simulation import IntegrationError, simulate
 
 # ---- budgets -------------------------------------------------------------------------------------
@@ -81,7 +81,7 @@ def test_an_energy_beyond_all_numbers_is_no_result(kind, wanted):
 
 def test_a_limit_that_is_no_number_is_refused():
     parts = parts_of("exact", SCENES["ssvi-b"])
-    cell = cell_of(load_system("ssbl"))
+    cell = load_system("ssbl").cell.copy()
     for limit, status in ((1.0, OK), (math.nan, BAD_PARAMETERS), (math.inf, BAD_PARAMETERS)):
         cell.limit = limit
         buffers = CellBuffers(violation=np.zeros(3))
@@ -95,7 +95,7 @@ def test_a_limit_that_is_no_number_is_refused():
 def test_a_flight_may_begin_anywhere_in_a_cell(x):
     """Far from its walls, which both ends of the cell prove clear."""
     system = load_system("ssbl", C=5.0, D=5.0)
-    cell = cell_of(system)
+    cell = system.cell
     ps, damper = structure_of(cell), damper_in(cell)
     grid = grid_of(ps, damper, cells_of(ps, damper))
     inv_mu = damper_in(cell).inv_mu
@@ -138,7 +138,7 @@ def test_a_state_beyond_a_wall_is_inside_a_contact(r, q, mode):
 def test_a_start_beyond_a_limit_is_a_violation_of_the_first_instant(beyond, s, number, method):
     """Also where it moves back at once, where a sweep may carry a state."""
     system = load_system("ssbl", P=0.0, C=0.5, omega=40.0)
-    parts, cell = parts_of(method, SCENES["ssvi-b"]), cell_of(system)
+    parts, cell = parts_of(method, SCENES["ssvi-b"]), system.cell.copy()
     cell.limit = system.parameters["D"]
     state, violation = np.zeros(STATE_SIZE), np.zeros(3)
     state[2], state[3] = cell.limit + beyond, s

@@ -13,7 +13,7 @@ from twin_spans import Law, Model, Wall
 from nlds_vines import classify, load_system, simulate
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import cell_of, flow_on
+from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
@@ -93,7 +93,7 @@ def test_an_undamped_damper_at_linear_walls_keeps_all_energy(name, law):
     orbit = simulate(system, 50_000, start=start, record=NOTED)
     p, (x1, v1, x2, v2) = system.parameters, np.vstack([start, orbit.section]).T
     r = x1 - x2 + system.rest
-    cell = cell_of(system)
+    cell = system.cell
     depth = np.maximum(r - cell.near, 0.0)
     if name == "ssbl":
         depth += np.maximum(-r - cell.far, 0.0)

@@ -16,7 +16,7 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.watch.observe import RELEASE, TOUCH
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.loads.run import arrays_of
-from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.load_flight import _checked, fly, longest_cell
 from nlds_vines.orbits.simulation import room_for_impacts
 
@@ -35,7 +35,7 @@ class Twin:
     def __init__(self, law, **changes):
         self.system = load_system("ssul-set6", **CHANGES[law], **changes)
         self.law, self.p, self.touches = law, self.system.parameters, []
-        self.gap = float(cell_of(self.system).near)
+        self.gap = float(self.system.cell.near)
 
     def closing(self, y):
         """Return how far r = x1 - x2 + rest is beyond the wall, and its rate."""
@@ -184,7 +184,7 @@ def test_the_last_time_inside_a_contact_is_where_e1_falls_through_the_level():
     twin, end = Twin("hertz"), 0.11
     load = load_with(twin, [(end, 0.0)], [1.0, 0.0])
     checked, parts = _checked(twin.system, load), parts_of("exact", twin.system.scene)
-    cell, state = cell_of(twin.system), np.zeros(STATE_SIZE)
+    cell, state = twin.system.cell, np.zeros(STATE_SIZE)
     buffers = buffers_for(room_for_impacts(0), None, len(load.edges), 9)
     assert fly_under(parts, cell, checked, state, buffers) == OK
     touch, release = buffers.impacts.data[0, [TOUCH, RELEASE]]

@@ -12,7 +12,6 @@ from nlds_vines.kernels.orbit.orbit import STATE_AHEAD, STATE_SIZE
 from nlds_vines.kernels.scene.codes import FLYING
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits.kernel_inputs import cell_of
 from nlds_vines.orbits.simulation import Beginning, start_state
 from nlds_vines.orbits.solver_settings import Settings
 
@@ -26,7 +25,7 @@ def a_scene_with_a_load(monkeypatch):
 
 
 def beginning(system, start=None):
-    cell = cell_of(system)
+    cell = system.cell
     state = start_state(system, cell.rest, start)
     return Beginning(system, "exact", Settings.of("exact"), cell, state)
 

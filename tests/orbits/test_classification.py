@@ -175,3 +175,15 @@ def test_what_is_recorded_changes_no_orbit(method):
     alone = section()
     for also in (["energy"], ["peak"], ["clearance", "impacts"]):
         np.testing.assert_array_equal(section(*also), alone)
+
+
+def test_a_regime_says_in_a_few_lines_what_it_is():
+    lines = str(classify("ssul-set6", omega=5.5)).splitlines()
+    assert lines[0] == "Regime: T,1 (periodic)"
+    assert lines[2].startswith("  orbit: 1 impact per T; settled after ")
+    assert [line.split(":")[0] for line in lines[3:]] == [
+        "  Floquet multipliers",
+        "  largest Lyapunov exponent",
+    ]
+    chaotic = str(classify("ssul-set6", omega=7.42))
+    assert "not periodic; not settled in 3720 forcing periods" in chaotic

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from twin import follow, model_of
 
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import catalog, load_system
-from nlds_vines.orbits.simulation import IntegrationError, simulate
+from nlds_vines.orbits.simulation import SHORT, IntegrationError, simulate
 
 SET6 = references()["ssul-set6"].numbers
 ROUND = {**SET6, "V": 0.125, "C": 0.0625}  # so that a start can lie on the wall to the last bit
@@ -330,3 +331,28 @@ def test_clearance_at_either_wall(kind, changes, options):
     assert orbit.clearance == pytest.approx(closest, abs=1e-11 if not options else 1e-8)
     wall = real[real[:, 2].argmax(), 0]
     assert wall == (0 if changes["C"] == 1.0 else 1)
+
+
+# ---- calls ---------------------------------------------------------------------------------------
+
+
+def test_parameters_override_those_of_the_system():
+    expected = simulate(load_system("ssul-set6", omega=7.4), 6)
+    assert simulate("ssul-set6", 6, omega=7.4).section.tobytes() == expected.section.tobytes()
+    with pytest.raises(RequestError, match="unknown parameter 'omga'; did you mean 'omega'"):
+        simulate("ssul-set6", 6, omga=7.4)
+
+
+def test_short_orbits_run_in_the_calling_thread(monkeypatch):
+    """A thread for each call costs more than a period; long orbits have one, for signals."""
+    system = load_system("ssul-set6", omega=7.4)
+    expected, cell = simulate(system, 3).section.tobytes(), system.cell.tobytes()
+
+    def refuse(thread):
+        raise RuntimeError("a thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    assert simulate(system, 3).section.tobytes() == expected
+    assert system.cell.tobytes() == cell  # which later calls use
+    with pytest.raises(RuntimeError, match="a thread"):
+        simulate(system, SHORT + 1)

@@ -280,6 +280,7 @@ class Basins(Outlined):
     axes: tuple[str, ...]
 
     def outline(self) -> Rows:
+        """Return the measures, one a line."""
         for basin in self.basins:
             name = f"attractor {basin.number}, " if basin.number >= 0 else ""
             text = f"{basin.share:.4f} ({basin.count} of {basin.total})"

@@ -59,14 +59,22 @@ def response_curves(
 ) -> ResponseCurves:
     """Compute response curves of dampers and of the structure alone.
 
-    Parameters ---------- source : list, System, str, path, mapping, CurveRequest or None Systems or
-    their names, before which the structure alone is computed; the path of a request file with
-    [[curves]], or its document; None for the dampers of the paper's Table 2. to : path, optional
-    The archive (.h5).  Without it the archive is deleted together with the result. threads : int,
-    optional By default one for each processor. resume, overwrite : bool Continue or replace an
-    existing archive; not both. quiet : bool Hide the progress bar. **tables Tables of a request
-    file that override the source: `vary={"omega": {"start": 5.0, "stop": 7.0, "num": 201}}`,
-    `set={"P": 600.0}`.
+    Parameters
+    ----------
+    source : list, System, str, path, mapping, CurveRequest or None
+        Systems or their names, before which the structure alone is computed; the path of a request
+        file with [[curves]], or its document; None for the dampers of the paper's Table 2.
+    to : path, optional
+        The archive (.h5).  Without it the archive is deleted together with the result.
+    threads : int, optional
+        By default one for each processor.
+    resume, overwrite : bool
+        Continue or replace an existing archive; not both.
+    quiet : bool
+        Hide the progress bar.
+    **tables
+        Tables of a request file that override the source: `set={"P": 600.0}`,
+        `vary={"omega": {"start": 5.0, "stop": 7.0, "num": 201}}`.
 
     Returns
     -------

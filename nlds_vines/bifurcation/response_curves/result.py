@@ -100,6 +100,7 @@ class ResponseCurves(Drawable):
 
     @property
     def failed(self) -> int:
+        """Number of orbits that failed."""
         return sum(curve.failed for curve in self.curves)
 
     def __getitem__(self, name: str) -> ResponseCurve:

@@ -21,7 +21,7 @@ from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits import load_flight, simulation
 
-PERIODS, REPEATS, SOLVED = 2000, 5, 40
+PERIODS, REPEATS, SOLVED = 100, 41, 40
 SHIFT = 0.618033988749895  # of a cell, by which edges move on in a period: no record fits it
 RECORDS = (["energy"], ["energy", "states"], ["energy", "response"])
 

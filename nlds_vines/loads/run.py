@@ -17,7 +17,7 @@ import numpy as np
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.kernels.cells import load_numbers as of_orbit
-from nlds_vines.kernels.cells.load_numbers import Told
+from nlds_vines.kernels.cells.load_numbers import LoadResults
 from nlds_vines.loads.request import HistoryRequest, axis_words, has, is_of_load
 from nlds_vines.loads.result import HISTORIES
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
@@ -253,7 +253,7 @@ def _flown(
 
 
 def _numbers(
-    request: HistoryRequest, scene: Scene, cells: np.ndarray, orbits: Told
+    request: HistoryRequest, scene: Scene, cells: np.ndarray, orbits: LoadResults
 ) -> dict[str, np.ndarray]:
     """Return the quantities (lanes,) by name, status and violations; NaN if there is no value."""
     column, missing = orbits.numbers.T, np.full(len(cells), np.nan)
@@ -293,7 +293,11 @@ def _numbers(
 
 
 def _histories(
-    request: HistoryRequest, scene: Scene, cells: np.ndarray, loads: Sequence[Cells], orbits: Told
+    request: HistoryRequest,
+    scene: Scene,
+    cells: np.ndarray,
+    loads: Sequence[Cells],
+    orbits: LoadResults,
 ) -> dict[str, np.ndarray]:
     """Return displacements and energies (lanes, times) by name; NaN if there is no value."""
     time = request.times

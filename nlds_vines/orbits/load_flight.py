@@ -17,12 +17,12 @@ from nlds_vines.errors import RequestError, choice
 from nlds_vines.kernels.cells.load_numbers import (
     ORBIT_NUMBERS,
     Asked,
+    LoadResults,
     Loads,
-    Told,
     fill_rates,
     fly_lanes,
 )
-from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, TOLD, Load, fly_under, rate_under
+from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, ROUNDED_UP, Load, fly_under, rate_under
 from nlds_vines.kernels.motion.flight import ORDER, REACH
 from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
@@ -170,7 +170,7 @@ def _checked(system: System, load: InCells) -> Load:
     lengths, longest = np.diff(edges), longest_cell(system)
     if not (lengths > 0.0).all():
         raise RequestError(f"edge {int(np.argmin(lengths)) + 1} of a load is not behind the last")
-    if lengths.max() > longest * TOLD:
+    if lengths.max() > longest * ROUNDED_UP:
         raise RequestError(
             f"cell {int(np.argmax(lengths))} of a load lasts {lengths.max():.3g} s; of this system "
             f"allowed: up to {longest:.3g} s"
@@ -260,7 +260,7 @@ class LoadBatch:
         starts: np.ndarray,
         asked: Asked,
         histories: bool = False,
-    ) -> Told:
+    ) -> LoadResults:
         """Integrate one orbit for each cell, from the first edge of its load to the last.
 
         Arguments:
@@ -271,12 +271,12 @@ class LoadBatch:
             asked: the levels of the response quantities.
             histories: whether the results include states and energies at all edges.
 
-        Returns the results by orbit (`load_numbers.Told`).
+        Returns the results by orbit (`load_numbers.LoadResults`).
         """
         count, walls = len(cells), bool(self._scene.walls)
         edges = max((len(load.edges) for load in loads), default=0) if histories else 0
         shape = (count, edges) if histories else (0, 0)
-        results = Told(
+        results = LoadResults(
             numbers=np.full((count, ORBIT_NUMBERS), np.nan),
             response=np.full((count, RESPONSE_COLUMNS), np.nan),
             peak=np.full((count, 2), np.nan),

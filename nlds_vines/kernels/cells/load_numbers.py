@@ -1,7 +1,7 @@
-"""The numbers of an orbit under a load: last times, energies, the rms of x1.
+"""The response quantities of orbits under loads: last times, energies, the rms of x1.
 
-They are computed from the states and the energies at the edges of the load's cells and from the
-impacts, when the orbit is over.
+They follow from the states and energies at the edges of the load's cells and from the impacts, once
+the orbit has been computed. `fly_lanes` computes many orbits with their quantities.
 """
 
 from __future__ import annotations
@@ -40,21 +40,21 @@ from .load_orbit import (
 )
 
 # --------------------------------------------------------------------------------------------------
-# When E1 under a load last exceeds a level, and when it is largest: places between the edges.
+# When E1 last exceeds a level, and when it is largest: places between the edges.
 #
-# The numbers do not depend on where the edges are. From the energies and their rates at its two
-# ends E1 over a cell is bounded by a cubic (`roots`); where it may exceed the level, it is looked
-# at by the motion's own polynomial, at so many places as PARTS tells. Where a contact meets the
-# cell, it is flown once more, in parts, unless all energy there is less.
+# The results do not depend on where the edges are. The energies and their rates at the two ends of
+# a cell and a bound of the fourth derivative bound E1 over the cell by a cubic (`roots.highest`).
+# Where E1 may exceed the level, the cell's own Taylor polynomial is sampled at PARTS places. A cell
+# that a contact meets is flown again in PARTS cells, unless its energy cannot suffice.
 
 
-PARTS = 64  # of a cell that is looked at, each time that it is looked at more closely
-LOOKS = 3  # how often that is, where there is a contact
+PARTS = 64  # equal parts of a cell, or of a part of one, that are compared
+LOOKS = 3  # times that a cell with a contact is divided
 MOST_LOOKS = 7  # the same at a touch, where E1 may jump: 64^-7 of a cell is round-off
-MOST_AGAIN = 1  # impacts of such a cell that are noted: nobody asks for them
-HERE = 1.0e-12  # of a cell: places as near to each other are one
-NO_PLACE = -1.0  # the place where E1 exceeds no level
-NEARLY = 1.0 - 1e-12  # of the largest E1, for round-off
+UNREAD_ROOM = 1  # room for impacts of such a cell, which nobody reads
+SAME_PLACE = 1.0e-12  # of a cell: distance of two places that are one
+NO_PLACE = -1.0  # E1 exceeds the level nowhere in a cell
+NEARLY = 1.0 - 1e-12  # share of the largest E1 that counts as the largest, for round-off
 
 
 # ---- a cell by its polynomial --------------------------------------------------------------------
@@ -62,7 +62,7 @@ NEARLY = 1.0 - 1e-12  # of the largest E1, for round-off
 
 @jit
 def motion_in(ps, damper, load, section, i):
-    """Return (LOAD_ROW, 2) Taylor coefficients of x1 and v1 over cell i, without a contact."""
+    """Return the Taylor coefficients (LOAD_ROW, 2) of x1 and v1 over cell i without a contact."""
     motion, h = np.empty((LOAD_ROW, 2)), load.edges[i + 1] - load.edges[i]
     state = state_at(ps, damper, section, i, 0.0)
     row = LOAD_ROW * i
@@ -80,7 +80,7 @@ def motion_in(ps, damper, load, section, i):
 
 @jit
 def excess_in_cell(ps, motion, level, x):
-    """Return the excess of E1 over a level [J] at a place; without a level its rate by x."""
+    """Return E1 at a place x of a cell less a level [J]; dE1/dx if the level is None."""
     x1, v1 = motion[ORDER, 0], motion[ORDER, 1]
     dx, dv = 0.0, 0.0
     for k in range(ORDER - 1, -1, -1):
@@ -93,7 +93,7 @@ def excess_in_cell(ps, motion, level, x):
 
 @jit
 def root_in_cell(ps, motion, level, low, high):
-    """Return the zero of `excess_in_cell` between two places."""
+    """Return the root of `excess_in_cell` between two places."""
     f0, f1 = excess_in_cell(ps, motion, level, low), excess_in_cell(ps, motion, level, high)
     x = low
     for _ in range(ROOT_STEPS):
@@ -107,7 +107,7 @@ def root_in_cell(ps, motion, level, low, high):
 
 @jit
 def last_place_above(ps, motion, level):
-    """Return the last place of a cell at which E1 is above a level, or NO_PLACE."""
+    """Return the last place of a cell at which E1 exceeds a level, or NO_PLACE."""
     i = PARTS
     while i >= 0 and not excess_in_cell(ps, motion, level, i / PARTS) > 0.0:
         i -= 1
@@ -138,10 +138,10 @@ def place_of_most(ps, motion):
 
 @jit
 def parts_of_cell(load, row, begin, h, table):
-    """Return a load of PARTS cells that make up a part of a cell.
+    """Return the `Load` of PARTS equal cells over a part of a cell, with edges from 0 on.
 
-    begin: where it begins, as (place in the cell, length of the cell [s]); h: its length [s]. The
-    edges count from 0. table: scratch (DRIVE + LOAD_ROW,).
+    begin: (place in the cell, length of the cell [s]) of the part; h: its length [s]; table:
+    scratch (DRIVE + LOAD_ROW,).
     """
     place, length = begin
     part = h / PARTS
@@ -158,7 +158,7 @@ def parts_of_cell(load, row, begin, h, table):
 
 @jit
 def flown_in_parts(parts, cell, load, i, within, start, buffers):
-    """Fly a part of cell i again; return the status and the states at the ends of its own parts.
+    """Fly a part of cell i again in PARTS; return the status and the states at their edges.
 
     within: (place, length in cells) of the part; start: the state (x1, v1, r, s) there.
     """
@@ -167,53 +167,67 @@ def flown_in_parts(parts, cell, load, i, within, start, buffers):
     finer = parts_of_cell(load, LOAD_ROW * i, (within[0], length), within[1] * length, table)
     for j in range(4):
         state[j] = start[j]
-    again = buffers_for(buffers.impacts, buffers.violation, len(finer.edges), MOST_AGAIN)
+    again = buffers_for(buffers.impacts, buffers.violation, len(finer.edges), UNREAD_ROOM)
     return fly_under(parts, cell, finer, state, again), again.section
 
 
 @jit
 def touch_in_part(load, i, begin, width, buffers):
-    """Return the time [s] of the last touch in a part of cell i, NaN where there is none."""
+    """Return the time [s] of the last touch in a part of cell i, NaN if there is none."""
     first, h = load.edges[i], load.edges[i + 1] - load.edges[i]
     return touch_within(buffers.impacts, first + h * begin, first + h * (begin + width))
 
 
 @jit
 def time_at(load, i, place, buffers):
-    time = touch_in_part(load, i, place - HERE, 2.0 * HERE, buffers)
+    """Return the time [s] of a place of cell i; that of a touch, if one is there."""
+    time = touch_in_part(load, i, place - SAME_PLACE, 2.0 * SAME_PLACE, buffers)
     if math.isnan(time):
         time = load.edges[i] + (load.edges[i + 1] - load.edges[i]) * place
     return time
 
 
 @jit
-def last_in_contact(parts, cell, load, i, level, buffers):
-    """Return the last place of cell i, which a contact meets, where E1 is above a level; a status.
+def place_in_contact(parts, cell, load, i, level, buffers):
+    """Return (place, E1 [J], status) of cell i, which a contact meets.
 
-    It is flown again, in parts; then the last part above, in parts again, LOOKS times in all, or
-    MOST_LOOKS where a touch lies in that part.
+    The place is the last one at which E1 exceeds a level, or NO_PLACE; if the level is None, that
+    of the largest E1. The cell is flown again in PARTS, then the part or the two parts about the
+    place, LOOKS times in all, and MOST_LOOKS times if a touch lies there.
     """
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edge, begin, width = buffers.section, i, 0.0, 1.0
+    place, e1 = NO_PLACE, 0.0
     for look in range(MOST_LOOKS):
         if look >= LOOKS and math.isnan(touch_in_part(load, i, begin, width, buffers)):
             break
         start = state_at(ps, joined(damper), section, edge, 0.0)
         status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
         if status != OK:
-            return NO_PLACE, status
-        edge = len(section) - 1
-        while edge >= 0 and not structure_energy(ps, section, edge) > level:
-            edge -= 1
-        if edge < 0:
-            return NO_PLACE, OK
-        if edge == PARTS:
-            return begin + width, OK
-        width /= PARTS
-        begin += edge * width
-    over = structure_energy(ps, section, edge) - level
-    under = level - structure_energy(ps, section, edge + 1)
-    return begin + width * (over / (over + under)), OK
+            return place, e1, status
+        if level is None:
+            best = 0
+            for k in range(1, len(section)):
+                if structure_energy(ps, section, k) > structure_energy(ps, section, best):
+                    best = k
+            place, e1 = begin + width * (best / PARTS), structure_energy(ps, section, best)
+            edge, stop = max(best - 1, 0), min(best + 1, PARTS)
+        else:
+            edge = len(section) - 1
+            while edge >= 0 and not structure_energy(ps, section, edge) > level:
+                edge -= 1
+            if edge < 0:
+                return NO_PLACE, level, OK
+            if edge == PARTS:
+                return begin + width, level, OK
+            stop = edge + 1
+        begin += width * (edge / PARTS)
+        width *= (stop - edge) / PARTS
+    if level is not None:
+        over = structure_energy(ps, section, edge) - level
+        under = level - structure_energy(ps, section, edge + 1)
+        place, e1 = begin + width * (over / (over + under)), level
+    return place, e1, OK
 
 
 # ---- times ---------------------------------------------------------------------------------------
@@ -221,9 +235,10 @@ def last_in_contact(parts, cell, load, i, level, buffers):
 
 @jit
 def may_exceed(level, h, ends, touched, begun):
-    """Return True if E1 may exceed a level within a cell of h [s], or at its ends (`ends_of_cell`).
+    """Return True if E1 may exceed a level in a cell of h [s] with `ends_of_cell`.
 
-    touched: whether a contact meets it, which has `begun` before, with an energy that is unknown.
+    touched: whether a contact meets the cell; begun: whether it began before the cell, so that the
+    energy at the beginning lacks its elastic energy.
     """
     begin, end, whole, bend = ends
     if touched:
@@ -233,10 +248,10 @@ def may_exceed(level, h, ends, touched, begun):
 
 @jit
 def last_above(parts, cell, load, level, buffers, last):
-    """Return (time [s], cell, status) where E1 last exceeds a level; NaN: it does at the end.
+    """Return (time [s], cell, status) where E1 last exceeds a level; NaN if it does so at the end.
 
-    The first edge where it does so before a jump there alone. last: the cell where it last exceeds
-    a lower level, or the last one.
+    That is the first edge if E1 exceeds the level only before a jump there. last: the cell in which
+    E1 last exceeds a lower level, or the last cell.
     """
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
@@ -251,7 +266,7 @@ def last_above(parts, cell, load, level, buffers, last):
         touched = begun or lasts_until(impacts, j, edges[i])
         if may_exceed(level, h, ends, touched, begun):
             if touched:
-                place, status = last_in_contact(parts, cell, load, i, level, buffers)
+                place, _, status = place_in_contact(parts, cell, load, i, level, buffers)
             else:
                 motion, status = motion_in(ps, joined(damper), load, section, i), OK
                 place = last_place_above(ps, motion, level)
@@ -261,38 +276,10 @@ def last_above(parts, cell, load, level, buffers, last):
 
 
 @jit
-def most_in_parts(parts, cell, load, i, buffers):
-    """Return (place, E1 [J], status) of the end of a part of cell i at which E1 is largest.
-
-    A contact meets it, so it is flown again, each time the two parts beside that end, as often as
-    in `last_in_contact`.
-    """
-    ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
-    section, edge, begin, width = buffers.section, i, 0.0, 1.0
-    place, e1 = 0.0, 0.0
-    for look in range(MOST_LOOKS):
-        if look >= LOOKS and math.isnan(touch_in_part(load, i, begin, width, buffers)):
-            break
-        start = state_at(ps, joined(damper), section, edge, 0.0)
-        status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
-        if status != OK:
-            return place, e1, status
-        best = 0
-        for k in range(1, len(section)):
-            if structure_energy(ps, section, k) > structure_energy(ps, section, best):
-                best = k
-        place, e1 = begin + width * (best / PARTS), structure_energy(ps, section, best)
-        edge = max(best - 1, 0)
-        begin += width * (edge / PARTS)
-        width *= (min(best + 1, PARTS) - edge) / PARTS
-    return place, e1, OK
-
-
-@jit
 def time_of_largest(parts, cell, load, buffers):
     """Return the time [s] at which E1 is largest, and a status.
 
-    buffers.peak: with the largest, which may be that before a jump at the first edge.
+    buffers.peak holds that E1, which may be that before a jump at the first edge.
     """
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
@@ -309,7 +296,7 @@ def time_of_largest(parts, cell, load, buffers):
         touched = begun or lasts_until(impacts, j, edges[i])
         if may_exceed(level, h, ends, touched, begun):
             if touched:
-                place, e1, status = most_in_parts(parts, cell, load, i, buffers)
+                place, e1, status = place_in_contact(parts, cell, load, i, None, buffers)
                 if status != OK:
                     return time, status
             else:
@@ -324,16 +311,16 @@ def time_of_largest(parts, cell, load, buffers):
     return time, OK
 
 
-# ---- the numbers of an orbit ---------------------------------------------------------------------
+# ---- the response quantities of an orbit ---------------------------------------------------------
 
 
-# Places of the numbers of an orbit:
-#   LAST_TIMES 3 last times [s] at which E1 exceeds shares of its largest; NaN: at the end, it does
+# Columns of an orbit's quantities:
+#   LAST_TIMES 3 last times [s] at which E1 exceeds shares of its largest; NaN: it does at the end
 #   FELL         time [s] from the largest E1 to the second of them
-#   IMPACTS      how many
-#   CAME         energy [J] brought in by the start and by the load
-#   GONE     3   that c1, c2 and contacts have dissipated [J]
-#   BALANCE      the largest of |in - stored - dissipated| by the largest energy brought in
+#   IMPACTS      number of impacts
+#   CAME         energy [J] of the start and of the load
+#   GONE     3   energy [J] that c1, c2 and contacts have dissipated
+#   BALANCE      largest |in - stored - dissipated| over the largest energy that came in
 #   START        energy of the start [J], with that of contacts and of a constant load
 #   RMS          of x1 [m], without the time to settle
 LAST_TIMES, FELL, IMPACTS, CAME, GONE, BALANCE = 0, 3, 4, 5, 6, 9
@@ -341,21 +328,15 @@ START, RMS, ORBIT_NUMBERS = 10, 11, 12
 
 
 class Asked(NamedTuple):
-    """What is asked of an orbit."""
+    """What the quantities depend on beside the orbit."""
 
     shares: Any  # (3,) of the largest E1, rising
     settle: float  # time [s] that the rms of x1 leaves out
 
 
-# ---- energies and contacts at edges --------------------------------------------------------------
-
-
-# ---- all of them ---------------------------------------------------------------------------------
-
-
 @jit
 def rms_of_x1(edges, sums, settle):
-    """Return the rms of x1 [m] from the first edge that is not before `settle` [s] to the end."""
+    """Return the rms of x1 [m] from the first edge at or after `settle` [s] to the end."""
     first, last = 0, len(edges) - 1
     begin = settle - ALIKE * edges[last]
     while first < last - 1 and edges[first] < begin:
@@ -365,14 +346,14 @@ def rms_of_x1(edges, sums, settle):
 
 @jit
 def fill_numbers(parts, cell, load, asked, buffers, numbers):
-    """Fill in the numbers (ORBIT_NUMBERS,) of an orbit that `load_orbit.fly_under` has flown.
+    """Fill the quantities (ORBIT_NUMBERS,) of an orbit of `load_orbit.fly_under`; return a status.
 
-    asked: `Asked`; buffers: of `buffers_for`. Returns a status.
+    asked: `Asked`; buffers: of `buffers_for`.
     """
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     numbers[:] = math.nan
     most, edges = buffers.peak[0], load.edges
-    # The energy balance at all edges.
+    # the energy balance at all edges
     walls = walls_of(parts, cell, damper)
     section, sums, end = buffers.section, buffers.sums, len(load.edges) - 1
     begin = energy_stored(ps, damper, walls, section, 0, load.jumps[0])
@@ -382,8 +363,8 @@ def fill_numbers(parts, cell, load, asked, buffers, numbers):
         scale = max(scale, abs(came))
         error = max(error, abs(came - energy_stored(ps, damper, walls, section, i, 0.0) - gone))
     numbers[START], numbers[CAME] = begin, begin + sums[end, 0]
-    for way in range(3):
-        numbers[GONE + way] = sums[end, 1 + way]
+    for k in range(3):
+        numbers[GONE + k] = sums[end, 1 + k]
     numbers[BALANCE] = error / scale if scale > 0.0 else 0.0
     last = len(edges) - 2
     for i in range(len(asked.shares)):
@@ -401,39 +382,39 @@ def fill_numbers(parts, cell, load, asked, buffers, numbers):
     return OK
 
 
-# ---- The loop over orbits under loads, each with its numbers: of maps of loads -------------------
+# ---- Many orbits under loads, each with its quantities -------------------------------------------
 #
-# Nothing is shared between lanes but the loads, which no lane changes: what a lane tells does not
-# depend on how a scan is cut into blocks and pieces.
+# Orbits share nothing but the loads, which none of them changes, so that results do not depend on
+# how a scan is cut into blocks and pieces.
 
 
-SPARE_ROOM = 64  # for impacts, and one more for each cell; an orbit with more is followed again
+SPARE_ROOM = 64  # for impacts beside one for each cell; an orbit with more is computed again
 
 
 class Loads(NamedTuple):
-    """The loads of many lanes: what several have in common stands once."""
+    """The loads of many orbits; what several have in common stands once."""
 
-    edges: Any  # of all loads, one behind the other
-    rows: Any  # of all, with a row for each edge, the last of each load without a meaning
+    edges: Any  # of all loads, one load after the other
+    rows: Any  # coefficients, one row for each edge; the last of each load has no meaning
     sums: Any  # of the rows, `load_cells.sums_of`
-    jumps: Any  # of all lanes, one behind the other
-    first: Any  # (lanes,) place of a lane's first edge in `edges`
-    after: Any  # (lanes,) that behind its last one
-    blow: Any  # (lanes,) place of its first jump in `jumps`
+    jumps: Any  # of all orbits, one orbit after the other
+    first: Any  # (orbits,) index of an orbit's first edge in `edges`
+    after: Any  # (orbits,) index after its last one
+    blow: Any  # (orbits,) index of its first jump in `jumps`
     shaken: Any  # as of `Load`
 
 
-class Told(NamedTuple):
-    """What lanes tell."""
+class LoadResults(NamedTuple):
+    """The results of many orbits under loads."""
 
-    numbers: Any  # (lanes, `load_numbers.ORBIT_NUMBERS`)
-    response: Any  # (lanes, `codes.RESPONSE_COLUMNS`)
-    peak: Any  # (lanes, 2) largest E1 and E2 [J]
-    violation: Any  # (lanes, 3), None in a scene without a limit to keep
+    numbers: Any  # (orbits, `load_numbers.ORBIT_NUMBERS`)
+    response: Any  # (orbits, `codes.RESPONSE_COLUMNS`)
+    peak: Any  # (orbits, 2) largest E1 and E2 [J]
+    violation: Any  # (orbits, 3), None in a scene without a limit
     impacts: Any  # `Impacts` of which no number matters, None in a scene without walls
-    states: Any  # (lanes or 0, edges, 4) at the edges, in the user's coordinates
-    sums: Any  # (lanes or 0, edges, `load_orbit.EDGE_SUMS`)
-    status: Any  # (lanes,)
+    states: Any  # (orbits or 0, edges, 4) at the edges, in the user's coordinates
+    sums: Any  # (orbits or 0, edges, `load_orbit.EDGE_SUMS`)
+    status: Any  # (orbits,)
 
 
 @jit
@@ -452,7 +433,7 @@ def load_of(loads, lane):
 def flown(parts, cell, load, start, buffers):
     """Follow an orbit from a start (x1, v1, r, s); return its status and its buffers.
 
-    Where impacts are more than there is room for, it is followed again.
+    If there are more impacts than room, the orbit is computed again with room for all.
     """
     state = np.zeros(STATE_SIZE)
     while True:
@@ -460,10 +441,10 @@ def flown(parts, cell, load, start, buffers):
         for i in range(4):
             state[i] = start[i]
         status = fly_under(parts, cell, load, state, buffers)
-        many = overflow_of(buffers.impacts)
-        if status != OK or many == 0:
+        count = overflow_of(buffers.impacts)
+        if status != OK or count == 0:
             return status, buffers
-        buffers = with_room(buffers, many)
+        buffers = with_room(buffers, count)
 
 
 @jit
@@ -490,32 +471,31 @@ def copy(row, into):
 
 @jit(entry=True)
 def fill_rates(parts, cells, rates):
-    """Fill in bounds (lanes,) [1/s] on the rates of the linear motion of cells."""
-    for lane in range(len(cells)):
-        rates[lane] = rate_under(parts, cells[lane])
+    """Fill bounds (orbits,) [1/s] on the rates of the linear motion of cells."""
+    for i in range(len(cells)):
+        rates[i] = rate_under(parts, cells[i])
 
 
 @jit(entry=True)
-def fly_lanes(begin, end, parts, cells, loads, starts, asked, told):
-    """Follow lanes `begin` to `end` - 1 of `cells` (lanes,) from starts (lanes, 4), (x1, v1, r, s).
+def fly_lanes(begin, end, parts, cells, loads, starts, asked, results):
+    """Follow orbits `begin` to `end` - 1 of `cells` (orbits,) from starts (orbits, 4).
 
-    parts: `Parts`; loads: `Loads`; asked: `load_numbers.Asked`; told: `Told`. A lane that fails
-    has another status, and its numbers have no meaning.
+    starts: (x1, v1, r, s); parts: `Parts`; loads: `Loads`; asked: `Asked`; results: `LoadResults`.
+    If the status of an orbit is not OK, its results have no meaning.
     """
     for lane in range(begin, end):
         cell, load = cells[lane], load_of(loads, lane)
-        own = buffers_for(
-            told.impacts, told.violation, len(load.edges), SPARE_ROOM + len(load.edges)
-        )
-        status, own = flown(parts, cell, load, starts[lane], own)
+        room = SPARE_ROOM + len(load.edges)
+        buffers = buffers_for(results.impacts, results.violation, len(load.edges), room)
+        status, buffers = flown(parts, cell, load, starts[lane], buffers)
         if status == OK:
-            status = fill_numbers(parts, cell, load, asked, own, told.numbers[lane])
-        told.status[lane] = status
-        copy(own.response, told.response[lane])
-        copy(own.peak, told.peak[lane])
-        if told.violation is not None:
-            copy(own.violation, told.violation[lane])
-        if status == OK and lane < len(told.states):
+            status = fill_numbers(parts, cell, load, asked, buffers, results.numbers[lane])
+        results.status[lane] = status
+        copy(buffers.response, results.response[lane])
+        copy(buffers.peak, results.peak[lane])
+        if results.violation is not None:
+            copy(buffers.violation, results.violation[lane])
+        if status == OK and lane < len(results.states):
             for i in range(len(load.edges)):
-                copy(own.section[i], told.states[lane, i])
-                copy(own.sums[i], told.sums[lane, i])
+                copy(buffers.section[i], results.states[lane, i])
+                copy(buffers.sums[i], results.sums[lane, i])

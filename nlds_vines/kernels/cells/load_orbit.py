@@ -1,4 +1,7 @@
-"""An orbit under a load: stretch by stretch, with jumps of speed in between."""
+"""An orbit under a load: stretches of equal cells, with jumps of the velocity in between.
+
+Also what its numbers need at the edges of cells: energies, bounds over a cell, contacts.
+"""
 
 from __future__ import annotations
 
@@ -54,9 +57,9 @@ from .cells import (
     too_stiff,
 )
 
-ALIKE = 1.0e-14  # difference of lengths of cells in units of the largest time, which is round-off
+ALIKE = 1.0e-14  # round-off of a cell's length, in units of the largest time
 EDGE_SUMS = 5  # columns of the sums (`response.note_sums`)
-TOLD = 1.0 + 1.0e-9  # by how much a cell may be longer than it should, for round-off
+ROUNDED_UP = 1.0 + 1.0e-9  # by how much round-off may lengthen a cell beyond REACH
 
 
 class Load(NamedTuple):
@@ -71,20 +74,17 @@ class Load(NamedTuple):
 
 @jit
 def structure_moved(parts, shaken, cell):
-    """Return the `Structure` of one cell that a load moves, whose unit is 1 N.
-
-    shaken: as in `Load`.
-    """
+    """Return the `Structure` of a cell under a load in N; shaken: as in `Load`."""
     ps = structure_under(parts.load, cell)
     return Structure(
         ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load,
-        with_damper(joined(parts.damper), shaken),
+        shaken_damper(joined(parts.damper), shaken),
     )  # fmt: skip
 
 
 @jit
-def with_damper(damper, shaken):
-    """Return `shaken` if there is a damper that the ground accelerates, too; None otherwise."""
+def shaken_damper(damper, shaken):
+    """Return True if the ground accelerates a damper, too; None otherwise, as decided by types."""
     if damper is None:
         return None
     return shaken
@@ -92,14 +92,14 @@ def with_damper(damper, shaken):
 
 @jit
 def rate_under(parts, cell):
-    """Return a bound [1/s] on the rates of the linear motion of one cell."""
+    """Return `flight.rate_of` a cell under a load [1/s]."""
     ps, damper = structure_moved(parts, None, cell), damper_of(parts.damper, cell)
     return rate_of(ps, joined(damper))
 
 
 @jit
 def longest_of(edges):
-    """Return the length [s] of the longest cell, NaN where one is none."""
+    """Return the length [s] of the longest cell; NaN if any cell has no positive length."""
     longest = 0.0
     for j in range(len(edges) - 1):
         length = edges[j + 1] - edges[j]
@@ -111,7 +111,7 @@ def longest_of(edges):
 
 @jit
 def touches_on(wall, s):
-    """Return True if a contact that has no depth yet goes on at an approach speed s."""
+    """Return True if a contact of depth zero goes on at an approach speed s."""
     if wall is None or says(wall, "AT_ONCE"):
         return False
     return s > 0.0
@@ -119,9 +119,9 @@ def touches_on(wall, s):
 
 @jit
 def jump(prepared, tally, by, state):
-    """Change the velocity of the structure at once.
+    """Let v1 jump by `by` [m/s]. A contact that began at this instant goes on, without a new touch.
 
-    A contact that has begun at this instant goes on: it is not another touch.
+    The jump does the work m1 by (v1 before + v1 after) / 2.
     """
     ps, before, mode = prepared.ps, state[1], state[5]
     state[1] += by
@@ -144,7 +144,7 @@ def jump(prepared, tally, by, state):
 
 @jit
 def at_edge(prepared, buffers, tally, edge, state):
-    """Note what is wanted of a state at an edge, behind the jump there."""
+    """Note the energies, the section and the sums at an edge, after the jump there."""
     ps, damper = prepared.ps, prepared.damper
     if buffers.peak is not None:
         note_energy(ps, damper, buffers.peak, state[0], state[1], state[2], state[3])
@@ -168,9 +168,9 @@ def impacts_for(impacts, room):
 
 @jit
 def buffers_for(impacts, violation, edges, room):
-    """Return the buffers of an orbit from which its numbers are found.
+    """Return the buffers of an orbit that `load_numbers` needs, with room for so many impacts.
 
-    impacts, violation: None where there is nothing of that kind; room: for impacts.
+    impacts, violation: None in a scene without walls or without a limit.
     """
     broken = None if violation is None else np.zeros(3)
     return CellBuffers(
@@ -181,10 +181,10 @@ def buffers_for(impacts, violation, edges, room):
 
 @jit
 def fly_under(parts, cell, load, state, buffers):
-    """Follow one orbit under a load from `state` (SIZE,), which becomes the last one.
+    """Advance `state` (STATE_SIZE,) from the first edge of a load to the last; return a status.
 
-    parts, cell: as `cells.run_cell`, with a load in place of the harmonic force. Sections of the
-    buffers (`CellBuffers`) are the states at the edges, the first one included. Returns a status.
+    parts, cell: as of `cells.run_cell`. buffers: `CellBuffers`, whose section takes the states at
+    all edges, after the jumps there.
     """
     if not allowed(parts, cell):
         return BAD_PARAMETERS
@@ -194,7 +194,7 @@ def fly_under(parts, cell, load, state, buffers):
         return DIVERGED
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     edges = load.edges
-    if not rate_of(ps, joined(damper)) * longest_of(edges) <= REACH * TOLD:
+    if not rate_of(ps, joined(damper)) * longest_of(edges) <= REACH * ROUNDED_UP:
         return TOO_STIFF
     limit_log = limit_log_of(buffers.violation, cell.limit)
     tally = tally_for(buffers.response, None, load.shaken, ps)
@@ -204,7 +204,7 @@ def fly_under(parts, cell, load, state, buffers):
     begin_tally(tally, state)
     first, status = 0, OK
     while first < len(edges) - 1 and status == OK:
-        # The next stretch: cells of one length from `first` on, up to a jump.
+        # The next stretch: cells of equal length from `first` on, up to a jump.
         jumps = load.jumps
         n, last = len(edges) - 1, first + 1
         h, slack = edges[last] - edges[first], ALIKE * (abs(edges[0]) + abs(edges[len(edges) - 1]))
@@ -224,9 +224,8 @@ def fly_under(parts, cell, load, state, buffers):
             return TOO_STIFF
         if first == 0:
             set_mode(prepared.near, prepared.far, state)
-            begin_at = load.jumps[0]
-            if begin_at != 0.0:
-                jump(prepared, tally, begin_at, state)
+            if load.jumps[0] != 0.0:
+                jump(prepared, tally, load.jumps[0], state)
             at_edge(prepared, buffers, tally, 0, state)
         wanted = OrbitBuffers(
             limit_log, rows_behind(buffers.section, first, count), None, buffers.impacts,
@@ -247,7 +246,7 @@ def fly_under(parts, cell, load, state, buffers):
 
 
 # --------------------------------------------------------------------------------------------------
-# An orbit under a load at the edges of its cells: energies, bounds over a cell, contacts there.
+# The orbit at the edges of the cells: energies, bounds over a cell, contacts.
 
 
 @jit
@@ -262,7 +261,7 @@ def structure_energy(ps, section, i):
 
 @jit
 def joint_energy(damper, y):
-    """Return the energy [J] of the damper's motion and of its spring in a state (x1, v1, r, s)."""
+    """Return the energy [J] of the damper's mass and spring in a state y = (x1, v1, r, s)."""
     if damper is None:
         return 0.0
     v2 = y[1] - y[3]
@@ -270,8 +269,8 @@ def joint_energy(damper, y):
 
 
 @jit
-def held_by(wall, r):
-    """Return the elastic energy [J] of the contact with a wall at r; 0 without one."""
+def elastic_energy(wall, r):
+    """Return the elastic energy [J] of the contact with a wall at r; 0 without a wall."""
     if wall is None:
         return 0.0
     return contact_energy(wall, max(r - wall.gap, 0.0))
@@ -279,22 +278,22 @@ def held_by(wall, r):
 
 @jit
 def energy_stored(ps, damper, walls, section, i, by):
-    """Return the energy [J] at an edge before v1 jumped by so much, with that of contacts.
+    """Return the total energy [J] at an edge before v1 jumped by `by` [m/s].
 
-    damper: of `damper_of`; walls: the near and the far one.
+    damper: of `damper_of`; walls: the near and the far one. The potential energy of a constant load
+    is 0 at x1 = 0.
     """
     x1, v1, r, s = state_at(ps, joined(damper), section, i, by)
     if is_a(damper, Ground):
         r = x1
-    held = held_by(walls[0], r) + held_by(walls[1], -r)
+    in_contacts = elastic_energy(walls[0], r) + elastic_energy(walls[1], -r)
     energy = energy_of(ps, x1, v1) + joint_energy(joined(damper), (x1, v1, r, s))
-    # the potential energy of a constant load is 0 at x1 = 0
-    return energy + (0.0 if ps.load is None else -ps.m1 * ps.load * x1) + held
+    return energy + (0.0 if ps.load is None else -ps.m1 * ps.load * x1) + in_contacts
 
 
 @jit
 def state_at(ps, damper, section, i, by):
-    """Return the state (x1, v1, r, s) at an edge before v1 jumped by so much."""
+    """Return the state (x1, v1, r, s) at an edge before v1 jumped by `by` [m/s]."""
     x1, v1 = section[i, 0], section[i, 1] - by
     if damper is None:
         return x1, v1, 0.0, 0.0
@@ -304,12 +303,12 @@ def state_at(ps, damper, section, i, by):
 
 @jit
 def ends_of_cell(ps, damper, load, section, i):
-    """Return `work_at` both ends of a cell, before a jump at its end, and two bounds over it.
+    """Return `work_at` both ends of a cell, before a jump at its end, and two bounds over the cell.
 
-    Those of the energy of all [J], with what the load may bring, and of the fourth derivative of E1
-    by the place. The energy's root S / sqrt(2) grows by the force alone, so that its derivatives
-    are at most REACH times the one before and what the force's own adds (`sums_of`). In a contact
-    no energy comes in.
+    The bounds are of the total energy [J], with the work that the load may do, and of the fourth
+    derivative of E1 by the place in the cell. The energy scale S = sqrt(2 E) grows by the force
+    alone, so each derivative of the scaled state is at most REACH times the one before plus that of
+    the force (`sums_of`). A contact adds no energy.
     """
     h, at = load.edges[i + 1] - load.edges[i], OF_CELL * i
     y = state_at(ps, damper, section, i, 0.0)
@@ -351,7 +350,7 @@ def walls_of(parts, cell, damper):
 
 @jit
 def touch_by(impacts, j, time):
-    """Return the last impact that has begun by a time [s], looked for from j on; -1: none has."""
+    """Return the index of the last impact that began by a time [s], searched from j; -1 if none."""
     if impacts is None:
         return -1
     while j + 1 < impacts.filled[0] and impacts.data[j + 1, TOUCH] <= time:
@@ -363,7 +362,7 @@ def touch_by(impacts, j, time):
 
 @jit
 def touch_within(impacts, begin, end):
-    """Return the time [s] of the last touch from `begin` to `end` [s], NaN where there is none."""
+    """Return the time [s] of the last touch between `begin` and `end` [s], NaN if there is none."""
     if impacts is None:
         return math.nan
     j = touch_by(impacts, -1, end)
@@ -372,10 +371,7 @@ def touch_within(impacts, begin, end):
 
 @jit
 def lasts_until(impacts, j, time):
-    """Return True if impact j, if there is one, is not over before a time [s].
-
-    The release of a contact that still lasts is NaN.
-    """
+    """Return True if impact j exists and is not over before a time [s]; no release yet is NaN."""
     if impacts is None:
         return False
     return j >= 0 and not impacts.data[j, RELEASE] < time

@@ -42,7 +42,7 @@ examples:
       with the branches of twice, four and eight times the period
   nlds-vines continuation --system impact-oscillator --set omega=1.5 --along P=0.1:2
   nlds-vines continuation --from figure8.h5 --along omega=5:8 --over figure8.h5 --plot all.png
-      every periodic orbit that a scan has found, and their branches laid over its diagram
+      the branches of all periodic orbits of a scan, drawn over its diagram
   nlds-vines continuation --plane P=400:1200 -o plane.h5 --plot plane.png
       where doublings and grazing lie in the plane of frequency and force
   nlds-vines continuation --from figure8.h5@omega=6.28 --along omega=5:8
@@ -71,93 +71,127 @@ def continue_branch(
     overwrite: bool = False,
     quiet: bool = False,
 ) -> Continued:
-    """Follow the branches of periodic orbits along a parameter and return them.
+    """Follow branches of periodic orbits, stable or not, along a parameter.
 
-    Arguments:
-        system: a `System`, the name of one, or the path of a TOML file; where its own value of the
-            parameter lies outside the interval, the start is looked for at the nearest end.
-        parameter: the free one, any one that is allowed for the system.
-        bounds: its smallest and largest value [SI].
-        start: None for the orbit from rest; a `Regime` that is periodic, at its own value of the
-            parameter; a state (x1, v1, x2, v2) or (x, v) [m, m/s], whose orbit is judged; a label
-            such as "3T,3", looked for among random starts; "random" for all their orbits.
-        to: the archive (.h5); None for one that is gone with what is returned.
-        period: n, with a state: the nT orbit nearest to it, stable or not, in place of the orbit
-            that it ends in.
-        plane: a second parameter, its smallest and its largest value, around the system's own: then
-            curves of special points in the plane of both are followed, too.
-        doublings: how many period doublings, one after another, are followed to their branches.
-        starts, seed: how many random starts, drawn by which seed.
-        step: the longest step, relative to the orbit and the interval together.
-        unstable: the most points, one after another, that are followed where orbits are unstable.
-        tolerance: of the contacts: a number, draft, standard or fine.
-        resume, overwrite: continue or replace an archive that exists; not both.
-        quiet: whether to show no progress.
+    Parameters
+    ----------
+    system : System, str or path
+        A system, its name in the catalog, or the path of a TOML file.
+    parameter : str
+        Name of the free parameter.
+    bounds : (float, float)
+        Its smallest and largest value [SI].  Start orbits are searched for at the system's own
+        value, or at the nearest end.
+    start : Regime, array_like or str, optional
+        None for the orbit from rest; a periodic `Regime`, at its own value of the parameter; a
+        state (x1, v1, x2, v2) or (x, v) [m, m/s], from which the orbit is classified; a label such
+        as "3T,3", searched for among random starts; "random" for the orbits of all random starts.
+    to : path, optional
+        The archive (.h5); by default none is kept.
+    period : int, optional
+        n, with a state as start: the nT orbit nearest to it, stable or not.
+    plane : (str, float, float), optional
+        A second parameter, its smallest and its largest value around the system's own: curves of
+        special points are followed in the plane of both.
+    doublings : int
+        Number of successive period doublings whose branches are followed.
+    starts, seed : int
+        Number and seed of random starts.
+    step : float
+        Longest step, relative to the orbit and the interval together.
+    unstable : int
+        Number of successive unstable points at which a branch ends.
+    tolerance : float or str
+        Of contacts: a number, "draft", "standard" or "fine".
+    resume, overwrite : bool
+        Whether to continue or to replace an existing archive.
+    quiet : bool
+        Whether to suppress progress.
 
-    Raises `RequestError` for anything else, and where the start is no periodic orbit.
+    Returns
+    -------
+    Continued
+        Branches, special points and curves.
 
-    The orbits are fixed points of the n-fold section map, by Newton's method along the branch
-    (pseudo-arclength; Allgower and Georg, Introduction to Numerical Continuation Methods).  An
-    impact may appear or vanish along a branch: with Hertz contacts the map stays continuously
-    differentiable there.  Cost: some 0.4 ms for each point of T,1, once compiled.
+    Raises
+    ------
+    RequestError
+        If an argument is wrong, or the start is not periodic.
+
+    Notes
+    -----
+    The orbits are fixed points of the n-fold stroboscopic map, followed by pseudo-arclength
+    continuation [1]_.  An impact may appear or vanish along a branch: with Hertz contacts the map
+    stays continuously differentiable there.  Once compiled, a point of T,1 takes some 0.4 ms.
+
+    References
+    ----------
+    .. [1] Allgower and Georg, Introduction to Numerical Continuation Methods, chapters 2 and 6.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> branches = nv.continue_branch("ssul-set6", "omega", (7.3, 7.4), unstable=9, quiet=True)
+    >>> [(str(row.kind), round(float(row.value), 6)) for row in branches.special_points]
+    [('PD', 7.362158)]
     """
-    known = as_system(system)
-    for name, given, form in (
+    base = as_system(system)
+    for name, value, form in (
         ("bounds", bounds, "two numbers"),
         ("plane", plane or ("", 0.0, 0.0), "a name and two numbers"),
     ):
         count = 2 if name == "bounds" else 3
-        listed = isinstance(given, Sequence) and not isinstance(given, str)
-        if not listed or len(given) != count or not (count == 2 or isinstance(given[0], str)):
-            raise RequestError(f"{name} = {shown(given)}; allowed: {form}")
+        listed = isinstance(value, Sequence) and not isinstance(value, str)
+        if not listed or len(value) != count or not (count == 2 or isinstance(value[0], str)):
+            raise RequestError(f"{name} = {shown(value)}; allowed: {form}")
     search = {"doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance}
     changes: dict[str, Any] = {"search": search}
     if plane is not None:
         changes["plane"] = {plane[0]: {"start": plane[1], "stop": plane[2]}}
     along = {parameter: {"start": bounds[0], "stop": bounds[1]}}
-    changes["along"] = in_parameters(along, known, [*changes.get("plane", {})])
+    changes["along"] = in_parameters(along, base, [*changes.get("plane", {})])
     ((parameter, interval),) = changes["along"].items()
     low, high = interval["start"], interval["stop"]
-    value = min(max(known.parameters.get(parameter, low), low), high)
-    if period is not None and (
-        isinstance(start, str) or not isinstance(start, Sequence | np.ndarray)
-    ):
+    at_start = min(max(base.parameters.get(parameter, low), low), high)
+    is_state = isinstance(start, Sequence | np.ndarray) and not isinstance(start, str)
+    if period is not None and not is_state:
         raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
     if isinstance(start, str):
         key = "policy" if start in ("rest", "random") else "label"
         changes["start"] = {key: start, "count": starts, "seed": seed}
-    elif isinstance(start, Sequence | np.ndarray) and period is not None:
-        changes["start"] = _orbit([number("start", one) for one in start], value, period)
     elif start is not None:
-        changes["start"] = _judged(known, parameter, start, value)
-    request = load_continuation(known, changes, "continue_branch")
+        state, at_start, n = _periodic_start(base, parameter, start, at_start, period)
+        changes["start"] = {"states": [state], "values": [at_start], "periods": [n]}
+    request = load_continuation(base, changes, "continue_branch")
     how = RunOptions(None, resume, overwrite, quiet=quiet)
     result: Continued = Job.compute(request, system, to, how)
     return result
 
 
-def _judged(
-    system: System, parameter: str, start: Regime | Sequence[float] | np.ndarray, value: float
-) -> dict[str, Any]:
-    """Return the table [start] of a regime, or of the orbit that a state ends in."""
+def _periodic_start(
+    system: System,
+    parameter: str,
+    start: Regime | Sequence[float] | np.ndarray,
+    value: float,
+    period: int | None,
+) -> tuple[list[float], float, int]:
+    """Return the state, the parameter's value and n of a regime or of the orbit of a state."""
     from nlds_vines.orbits.classification import Regime, classify
 
+    if period is not None and not isinstance(start, Regime):
+        return [number("start", one) for one in start], value, period
     if not isinstance(start, Regime):
         start = classify(system.with_(**{parameter: value}), start=start)
     if start.point is None:
         raise RequestError(f"the start is {start.label}: only a periodic orbit can be followed")
     if parameter not in start.system.parameters:
         raise RequestError(f"the start's system has no {parameter}")
-    return _orbit(start.point.tolist(), start.system.parameters[parameter], start.period)
-
-
-def _orbit(state: list[float], value: float, period: int) -> dict[str, Any]:
-    return {"states": [state], "values": [value], "periods": [period]}
+    return start.point.tolist(), start.system.parameters[parameter], start.period
 
 
 @dataclass(frozen=True)
 class Job(commands.Job):
-    """A continuation and where it goes; `over`, a scan that its branches are drawn over."""
+    """A continuation with its archive; `over` is a scan over which its branches are drawn."""
 
     default: ClassVar[str] = "branches.h5"
 
@@ -204,7 +238,7 @@ class Job(commands.Job):
         ]
 
     def border_lines(self, results: Continued) -> list[str]:
-        """Return what makes the borders of the scan that the branches lie over, a line each."""
+        """Return a line for each border of the scan under the branches, with its reason."""
         if self.over is None or self.request.plane is not None:
             return []
         from nlds_vines.archives.archive import read
@@ -215,7 +249,7 @@ class Job(commands.Job):
 
 
 def _begin(text: str) -> dict[str, Any]:
-    """Return the document of --from; an archive is read when all other options are known."""
+    """Return the document of --from; an archive is read after all other options."""
     if text.partition("@")[0].endswith(".h5"):
         return {"from": text}
     if text in ("rest", "random"):
@@ -293,7 +327,7 @@ COMMAND = commands.of_task(
         ),
     ),
     (Begin, Continuation),
-    description="Follow periodic orbits, stable or not, along a parameter, with what changes them.",
+    description="Follow periodic orbits, stable or not, and their bifurcations along a parameter.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --along --from --over --doublings",
 )

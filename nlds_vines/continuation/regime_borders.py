@@ -1,8 +1,8 @@
-"""Why a scan's regimes change: for every border of its labels, what happens to the orbits there.
+"""Why a scan's regimes change: the events on the branches of the orbits at each border of labels.
 
-From the last cell of a label, its orbit is followed along its branch towards the next cell, and
-from that cell's orbit back.  Either a special point ends it on the way (it loses its stability, or
-its number of impacts changes), or it lives on and is stable: then the start has left its basin.
+The orbit of the last cell of a label is followed along its branch to the next cell, and the orbit
+of that cell back.  Either a special point ends it on the way (it loses stability, or its number of
+impacts changes), or it stays stable and the start has left its basin.
 """
 
 from __future__ import annotations
@@ -23,20 +23,22 @@ from nlds_vines.continuation.start_orbits import orbits_in
 from nlds_vines.model.labels import final
 
 ENDING = ("LP", "PD", "NS", "BP", "LIM")
-"""Special points at which a stable orbit ends, or ceases to be stable."""
+"""Special points at which a stable orbit ends or loses stability."""
 
 SAME = 1.0e-6
-"""Relative difference of two values of a special point that is met from both sides; one whose
-bracket is wider has not been located."""
+"""Relative difference of the values of one special point that is reached from both sides; special
+points with wider brackets are not located."""
 
 
 @dataclass(frozen=True)
 class Walk:
-    """What happens to an orbit from its cell to the next.
+    """The way of an orbit along its branch from its cell to the next.
 
-    Attributes: the located special points on the way, as (kind, value), the last of them the one
-    that ends it, if one does; whether it is `alive` and stable in the next cell; the `label` it
-    has there.
+    Attributes:
+        events: the located special points, as (kind, value); the last one ends the orbit unless it
+            is `alive`.
+        alive: whether the orbit is stable in the next cell.
+        label: its label there.
     """
 
     events: tuple[tuple[str, float], ...]
@@ -44,8 +46,8 @@ class Walk:
     label: str
 
     @property
-    def known(self) -> bool:
-        """Whether it is known: the branch was followed so far."""
+    def is_explained(self) -> bool:
+        """Whether the branch reaches the next cell or a special point that ends the orbit."""
         return self.alive or any(kind in ENDING for kind, _ in self.events)
 
 
@@ -55,8 +57,8 @@ class Border:
 
     Attributes:
         low, high: the parameter in the cells on its sides; before, after: their labels.
-        left, right: what happens to the orbit of the cell before and of that after on the way to
-            the other; None where that is no periodic orbit, or not found on a branch.
+        left, right: the ways of the orbits before and after to the other cell; None if an orbit is
+            not periodic, or on no branch.
         periodic: whether the orbits before and after are periodic.
     """
 
@@ -70,31 +72,31 @@ class Border:
 
     @property
     def explained(self) -> bool:
-        """Whether one side at least is periodic, and what happens to each such side is known."""
+        """Whether at least one side is periodic, and the ways of all periodic sides explained."""
         sides = zip(self.periodic, (self.left, self.right), strict=True)
-        known = all(walk is not None and walk.known for periodic, walk in sides if periodic)
-        return known and any(self.periodic)
+        return any(self.periodic) and all(
+            walk is not None and walk.is_explained for periodic, walk in sides if periodic
+        )
 
     @property
     def unfollowed(self) -> list[str]:
-        """The labels before and after whose periodic orbit lies on no branch."""
+        """The labels whose periodic orbit lies on no branch."""
         sides = zip((self.before, self.after), self.periodic, (self.left, self.right), strict=True)
         return [label for label, periodic, walk in sides if periodic and walk is None]
 
     @property
     def events(self) -> tuple[tuple[str, float], ...]:
-        """The special points (kind, value) on it, each once."""
-        walks = [walk for walk in (self.left, self.right) if walk is not None]
-        found: list[tuple[str, float]] = []
-        for kind, value in (event for walk in walks for event in walk.events):
-            known = (v for k, v in found if k == kind)
-            if all(abs(value - v) > SAME * abs(v) for v in known):
-                found.append((kind, value))
-        return tuple(sorted(found))
+        """The special points (kind, value) of both sides, each once."""
+        events: list[tuple[str, float]] = []
+        for walk in (self.left, self.right):
+            for kind, value in () if walk is None else walk.events:
+                if all(abs(value - v) > SAME * abs(v) for k, v in events if k == kind):
+                    events.append((kind, value))
+        return tuple(sorted(events))
 
     @property
     def words(self) -> str:
-        """What makes it, in words."""
+        """The reason of the change, in words."""
         if not any(self.periodic):
             return "no periodic orbit on either side"
         if not self.explained and not self.unfollowed:
@@ -104,90 +106,69 @@ class Border:
                 return "the same orbit: only the way there differs"
             return "the same orbit, stable all the way"
         sides = ((self.before, self.left, "ends"), (self.after, self.right, "begins"))
-        known = [
+        reasons = [
             f"{final(label)} {verb}" if not walk.alive else f"{final(label)} is stable beyond it"
             for label, walk, verb in sides
             if walk is not None
         ]
-        others = [f"the branch of {final(label)} was not followed" for label in self.unfollowed]
-        return "; ".join(known + others)
+        reasons += [f"the branch of {final(label)} was not followed" for label in self.unfollowed]
+        return "; ".join(reasons)
 
 
-def borders_of(found: Continued, scan: ArchiveView) -> list[Border]:
-    """Return the borders between the labels of a scan's first start, with what makes them."""
-    name = found.request.along.name
+def borders_of(result: Continued, scan: ArchiveView) -> list[Border]:
+    """Return the borders between the labels of a scan's first start."""
+    along, name = result.request.along, result.request.along.name
     labels, values = scan.take("label", start=0), scan[name]
-    section_map = map_of(found.request)
+    section_map = map_of(result.request)
     orbits = {orbit.value: orbit for orbit in orbits_in(scan, name, {})}
-    borders = []
-    along = found.request.along
     inside = (values[:-1] >= along.low) & (values[1:] <= along.high)
+    borders = []
     for i in np.flatnonzero(inside & (labels[1:] != labels[:-1])):
-        sides: list[tuple[bool, Walk | None]] = []
-        for here, there in ((i, i + 1), (i + 1, i)):
-            orbit = orbits.get(float(values[here]))
-            if orbit is None:
-                sides.append((False, None))
-                continue
-            place = place_of(found.request.system, name, orbit.value, orbit.state)
-            walk = walk_of(found, section_map, place, orbit.period, float(values[there]))
-            sides.append((True, walk))
-        (first, left), (second, right) = sides
-        borders.append(
-            Border(
-                float(values[i]),
-                float(values[i + 1]),
-                str(labels[i]),
-                str(labels[i + 1]),
-                left,
-                right,
-                (first, second),
-            )
-        )
+        low, high = float(values[i]), float(values[i + 1])
+        walks: list[Walk | None] = []
+        for here, there in ((low, high), (high, low)):
+            walk, orbit = None, orbits.get(here)
+            if orbit is not None:
+                place = place_of(result.request.system, name, here, orbit.state)
+                walk = walk_of(result, section_map, place, orbit.period, there)
+            walks.append(walk)
+        before, after, (left, right) = str(labels[i]), str(labels[i + 1]), walks
+        periodic = (low in orbits, high in orbits)
+        borders.append(Border(low, high, before, after, left, right, periodic))
     return borders
 
 
 def walk_of(
-    found: Continued, section_map: SectionMap, place: np.ndarray, n: int, until: float
+    result: Continued, section_map: SectionMap, place: np.ndarray, n: int, until: float
 ) -> Walk | None:
-    """Follow the branch of an orbit to a value of the parameter, or until it is not stable.
+    """Follow the branch of an orbit to a value of the parameter, or until it loses stability.
 
-    Arguments: the `place` (size + 1,) of the orbit, its n.  None where it is on no branch.
+    Arguments: the `place` (size + 1,) of the orbit, and n.  None if it lies on no branch.
     """
     value = float(place[-1])
-    for number, branch in enumerate(found.branches):
-        if branch.period == n:
-            for segment in _segments_of(found, section_map, branch, place):
-                return _walked(found, section_map, number, segment, value, until)
+    cycle = at_value(section_map, place, n, value)
+    for number, branch in enumerate(result.branches):
+        if cycle is None or branch.period != n:
+            continue
+        for segment, other in result.cycles_at(section_map, branch, value):
+            if is_same(section_map, cycle, other):
+                return _walked(result, section_map, number, segment, value, until)
     return None
 
 
-def _segments_of(
-    found: Continued, section_map: SectionMap, branch: Branch, place: np.ndarray
-) -> Iterator[int]:
-    """Yield the segment, between a point and the next, of a branch in which an orbit lies."""
-    value = float(place[-1])
-    cycle = at_value(section_map, place, branch.period, value)
-    if cycle is None:
-        return
-    for segment, other in found.cycles_at(section_map, branch, value):
-        if is_same(section_map, cycle, other):
-            yield segment
-
-
 def _walked(
-    found: Continued,
+    result: Continued,
     section_map: SectionMap,
     number: int,
     segment: int,
     value: float,
     until: float,
 ) -> Walk:
-    """Walk along a branch from a value within a segment towards another value."""
-    branch = found.branches[number]
+    """Follow a branch from a value of the parameter within a segment to another value."""
+    branch = result.branches[number]
     values, toward = branch.parameter, 1.0 if until > value else -1.0
     ahead = 1 if (values[segment + 1] - values[segment]) * toward > 0.0 else -1
-    rows = found.special_points[found.special_points.branch == number]
+    rows = result.special_points[result.special_points.branch == number]
     events: list[tuple[str, float]] = []
     label = str(branch.labels[segment + (ahead > 0)])
     while 0 <= segment < len(values) - 1:
@@ -209,34 +190,34 @@ def _walked(
             return Walk(tuple(events), True, label)
         segment += ahead
     if branch.ends[ahead > 0] == "shorter":
-        doubling = _doubling_at(found, section_map, branch, -1 if ahead > 0 else 0)
+        doubling = _doubling_at(result, section_map, branch, -1 if ahead > 0 else 0)
         events += [] if doubling is None else [("PD", doubling)]
     return Walk(tuple(events), False, label)
 
 
 def _doubling_at(
-    found: Continued, section_map: SectionMap, branch: Branch, end: int
+    result: Continued, section_map: SectionMap, branch: Branch, end: int
 ) -> float | None:
-    """Return the parameter at which the orbit doubles whose half a branch becomes at an end."""
-    name, value = found.request.along.name, float(branch.parameter[end])
-    place = place_of(found.request.system, name, value, tuple(branch.states[end].tolist()))
-    lengths = np.array([found.request.along.high - found.request.along.low])
+    """Return the parameter of the period doubling in which a branch ends."""
+    name, value = result.request.along.name, float(branch.parameter[end])
+    place = place_of(result.request.system, name, value, tuple(branch.states[end].tolist()))
+    lengths = np.array([result.request.along.high - result.request.along.low])
     point = doubling_near(section_map, place, branch.period // 2, lengths)
     return None if point is None else point.value
 
 
 def _beyond(rows: np.recarray, event: tuple[str, float], ahead: int) -> str:
-    """Return the label behind a grazing, in the direction of a walk."""
+    """Return the label beyond a grazing, in the direction `ahead`."""
     row = rows[rows.value == event[1]][0]
     return str(row.after if ahead > 0 else row.before)
 
 
-# ---- as a page -----------------------------------------------------------------------------------
+# ---- as text ----
 
 
-def report(found: Continued, scan: ArchiveView, borders: list[Border]) -> Iterator[str]:
-    """Yield a page that explains every border of a scan, line by line, as Markdown."""
-    name = found.request.along.name
+def report(result: Continued, scan: ArchiveView, borders: list[Border]) -> Iterator[str]:
+    """Yield the lines of a Markdown table with the reason of each border of a scan."""
+    name = result.request.along.name
     if not borders:
         yield "The regime of the scan is the same in all cells of this interval: no borders."
         return

@@ -1,4 +1,4 @@
-"""A continuation: which parameter is free, where branches begin, which others are followed."""
+"""The request of a continuation: the free parameter, the start orbits, the limits of the search."""
 
 from __future__ import annotations
 
@@ -33,22 +33,22 @@ from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.solver_settings import TOLERANCES, tolerance_setting
 
 POLICIES = ("rest", "random", "label", "orbits")
-"""Where branches may begin: the orbit from rest; the orbits of random starts; one of these with a
-label; given orbits."""
+"""The start orbits: that from rest, those of random starts, one of these with a label, or orbits of
+the request."""
 
 STARTS = 100
-"""Random starts, by default."""
+"""Default number of random starts."""
 
 PERIODS = Whole(1, 10**6)
-"""Forcing periods of a given orbit."""
+"""Check of the number of forcing periods of a start orbit."""
 
 MOST_ORBITS = 10_000
-"""Start orbits that may be given."""
+"""Largest number of start orbits in a request."""
 
 
 @dataclass(frozen=True)
 class Orbit:
-    """A start orbit: a state of it in the user's coordinates, the parameter, its periods n."""
+    """A start orbit: a state in the user's coordinates, the parameter's value, n of nT."""
 
     state: tuple[float, ...]
     value: float
@@ -57,13 +57,13 @@ class Orbit:
 
 @dataclass(frozen=True)
 class Begin:
-    """Where branches begin; checked when made.
+    """The start orbits of branches, validated.
 
-    Arguments:
+    Attributes:
         policy: of `POLICIES`.
-        label: of the orbit that is looked for among random starts, "3T,3".
+        label: of the orbit that is searched for among random starts, "3T,3".
         count, seed: of random starts.
-        states, values, periods: given orbits.
+        states, values, periods: of the orbits of policy "orbits".
     """
 
     policy: str = setting(
@@ -120,17 +120,27 @@ def _listed(key: str, value: object) -> list[Any] | tuple[Any, ...]:
 
 @dataclass(frozen=True, repr=False)
 class Continuation(Request):
-    """What to follow; checked when made, immutable afterwards.
+    """The request of a continuation, validated and immutable; `load_continuation` makes it.
 
-    Arguments:
-        title: one line for people.
-        system: the parameters that are not free.
-        along: the free parameter and its interval.
-        begin: where branches begin.
-        doublings, step, unstable, tolerance: as the fields say; of method exact.
-        plane: a second free parameter, for curves of special points; None for none.
+    Attributes
+    ----------
+    title : str
+        One line.
+    system : System
+        The parameters that are not free.
+    along : Interval
+        The free parameter with its interval.
+    begin : Begin
+        The start orbits.
+    doublings, step, unstable, tolerance
+        Limits of the search, as in `continue_branch`.
+    plane : Interval, optional
+        A second free parameter, for curves of special points.
 
-    Raises `RequestError` for anything else, and for a value that the system refuses.
+    Raises
+    ------
+    RequestError
+        If a value is wrong, or not allowed for the system.
     """
 
     content: ClassVar[str] = CONTINUATION
@@ -169,11 +179,11 @@ class Continuation(Request):
         if self.plane is not None and self.plane.name == self.along.name:
             raise RequestError(f"{self.plane.name} is free already: the second must be another")
         if self.plane is not None:
-            own = self.system.parameters.get(self.plane.name)
-            if own is None or not self.plane.low <= own <= self.plane.high:
+            second = self.system.parameters.get(self.plane.name)
+            if second is None or not self.plane.low <= second <= self.plane.high:
                 raise RequestError(
                     f"{self.plane.name} from {self.plane.low!r} to {self.plane.high!r} must hold "
-                    f"the system's own value, {own!r}: curves begin there"
+                    f"the system's own value, {second!r}: curves begin there"
                 )
         size = len(self.system.scene.components)
         for orbit in self.begin.orbits:
@@ -193,17 +203,17 @@ class Continuation(Request):
 
     @property
     def value(self) -> float:
-        """The value of the parameter at which start orbits are looked for."""
+        """The value of the parameter at which start orbits are searched for."""
         return self.along.nearest(self.system.parameters.get(self.along.name, self.along.low))
 
     @property
     def about(self) -> dict[str, Value]:
-        """The attributes of its archive beside the request itself."""
+        """The attributes of the archive beside the request itself."""
         varied = [item.name for item in self.free]
         return {**self.system.attributes(varied), "along": self.along.name}
 
     def document(self) -> dict[str, Any]:
-        """Return the file that means exactly this continuation, complete, as nested tables."""
+        """Return the complete request as nested tables of a TOML file."""
         begin: dict[str, Any] = {"policy": self.begin.policy}
         if self.begin.policy in ("random", "label"):
             begin |= {"count": self.begin.count, "seed": self.begin.seed}
@@ -212,28 +222,28 @@ class Continuation(Request):
         if self.begin.orbits:
             begin["states"] = [list(state) for state in self.begin.states]
             begin |= {"values": list(self.begin.values), "periods": list(self.begin.periods)}
-        found = {
+        intervals = {
+            key: {item.name: {"start": item.low, "stop": item.high}}
+            for key, item in zip(("along", "plane"), self.free, strict=False)
+        }
+        return {
             "title": self.title,
             "system": self.system.to_table(),
-            "along": _table(self.along),
+            "along": intervals.pop("along"),
             "start": begin,
             "search": entries(self, "search"),
+            **intervals,
         }
-        return found if self.plane is None else {**found, "plane": _table(self.plane)}
-
-
-def _table(item: Interval) -> dict[str, dict[str, float]]:
-    return {item.name: {"start": item.low, "stop": item.high}}
 
 
 FORM = Form("continuation", (Begin, Continuation), whole=("along", "plane"))
 """The tables and keys of a continuation file."""
 
 DEFAULT_SYSTEM = "ssul-set6"
-"""The system that is followed unless another one is named."""
+"""The default system."""
 
 DEFAULT_ALONG = {"omega": {"start": 5.0, "stop": 9.0}}
-"""The parameter that is free unless another one is named."""
+"""The default free parameter with its interval."""
 
 
 def load_continuation(
@@ -241,15 +251,34 @@ def load_continuation(
     changes: Document | None = None,
     changes_from: str = "changes",
 ) -> Continuation:
-    """Return the continuation that a file means, validated throughout.
+    """Return the request of a continuation from a file or a system, validated.
 
-    Arguments:
-        source: path of a TOML file (its name ends in `.toml`), a name of the catalog, the
-            document as nested tables, a `System`, a `Continuation`, or None for SSul Set 6.
-        changes: a document of the same form that overrides it entry by entry; `changes_from` names
-            it in the message of an error.
+    Parameters
+    ----------
+    source : path, str, dict, System or Continuation, optional
+        Path of a TOML file (ending in `.toml`), name of the catalog, nested tables, a system, or a
+        request; by default SSul Set 6.
+    changes : dict, optional
+        Nested tables of the same form that override it entry by entry.
+    changes_from : str
+        Name of the changes in messages of errors.
 
-    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    Returns
+    -------
+    Continuation
+        The request.
+
+    Raises
+    ------
+    RequestError
+        One line with place, key, value and what is allowed.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> request = nv.load_continuation("tmd", {"along": {"omega": {"start": 6, "stop": 7}}})
+    >>> request.along.low, request.begin.policy
+    (6.0, 'rest')
     """
     if isinstance(source, Continuation) and not changes:
         return source
@@ -262,7 +291,9 @@ def load_continuation(
         Continuation,
         request.origin("along"),
         **request.of(Continuation),
-        title=_made_up_title(system, along) if title is None else title,
+        title=f"{system_in_words(system)}: branches along {symbol_of(along.name)}"
+        if title is None
+        else title,
         system=system,
         along=along,
         begin=_begin(request),
@@ -271,7 +302,7 @@ def load_continuation(
 
 
 def _begin(request: Merged) -> Begin:
-    """Return where branches begin; a label, or orbits, alone mean their policy."""
+    """Return the start orbits; a label, or orbits, without a policy imply it."""
     entries = request.of(Begin)
     policy = "orbits" if entries.get("states") else "label" if entries.get("label") else "rest"
     with at(request.place("start")):
@@ -294,18 +325,17 @@ def _intervals(request: Merged, system: System) -> dict[str, Interval]:
 def in_parameters(
     entries: Document, system: System, free: Collection[str] = ()
 ) -> Mapping[str, Any]:
-    """Return a table of an interval along a parameter in place of one along a ratio, as f [Hz].
+    """Convert the table of an interval from a ratio, such as f [Hz], to its parameter.
 
-    Arguments: the `entries` of the table; the `system` that its unit follows from; the names of
-    all that is `free`.
+    Arguments: the `entries` of the table; the `system`; the names of all `free` parameters.
 
-    Raises `RequestError` where the unit follows from what is free, too.
+    Raises `RequestError` if the unit of the ratio depends on a free parameter.
     """
-    known = ratios_in(system.scene)
-    if len(entries) != 1 or not entries.keys() <= known.keys():
+    ratios = ratios_in(system.scene)
+    if len(entries) != 1 or not entries.keys() <= ratios.keys():
         return entries
     ((name, entry),) = entries.items()
-    ratio = known[name]
+    ratio = ratios[name]
     both = next((need for need in ratio.needs if need in free), None)
     if both is not None:
         raise RequestError(f"{name} follows from {both}, which is free, too: give {ratio.gives}")
@@ -319,11 +349,7 @@ def _interval_of(entries: Document) -> Interval:
     if len(entries) != 1:
         raise RequestError(f"{', '.join(entries)} given; allowed: one parameter")
     ((name, entry),) = entries.items()
-    found = table(name, entry, ("start", "stop"))
-    if found.keys() != {"start", "stop"}:
-        raise RequestError(f"{name} = {shown(dict(found))} must hold start and stop")
-    return Interval(name, found["start"], found["stop"])
-
-
-def _made_up_title(system: System, along: Interval) -> str:
-    return f"{system_in_words(system)}: branches along {symbol_of(along.name)}"
+    bounds = table(name, entry, ("start", "stop"))
+    if bounds.keys() != {"start", "stop"}:
+        raise RequestError(f"{name} = {shown(dict(bounds))} must hold start and stop")
+    return Interval(name, bounds["start"], bounds["stop"])

@@ -1,4 +1,4 @@
-"""The results of a continuation: branches, special points, and what they say of one value."""
+"""The results of a continuation: branches, special points, curves, and orbits at one value."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, read
-from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.provenance import CONTINUATION
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.continuation.arclength import best_map, cycle_at_zero, place_at
@@ -60,28 +59,50 @@ _ALONG = (
 
 
 RESOLVED = 1.0e-10
-"""Width of the last bracket, relative to the parameter, of a special point that is resolved."""
+"""Largest width of the last bracket, relative to the parameter, of a resolved special point."""
 
 
 @dataclass(frozen=True, repr=False)
 class Branch(Outlined):
     """One branch of nT orbits; arrays have an entry for each of its points, in order.
 
-    Attributes:
-        parameter: the free parameter [SI].
-        states: (points, components) at phase zero, in the user's coordinates [m, m/s].
-        sections: (points, n, components) those one, two ... periods later; the last is `states`.
-        period: n of nT.
-        labels: "T,1", "3T,3" ... at each point.
-        impacts: (points, 2) per nT, at the near and the far wall.
-        stable: whether all multipliers lie inside the unit circle.
-        multipliers: (points, components) complex, the largest modulus first.
-        E1max, E2max: largest energies [J]; E2max is NaN without a damper.
-        residual: what does not close, relative; determinant_error: by how much the product of the
-            multipliers is not what the damping makes it, relative: an error bar of the matrix.
-        clearance: nearest miss [m]; softest_impact, fastest_impact: [m/s]; largest_force: [N].
-        ends: in words, why it ends at its beginning and at its end.
-        origin: "start", "PD" or "BP"; parent: number of the branch that it leaves, or -1.
+    Attributes
+    ----------
+    parameter : (points,) ndarray
+        The free parameter [SI].
+    states : (points, 4) ndarray
+        x1, v1, x2, v2 [m, m/s] at phase zero; without a damper two components.
+    sections : (points, n, 4) ndarray
+        The states one, two, ... periods later; the last ones are `states`.
+    period : int
+        n of nT.
+    labels : (points,) ndarray of str
+        "T,1", "3T,3" ...
+    impacts : (points, 2) ndarray
+        Impacts per nT at the near and the far wall.
+    stable : (points,) ndarray of bool
+        Whether all multipliers lie inside the unit circle.
+    multipliers : (points, 4) complex ndarray
+        Floquet multipliers, the largest modulus first.
+    E1max, E2max : (points,) ndarray
+        Largest energies [J]; E2max is NaN without a damper.
+    residual : (points,) ndarray
+        Closing error of the orbit in the energy norm, relative to the orbit.
+    determinant_error : (points,) ndarray
+        Relative difference of the product of the multipliers and the one that the divergence of
+        the equation of motion requires: an error bar of the multipliers.
+    clearance : (points,) ndarray
+        Smallest distance [m] of a pass that misses a wall; inf without any.
+    softest_impact, fastest_impact : (points,) ndarray
+        Approach speeds [m/s].
+    largest_force : (points,) ndarray
+        Largest contact force [N].
+    ends : (str, str)
+        Reasons of its ends at the first and the last point, keys of `branch_arm.ENDS`.
+    origin : str
+        "start", or the special point at which it leaves another branch: "PD" or "BP".
+    parent : int
+        Number of that branch; -1 for "start".
     """
 
     parameter: np.ndarray
@@ -113,9 +134,20 @@ class Branch(Outlined):
 class Crossing(Outlined):
     """The orbit of a branch at one value of the parameter.
 
-    Attributes: number of the `branch`; its `label`; the `state` at phase zero in the user's
-    coordinates; complex `multipliers`; `unstable`: how many lie outside the unit circle;
-    `sections`: (n, components), the states one, two ... periods later, the last being `state`.
+    Attributes
+    ----------
+    branch : int
+        Number of the branch.
+    label : str
+        "T,1", "3T,3" ...
+    state : (4,) ndarray
+        x1, v1, x2, v2 [m, m/s] at phase zero.
+    multipliers : (4,) complex ndarray
+        Floquet multipliers.
+    unstable : int
+        Number of multipliers outside the unit circle.
+    sections : (n, 4) ndarray
+        The states one, two, ... periods later; the last one is `state`.
     """
 
     branch: int
@@ -127,7 +159,7 @@ class Crossing(Outlined):
 
     @property
     def stable(self) -> bool:
-        """Whether all multipliers lie inside."""
+        """Whether all multipliers lie inside the unit circle."""
         return self.unstable == 0
 
 
@@ -135,13 +167,23 @@ class Crossing(Outlined):
 class SpecialCurve(Outlined):
     """A curve of special points in the plane of two parameters.
 
-    Attributes:
-        kind: LP, PD, NS or GR; period: n of nT.
-        values: (points, 2) both parameters; states: (points, components) at phase zero.
-        multipliers: (points, components), complex.
-        ends: in a word each, why it ends (`special_curves.ENDS`).
-        meetings: (name, first parameter, second) where another kind is met: R1 to R4, the strong
-            resonances; CP, a cusp; LP-PD, a fold-flip; GR-LP, GR-PD, GR-NS.
+    Attributes
+    ----------
+    kind : str
+        LP, PD, NS or GR.
+    period : int
+        n of nT.
+    values : (points, 2) ndarray
+        Both parameters [SI].
+    states : (points, 4) ndarray
+        x1, v1, x2, v2 [m, m/s] at phase zero.
+    multipliers : (points, 4) complex ndarray
+        Floquet multipliers.
+    ends : (str, str)
+        Reasons of its ends, keys of `special_curves.ENDS`.
+    meetings : tuple of (str, float, float)
+        Name and parameters of points of codimension two: R1 to R4, strong resonances; CP, cusp;
+        LP-PD, fold-flip; GR-LP, GR-PD, GR-NS, contact with a curve of grazing.
     """
 
     kind: str
@@ -155,12 +197,26 @@ class SpecialCurve(Outlined):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Continued(Drawable):
-    """The branches of a continuation, and their special points.
+    """The branches of a continuation and their special points, from `continue_branch`.
 
-    Attributes:
-        request: with which the same is computed again.
-        tables: the datasets of its archive by name.
-        path: the archive; None for results that have none.
+    Attributes
+    ----------
+    request : Continuation
+        The request; `continue_branch` computes the same again from it.
+    tables : dict of str to ndarray
+        The datasets of the archive by name.
+    path : path
+        The archive; None without one.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> branches = nv.continue_branch("ssul-set6", "omega", (5.4, 5.6), quiet=True)
+    >>> branches.branches[0].labels[0], bool(branches.branches[0].stable.all())
+    ('T,1', True)
+    >>> (orbit,) = branches.orbits_at(5.5)
+    >>> orbit.label, orbit.unstable
+    ('T,1', 0)
     """
 
     drawn_by = "nlds_vines.continuation.picture"
@@ -172,49 +228,41 @@ class Continued(Drawable):
     @cached_property
     def branches(self) -> tuple[Branch, ...]:
         """All branches, those of the start orbits first."""
-        t, found = self.tables, []
+        t, words, branches = self.tables, list(ENDS), []
         for i in range(len(t["status"])):
             rows = t["branch_of_point"] == i
-            pairs = t["multipliers"][rows]
-            own = {name: t[name][rows] for name in _ALONG if name in t}
-            found.append(
+            pairs, period = t["multipliers"][rows], int(t["periodicity"][rows][0])
+            states = t["state"][rows]
+            sections = t["section"][np.repeat(rows, t["periodicity"])]
+            along = {name: t[name][rows] for name in _ALONG if name in t}
+            branches.append(
                 Branch(
                     parameter=t[self.request.along.name][rows],
-                    states=t["state"][rows],
-                    sections=self._sections(rows),
-                    period=int(t["periodicity"][rows][0]),
+                    states=states,
+                    sections=sections.reshape(len(states), -1, states.shape[1]),
+                    period=period,
                     labels=t["label"][rows],
                     impacts=np.stack([t["impacts_near"][rows], t["impacts_far"][rows]], axis=1),
                     stable=t["stable"][rows].astype(bool),
                     multipliers=pairs[..., 0] + 1j * pairs[..., 1],
-                    ends=self._ends(i),
+                    ends=(words[int(t["first_end"][i])], words[int(t["last_end"][i])]),
                     origin=_ORIGINS[int(t["origin"][i])],
                     parent=int(t["parent"][i]),
-                    **{"E2max": np.full(int(rows.sum()), np.nan), **own},
+                    **{"E2max": np.full(len(states), np.nan), **along},
                 )
             )
-        return tuple(found)
-
-    def _sections(self, rows: np.ndarray) -> np.ndarray:
-        """Return the sections (points, n, components) of the points of a branch."""
-        periods = self.tables["periodicity"]
-        found = self.tables["section"][np.repeat(rows, periods)]
-        return found.reshape(int(rows.sum()), -1, found.shape[-1])
-
-    def _ends(self, i: int) -> tuple[str, str]:
-        words = list(ENDS)
-        first, last = (words[int(self.tables[name][i])] for name in ("first_end", "last_end"))
-        return first, last
+        return tuple(branches)
 
     @cached_property
     def special_points(self) -> np.recarray:
         """The special points, a row each, branch after branch.
 
-        kind: LP, PD, NS, BP, GR or LIM; value: of the parameter; before, after: the labels along
-        the branch; residual: the test function, relative; bracket: width of the last bracket, in
-        units of the parameter; defect: what does not close, relative; wall: of an impact that
-        grazes; branch: its number; index: of the branch's point before it; periodicity: n of nT;
-        state: at phase zero, in the user's coordinates.
+        The columns are kind (LP, PD, NS, BP, GR or LIM); value of the parameter; before and after,
+        the labels along the branch; residual of the test function, relative; bracket, the width of
+        the last bracket in units of the parameter, and resolved, whether that is narrow; defect,
+        the closing error, relative; wall of a grazing impact; branch, its number; index, the number
+        of the branch's point before it; periodicity, n of nT; state at phase zero [m, m/s];
+        switch, the outcome of following the branch that leaves there.
         """
         t = self.tables
         size = t["special_state"].shape[1]
@@ -238,16 +286,16 @@ class Continued(Drawable):
 
     @cached_property
     def curves(self) -> tuple[SpecialCurve, ...]:
-        """The curves of special points in the plane of two parameters; none without a second."""
+        """The curves of special points in the plane of two parameters; () for one parameter."""
         if self.request.plane is None:
             return ()
         t, names = self.tables, (self.request.along.name, self.request.plane.name)
-        words, found = list(CURVE_ENDS), []
+        words, curves = list(CURVE_ENDS), []
         for i in range(len(t["curve_kind"])):
             rows, met = t["curve_of_point"] == i, t["curve_of_meeting"] == i
             pairs = t["curve_multipliers"][rows]
             at = [t["meeting"][met], *(t[f"meeting_{name}"][met] for name in names)]
-            found.append(
+            curves.append(
                 SpecialCurve(
                     kind=_KINDS[int(t["curve_kind"][i])],
                     period=int(t["curve_periodicity"][i]),
@@ -263,12 +311,25 @@ class Continued(Drawable):
                     ),
                 )
             )
-        return tuple(found)
+        return tuple(curves)
 
     def orbits_at(self, value: float) -> list[Crossing]:
-        """Return the orbits of all branches at a value of the parameter, each closed by Newton.
+        """Return the orbits of all branches at a value of the parameter.
 
-        Raises `RequestError` for a value outside the interval.
+        Parameters
+        ----------
+        value : float
+            Value of the parameter within the interval.
+
+        Returns
+        -------
+        list of Crossing
+            Each closed by Newton's method.
+
+        Raises
+        ------
+        RequestError
+            If the value lies outside the interval.
         """
         along = self.request.along
         value = number(along.name, value)
@@ -276,30 +337,28 @@ class Continued(Drawable):
             raise RequestError(
                 f"{along.name} = {value!r}; allowed: {along.low!r} to {along.high!r}"
             )
-        section_map = map_of(self.request)
-        found: list[Crossing] = []
+        section_map, system, names = map_of(self.request), self.request.system, (along.name,)
+        crossings: list[Crossing] = []
         for i, branch in enumerate(self.branches):
             cycles: list[Cycle] = []
             for _, cycle in self.cycles_at(section_map, branch, value):
                 if any(is_same(section_map, cycle, other) for other in cycles):
                     continue
                 cycles.append(cycle)
-                state = states_of(self.request.system, (along.name,), cycle.place[np.newaxis])[0]
+                state = states_of(system, names, cycle.place[np.newaxis])[0]
+                places = np.column_stack([cycle.points[:, : len(state)], np.full(cycle.n, value)])
+                sections = states_of(system, names, places)
                 label, mu = label_of_cycle(cycle), cycle.multipliers
-                places = np.column_stack(
-                    [cycle.points[:, : len(state)], np.full(cycle.n, float(value))]
-                )
-                sections = states_of(self.request.system, (along.name,), places)
-                found.append(Crossing(i, label, state, mu, cycle.unstable, sections))
-        return found
+                crossings.append(Crossing(i, label, state, mu, cycle.unstable, sections))
+        return crossings
 
     def cycles_at(
         self, section_map: SectionMap, branch: Branch, value: float
     ) -> Iterator[tuple[int, Cycle]]:
-        """Yield the orbits of a branch at a value, each with the number of the point before.
+        """Yield the orbits of a branch at a value, each after the number of the point before.
 
-        The states at phase zero of two neighbors may stand on both sides of an impact of rigid
-        bodies: what is between them is sought in flight.
+        Between two neighboring points, a rigid impact may pass phase zero.  The orbit is therefore
+        interpolated and corrected at a phase in flight.
         """
         values, name, n = branch.parameter, self.request.along.name, branch.period
         for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
@@ -314,17 +373,19 @@ class Continued(Drawable):
             step = values[i + 1] - values[i]
             share = (value - values[i]) / step if step else 0.0
             cycle = at_value(there, a + share * (b - a), n, value)
-            found = None if cycle is None else cycle_at_zero(section_map, cycle)
-            if found is not None:
-                yield int(i), found
+            at_zero = None if cycle is None else cycle_at_zero(section_map, cycle)
+            if at_zero is not None:
+                yield int(i), at_zero
 
     def lines(self) -> Iterator[str]:
-        """Yield the report, a line at a time."""
+        """Yield the lines of the report."""
         yield self.request.title
-        points = len(self.tables["periodicity"])
-        counts = (len(self.branches), "branch", "es"), (points, "point", "s")
-        special = (len(self.special_points), "special point", "s")
-        yield ", ".join(f"{n} {word}{more * (n != 1)}" for n, word, more in (*counts, special))
+        counts = (
+            (len(self.branches), "branch", "es"),
+            (len(self.tables["periodicity"]), "point", "s"),
+            (len(self.special_points), "special point", "s"),
+        )
+        yield ", ".join(f"{n} {word}{plural * (n != 1)}" for n, word, plural in counts)
         for i, branch in enumerate(self.branches):
             yield from self._branch_lines(i, branch)
         for curve in self.curves:
@@ -363,7 +424,7 @@ class Continued(Drawable):
         return self.request.title
 
     def outline(self) -> Rows:
-        """Return how many branches, curves and special points there are."""
+        """Return the numbers of branches, special points and curves."""
         labels = dict.fromkeys(str(label) for b in self.branches for label in b.labels)
         points = sum(len(branch) for branch in self.branches)
         yield "branches", f"{len(self.branches)}, {points} points: {', '.join(labels)}"
@@ -372,6 +433,10 @@ class Continued(Drawable):
         if self.curves:
             kinds = _counted([curve.kind for curve in self.curves])
             yield "curves", ", ".join(f"{n} of {k}" for k, n in kinds)
+
+
+_MAY_BE_EMPTY = ("special", "curve_point", "curve", "meeting_point")
+"""The dimensions of datasets that an archive leaves out if they are empty."""
 
 
 def _counted(words: list[str]) -> list[tuple[str, int]]:
@@ -384,32 +449,16 @@ def map_of(request: Continuation) -> SectionMap:
 
 
 def continued(path: str | os.PathLike[str]) -> Continued:
-    """Return the results of a continuation, from its archive.
-
-    Raises `RequestError` for any other file.
-    """
+    """Return the results in the archive of a continuation; `RequestError` for any other file."""
     with read(path) as view:
         request = view.request(CONTINUATION, load_continuation)
-        names = [entry.name for entry in _datasets(request) if entry.name in view]
-        tables = {name: view[name] for name in names}
-    return Continued(request, with_empty(request, tables), ArchivePath.of(path))
-
-
-def _datasets(request: Continuation) -> list[Dataset]:
-    """Return the datasets that an archive of a continuation may hold."""
-    curves = () if request.plane is None else curve_datasets(request)
-    return [*datasets_of(request), *curves]
-
-
-_MAY_BE_EMPTY = ("special", "curve_point", "curve", "meeting_point")
-
-
-def with_empty(request: Continuation, tables: Tables) -> Tables:
-    """Return tables with those, empty, that an archive leaves out: without special points."""
-    size = len(request.system.scene.components)
-    shapes = {"component": size, "multiplier": size, "part": 2}
-    for entry in _datasets(request):
-        if entry.name not in tables and entry.dims[0] in _MAY_BE_EMPTY:
-            kind = object if entry.dtype == "str" else entry.dtype
-            tables[entry.name] = np.empty((0, *(shapes[dim] for dim in entry.dims[1:])), kind)
-    return tables
+        size, tables = len(request.system.scene.components), dict[str, np.ndarray]()
+        shapes = {"component": size, "multiplier": size, "part": 2}
+        curves = () if request.plane is None else curve_datasets(request)
+        for entry in (*datasets_of(request), *curves):
+            if entry.name in view:
+                tables[entry.name] = view[entry.name]
+            elif entry.dims[0] in _MAY_BE_EMPTY:
+                kind = object if entry.dtype == "str" else entry.dtype
+                tables[entry.name] = np.empty((0, *(shapes[dim] for dim in entry.dims[1:])), kind)
+    return Continued(request, tables, ArchivePath.of(path))

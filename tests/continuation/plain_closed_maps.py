@@ -385,7 +385,7 @@ def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monk
     walk = regime_borders._walked(branches, LOGISTIC, 0, 1, 3.08, 2.9)
     assert [kind for kind, _ in walk.events] == [kind for kind, _ in events]
     assert [value for _, value in walk.events] == pytest.approx([v for _, v in events], abs=1e-11)
-    assert (walk.alive, walk.known) == (False, bool(events))
+    assert (walk.alive, walk.is_explained) == (False, bool(events))
 
 
 def test_halves_differ_by_what_they_differ_by():

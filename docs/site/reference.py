@@ -114,7 +114,7 @@ def ratios() -> str:
             ratio.what.unit,
             ratio.what.meaning,
             f"`{ratio.gives}`",
-            _code(kind for kind, scene in SCENES.items() if ratio.fits(scene)),
+            _code(kind for kind, scene in SCENES.items() if ratio.fits(scene.own)),
         )
         for ratio in RATIOS
     )
@@ -175,7 +175,7 @@ def _variants() -> Iterator[Scene]:
     for scene in SCENES.values():
         for law in LAWS:
             yield scene.under(law)
-            yield scene.under(law, given=BASES)
+            yield scene.under(law, names=BASES)
 
 
 def _table_of(scene: Scene, want: Sequence[str]) -> Mapping[str, Dataset]:

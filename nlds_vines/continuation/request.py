@@ -341,8 +341,8 @@ def in_parameters(
         raise RequestError(f"{name} follows from {both}, which is free, too: give {ratio.gives}")
     ends = {end: number(f"{end} of {name}", value) for end, value in table(name, entry).items()}
     ratio.what.check(np.array([*ends.values()]))
-    unit = ratio.unit_of(system.parameters)
-    return {ratio.gives: {end: value * unit for end, value in ends.items()}}
+    values = [float(ratio.parameter(value, system.parameters)) for value in ends.values()]
+    return {ratio.gives: dict(zip(ends, values if ratio.power > 0 else values[::-1], strict=True))}
 
 
 def _interval_of(entries: Document) -> Interval:

@@ -53,8 +53,11 @@ class Parameter:
         bottom = values > self.low if self.above else values >= self.low
         return bottom & (values <= self.high) & np.isfinite(values)
 
-    def check(self, values: np.ndarray) -> None:
-        """Raise `RequestError` for the first of `values` (any shape) outside the range, if any."""
+    def check(self, values: float | np.ndarray) -> None:
+        """Raise `RequestError` for the first of `values` outside the range, if any."""
+        if isinstance(values, float) and self.low < values <= self.high and values < inf:
+            return
+        values = np.asarray(values)
         wrong = ~self.accepts(values)
         if np.any(wrong):
             value = float(values[wrong].flat[0])
@@ -280,6 +283,10 @@ RATIOS: Mapping[str, Parameter] = {
     for entry in (
         Parameter("mass_ratio", "m₂/m₁", "1", "mass of the damper over that of the structure", 0,
                   above=True),
+        Parameter("f1", "f₁", "Hz", "natural frequency of the structure alone", 0, above=True),
+        Parameter("T1", "T₁", "s", "natural period of the structure alone", 0, above=True),
+        Parameter("frequency_ratio", "f₂/f₁", "1",
+                  "frequency of the damper, on a structure that is fixed, over f1", 0),
         Parameter("zeta1", "ζ₁", "1", "damping ratio of the structure", 0),
         Parameter("zeta2", "ζ₂", "1", "damping ratio of the damper, on a structure that is fixed",
                   0),

@@ -1,19 +1,22 @@
-"""Ratios and frequencies in place of parameters: damping ratios, mass ratio, Hz.
+"""Ratios and frequencies in place of parameters: damping ratios, mass ratio, Hz, natural periods.
 
-Each stands for one parameter, which is so many times a unit that follows from others:
+Each ratio q stands for one parameter, which is q^power times a unit that follows from others:
 
     zeta1        c1 = zeta1 2 sqrt(k1 m1)         zeta, of an oscillator: c = zeta 2 sqrt(k m)
     zeta2        c2 = zeta2 2 sqrt(k2 m2)         mass_ratio: m2 = mass_ratio m1
     f            omega = f 2 pi                   omega_ratio: omega = omega_ratio sqrt(k1 / m1)
+    f1           k1 = f1^2 (2 pi)^2 m1            T1: k1 = T1^-2 (2 pi)^2 m1
+    frequency_ratio                               k2 = frequency_ratio^2 k1 m2 / m1
 
-What is set as a ratio stays at that ratio: `System` keeps it, and computes its parameter again
-whenever a parameter changes that the unit follows from.
+A parameter that is set as a ratio stays at that ratio: `System` stores the ratio, and computes the
+parameter again whenever its unit changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from functools import cache
 from math import pi
 from typing import Any
 
@@ -34,41 +37,59 @@ class Ratio:
         what: its name, symbol, unit, meaning and range.
         gives: the name of the parameter that it stands for.
         needs: the parameters that its unit follows from.
-        unit: returns, from these in their order (floats or arrays), the value of the parameter
-            where the ratio is 1 [SI].
+        unit: returns from these, in their order (floats or arrays), the value of the parameter at
+            the ratio 1 [SI].
+        power: the parameter is ratio^power times the unit: 1, 2 or -2.
     """
 
     what: Parameter
     gives: str
     needs: tuple[str, ...]
     unit: Callable[..., Any]
+    power: int = 1
 
     @property
     def name(self) -> str:
-        """As in files and Python."""
+        """The name in files and Python."""
         return self.what.name
 
-    def fits(self, scene: Scene) -> bool:
-        """Return True if a scene has its parameters."""
-        return {self.gives, *self.needs} <= set(scene.own)
+    def fits(self, names: Collection[str]) -> bool:
+        """Return True if all its parameters are among `names`."""
+        return {self.gives, *self.needs} <= {*names}
 
     def unit_of(self, values: Mapping[str, Any]) -> Any:
         """Return its unit among parameters (floats or arrays).
 
-        Raises `RequestError` where one is missing, or makes the unit zero.
+        Raises `RequestError` if one is missing, or makes the unit zero.
         """
         missing = [name for name in self.needs if name not in values]
         if missing:
             raise RequestError(f"{self.name} needs {' and '.join(missing)}, which is missing")
         needed = {name: _numbers(name, values[name]) for name in self.needs}
-        if not all(np.all(np.asarray(value) > 0.0) for value in needed.values()):
+        if not all(np.all(value > 0.0) for value in needed.values()):
             unsuitable = ", ".join(f"{name} = {float(np.min(v))!r}" for name, v in needed.items())
             raise RequestError(f"{self.name} means nothing with {unsuitable}: give {self.gives}")
         return self.unit(*needed.values())
 
+    def parameter(self, value: Any, values: Mapping[str, Any]) -> Any:
+        """Return the parameter [SI] of a ratio (float or array) among the other `values`."""
+        unit = self.unit_of(values)
+        if self.power == 1:
+            return value * unit
+        square = value * value
+        with np.errstate(divide="ignore", over="ignore"):
+            return square * unit if self.power == 2 else np.divide(unit, square)
+
+    def of(self, parameter: float, values: Mapping[str, Any]) -> float:
+        """Return the ratio of a parameter [SI] among the other `values`."""
+        relative = float(parameter / self.unit_of(values))
+        if self.power == 1:
+            return relative
+        return float(np.sqrt(relative if self.power == 2 else 1.0 / relative))
+
 
 def _numbers(name: str, value: Any) -> Any:
-    """Return a float, or an array of floats as it is."""
+    """Return a float, or an array as it is."""
     return value if isinstance(value, np.ndarray) else number(name, value)
 
 
@@ -76,29 +97,45 @@ def _critical(k: Any, m: Any) -> Any:
     return 2.0 * np.sqrt(k * m)
 
 
-def _own_frequency(k: Any, m: Any) -> Any:
+def _frequency(k: Any, m: Any) -> Any:
     return np.sqrt(k / m)
 
 
-def _ratio(name: str, gives: str, needs: tuple[str, ...], unit: Callable[..., Any]) -> Ratio:
-    return Ratio(parameters.RATIOS[name], gives, needs, unit)
+def _stiffness(m: Any) -> Any:
+    return (2.0 * pi) * (2.0 * pi) * m
+
+
+def _ratio(
+    name: str, gives: str, needs: tuple[str, ...], unit: Callable[..., Any], power: int = 1
+) -> Ratio:
+    return Ratio(parameters.RATIOS[name], gives, needs, unit, power)
 
 
 RATIOS = (
     _ratio("mass_ratio", "m2", ("m1",), lambda m: m),
+    _ratio("f1", "k1", ("m1",), _stiffness, 2),
+    _ratio("f1", "k", ("m",), _stiffness, 2),
+    _ratio("T1", "k1", ("m1",), _stiffness, -2),
+    _ratio("T1", "k", ("m",), _stiffness, -2),
+    _ratio("frequency_ratio", "k2", ("k1", "m1", "m2"), lambda k, m1, m2: k / m1 * m2, 2),
     _ratio("zeta1", "c1", ("k1", "m1"), _critical),
     _ratio("zeta2", "c2", ("k2", "m2"), _critical),
     _ratio("zeta", "c", ("k", "m"), _critical),
     _ratio("f", "omega", (), lambda: 2.0 * pi),
-    _ratio("omega_ratio", "omega", ("k1", "m1"), _own_frequency),
-    _ratio("omega_ratio", "omega", ("k", "m"), _own_frequency),
+    _ratio("omega_ratio", "omega", ("k1", "m1"), _frequency),
+    _ratio("omega_ratio", "omega", ("k", "m"), _frequency),
 )
-"""All ratios, those first from which others may follow."""
+"""All ratios; a ratio comes after those whose parameters its unit needs."""
 
 
-def ratios_in(scene: Scene) -> dict[str, Ratio]:
-    """Return the ratios that may be given of a scene, by name."""
-    return {ratio.name: ratio for ratio in RATIOS if ratio.fits(scene)}
+def ratios_in(scene: Scene) -> Mapping[str, Ratio]:
+    """Return the ratios of a scene's parameters, by name."""
+    return _ratios_of(scene.own)
+
+
+@cache
+def _ratios_of(names: tuple[str, ...]) -> Mapping[str, Ratio]:
+    return {one.name: one for one in RATIOS if one.fits(names)}
 
 
 def meant_by(scene: Scene, names: Collection[str]) -> list[str]:
@@ -108,18 +145,18 @@ def meant_by(scene: Scene, names: Collection[str]) -> list[str]:
 
 
 def following(scene: Scene, ratios: Collection[str], names: Collection[str]) -> set[str]:
-    """Return the parameters that change with those of `names`, if `ratios` stay as they are."""
+    """Return the parameters that change with those of `names` if `ratios` stay constant."""
     changed = set(meant_by(scene, names))
     followers = set[str]()
     for name, ratio in ratios_in(scene).items():
-        if name in ratios and changed & {*ratio.needs}:
+        if name in ratios and not changed.isdisjoint(ratio.needs):
             followers.add(ratio.gives)
             changed.add(ratio.gives)
     return followers
 
 
 def refuse_twice(scene: Scene, names: Collection[str]) -> None:
-    """Raise `RequestError` if two of `names` say something of one parameter, as c1 and zeta1."""
+    """Raise `RequestError` if two of `names` determine one parameter, as c1 and zeta1."""
     order, first = [*ratios_in(scene)], dict[str, str]()
     names = sorted(names, key=lambda name: order.index(name) if name in order else -1)
     for name, meant in zip(names, meant_by(scene, names), strict=True):
@@ -130,9 +167,11 @@ def refuse_twice(scene: Scene, names: Collection[str]) -> None:
 def still_set(
     scene: Scene, ratios: Mapping[str, float], names: Collection[str]
 ) -> dict[str, float]:
-    """Return those of `ratios` whose parameters none of `names` gives another value."""
+    """Return the `ratios` whose parameters are not determined by `names`."""
+    if not ratios:
+        return {}
     replaced = set(meant_by(scene, names))
-    return {k: v for k, v in ratios.items() if not replaced & {*meant_by(scene, [k])}}
+    return {k: v for k, v in ratios.items() if replaced.isdisjoint(meant_by(scene, [k]))}
 
 
 def without_ratios(
@@ -144,33 +183,41 @@ def without_ratios(
     """Return the changed parameters, with those that follow from them by ratios.
 
     `changes` holds parameters and ratios (floats or arrays), `old_values` the parameters before,
-    and `ratios` the ratios that were set before: each stays unless its parameter is changed.
+    and `ratios` the ratios set before, each of which stays unless its parameter is changed.
 
     Raises `RequestError` for a ratio out of its range or beside the parameter that it replaces.
     """
+    by_name = ratios_in(scene)
+    if not ratios and by_name.keys().isdisjoint(changes):
+        return dict(changes)
     refuse_twice(scene, [*changes])
     values, stay = dict(changes), still_set(scene, ratios, changes)
-    for name, ratio in ratios_in(scene).items():
+    for name, ratio in by_name.items():
         if name in values:
             value = _numbers(name, values.pop(name))
-            ratio.what.check(np.asarray(value))
+            ratio.what.check(value)
         elif name in stay and not values.keys().isdisjoint(ratio.needs):
             value = stay[name]
         else:
             continue
         with np.errstate(over="ignore"):
-            values[ratio.gives] = value * ratio.unit_of({**old_values, **values})
-        PARAMETERS[ratio.gives].check(np.asarray(values[ratio.gives]))
+            values[ratio.gives] = ratio.parameter(value, {**old_values, **values})
+        PARAMETERS[ratio.gives].check(values[ratio.gives])
     return values
 
 
 def of_parameters(scene: Scene, values: Mapping[str, float]) -> dict[str, float]:
-    """Return the ratios of a scene's parameters whose units are positive."""
-    ratios = {}
-    for name, ratio in ratios_in(scene).items():
-        if ratio.gives in values and all(values.get(need, 0.0) > 0.0 for need in ratio.needs):
-            ratios[name] = float(values[ratio.gives] / ratio.unit_of(values))
-    return ratios
+    """Return the ratios of a scene's parameters, if their units are positive.
+
+    A ratio of a stiffness is left out if the stiffness is 0.
+    """
+    return {
+        name: ratio.of(values[ratio.gives], values)
+        for name, ratio in ratios_in(scene).items()
+        if ratio.gives in values
+        and (ratio.power == 1 or values[ratio.gives] > 0.0)
+        and all(values.get(need, 0.0) > 0.0 for need in ratio.needs)
+    }
 
 
 def axes_of_parameters(
@@ -179,17 +226,18 @@ def axes_of_parameters(
     values: Mapping[str, float],
     changing: Collection[str],
 ) -> tuple[Axis, ...]:
-    """Return axes along parameters in place of those along ratios whose unit stays the same.
+    """Replace each axis along a ratio with a constant unit by the axis along its parameter.
 
-    Arguments: the `axes`, the scene and its parameters; the names of all that is `changing`, from
-    one orbit to another.  An axis along a ratio whose unit changes stays one along that ratio.
+    Arguments: the `axes`, the scene and its parameters; the names of all parameters that are
+    `changing` from one orbit to another.  The axis of a ratio with a changing unit stays, and so
+    does that of f1, T1 and frequency_ratio, of which the parameter is no multiple.
 
     Raises `RequestError` for a ratio out of its range.
     """
     by_name, result = ratios_in(scene), []
     for axis in axes:
         ratio = by_name.get(axis.name)
-        if ratio is None or not {*changing}.isdisjoint(ratio.needs):
+        if ratio is None or ratio.power != 1 or not {*changing}.isdisjoint(ratio.needs):
             result.append(axis)
             continue
         ratio.what.check(axis.values)

@@ -1,14 +1,15 @@
-"""A system: one kind of damper on the primary structure, with all its parameters.
+"""A system: one kind of damper on the primary structure, with all its parameters, validated.
 
-The parameters are checked here, once.  `System.cells` returns them as numbers for the kernels.
+`System.cells` returns the parameters as records for the kernels.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cache, cached_property, lru_cache
 from math import pi
 from types import MappingProxyType
 from typing import Any
@@ -27,6 +28,7 @@ from nlds_vines.model.parameters import (
     PARAMETERS,
     SECOND,
     STRUCTURE,
+    Law,
     described,
 )
 from nlds_vines.model.ratios import (
@@ -40,13 +42,18 @@ from nlds_vines.model.ratios import (
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
 
-_COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")
-_ALSO = {"m": "m1", "k": "k1", "c": "c1"}
-"""The fields of parameters that have a name of their own where there is no damper."""
+_FIELDS = {
+    **{name: name for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")},
+    **{"m": "m1", "k": "k1", "c": "c1"},
+}
+"""The field of a cell for each parameter that is copied; a single mass has names of its own."""
 
-_DERIVED = ("K", "near", "far", "rest", "limit")
-
-CELL = np.dtype([(name, np.float64) for name in _COPIED + _DERIVED])
+CELL = np.dtype(
+    [
+        (name, np.float64)
+        for name in (*dict.fromkeys(_FIELDS.values()), "K", "near", "far", "rest", "limit")
+    ]
+)
 """The record of one cell of a scan under Hertz' law, as the kernels read it, in SI units.
 
 Its fields are the parameters of equation (5); the contact stiffness K [N/m^1.5]; `near`, the
@@ -56,25 +63,31 @@ have is 0, and no kernel reads it."""
 
 _OF_LAWS = tuple(name for name in CONSTANTS if name != "K")
 NEAR = "near_contact"
-"""The field of a cell for the constants of the near wall's contact, where it has its own."""
+"""The field of a cell for the constants of the near wall's contact, if it has its own."""
 
 
 def cell_type(scene: Scene) -> np.dtype:
-    """Return the type of the records of a scene's cells: that of `CELL`, and what else it has.
+    """Return the type of the records of a scene's cells: `CELL`, and the fields of other laws.
 
-    More are the constants of other laws, under their names; those of the near wall, in the field
-    `NEAR`, where the two differ; and `load` [m/s^2], a constant force on the structure, per mass.
+    These are the constants of the laws, under their names; those of the near wall in the field
+    `NEAR` if the two walls differ; and `load` [m/s^2], a constant force on the structure per mass.
     """
+    has_others = bool(scene.walls) and (scene.laws != (HERTZ,) or bool(scene.optional))
+    return _cell_type(scene.load is not None, scene.law_2 is not None, has_others)
+
+
+@cache
+def _cell_type(has_load: bool, has_second: bool, has_others: bool) -> np.dtype:
     others: list[Any] = []
-    if scene.load is not None:
+    if has_load:
         others += [("load", np.float64)]
-    if scene.law_2 is not None:
+    if has_second:
         others += [(NEAR, [(name, np.float64) for name in ("K", *_OF_LAWS)])]
-    if scene.walls and (scene.laws != (HERTZ,) or scene.optional):
+    if has_others:
         others += [(name, np.float64) for name in _OF_LAWS]
     if not others:
         return CELL
-    # first, since Numba would take a record that begins like another for a kind of that one
+    # before those of CELL: Numba takes a record that begins like another one for a kind of it
     return np.dtype([*others, *((name, np.float64) for name in CELL.names or ())])
 
 
@@ -85,7 +98,7 @@ def hertz_stiffness(p: Mapping[str, Any]) -> Any:
 
     K = (4/3) q1 / ((d1 + d2) sqrt(A + B)) with d_i = (1 - nu_i^2) / (pi E_i).
 
-    Where a term overflows or divides by zero the result is 0, infinite or NaN, without a warning.
+    If a term overflows or divides by zero, the result is 0, infinite or NaN, without a warning.
 
     Source: equation (4).
     """
@@ -100,21 +113,44 @@ def hertz_stiffness(p: Mapping[str, Any]) -> Any:
 class System(Outlined):
     """A kind of damper with its parameters; checked when made, immutable afterwards.
 
-    Arguments:
-        kind: one of `SCENES`.
-        parameters: SI values by name, exactly those of the kind; `K` may be given in place of the
-            seven contact constants, and a ratio (`model.ratios`) in place of a parameter.
-        name: the name in the catalog, or the path of a file; by default the kind.
-        title: one line that describes it.
-        sources: by parameter, where its value comes from.
-        assumptions: by parameter, what had to be assumed for its value.
-        law: of all contacts, one of `LAWS`.
-        law_2: of the second wall, if its contact is its own; its constants end in _2.
-        fixed_ratios: the ratios that stay as they are when the parameters of their unit change.
+    Parameters
+    ----------
+    kind : str
+        A kind of system, such as "ssul"; see the page "Dampers and their parameters".
+    parameters : mapping of str to float
+        SI values by name, exactly those of the kind.  `K` may replace the seven constants of a
+        Hertz contact, and a ratio (zeta1, zeta2, mass_ratio, f, f1, T1, omega_ratio,
+        frequency_ratio) its parameter.
+    name : str, optional
+        The name in the catalog, or the path of a file; by default the kind.
+    title : str, optional
+        One line that describes it.
+    sources, assumptions : mapping of str to str, optional
+        By parameter, the source of its value, and what had to be assumed for it.
+    law, law_2 : str, optional
+        The contact law of all walls, by default "hertz", and that of a second wall with a law of
+        its own, whose constants end in _2.
+    fixed_ratios : mapping of str to float, optional
+        The ratios that stay constant when the parameters of their unit change.
 
-    Raises `RequestError` for an unknown kind or law, for a parameter that is missing or that the
-    kind does not have, for a value that is no finite number or out of its range, and for a text
-    that an archive cannot hold.
+    Raises
+    ------
+    RequestError
+        For an unknown kind or law, for a parameter that is missing or that the kind does not have,
+        for a value that is not finite or out of its range, and for a text that an archive cannot
+        hold.
+
+    See Also
+    --------
+    load_system
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> structure = {"m1": 1000.0, "f1": 1.0, "zeta1": 0.02, "P": 800.0, "omega": 6.28}
+    >>> system = nv.System("none", structure)
+    >>> round(system.parameters["k1"], 1), round(system.period, 4)
+    (39478.4, 1.0005)
     """
 
     kind: str
@@ -136,27 +172,39 @@ class System(Outlined):
         for key in ("sources", "assumptions"):
             for name, text in table(key, getattr(self, key), PARAMETERS).items():
                 string(f"{key}.{name}", text, lines=True)
-        follow = meant_by(self.scene, self.fixed_ratios)
-        own_values = {name: value for name, value in self.parameters.items() if name not in follow}
-        ratios = {**self.fixed_ratios, **_ratios_in(self.scene, self.parameters)}
-        complete = _merge(self.scene, {}, {**self.fixed_ratios, **own_values})
-        values = {name: number(name, value) for name, value in complete.items()}
+        scene = SCENES[self.kind].under(self.law, self.law_2)
+        follow = meant_by(scene, self.fixed_ratios)
+        stated = {name: value for name, value in self.parameters.items() if name not in follow}
+        values = _merge(scene, {}, {**self.fixed_ratios, **stated})
         for name, value in values.items():
-            PARAMETERS[name].check(np.asarray(value))
-        object.__setattr__(self, "parameters", MappingProxyType(values))
-        object.__setattr__(self, "fixed_ratios", MappingProxyType(ratios))
-        self.__dict__.pop("scene", None)  # which follows from the parameters that there are
-        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
-        object.__setattr__(self, "assumptions", MappingProxyType(dict(self.assumptions)))
+            values[name] = number(name, value)
+            PARAMETERS[name].check(values[name])
+        ratios = {**self.fixed_ratios, **_ratios_in(scene, self.parameters)}
+        self._set(values, ratios, self.sources, self.assumptions)
         object.__setattr__(self, "name", self.name or self.kind)
-        _ = self.cell  # checks the numbers that follow from the parameters, too
+
+    def _set(
+        self,
+        parameters: dict[str, float],
+        ratios: Mapping[str, float],
+        sources: Mapping[str, str],
+        assumptions: Mapping[str, str],
+    ) -> None:
+        """Store the mappings read-only, and check the numbers that follow from the parameters."""
+        self.__dict__.update(
+            parameters=MappingProxyType(parameters),
+            fixed_ratios=MappingProxyType(dict(ratios)),
+            sources=MappingProxyType(dict(sources)),
+            assumptions=MappingProxyType(dict(assumptions)),
+        )
+        _ = self._cell
 
     def heading(self) -> str:
-        """Return its name and what it is."""
+        """Return its name and title."""
         return f"{self.name}: {self.title}" if self.title else self.name
 
     def outline(self) -> Rows:
-        """Return its kind, its parameters and what had to be assumed."""
+        """Return its kind, its parameters and the names of assumed ones."""
         law = f", law {self.law!r}" if self.scene.walls else ""
         second = f", law_2 {self.law_2!r}" if self.law_2 else ""
         yield "kind", f"{self.kind!r} ({self.scene.meaning}){law}{second}"
@@ -181,9 +229,9 @@ class System(Outlined):
 
     @property
     def ratios(self) -> dict[str, float]:
-        """Damping ratios, mass ratio, f [Hz] and omega over omega0, as far as they mean something.
+        """The ratios and frequencies of the parameters, by name; those that are not defined lack.
 
-        They may be given in place of c1, c2, m2 and omega (`model.ratios`).
+        zeta1, zeta2, mass_ratio, frequency_ratio, omega_ratio [1], f, f1 [Hz], T1 [s].
         """
         return {**of_parameters(self.scene, self.parameters), **self.fixed_ratios}
 
@@ -203,7 +251,7 @@ class System(Outlined):
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene of this kind: its parts, its walls and the law of its contacts."""
+        """The parts of the system: rest position, walls, contact laws."""
         return SCENES[self.kind].under(self.law, self.law_2, self.parameters)
 
     @cached_property
@@ -213,16 +261,19 @@ class System(Outlined):
 
     @property
     def K(self) -> float:
-        """Contact stiffness [N/m^1.5], given or from equation (4).
+        """Contact stiffness [N/m^1.5], as set or from equation (4).
 
-        Raises `RequestError` for a kind without contact, and for a law without K.
+        Raises
+        ------
+        RequestError
+            For a kind without contact, and for a law without K.
         """
         if not self.scene.walls:
             raise RequestError(f"kind {self.kind!r} has no contact and so no stiffness K")
         if "K" not in self.scene.allowed:
             raise RequestError(f"law {self.law!r} has no stiffness K")
-        ahead = self.law_2 and self.scene.second == "far"
-        return float((self.cells()[NEAR] if ahead else self.cells())["K"])
+        is_nested = self.law_2 and self.scene.second == "far"
+        return float((self._cell[NEAR] if is_nested else self._cell)["K"])
 
     @property
     def structure(self) -> tuple[float, float, float]:
@@ -232,19 +283,19 @@ class System(Outlined):
         return m1, k1, c1
 
     def contact(self, wall: str) -> dict[str, float]:
-        """Return the constants of the contact at a wall, "near" or "far", by their plain names."""
-        cell = self.cells()[NEAR] if self.law_2 and wall == "near" else self.cells()
+        """Return the constants of the contact at a wall, "near" or "far", without the suffix _2."""
+        cell = self._cell[NEAR] if self.law_2 and wall == "near" else self._cell
         names = self.scene.law_at(wall).needed + self.scene.law_at(wall).optional
         return {name: float(cell[name]) for name in names if name in (cell.dtype.names or ())}
 
     @property
     def force(self) -> float:
-        """Amplitude of the harmonic force [N], which the ground's motion may be the reason for."""
-        return float(self.cells()["P"])
+        """Amplitude of the harmonic force [N], or of the force due to the ground's motion."""
+        return float(self._cell["P"])
 
     @property
     def foot(self) -> complex | None:
-        """Amplitude Y of the foot's motion y = Re(Y exp(i omega t)) [m]; None where it is at rest.
+        """Amplitude Y of the foot's motion y = Re(Y exp(i omega t)) [m]; None if it is at rest.
 
         Complex, since the force P cos(omega t) = k1 y + c1 dy/dt leads it.
         """
@@ -264,52 +315,79 @@ class System(Outlined):
         return 2 * pi / self.parameters["omega"]
 
     def with_(self, /, **overrides: float | str) -> System:
-        """Return this system with some parameters replaced, by name, in SI units.
+        """Replace parameters.
 
-        `K` replaces the seven contact constants; all seven together replace a given `K`.  Ratios
-        stand for parameters: zeta1, zeta2, mass_ratio, f [Hz], omega_ratio (`model.ratios`).  What
-        was set as a ratio stays at it, unless its parameter is among the overrides.  The source of
-        a changed value becomes "set by the user", and its assumption is dropped.  Another `law` of
-        the contacts takes constants of its own in place of all those of the present one.
+        A parameter that was set as a ratio stays at that ratio, unless it is overridden.  `K`
+        replaces the seven contact constants, and all seven together replace `K`.  The source of a
+        changed value becomes "set by the user", and its assumption is dropped.
 
-        Raises `RequestError` as `System` does, and for `K` beside a constant that it replaces.
+        Parameters
+        ----------
+        **overrides
+            Parameters by name in SI units, or ratios: zeta1, zeta2, mass_ratio, f [Hz], f1 [Hz],
+            T1 [s], omega_ratio, frequency_ratio.  Also `law` and `law_2`, with the constants of the
+            new law in place of those of the former.
+
+        Returns
+        -------
+        System
+            A new system.
+
+        Raises
+        ------
+        RequestError
+            As `System`, and for `K` beside a constant that it replaces.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> system = nv.load_system("ssul-set6").with_(f=1.0, mass_ratio=0.05)
+        >>> round(system.parameters["omega"], 4), system.parameters["m2"]
+        (6.2832, 50.0)
         """
         law: Any = overrides.pop("law", self.law)
         law_2: Any = overrides.pop("law_2", self.law_2)
-        check_law(self.kind, law, law_2)
-        before = {name: self.parameters[name] for name in self.scene.own_of(self.parameters)}
-        for mine, new, second in ((self.law, law, False), (self.law_2, law_2, True)):
-            if mine == new:
-                before |= {
-                    name: value
-                    for name, value in self.parameters.items()
-                    if name not in before and name.endswith(SECOND) == second
-                }
+        before: Mapping[str, float] = self.parameters
+        if (law, law_2) != (self.law, self.law_2):
+            check_law(self.kind, law, law_2)
+            has_changed = {"": law != self.law, SECOND: law_2 != self.law_2}
+            own = self.scene.own_of(before)
+            before = {
+                name: value
+                for name, value in before.items()
+                if name in own or not has_changed[SECOND if name.endswith(SECOND) else ""]
+            }
         scene = SCENES[self.kind].under(law, law_2)
         merged = _merge(scene, before, overrides, self.fixed_ratios)
-        for name in SCENES[self.kind].under(law, law_2, merged).optional:
+        for name in scene.under(law, law_2, merged).optional:
             if merged[name] == 0 and DAMPING in name:  # damping that damps nothing
                 del merged[name]
-        changed = {name for name in merged if merged[name] != self.parameters.get(name)}
+        changed = []
+        for name, value in merged.items():
+            old = self.parameters.get(name)
+            if value is not old:  # the others have been checked before
+                merged[name] = number(name, value)
+                PARAMETERS[name].check(merged[name])
+                if value != old:
+                    changed.append(name)
+        system = object.__new__(type(self))
+        system.__dict__.update(
+            kind=self.kind, name=self.name, title=self.title, law=law, law_2=law_2
+        )
         unchanged = merged.keys() - changed
         sources = {name: text for name, text in self.sources.items() if name in unchanged}
-        return replace(
-            self,
-            parameters=merged,
-            sources=sources | dict.fromkeys(sorted(changed), "set by the user"),
-            assumptions={
-                name: text for name, text in self.assumptions.items() if name in unchanged
-            },
-            law=law,
-            law_2=law_2,
-            fixed_ratios=still_set(scene, self.fixed_ratios, overrides)
-            | _ratios_in(scene, overrides),
+        system._set(
+            merged,
+            still_set(scene, self.fixed_ratios, overrides) | _ratios_in(scene, overrides),
+            sources | dict.fromkeys(sorted(changed), "set by the user"),
+            {name: text for name, text in self.assumptions.items() if name in unchanged},
         )
+        return system
 
     def with_axes(self, names: Iterable[str]) -> System:
-        """Return the system that has all optional parameters of these names, 0 where it had none.
+        """Return the system with all optional parameters of these names, 0 if it had none.
 
-        What varies is a part of a scene, although one of its values may be none; and it is no
+        A parameter that varies is part of the scene, even if one of its values is 0; and it is no
         longer set as a ratio.
         """
         names = list(names)
@@ -333,7 +411,7 @@ class System(Outlined):
 
         Every parameter under its own name in SI units, every ratio that was set, `K` [N/m^1.5] of
         every Hertz contact, the law of any other, every assumption as `assumption_<parameter>`.  A
-        parameter that follows, by a ratio, from one of those `varied` has no value of its own.
+        parameter that follows, by a ratio, from one of those `varied` is left out.
         """
         follow = following(self.scene, self.fixed_ratios, varied)
         values = self.parameters.items()
@@ -349,42 +427,60 @@ class System(Outlined):
         }
 
     def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
-        """Return the numbers for the kernels, one record for each point of a grid.
+        """Return the records of dtype `CELL` for the kernels, one for each point of a grid.
 
         Arguments: `grid` holds the varied parameters by name, ratios among them, as arrays that
-        broadcast together.
+        broadcast together; the result has their common shape, () for an empty grid.
 
-        Returns an array of dtype `CELL` of their common shape; of shape () for an empty grid.
-        Where the ground moves, P is the force that it makes in each cell.
+        If the ground moves, P is the force that it exerts in each cell.
 
-        Raises `RequestError`, which names parameter and value, where one is not allowed.
+        Raises `RequestError`, which names parameter and value, if one is not allowed.
         """
+        if not grid:
+            return self._cell.copy()
         varied = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
         values = _merge(self.scene, self.parameters, varied, self.fixed_ratios)
         for name, value in varied.items():  # the others were checked when the system was made
             described(name).check(value)
         shape = np.broadcast_shapes(*(array.shape for array in varied.values()))
-        cells = np.zeros(shape, cell_type(self.scene))
-        for name in values.keys() & {*_COPIED, *_ALSO}:
-            cells[_ALSO.get(name, name)] = values[name]
-        if "P" not in values:
-            cells["P"] = _force(self.scene, values)
-        for name, value in _derived(self.scene, values).items():
-            cells[name] = value
-        for wall in self.scene.walls:
-            constants = cells[NEAR] if self.scene.law_2 and wall == "near" else cells
-            for name, value in _contact(self.scene, wall, values).items():
-                constants[name] = value
-        return cells
+        return _records(self.scene, values, shape)
+
+    @cached_property
+    def _cell(self) -> np.ndarray:
+        """The record of the system, shape ()."""
+        return _records(self.scene, self.parameters, ())
+
+
+def _records(scene: Scene, values: Mapping[str, Any], shape: tuple[int, ...]) -> np.ndarray:
+    """Return the records (shape) of parameters that are floats or arrays."""
+    cells = np.zeros(shape, cell_type(scene))
+    for name, field_name in _FIELDS.items():
+        if name in values:
+            cells[field_name] = values[name]
+    if "P" not in values:
+        cells["P"] = _force(scene, values)
+    for name, value in _derived(scene, values).items():
+        cells[name] = value
+    for wall in scene.walls:
+        ending, is_hertz = scene.ending(wall), scene.law_at(wall) == HERTZ
+        constants = cells[NEAR] if scene.law_2 and wall == "near" else cells
+        for name in ("K", *_OF_LAWS):
+            if name + ending in values:
+                constants[name] = values[name + ending]
+        if is_hertz and scene.is_damped(wall):
+            constants["exponent"] = 1.5
+        if is_hertz and "K" + ending not in values:
+            constants["K"] = _checked_stiffness(values)
+    return cells
 
 
 def _force(scene: Scene, values: Mapping[str, Any]) -> Any:
-    """Return the amplitude of the force [N] that the ground's motion Y cos(omega t) makes.
+    """Return the amplitude [N] of the force due to the ground's motion Y cos(omega t).
 
-    Seen from the ground it is m Y omega^2.  In absolute coordinates it is what spring and dashpot
-    pass on, k1 y + c1 dy/dt: Y sqrt(k1^2 + (c1 omega)^2).  base_acceleration is Y omega^2.
+    Relative to the ground it is m Y omega^2.  In absolute coordinates spring and dashpot exert
+    k1 y + c1 dy/dt: Y sqrt(k1^2 + (c1 omega)^2).  base_acceleration is Y omega^2.
 
-    Raises `RequestError` where the ground passes nothing on, and where the force is not finite.
+    Raises `RequestError` if nothing joins structure and ground, and if the force is not finite.
     """
     omega = values["omega"]
     with np.errstate(all="ignore"):
@@ -409,9 +505,9 @@ def _force(scene: Scene, values: Mapping[str, Any]) -> Any:
 
 
 def modulus(real: Any, imaginary: Any) -> np.ndarray:
-    """Return sqrt(real^2 + imaginary^2), whose squares may overflow.
+    """Return sqrt(real^2 + imaginary^2) without overflow of the squares.
 
-    NumPy's complex numbers round otherwise on other processors; these go into archives.
+    NumPy's complex modulus, and so an archive, would depend on the processor.
     """
     one, other = np.abs(real), np.abs(imaginary)
     most = np.maximum(one, other)
@@ -419,20 +515,8 @@ def modulus(real: Any, imaginary: Any) -> np.ndarray:
     return most * np.sqrt(1 + share * share)
 
 
-def _contact(scene: Scene, wall: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the constants of the contact at a wall, as a cell has them."""
-    ending, hertz = scene.ending(wall), scene.law_at(wall) == HERTZ
-    names = [name for name in ("K", *_OF_LAWS) if name + ending in values]
-    own_constants: dict[str, Any] = {name: values[name + ending] for name in names}
-    if hertz and scene.is_damped(wall):
-        own_constants["exponent"] = 1.5
-    if hertz and "K" + ending not in values:
-        own_constants["K"] = _checked_stiffness(values)
-    return own_constants
-
-
 def check_law(kind: str, law: str, law_2: str) -> None:
-    """Raise `RequestError` for an unknown law, and for one that a kind has no contact for."""
+    """Raise `RequestError` for an unknown law, and for a law of a wall that the kind lacks."""
     choice("law", law, LAWS)
     scene = SCENES[kind]
     if law != HERTZ.name and not scene.walls:
@@ -448,13 +532,13 @@ def check_law(kind: str, law: str, law_2: str) -> None:
 
 
 def _named(scene: Scene) -> str:
-    """Return what messages call a scene: its kind, and its laws unless they are the paper's."""
+    """Return the name of a scene in messages: its kind, and its laws if they are not Hertz'."""
     text = f"kind {scene.kind!r}" + (f" under law {scene.law.name!r}" * (scene.law != HERTZ))
     return text + (f" and law_2 {scene.law_2.name!r}" if scene.law_2 else "")
 
 
 def refuse_contradiction(names: Collection[str]) -> None:
-    """Raise `RequestError` where `names` hold both `K` and a constant that it replaces."""
+    """Raise `RequestError` if `names` hold both `K` and a constant that it replaces."""
     beside = [name for name in CONTACT if name in names]
     if beside and "K" in names:
         raise RequestError(f"K beside {', '.join(beside)}: give K or the contact constants")
@@ -467,6 +551,15 @@ def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
         return
     if name not in PARAMETERS:
         raise unknown("parameter", name, (*scene.allowed, *ratios_in(scene)))
+    constant, key = name.removesuffix(SECOND), "law_2" if name.endswith(SECOND) else "law"
+    laws = [law.name for law in LAWS.values() if constant in law.allowed]
+    if laws and (scene.second if key == "law_2" else scene.walls):
+        law: Law | None = scene.law_2 if key == "law_2" else scene.law
+        present = f"{key} {law.name!r}" if law else f"without {key}, kind {scene.kind!r}"
+        raise RequestError(
+            f"{present} has no parameter {name!r} ({PARAMETERS[name].meaning}): {key} = "
+            f"{' or '.join(map(repr, laws))} has it; allowed: {', '.join(scene.allowed)}"
+        )
     raise RequestError(
         f"{_named(scene)} has no parameter {name!r} ({PARAMETERS[name].meaning}); "
         f"allowed: {', '.join(scene.allowed)}"
@@ -474,7 +567,7 @@ def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
 
 
 def _without_table(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the parameters with `P = { base_displacement = Y }` written as base_displacement."""
+    """Return the parameters with `P = { base_displacement = Y }` as base_displacement = Y."""
     if not isinstance(values.get("P"), Mapping):
         return values
     inner = table("P", values["P"], BASES)
@@ -487,7 +580,7 @@ def _without_table(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _ratios_in(scene: Scene, values: Mapping[str, Any]) -> dict[str, float]:
-    """Return the ratios among the names of what is `given`, whose unit may change."""
+    """Return the ratios among `values` whose unit depends on parameters."""
     stated = {name: ratio for name, ratio in ratios_in(scene).items() if name in values}
     return {name: number(name, values[name]) for name, ratio in stated.items() if ratio.needs}
 
@@ -528,15 +621,17 @@ def _merge(
             f"give also {missing}, or K instead"
         )
     if missing:
+        if HERTZ in scene.laws and not {*CONTACT}.isdisjoint(missing.split(", ")):
+            missing += f"; K may replace {CONTACT[0]} to {CONTACT[-1]}"
         raise RequestError(f"parameters of {_named(scene)} are missing: {missing}")
     return {name: merged[name] for name in names}
 
 
 def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a cell that follow from the parameters: K, gaps, rest offset, limit.
+    """Return the fields of a cell that follow from the parameters: gaps, rest offset, limit, load.
 
-    Raises `RequestError` where one is not finite, where two walls overlap, and where the damper
-    would rest at or beyond its limit.
+    Raises `RequestError` if one is not finite, if two walls overlap, and if the damper would rest
+    at or beyond its limit.
     """
     derived: dict[str, Any] = {}
     with np.errstate(over="ignore"):
@@ -545,11 +640,15 @@ def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
             if part is not None:
                 derived[name] = part(values)
     for name, value in derived.items():
-        if not np.all(np.isfinite(value)):
+        is_finite = math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()
+        if not is_finite:
             raise RequestError(f"parameters out of proportion: {name} is not finite")
-    if scene.gap_near is not None and scene.gap_far is not None:
-        _refuse_no_room(np.asarray(derived["near"]) + np.asarray(derived["far"]))
-    if np.any(np.asarray(derived.get("limit", 1.0)) <= 0):
+    # a damper is in one contact at a time
+    if len(scene.walls) == 2 and np.any((room := derived["near"] + derived["far"]) < 0):
+        raise RequestError(
+            f"the walls are {float(np.min(room))!r} m apart: their distance must be >= 0"
+        )
+    if scene.limit is not None and np.any(derived["limit"] <= 0):
         raise RequestError(
             f"D = {float(np.min(values['D']))!r}: a damper of kind {scene.kind!r} would rest at or "
             "beyond its limit; D, or D + L, must be > 0"
@@ -557,19 +656,21 @@ def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
     return derived
 
 
-def _refuse_no_room(room: np.ndarray) -> None:
-    """Raise `RequestError` where two walls overlap, of which `room` [m] is the distance.
-
-    A damper is in one contact at a time.
-    """
-    if np.any(room < 0):
-        raise RequestError(
-            f"the walls are {float(np.min(room))!r} m apart: their distance must be >= 0"
-        )
-
-
 def _checked_stiffness(values: Mapping[str, Any]) -> Any:
     """Return K of equation (4); raise `RequestError` unless it is finite and positive."""
+    constants = tuple(values[name] for name in CONTACT)
+    if all(isinstance(value, float) for value in constants):
+        return _stiffness_of(*constants)
+    return _stiffness(values)
+
+
+@lru_cache(maxsize=64)
+def _stiffness_of(*constants: float) -> float:
+    """Return K of floats: of many systems with one contact, the first computes it."""
+    return float(_stiffness(dict(zip(CONTACT, constants, strict=True))))
+
+
+def _stiffness(values: Mapping[str, Any]) -> Any:
     if np.any(np.asarray(values["A"]) + np.asarray(values["B"]) <= 0):
         raise RequestError("A = 0.0 and B = 0.0 are not allowed together: A + B must be > 0")
     stiffness = hertz_stiffness(values)

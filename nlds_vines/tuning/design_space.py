@@ -43,6 +43,7 @@ BOUNDS: Mapping[str, Bounds] = {
     "E2": Bounds(1e6, 1e9, True),
     "K": Bounds(1e6, 1e9, True),
     "mass_ratio": Bounds(0.01, 0.2, True),
+    "frequency_ratio": Bounds(0.3, 2.0, True),
     "zeta2": Bounds(0.01, 1.0, True),
 }
 """The default bounds (SI units), wide for a structure of a tonne as in the paper.

@@ -18,8 +18,8 @@ from nlds_vines.tuning.request import load_tuning
 SIX = nv.load_system("ssul-set6").parameters
 
 
-def six(**changes):
-    return nv.load_system("ssul-set6", **changes).parameters
+def six(**given):
+    return nv.load_system("ssul-set6", **given).parameters
 
 
 def test_each_ratio_stands_for_its_parameter():
@@ -28,23 +28,31 @@ def test_each_ratio_stands_for_its_parameter():
     assert six(mass_ratio=0.05)["m2"] == 50.0
     assert six(f=1.0)["omega"] == 2 * pi
     assert six(omega_ratio=1.1)["omega"] == 1.1 * sqrt(SIX["k1"] / SIX["m1"])
+    assert six(f1=1.2)["k1"] == (1.2 * 1.2) * ((2 * pi) * (2 * pi) * SIX["m1"])
+    assert six(T1=0.5)["k1"] == (2 * pi) * (2 * pi) * SIX["m1"] / (0.5 * 0.5)
+    assert six(frequency_ratio=0.9)["k2"] == 0.9 * 0.9 * (SIX["k1"] / SIX["m1"] * SIX["m2"])
+    slow = nv.load_system("impact-oscillator", T1=2.0).parameters
+    assert sqrt(slow["k"] / slow["m"]) == pytest.approx(pi, rel=1e-15)
     oscillator = nv.load_system("impact-oscillator", zeta=0.05, omega_ratio=2.0).parameters
     assert oscillator["c"] == 0.05 * (2 * sqrt(oscillator["k"] * oscillator["m"]))
     assert oscillator["omega"] == 2.0 * sqrt(oscillator["k"] / oscillator["m"])
 
 
 def test_a_unit_follows_from_what_is_given_beside_it():
-    parameters = six(m1=1500.0, k1=6e4, zeta1=0.015, mass_ratio=0.02, zeta2=0.1)
-    assert parameters["m2"] == 30.0
-    assert parameters["c1"] == pytest.approx(0.015 * 2 * sqrt(6e4 * 1500.0), rel=1e-15)
-    assert parameters["c2"] == pytest.approx(0.1 * 2 * sqrt(parameters["k2"] * 30.0), rel=1e-15)
+    found = six(m1=1500.0, k1=6e4, zeta1=0.015, mass_ratio=0.02, zeta2=0.1)
+    assert found["m2"] == 30.0
+    assert found["c1"] == pytest.approx(0.015 * 2 * sqrt(6e4 * 1500.0), rel=1e-15)
+    assert found["c2"] == pytest.approx(0.1 * 2 * sqrt(found["k2"] * 30.0), rel=1e-15)
 
 
 def test_a_system_tells_its_ratios_and_they_give_it_back():
     system = nv.load_system("ssul-set6", c2=90.0)
     ratios = system.ratios
-    assert set(ratios) == {"mass_ratio", "zeta1", "zeta2", "f", "omega_ratio"}
-    ratios.pop("omega_ratio")
+    linear = {"mass_ratio", "zeta1", "zeta2", "f", "omega_ratio"}
+    assert set(ratios) == linear | {"f1", "T1", "frequency_ratio"}
+    for name in ("f1", "T1", "frequency_ratio", "omega_ratio"):
+        given = nv.load_system("ssul-set6", c2=90.0, **{name: ratios.pop(name)}).parameters
+        assert given == pytest.approx(dict(system.parameters), rel=1e-15 * 4)
     again = nv.load_system("ssul-set6", **ratios).parameters
     for name, value in system.parameters.items():
         assert again[name] == pytest.approx(value, rel=1e-15)
@@ -52,7 +60,7 @@ def test_a_system_tells_its_ratios_and_they_give_it_back():
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("given", "said"),
     [
         ({"zeta1": 0.1, "c1": 3.0}, "c1 beside zeta1"),
         ({"f": 1.0, "omega_ratio": 1.0}, "f beside omega_ratio"),
@@ -62,12 +70,16 @@ def test_a_system_tells_its_ratios_and_they_give_it_back():
         ({"f": 0.0}, "f = 0.0 is not allowed"),
         ({"mass_ratio": float("nan")}, "mass_ratio"),
         ({"omega_ratio": 1.0, "k1": 0.0}, "means nothing with k1 = 0.0"),
+        ({"f1": 1.0, "T1": 1.0}, "f1 beside T1"),
+        ({"f1": 1.0, "k1": 1.0}, "k1 beside f1"),
+        ({"T1": 1e-300}, "k1 = inf is not allowed"),
+        ({"frequency_ratio": 1.0, "k2": 1.0}, "k2 beside frequency_ratio"),
         ({"zetta1": 0.1}, "did you mean 'zeta1'"),
     ],
 )
-def test_what_is_no_ratio_is_refused(changes, message):
-    with pytest.raises(RequestError, match=message):
-        six(**changes)
+def test_what_is_no_ratio_is_refused(given, said):
+    with pytest.raises(RequestError, match=said):
+        six(**given)
 
 
 def test_a_ratio_stands_in_a_system_of_a_file(tmp_path):
@@ -75,12 +87,61 @@ def test_a_ratio_stands_in_a_system_of_a_file(tmp_path):
         '[system]\nkind = "tmd"\nm1 = 1500.0\nk1 = 6e4\nzeta1 = 0.015\nmass_ratio = 0.02\n'
         "k2 = 1200.0\nzeta2 = 0.1\nP = 800.0\nf = 1.0\n"
     )
-    parameters = nv.load_system(tmp_path / "own.toml").parameters
-    assert parameters["m2"] == 30.0
-    assert parameters["omega"] == 2 * pi
+    found = nv.load_system(tmp_path / "own.toml").parameters
+    assert found["m2"] == 30.0
+    assert found["omega"] == 2 * pi
     (tmp_path / "own.toml").write_text('[system]\nkind = "none"\nm1 = 1.0\nzeta1 = 0.1\n')
     with pytest.raises(RequestError, match="zeta1 needs k1, which is missing"):
         nv.load_system(tmp_path / "own.toml")
+
+
+def test_a_structure_by_its_period_and_a_damper_by_its_frequency_ratio():
+    system = six(m1=1500.0, T1=0.8, mass_ratio=0.04, frequency_ratio=0.95, zeta1=0.02, zeta2=0.1)
+    assert sqrt(system["k1"] / 1500.0) == pytest.approx(2 * pi / 0.8, rel=1e-15)
+    assert sqrt(system["k2"] / 60.0) == pytest.approx(0.95 * 2 * pi / 0.8, rel=1e-15)
+    assert system["c2"] == pytest.approx(0.1 * 2 * sqrt(system["k2"] * 60.0), rel=1e-15)
+
+
+def test_a_frequency_that_was_set_stays_when_the_masses_change():
+    system = nv.load_system("ssul-set6", f1=1.0, frequency_ratio=0.9).with_(m1=2000.0, m2=90.0)
+    assert system.ratios["f1"] == 1.0
+    assert system.parameters["k1"] == (2 * pi) * (2 * pi) * 2000.0
+    assert system.parameters["k2"] == 0.9 * 0.9 * (system.parameters["k1"] / 2000.0 * 90.0)
+    assert load_scan(system).document()["system"]["parameters"]["f1"] == 1.0
+    cells = system.cells({"m1": np.array([500.0, 1000.0])})
+    assert np.sqrt(cells["k2"] / 90.0) == pytest.approx([0.9 * 2 * pi] * 2, rel=1e-15)
+
+
+@pytest.mark.parametrize("name", ["f1", "T1", "frequency_ratio"])
+def test_an_axis_along_a_frequency_keeps_its_name_and_its_values(name):
+    values = [0.8, 0.9, 1.1]
+    scan = scan_over({name: {"values": values}})
+    assert (scan.axes[0].name, scan.axes[0].values.tolist()) == (name, values)
+    cells = scan.system.cells({name: scan.axes[0].values})
+    each = [nv.load_system("ssul-set6", **{name: value}).cells() for value in values]
+    assert cells.tobytes() == np.array(each).tobytes()
+    assert load_scan(scan.document()) == scan
+
+
+def test_frequencies_are_free_and_uncertain_in_a_tuning():
+    tuning = load_tuning(
+        "tmd",
+        {"free": {"frequency_ratio": {}, "zeta2": {}}, "uncertain": {"f1": "5%"}},
+    )
+    assert tuning.names == ("frequency_ratio", "zeta2")
+    grid = Objective(tuning)._grid(Trials.at_rest(np.array([[0.95, 0.1]])))
+    cells = tuning.system.cells(grid)[0, :, 0]
+    structure = np.sqrt(cells["k1"] / cells["m1"])
+    assert np.ptp(structure) > 0.1
+    assert np.sqrt(cells["k2"] / cells["m2"]) / structure == pytest.approx(0.95, rel=1e-14)
+
+
+@pytest.mark.parametrize(("name", "ends"), [("f1", (0.9, 1.2)), ("T1", (0.8, 1.1))])
+def test_branches_go_along_a_frequency_as_along_its_stiffness(name, ends):
+    request = load_continuation({"along": {name: dict(zip(("start", "stop"), ends, strict=True))}})
+    stiffness = sorted(six(**{name: end})["k1"] for end in ends)
+    assert (request.along.name, request.along.low) == ("k1", pytest.approx(stiffness[0]))
+    assert request.along.high == pytest.approx(stiffness[1])
 
 
 def scan_over(vary, **changes):
@@ -101,7 +162,7 @@ def test_an_axis_along_a_ratio_is_one_along_its_parameter():
 
 
 @pytest.mark.parametrize(
-    ("vary", "settings", "message"),
+    ("vary", "settings", "said"),
     [
         ({"zeta1": {"values": [0.1]}}, {"c1": 3.0}, "c1 is varied"),
         ({"c1": {"values": [0.1]}}, {"zeta1": 3.0}, "c1 is varied"),
@@ -110,8 +171,8 @@ def test_an_axis_along_a_ratio_is_one_along_its_parameter():
         ({"zeta2": {"values": [0.1]}, "k2": {"values": [0.0, 1.0]}}, {}, "means nothing with k2"),
     ],
 )
-def test_an_axis_that_means_nothing_is_refused(vary, settings, message):
-    with pytest.raises(RequestError, match=message):
+def test_an_axis_that_means_nothing_is_refused(vary, settings, said):
+    with pytest.raises(RequestError, match=said):
         scan_over(vary, set=settings)
 
 
@@ -184,7 +245,7 @@ def test_loads_keep_ratios_and_vary_them():
 
 
 @pytest.mark.parametrize(
-    ("tables", "message"),
+    ("tables", "said"),
     [
         ({"set": {"zeta1": 0.1}, "vary": {"c1": {"values": [1.0]}}}, "zeta1 = .*: c1 is varied by"),
         ({"set": {"k1": 1e4}, "vary": {"k1": {"values": [1.0]}}}, "k1 = .*: k1 is varied by"),
@@ -192,8 +253,8 @@ def test_loads_keep_ratios_and_vary_them():
         ({"vary": {"zeta": {"values": [0.1]}}}, "unknown parameter 'zeta'"),
     ],
 )
-def test_two_statements_about_one_parameter_of_a_load_are_refused(tables, message):
-    with pytest.raises(RequestError, match=message):
+def test_two_statements_about_one_parameter_of_a_load_are_refused(tables, said):
+    with pytest.raises(RequestError, match=said):
         load_response_history("tmd", {"load": {"impulse": 1.0}, **tables})
 
 
@@ -248,7 +309,7 @@ def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
 
 
 @pytest.mark.parametrize(
-    ("tables", "message"),
+    ("tables", "said"),
     [
         ({"set": {"mass_ratio": 0.03}, "free": {"m2": {}}}, "mass_ratio = 0.03: m2 is varied by"),
         ({"free": {"c2": {}, "zeta2": {}}}, "c2 beside zeta2"),
@@ -259,6 +320,6 @@ def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
         ({"uncertain": {"zeta": "5%"}}, "unknown uncertain parameter 'zeta'"),
     ],
 )  # fmt: skip
-def test_two_statements_about_one_parameter_of_a_tuning_are_refused(tables, message):
-    with pytest.raises(RequestError, match=message):
+def test_two_statements_about_one_parameter_of_a_tuning_are_refused(tables, said):
+    with pytest.raises(RequestError, match=said):
         load_tuning("tmd", tables)

@@ -10,7 +10,7 @@ import pytest
 from nlds_vines.errors import RequestError
 from nlds_vines.model import catalog as packaged_files
 from nlds_vines.model.catalog import catalog, load_system, system_from
-from nlds_vines.model.parameters import CONTACT, PARAMETERS
+from nlds_vines.model.parameters import CONTACT, PARAMETERS, Parameter
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System, hertz_stiffness
 
@@ -122,6 +122,33 @@ REFUSED = {
 def test_changes_that_mean_nothing_are_refused(set6, message):
     with pytest.raises(RequestError, match=message):
         set6.with_(**REFUSED[message])
+
+
+def test_only_what_changes_is_checked_again_and_the_result_is_that_of_a_full_check(
+    set6, monkeypatch
+):
+    checked = []
+    check = Parameter.check
+    monkeypatch.setattr(
+        Parameter, "check", lambda self, values: (checked.append(self.name), check(self, values))
+    )
+    damped = set6.with_(zeta1=0.02)
+    checked.clear()
+    changed = damped.with_(k2=500.0, k1=4e4)
+    assert set(checked) == {"k2", "k1", "c1"}  # the damping follows from the stiffness
+    values = {**changed.parameters, "zeta1": 0.02}
+    del values["c1"]
+    whole = System("ssul", values, set6.name, set6.title, changed.sources, changed.assumptions)
+    assert whole == changed
+    assert whole.cells().tobytes() == changed.cells().tobytes()
+    assert changed.sources.keys() >= {"k1", "k2", "c1"}
+
+
+@pytest.mark.parametrize("value", [True, "a", None, float("nan"), [1.0]])
+def test_a_value_that_is_no_number_is_refused_even_if_it_equals_the_old_one(value):
+    system = load_system("ssul-set6", k2=1.0)
+    with pytest.raises(RequestError, match=r"k2 = .* must be a"):
+        system.with_(k2=value)
 
 
 # ---- scenes --------------------------------------------------------------------------------------
@@ -316,10 +343,18 @@ def test_system_of_a_scan_file_comes_with_what_is_set(tmp_path):
         ("ssul-set6", {"law": "restitution", "e": -0.1}, "e = -0.1 is not allowed"),
         ("ssul-set6", {"law": "restitution", "e": 0.5, "K": 1e7}, "has no parameter 'K'"),
         ("ssul-set6", {"law": "elastic"}, "unknown law 'elastic'; allowed: hertz, power, linear"),
-        ("ssul-set6", {"e": 0.5}, "kind 'ssul' has no parameter 'e'"),
+        ("ssul-set6", {"e": 0.5}, "law 'hertz' has no parameter 'e' .*law = 'restitution' has it"),
+        ("ssul-set6", {"kc": 1e6}, "law = 'linear' or 'kelvin-voigt' has it"),
+        ("ssul-set6", {"e_2": 0.5}, "kind 'ssul' has no parameter 'e_2'"),
+        ("ssbl", {"e_2": 0.5}, "without law_2, kind 'ssbl' has no .*law_2 = 'restitution' has it"),
+        ("tmd", {"e": 0.5}, "kind 'tmd' has no parameter 'e'"),
         ("tmd", {"law": "restitution", "e": 0.5}, "kind 'tmd' has no contact"),
         ("impact-oscillator", {"m2": 1.0}, "kind 'oscillator' .* has no parameter 'm2'"),
-        ("impact-oscillator", {"law": "hertz"}, "parameters of kind 'oscillator' are missing: E1"),
+        (
+            "impact-oscillator",
+            {"law": "hertz"},
+            "'oscillator' are missing: E1, E2, nu1, nu2, A, B, q1; K may replace E1 to q1",
+        ),
     ],
 )  # fmt: skip
 def test_a_law_has_constants_of_its_own(name, changes, message):

@@ -41,8 +41,8 @@ SCENES: Mapping[str, Scene] = {module.SCENE.kind: module.SCENE for module in _MO
 def scene_of(key: str) -> Scene:
     """Return the scene of a `Scene.key`."""
     kind, law, law_2, *optional = [*key.split("/"), "", ""][: max(3, key.count("/") + 1)]
-    given = [*optional, *BASES[:1]] if kind.endswith(FOOT) else optional
-    return SCENES[kind.removesuffix(FOOT)].under(law or HERTZ.name, law_2, given)
+    names = [*optional, *BASES[:1]] if kind.endswith(FOOT) else optional
+    return SCENES[kind.removesuffix(FOOT)].under(law or HERTZ.name, law_2, names)
 
 
 __all__ = ["SCENES", "Scene", "scene_of"]

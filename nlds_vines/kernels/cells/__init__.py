@@ -1,11 +1,11 @@
-"""Cells of a map: verdicts, branches, basins, many cells one after another.
+"""Cells of a map and of loads: orbits with their outputs, verdicts, branches, many at a time.
 
 In reading order:
 
-    verdict        what an orbit is, with the evidence
+    verdict        the verdict on an orbit, with the evidence
     cells          one cell: parameters, orbit, outputs, verdict; orbits that begin at any phase
-    load_orbit     an orbit under a load, with jumps of speed, and its energies at the edges
+    load_orbit     an orbit under a load, with jumps of the velocity; its energies at the edges
     cycles         an nT orbit as a point of a branch; orbits that come near known ones
     lanes          many cells, one after another
-    load_numbers   times, energies and the rms of x1 under a load, for many orbits
+    load_numbers   response quantities under loads, for many orbits
 """

@@ -1,4 +1,7 @@
-"""One cell from its parameters to its outputs: the parts it has, then its orbit, then a verdict."""
+"""One cell of a map from its parameters to its outputs: its parts, its orbit, its verdict.
+
+Also orbits that begin at any phase of the forcing (`come_along`).
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import numpy as np
 from ..events.contact import Steps
 from ..events.fixed_step import fixed_grid_from
 from ..impact.arc import Arc
-from ..motion.flight import PERIOD, REACH, SHORT, Begun, cells_of, grid_from, grid_of
+from ..motion.flight import PERIOD, REACH, SHORT, Begun, cells_of, grid_from
 from ..motion.load_cells import Stretch, grid_under
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
@@ -35,21 +38,18 @@ from .verdict import judge
 STABLE = 2.5  # longest step of rk4 in units of 1/rate: beyond 2.8, errors of order four grow
 
 
-# ---- a cell made ready ---------------------------------------------------------------------------
+# ---- a prepared cell -----------------------------------------------------------------------------
 
 
 @by_wall
 def held_at(wall, ps, damper, begun):
-    """Return the motion on a wall, if its law has one that is prepared, as a tuple of its own.
-
-    begun: as of its grid.
-    """
+    """Return the prepared motion on a wall, if its law has one; begun: as of its grid."""
     return None
 
 
 @by_wall
-def too_stiff(held, period):
-    """Return True if the motion on a wall is too fast to be followed for a period [s]."""
+def too_stiff(motion, period):
+    """Return True if the prepared motion on a wall is too fast to be followed for a period [s]."""
     return False
 
 
@@ -60,9 +60,10 @@ def multiple_of(stops, n):
 
 @jit
 def cells_for(parts, n, stops):
-    """Return the cells of the method's grid, a multiple of `stops`: n exact ones, or its steps.
+    """Return the number of cells of the method's grid: n exact ones or its steps, rounded up.
 
-    Where contacts are linear, too, cells are so short that their truncation is below round-off.
+    It is a multiple of `stops`. If contacts are linear, too, cells are so short that their
+    truncation is below round-off.
     """
     if parts.rk4 is not None:
         return multiple_of(stops, int(parts.period_steps))
@@ -72,8 +73,8 @@ def cells_for(parts, n, stops):
 
 
 @jit
-def own_arc(arc):
-    """Return the arc with scratch rows of this lane's own, or None without a wall."""
+def copied_arc(arc):
+    """Return the arc with scratch rows for this orbit alone, or None without a wall."""
     if arc is None:
         return None
     return Arc(arc.tolerance, arc.settled, arc.levels, arc.table.copy())
@@ -81,7 +82,7 @@ def own_arc(arc):
 
 @jit
 def grid_for(parts, ps, damper, n, stops, begun):
-    """Return the grid of what is `begun`, by the method; a load has its own cells."""
+    """Return the method's grid of a `flight.Begun`, or of the stretch of a load."""
     if is_a(begun, Stretch):
         return grid_under(ps, damper, begun.h, n, begun)
     if parts.rk4 is not None:
@@ -93,18 +94,17 @@ def grid_for(parts, ps, damper, n, stops, begun):
 def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     """Return a cell `Prepared` for orbits with `stops` section points a period.
 
-    ps, damper: its `Structure` and its `Damper`, `Ground` or None; begun: the `flight.Begun` that
-    periods count from, or the `load_cells.Stretch` of a load; n: the exact cells that a period
-    needs, or those of the stretch. A section point is the end of a cell, so the grid has a multiple
-    of `stops` cells (a load has none inside); a motion on a wall has a grid of its own. parts,
-    cell: as `run_cell`.
+    parts, cell: as of `run_cell`; ps, damper: the cell's `Structure` and its `Damper`, `Ground` or
+    None; begun: the `flight.Begun` of the periods, or the `load_cells.Stretch` of a load; n: the
+    number of exact cells that a period needs, or of cells of the stretch. Section points are ends
+    of cells.
     """
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     far = wall_like(parts.far, cell.far, damper, cell)
     grid = grid_for(parts, ps, damper, n, stops, begun)
     scratch = None if parts.near is None and parts.far is None else np.zeros(SCRATCH)
     return Prepared(
-        parts.rk4, ps, damper, near, far, own_arc(parts.arc), grid,
+        parts.rk4, ps, damper, near, far, copied_arc(parts.arc), grid,
         Steps(parts.contact_steps, parts.contact_tolerance), scratch,
         held_at(near, ps, damper, begun), held_at(far, ps, damper, begun),
     )  # fmt: skip
@@ -112,10 +112,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
 
 @jit
 def checked_cell(parts, cell, stops, begun):
-    """Return (status, the `Prepared` cell), which is of no use unless the status is OK.
-
-    begun: the `flight.Begun` that periods count from.
-    """
+    """Return (status, the `Prepared` cell); the cell is valid only if the status is OK."""
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n, period = cells_of(ps, damper), 2.0 * math.pi / ps.omega
     prepared = prepared_cell(parts, cell, ps, damper, max(n, 1), stops, begun)
@@ -128,18 +125,18 @@ def checked_cell(parts, cell, stops, begun):
     return OK, prepared
 
 
-# ---- its orbit -----------------------------------------------------------------------------------
+# ---- an orbit ------------------------------------------------------------------------------------
 
 
 @jit
 def run_cell(parts, cell, state, span, buffers):
-    """Run one orbit from `state` (SIZE,), which becomes the last one; return a status.
+    """Advance `state` (STATE_SIZE,) over the transient and a `Span` of periods; return a status.
 
-    parts: `Parts`; cell: the numbers of `model.system.CELL`; span: `Span`, the periods before it
-    being the transient; buffers: `CellBuffers`.
+    parts: `Parts`; cell: the numbers of `model.system.CELL`; span.first: periods of the transient;
+    buffers: `CellBuffers`.
     """
     status, prepared = checked_cell(parts, cell, span.stops, PERIOD)
-    if status == BAD_PARAMETERS or no_limit_to_keep(buffers.violation, cell.limit):
+    if status == BAD_PARAMETERS or lacks_limit(buffers.violation, cell.limit):
         return BAD_PARAMETERS
     if not bounded(state[0], state[1], state[2], state[3]):
         return DIVERGED
@@ -155,9 +152,9 @@ def run_cell(parts, cell, state, span, buffers):
 
 @jit
 def cell_orbit(prepared, limit, state, span, buffers):
-    """Run a cell that is prepared (arguments as `run_cell`).
+    """Advance `state` in a prepared cell (other arguments and result as of `run_cell`).
 
-    The orbit goes on from the last state of an earlier run of the same cell as that run would have.
+    From the last state of an earlier run of the cell, the orbit goes on as that run would have.
     """
     ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
     limit_log = limit_log_of(buffers.violation, limit)
@@ -166,9 +163,9 @@ def cell_orbit(prepared, limit, state, span, buffers):
         set_mode(prepared.near, prepared.far, state)
     begin_limit_log(limit_log, state)
     start_energy(ps, damper, peak, state)
-    # the transient: first what is not noted, then what is noted of its section
+    # the transient: periods without sections, then those whose sections are recorded
     noted = 0 if buffers.early is None else len(buffers.early)
-    none = None if buffers.early is None else buffers.early[:0]  # of one type: one code for both
+    none = None if buffers.early is None else buffers.early[:0]  # the same type: compiled once
     before = OrbitBuffers(limit_log, none, None, None, peak, None, None, None, None)
     unseen = Span(0, span.first - noted, 1)
     status = run(prepared, before, unseen, state, None, None)
@@ -176,7 +173,7 @@ def cell_orbit(prepared, limit, state, span, buffers):
         before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None, None, None, None)
         seen = Span(span.first - noted, noted, 1)
         status = run(prepared, before, seen, state, None, None)
-    # the periods after it
+    # the sampled periods
     if status == OK:
         start_energy(ps, damper, buffers.energy, state)
         tally = tally_for(buffers.response, buffers.foot, buffers.ground, ps)
@@ -225,8 +222,8 @@ def any_overflowed(response):
 
 
 @jit
-def no_limit_to_keep(violation, limit):
-    """Return True if a scene has a limit to keep, and the limit is no finite number."""
+def lacks_limit(violation, limit):
+    """Return True if a scene has a limit, but the limit is not a finite number."""
     if violation is None:
         return False
     return not finite(limit)
@@ -243,7 +240,7 @@ def limit_log_of(violation, limit):
 
 @jit
 def begin_limit_log(limit_log, state):
-    """Count a start beyond the limit, where a sweep may carry a state, as of the first instant."""
+    """Count a start beyond the limit, to which a sweep may lead, as a violation at time zero."""
     if limit_log is not None and state[2] > limit_log[LIMIT]:
         note_violation(limit_log, 0.0)
         limit_log[EXCESS] = state[2] - limit_log[LIMIT]
@@ -251,34 +248,48 @@ def begin_limit_log(limit_log, state):
 
 @jit
 def report_violation(violation, limit_log):
-    """Fill the violations (3,) of one lane: time of the first [s], greatest depth [m], number."""
+    """Fill the violations (3,) of an orbit: time of the first [s], greatest depth [m], number."""
     if violation is not None:
         violation[0], violation[1] = limit_log[FIRST_VIOLATION], limit_log[EXCESS]
         violation[2] = limit_log[NUMBER]
 
 
-# ---- its verdict ---------------------------------------------------------------------------------
+# ---- a verdict -----------------------------------------------------------------------------------
+
+
+@jit
+def flow_in(parts, prepared, n, begun):
+    """Return the `variations.Flow` of a prepared cell of one stop; n: its number of exact cells.
+
+    Its exact grid is that of the cell, unless the method or linear contacts have another one.
+    """
+    if parts.rk4 is not None:
+        return flow_of(prepared, grid_from(prepared.ps, prepared.damper, n, begun))
+    if says(parts.near, "LINEAR") or says(parts.far, "LINEAR"):
+        return flow_of(prepared, grid_from(prepared.ps, prepared.damper, n, begun))
+    return flow_of(prepared, prepared.grid)
 
 
 @jit
 def judge_cell(parts, cell, ends, section, first, stages, evidence):
+    """Fill the evidence of an orbit of a cell (other arguments and result as of `judge`)."""
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
-    flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_of(ps, damper, n))
-    return judge(flow, ends, section, first, stages, evidence)
+    prepared = prepared_cell(parts, cell, ps, damper, n, 1, PERIOD)
+    return judge(flow_in(parts, prepared, n, PERIOD), ends, section, first, stages, evidence)
 
 
 # --------------------------------------------------------------------------------------------------
-# Orbits that begin at any phase of the forcing: from there to the next section, at phase zero.
+# Orbits that begin at any phase of the forcing.
 #
-# What is left of the period, or another share of it, is a period of a grid of its own, with as many
-# cells, shorter ones, and its phases. The time loop knows no difference; only where an orbit begins
-# so is this code compiled.
+# The share of a period up to the next section, or another one, is a period of a grid of its own,
+# with as many cells, which are shorter. The time loop is the same; it is compiled for this only if
+# an orbit begins so.
 
 
 @jit
 def come_along(parts, cell, begun, state):
-    """Advance `state` (SIZE,) over the share of a period that is a `Begun`; return a status."""
+    """Advance `state` (STATE_SIZE,) over the share of a period of a `Begun`; return a status."""
     status, prepared = checked_cell(parts, cell, 1, begun)
     if status != OK:
         return status
@@ -290,11 +301,10 @@ def come_along(parts, cell, begun, state):
 
 @jit(entry=True)
 def enter(begin, end, parts, cells, begun, starts, status):
-    """Advance starts `begin` to `end` - 1 from their phase to the next section.
+    """Advance starts `begin` to `end` - 1 from their phase to the next section, at phase zero.
 
-    cells (n,); begun (n,): the share of the forcing's period before the start, 0 or 1 where it is
-    at a section already. starts (n, 4), x1, v1, r, s, become those at phase zero; status (n,) takes
-    those of `codes`. What fails is left as it is.
+    cells (n,); begun (n,): the share of the forcing's period before each start, 0 or 1 at a
+    section; starts (n, 4): (x1, v1, r, s), which change in place unless that fails; status (n,).
     """
     for lane in range(begin, end):
         status[lane] = OK
@@ -313,9 +323,9 @@ def enter(begin, end, parts, cells, begun, starts, status):
 
 @jit(entry=True)
 def come_on(parts, cell, phase, share, y):
-    """Advance y (4,), x1, v1, r, s, from a phase over a share of a period; return a status.
+    """Advance y (4,), (x1, v1, r, s), from a phase over a share of a period; return a status.
 
-    cell (1,); phase: the share of the forcing's period before it.
+    cell (1,); phase: the share of the forcing's period before y.
     """
     state = new_state()
     for i in range(4):

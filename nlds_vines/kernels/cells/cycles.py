@@ -1,7 +1,7 @@
-"""An nT orbit as a point of a branch: what does not close, its derivatives, what happens on it.
+"""An nT orbit as a point of a branch: its defect, the derivatives of that, and its extremes.
 
-The derivative with respect to the state is the monodromy matrix, from the variations; those with
-respect to parameters are from variations that these drive (`driven`).
+The derivative by the state is the monodromy matrix, from variations; those by parameters are from
+variations that the parameters drive (`driven`). Also orbits that stop near a known cycle.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..motion.driven import RATE_COLUMNS, Driven, fill_rates
-from ..motion.flight import PERIOD, Begun, cells_of, grid_from
+from ..motion.flight import PERIOD, Begun, cells_of
 from ..numerics.compiling import jit
 from ..numerics.matrices import eigenvalues, solve
 from ..orbit.orbit import STATE_SIZE
@@ -20,7 +20,6 @@ from ..orbit.variations import (
     TOGETHER,
     advance_flow,
     distance,
-    flow_of,
     matrix_of,
     new_state,
     no_section,
@@ -33,21 +32,21 @@ from ..scene.codes import OK
 from ..scene.law import SHRUNK
 from ..scene.scene import CellBuffers, Span, damper_of, joined, scale_of, structure_under
 from ..watch.observe import IMPACT_COLUMNS, IMPACT_FORCE, RELEASE, SPEED, Impacts
-from .cells import checked_cell, run_cell
+from .cells import checked_cell, flow_in, run_cell
 
-# Columns of what is found of a cycle beside its arrays:
+# Columns of the numbers of a cycle:
 #   0 DEFECT   energy norm of image - y over EXTENT   3 GENTLEST  slowest impact [m/s], inf: none
 #   1 EXTENT   largest energy norm of its sections    4 LOG_DETERMINANT    ln det M, as it has to be
 #   2 MISS     nearest miss [m], inf: none
 DEFECT, EXTENT, MISS, GENTLEST, LOG_DETERMINANT = range(5)
 NUMBERS_OF_CYCLE = 5
-MOST_NOTED = 4096  # impacts of a cycle whose speeds and forces are looked at
+MOST_NOTED = 4096  # impacts of a cycle whose speeds and forces count
 
 
 class Traced(NamedTuple):
-    """What is found of an orbit of n periods of (size,) components and of its m parameters."""
+    """An orbit of n periods with states of (size,) numbers, and its derivatives by m parameters."""
 
-    points: Any  # (n, 4) its sections
+    points: Any  # (n, 4) the sections
     counts: Any  # (2,) impacts by wall
     matrix: Any  # (size, size) the monodromy matrix
     slopes: Any  # (m, 4) derivatives of the image by the parameters
@@ -56,46 +55,40 @@ class Traced(NamedTuple):
 
 
 class Extremes(NamedTuple):
-    """What is measured on orbits."""
+    """Extremes of orbits."""
 
     energy: Any  # (orbits, 2) the largest E1 and E2 [J]
     strokes: Any  # (orbits, 2) the largest approach speed [m/s] and contact force [N]
     violation: Any  # (orbits, 3) as `cells.report_violation`, or None
-    touches: Any  # (orbits, room, 4) the columns WALL to SPEED of impacts, as far as there is room
+    touches: Any  # (orbits, room, 4) the columns WALL to SPEED of the first impacts
 
 
 @jit
 def cell_flow(parts, cell, begun):
-    """Return the `variations.Flow` of a cell, and a status; unless that is OK, it is of no use.
+    """Return the `variations.Flow` of a cell, and a status; the flow is valid only if it is OK.
 
     begun: `flight.Begun` of share 1, the phase of the sections.
     """
     status, prepared = checked_cell(parts, cell, 1, begun)
     n = max(cells_of(prepared.ps, prepared.damper), 1)
-    return flow_of(prepared, grid_from(prepared.ps, prepared.damper, n, begun)), status
+    return flow_in(parts, prepared, n, begun), status
 
 
 @jit
-def shrunk_so_far(scratch):
-    """Return by what contacts have shrunk volumes, as a logarithm."""
+def set_shrinking(scratch, value):
+    """Set the logarithm by which contacts have shrunk volumes; return it as it was before."""
     if scratch is None:
         return 0.0
-    return scratch[SHRUNK]
-
-
-@jit
-def forget_shrinking(scratch):
-    """Reset the logarithm by which contacts have shrunk volumes."""
-    if scratch is None:
-        return None
-    scratch[SHRUNK] = 0.0
+    before = scratch[SHRUNK]
+    scratch[SHRUNK] = value
+    return before
 
 
 @jit
 def follow_slopes(parts, cell, changes, flow, y, n, slopes):
-    """Fill slopes (m, 4) with the derivatives of the image of y after n periods by m parameters.
+    """Fill slopes (m, 4): derivatives of the image of y after n periods by m parameters.
 
-    changes (m,): the derivatives of the numbers of the cell. Returns a status.
+    changes (m,): derivatives of the cell's numbers by each parameter. Returns a status.
     """
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     rates, rows, state = np.zeros((len(slopes), RATE_COLUMNS)), np.zeros(16), new_state()
@@ -115,28 +108,28 @@ def follow_slopes(parts, cell, changes, flow, y, n, slopes):
 
 @jit(entry=True)
 def trace(parts, cell, changes, phase, y, traced):
-    """Follow an orbit from y (4,) for as many periods as `Traced` has points; fill that.
+    """Follow an orbit from y (4,) for as many periods as `Traced` has points; return a status.
 
-    phase: the share of the forcing's period at which y and all sections are. cell (1,) and changes
-    (m,): its derivatives by m free parameters, 4 at most. Returns a status.
+    phase: the phase of y and of all sections, as a share of the period; cell (1,); changes (m,):
+    derivatives of the cell's numbers by m free parameters, 4 at most. Fills `traced`.
     """
-    points, matrix, found = traced.points, traced.matrix, traced.numbers
+    points, matrix, numbers = traced.points, traced.matrix, traced.numbers
     flow, status = cell_flow(parts, cell[0], Begun(phase, 1.0))
     if status != OK:
         return status
     state, tangent, size = new_state(), np.zeros(16), len(matrix)
-    forget_shrinking(flow.prepared.scratch)
+    set_shrinking(flow.prepared.scratch, 0.0)
     status, clearance, slowest = trace_cycle(flow, y, points, traced.counts, tangent, state)
     if status != OK:
         return status
     n = len(points)
     span = span_of(flow.space, points)
-    found[DEFECT], found[EXTENT] = distance(flow.space, state, y), span
+    numbers[DEFECT], numbers[EXTENT] = distance(flow.space, state, y), span
     if span > 0.0:
-        found[DEFECT] /= span
-    found[MISS], found[GENTLEST] = clearance, slowest
-    volume = shrunk_so_far(flow.prepared.scratch)
-    found[LOG_DETERMINANT] = volume + flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
+        numbers[DEFECT] /= span
+    numbers[MISS], numbers[GENTLEST] = clearance, slowest
+    volume = set_shrinking(flow.prepared.scratch, 0.0)
+    numbers[LOG_DETERMINANT] = volume + flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
     monodromy = matrix_of(tangent, size)
     for i in range(size):
         for j in range(size):
@@ -150,7 +143,7 @@ def trace(parts, cell, changes, phase, y, traced):
 
 @jit(entry=True)
 def fill_norms(parts, cell, norms):
-    """Fill norms (size,) with the energy norms of states of which one number is 1."""
+    """Fill norms (size,) with the energy norms of the unit states."""
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     y = np.zeros(4)
     for i in range(len(norms)):
@@ -160,31 +153,31 @@ def fill_norms(parts, cell, norms):
 
 
 @jit(entry=True)
-def solve_bordered(matrix, columns, rows, right, lost):
+def solve_bordered(matrix, columns, rows, right, system):
     """Solve ((matrix, columns), (rows)) x = right in place; return the determinant, 0: singular.
 
-    matrix (n, n), columns (m, n), each a column, rows (m, n + m), right (n + m, k); lost
-    (n + m, n + m) takes the system.
+    matrix (n, n); columns (m, n), one column each; rows (m, n + m); right (n + m, k); system
+    (n + m, n + m): scratch.
     """
     n, m = len(matrix), len(columns)
     for i in range(n):
         for j in range(n):
-            lost[i, j] = matrix[i, j]
+            system[i, j] = matrix[i, j]
         for j in range(m):
-            lost[i, n + j] = columns[j, i]
+            system[i, n + j] = columns[j, i]
     for i in range(m):
         for j in range(n + m):
-            lost[n + i, j] = rows[i, j]
-    return solve(lost, right)
+            system[n + i, j] = rows[i, j]
+    return solve(system, right)
 
 
 @jit(entry=True)
 def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
-    """Measure nT orbits `begin` to `end` - 1, each over its `periods` (orbits,); fill `Extremes`.
+    """Fill the `Extremes` of nT orbits `begin` to `end` - 1, each over its `periods` (orbits,).
 
-    cells (orbits,) and starts (orbits, 4) at phase zero. A contact that is under way there has its
-    touch at the end of the n periods and its release at their beginning. Row 0 takes what happens
-    before that release, so that the largest force of both parts counts.
+    cells (orbits,); starts (orbits, 4) at phase zero. A contact under way at phase zero has its
+    touch at the end of the n periods and its release at their beginning: impact row 0 takes what
+    happens before that release.
     """
     strokes, touches = extremes.strokes, extremes.touches
     for lane in range(begin, end):
@@ -212,11 +205,10 @@ def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
 
 
 # --------------------------------------------------------------------------------------------------
-# Orbits followed until they come near a known cycle, so that a plane of starts can stop early.
+# Orbits that are followed until they come near a known cycle, as in a plane of starts.
 #
-# An orbit stops at a section that lies within the cycle's radius of one of its points, if it is
-# nearer at each of the next returns, the cycle's n periods apart. That it then stays is likely, not
-# proven.
+# An orbit stops at a section within the cycle's radius of one of its points if it is nearer at each
+# of the next RETURNS, n periods apart. That it then stays is likely, not proven.
 
 NO_CYCLE = -1  # the cycle of an orbit that has come near none
 RETURNS = 2  # in a row that must be nearer; after one, chaos has left a cycle again
@@ -224,7 +216,7 @@ RETURN_ROUND_OFF = 1.0e-6  # distance of a return, in radii, below which it need
 
 
 class Cycles(NamedTuple):
-    """Points of known cycles, a row for each section point; those of one system are adjacent."""
+    """Section points of known cycles; those of one system are adjacent rows."""
 
     periods: Any  # (m,) n of nT of the cycle, integers
     points: Any  # (m, 4) section points (x1, v1, r, s)
@@ -234,7 +226,7 @@ class Cycles(NamedTuple):
 class Drawn(NamedTuple):
     """Where orbits stopped."""
 
-    row: Any  # (orbits,) the row of the point that they came near, `NO_CYCLE` for none
+    row: Any  # (orbits,) the row of `Cycles` that they came near, `NO_CYCLE` for none
     arrival: Any  # (orbits,) forcing periods until then, -1 for none
     status: Any  # (orbits,) of `codes`
 
@@ -251,9 +243,9 @@ def distance_to(cycles, row, state):
 
 @jit
 def nearest_row(cycles, first, stop, state):
-    """Return which of the rows `first` to `stop` - 1 is nearest to the state, and its distance.
+    """Return the row from `first` to `stop` - 1 that is nearest to the state, and its distance.
 
-    `NO_CYCLE` where all are farther than their radius.
+    `NO_CYCLE` if all are farther than their radius.
     """
     best, least = int(NO_CYCLE), 1.0
     for row in range(first, stop):
@@ -265,11 +257,11 @@ def nearest_row(cycles, first, stop, state):
 
 @jit(entry=True)
 def follow_to_cycles(begin, end, parts, cells, starts, search, drawn):
-    """Follow orbits `begin` to `end` - 1 until they come near a cycle of their system.
+    """Follow orbits `begin` to `end` - 1 until they come near a cycle; fill `Drawn`.
 
-    cells (orbits,) and starts (orbits, 4) at phase zero; search: (rows, cycles, most), where rows
-    (orbits, 2) holds the first row of `cycles` of that system and the one after the last, and an
-    orbit is given up after `most` periods. Fills `Drawn`.
+    cells (orbits,); starts (orbits, 4) at phase zero; search: (rows, cycles, most), where rows
+    (orbits, 2) are the first row of `cycles` of the orbit's system and the one after the last, and
+    `most` is the number of periods after which an orbit stops anyway.
     """
     rows, cycles, _ = search
     for lane in range(begin, end):

@@ -1,12 +1,9 @@
-"""The loops over lanes, one per chain of cells, each writing its own output rows.
+"""The loops over cells of a map: one that runs orbits, one that judges them.
 
-A chain is a single cell, or, where a scan follows an attractor, the cells of an axis in the order
-of the sweep, each starting from the last state of the one before. Nothing is shared between lanes,
-so that results do not depend on how a scan is cut into blocks, nor on how the lanes of a block are
-cut into pieces and which thread takes which (`runs.executors`).
-
-Running and judging are two loops: what a verdict needs does not depend on what else is recorded,
-and is compiled once for all of it.
+Cells are chains: a single cell, or, if a scan follows an attractor, the cells of an axis in the
+order of the sweep, each starting from the last state of the one before. Chains share nothing, so
+that results do not depend on blocks, pieces and threads (`runs.executors`). Verdicts have a loop of
+their own, which does not depend on what else is recorded and is compiled once.
 """
 
 from __future__ import annotations
@@ -22,13 +19,13 @@ from ..scene.scene import CellBuffers, Ground
 from ..watch.observe import Touches
 from .cells import judge_cell, run_cell
 
-# of an orbit, in `LaneBuffers.ends`; int() keeps each from its own compilation
+# indices of `LaneBuffers.ends`; int() makes them one type, compiled once
 FIRST_STATE, LAST_STATE = 0, 1
 
 
 @jit
 def section_rows(section, cycle, damper, points, chain, link):
-    """Return the rows for the section points of one lane: its output, scratch, or None."""
+    """Return the rows for the section points of a cell: of the output, scratch, or None."""
     if section is not None:
         return section[chain, link, section.shape[2] - points :]
     if cycle is None:
@@ -40,7 +37,7 @@ def section_rows(section, cycle, damper, points, chain, link):
 
 @jit
 def period_rows(counts, cycle, near, far, periods):
-    """Return scratch for the impacts of each period and wall, or None where they are not needed."""
+    """Return scratch for the impacts of each period and wall, or None if they are not needed."""
     if (near is None and far is None) or (counts is None and cycle is None):
         return None
     return np.zeros((periods, 2), np.int64)
@@ -55,7 +52,7 @@ def lane_of(values, chain, link):
 
 @jit
 def buffers_of(parts, buffers, span, chain, link):
-    """Return the `CellBuffers` of one lane: its rows of the `LaneBuffers`, and scratch."""
+    """Return the `CellBuffers` of a cell: its rows of the `LaneBuffers`, and scratch."""
     section, cycle, points = buffers.section, buffers.cycle, span.periods * span.stops
     room = buffers.touches
     touches = None if room is None else Touches(room[chain, link], np.zeros(1, np.int64))
@@ -78,9 +75,9 @@ def buffers_of(parts, buffers, span, chain, link):
 
 @jit
 def summarize(section, by_period, counts, cycle):
-    """Fill the counts (3,) and the cycle (n, k near, k far) of one lane.
+    """Fill the counts (3,) and the cycle (n, k near, k far) of a cell.
 
-    counts: impacts by wall, and the periods with two of them.
+    counts: impacts by wall, and the number of periods with two impacts.
     """
     if counts is not None:
         counts[0], counts[1], counts[2] = 0, 0, 0
@@ -107,10 +104,10 @@ def note_ends(ends, chain, link, which, state):
 def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
     """Run chains `begin` to `end` - 1 of a block of cells (chains, links) from starts (chains, 4).
 
-    parts: `Parts`; span: `Span`, with one stop a period where a cycle is wanted; buffers:
-    `LaneBuffers`, whose section has a row for each stop; `status`
-    (chains, links) takes those of `codes`. Of a lane that fails counts and cycle keep
-    their fill values, and other rows have no meaning; the next link of its chain starts from rest.
+    parts: `Parts`; span: `Span`, with one stop a period if a cycle is recorded; buffers:
+    `LaneBuffers`, whose section has a row for each stop; status (chains, links). If a cell fails,
+    its counts and cycle keep their fill values, its other rows have no meaning, and the next cell
+    of the chain starts from rest.
     """
     for chain in range(begin, end):
         state = np.zeros(STATE_SIZE)
@@ -123,15 +120,15 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
                 state[2] += cell.rest - cells[chain, link - 1].rest
                 for i in range(4, STATE_SIZE):  # the contact follows from r and s in this cell
                     state[i] = 0.0
-            own = buffers_of(parts, buffers, span, chain, link)
+            cell_buffers = buffers_of(parts, buffers, span, chain, link)
             note_ends(buffers.ends, chain, link, int(FIRST_STATE), state)
-            code = run_cell(parts, cell, state, span, own)
+            code = run_cell(parts, cell, state, span, cell_buffers)
             note_ends(buffers.ends, chain, link, int(LAST_STATE), state)
             status[chain, link] = code
             if code == OK:
                 counts, cycle = buffers.counts, buffers.cycle
                 summarize(
-                    own.section, own.by_period,
+                    cell_buffers.section, cell_buffers.by_period,
                     lane_of(counts, chain, link), lane_of(cycle, chain, link),
                 )  # fmt: skip
             else:
@@ -140,11 +137,11 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
 
 @jit(entry=True)
 def judge_lanes(begin, end, parts, cells, finished, stages, evidence, status):
-    """Say what the orbits are that `run_lanes` has run: of cells `begin` to `end` - 1.
+    """Judge the orbits of cells `begin` to `end` - 1 that `run_lanes` has run.
 
     Cells (chains, links) are counted along the links. parts: `Parts`; finished: `Finished`; stages:
-    further periods that a verdict may take, stage by stage. Fills `evidence` (chains, links,
-    `codes.COLUMNS`); a lane that fails in a further stage gets another status.
+    further periods of each stage of a verdict; evidence (chains, links, `codes.LENGTH_OF_ROW`). If
+    a cell fails in a further stage, its status changes.
     """
     links = cells.shape[1]
     for lane in range(begin, end):

@@ -48,8 +48,8 @@ from ..watch.response import begin_tally, note_sums, report, tally_for, work_at
 from .cells import (
     any_overflowed,
     begin_limit_log,
+    lacks_limit,
     limit_log_of,
-    no_limit_to_keep,
     overflowed,
     prepared_cell,
     report_violation,
@@ -188,7 +188,7 @@ def fly_under(parts, cell, load, state, buffers):
     """
     if not allowed(parts, cell):
         return BAD_PARAMETERS
-    if no_limit_to_keep(buffers.violation, cell.limit):
+    if lacks_limit(buffers.violation, cell.limit):
         return BAD_PARAMETERS
     if not bounded(state[0], state[1], state[2], state[3]):
         return DIVERGED

@@ -1,15 +1,13 @@
-"""What an orbit is, with the evidence: periodic, quasi-periodic, chaotic or undetermined.
+"""The verdict on an orbit with its evidence: periodic, quasi-periodic, chaotic or undetermined.
 
 An orbit is periodic if shooting closes a stable orbit of minimal period to round-off and the orbit
-at hand is drawn to it as the monodromy matrix predicts. It is chaotic if the interval of its
-largest exponent lies above zero. It is quasi-periodic if that exponent is zero, time averages
-converge as only those of a smooth torus do, the motion is steady and has had the time to forget its
-start, and neither the orbit nor a near return of it belongs to a periodic one. Everything else is
-undetermined.
+approaches it as the monodromy matrix predicts. It is chaotic if the 99 % interval of its largest
+Lyapunov exponent lies above zero. It is quasi-periodic if that exponent is zero, time averages
+converge as only those of a smooth torus do, the motion is steady and has forgotten its start, and
+no periodic orbit lies beside it. Everything else is undetermined.
 
-A verdict is reached stage by stage, each of so many further periods. A periodic orbit ends the
-search; chaos and a torus may be transient, and are followed for as long as the effort allows. So
-more effort can only find more.
+A verdict is reached in stages of further periods. A periodic orbit ends the search; chaos and a
+torus may be transient, so they are followed through all stages. More effort can only find more.
 """
 
 from __future__ import annotations
@@ -46,22 +44,19 @@ from ..scene.codes import CHAOTIC, OK, PERIODIC, QUASIPERIODIC, TRANSIENT_CHAOS,
 from ..scene.scene import scale_of
 
 # ---- Growth rates with their uncertainty, and how fast time averages converge --------------------
-#
-# The numbers here are sequences; where they come from does not matter. An orbit hands in logarithms
-# of growth per period, a map those per iteration.
 
 
-BATCHES = 16  # pieces whose means are compared: long ones that hardly depend on each other
-QUANTILE = 2.947  # of Student's t for 15 degrees of freedom: 99 % of all cases are within
+BATCHES = 16  # pieces of a sequence whose means are compared
+QUANTILE = 2.947  # of Student's t, two-sided 99 %, 15 degrees of freedom
 UNFIT = 0.05  # share of a sequence at its beginning that is left out: the variations align there
 
 
 @jit
 def mean_and_width(logs):
-    """Return the mean of a sequence and half the width of its 99 % interval, by batch means.
+    """Return the mean of a sequence and the half-width of its 99 % interval, by batch means.
 
-    Consecutive values of an orbit depend on each other; the means of BATCHES long pieces hardly
-    do. (inf where there are too few values; 0 where the mean is -inf, as one value is.)
+    Consecutive values of an orbit are correlated; the means of BATCHES long pieces hardly are.
+    The half-width is inf if there are too few values, and 0 if the mean is -inf.
     """
     first = int(UNFIT * len(logs))
     each = (len(logs) - first) // BATCHES
@@ -103,9 +98,9 @@ def weighted_mean(values, first, last):
 
 @jit
 def digits_of(values):
-    """Return to how many digits the weighted means of the two halves of a sequence agree.
+    """Return -log10 of the difference of the weighted means of both halves over the range.
 
-    In units of its range; 15 where nothing varies.
+    At most 15, the value of a constant sequence.
     """
     n = len(values)
     if n < 4:
@@ -121,15 +116,14 @@ def digits_of(values):
 
 
 # --------------------------------------------------------------------------------------------------
-# The course of an orbit under judgement: its sections as far as they are kept, and more of them.
+# The sections of an orbit so far, and more of them.
 #
-# However an orbit is followed, with its variations or without, it is the same to the last bit as
-# if it had been run in one go: the variations go along and change nothing. So no verdict depends on
-# where the periods of a request end and those of the verdict begin.
+# An orbit has the same bits with variations and without, in one run and in several. So no verdict
+# depends on where the periods of a request end and those of the verdict begin.
 
 
-MOST_SHRUNK = 6.0  # logarithm of what a volume may shrink by before variations are projected
-SEVERAL = 8  # times that variations are projected in a batch, at least
+MOST_SHRUNK = 6.0  # -ln of the factor by which a volume may shrink between two projections
+SEVERAL = 8  # projections in a batch, at least
 
 
 class Course(NamedTuple):
@@ -137,8 +131,8 @@ class Course(NamedTuple):
 
     record: np.ndarray  # (rows, components) in the user's coordinates; row 0 is section first + 1
     length: int  # rows that are filled
-    first: int  # periods before those of the record, whose sections are not kept
-    origin: np.ndarray  # (SIZE,) section 0
+    first: int  # periods before those of the record
+    origin: np.ndarray  # (STATE_SIZE,) section 0
 
 
 @jit
@@ -178,8 +172,8 @@ def section_at(space, course, m):
 
 
 @jit
-def course_with_room(course, more):
-    record = np.empty((course.length + more, course.record.shape[1]))
+def course_with_room(course, periods):
+    record = np.empty((course.length + periods, course.record.shape[1]))
     for p in range(course.length):
         for c in range(record.shape[1]):
             record[p, c] = course.record[p, c]
@@ -187,21 +181,16 @@ def course_with_room(course, more):
 
 
 @jit
-def longer(course, more):
-    return Course(course.record, course.length + more, course.first, course.origin)
-
-
-@jit
 def follow_growth(flow, rows, state, tangent, logs, growth):
     """Follow an orbit and its variations for len(logs) periods; return a status.
 
-    rows take its sections, as far as there is room. logs take the logarithm by which the first
-    variation grows in a period (the mean of a few), growth (4,) that of all.
+    rows: take its sections, as far as there is room. logs: take the logarithm by which the first
+    variation grows in a period (the mean of a few); growth (4,): the sums for all variations.
     """
     flow.clearance[0] = 0.0  # no near miss is looked for
-    # Variations are made orthonormal after so many periods: in between they turn towards the
-    # fastest. No volume may shrink by more than exp(-MOST_SHRUNK), and the batches whose means
-    # give the uncertainty of a growth must be SEVERAL times as long.
+    # Variations are made orthonormal every `together` periods, as in between they turn towards the
+    # fastest: no volume may shrink by more than exp(-MOST_SHRUNK), and a batch, whose mean enters
+    # the uncertainty, must hold SEVERAL projections.
     shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
     most = min(MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER), len(logs) / (BATCHES * SEVERAL))
     together = max(1, int(most))
@@ -213,26 +202,23 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
         orthonormalize(
             tangent, flow.space.size, growth, lost_of(flow.prepared.near, flow.prepared.far)
         )
-        lost = growth[0] == -np.inf  # no variation is left: a damper that sticks forgets all
-        logs[p : p + n] = -np.inf if lost else (growth[0] - before) / n
+        vanished = growth[0] == -np.inf  # a damper that sticks forgets all variations
+        logs[p : p + n] = -np.inf if vanished else (growth[0] - before) / n
     return OK
 
 
 # ---- When an orbit settled on the periodic orbit that it ends in, and what it was before ---------
 #
-# An orbit has settled from the first section on from which every return, n periods later, is as the
-# monodromy matrix predicts. Only the sections whose number is a multiple of n are asked, so that
-# the answer does not depend on how long the orbit was watched. What is not kept of its course is
-# run again from its beginning.
+# An orbit has settled at the first section from which every return, n periods later, is as the
+# monodromy matrix predicts. Only sections whose number is a multiple of n count, so that the
+# settling time does not depend on how long the orbit was watched.
 
 
-MARGIN = 1.0e-6  # distance of the largest multiplier's modulus from one: its error may be as large,
-#                  and so may that of a mean growth per period, however little the growth varies
+MARGIN = 1.0e-6  # error of the largest multiplier's modulus and of a mean growth per period
 PREDICTION_ERROR = 0.25  # error of a predicted return, as a share of the deviation: it is linear
-# deviation, relative to the orbit, beyond which nothing is predicted; at rest it is one
-UNPREDICTED = 2.0
+UNPREDICTED = 2.0  # deviation, relative to the orbit, beyond which nothing is predicted; at rest: 1
 CONVINCING = 1000  # periods for which returns are as predicted only near a stable orbit
-TINY = 1.0e-7  # deviation, relative to the orbit, in which rounding and method errors show
+TINY = 1.0e-7  # deviation, relative to the orbit, that rounding and the method's error may make
 BLUR = 2.0e-15  # round-off of an r computed from a section's x1 - x2, relative to the rest offset
 LONG_TRANSIENT = 50  # periods before settling; a shorter time is too short for an exponent
 LONGEST_LOOK = 2400  # periods of a transient whose exponent is measured: the first ones
@@ -252,7 +238,7 @@ class Cycle(NamedTuple):
 def cycle_through(space, y, tangent, points):
     """Return the `Cycle` through y whose sections are `points` (n, 4).
 
-    Sections hold positions: of a motion that is tiny beside the damper's rest offset they keep few
+    Sections hold positions, so a motion that is tiny beside the damper's rest offset has few
     digits.
     """
     span = span_of(space, points)
@@ -262,10 +248,10 @@ def cycle_through(space, y, tangent, points):
 
 @jit
 def returns_as_predicted(space, cycle, now, far, then, far_then):
-    """Return True if the state `now` returns to `then`, n periods later, as a cycle predicts.
+    """Return True if a state `then` is where the state `now`, n periods before, should return to.
 
-    Its monodromy matrix maps the deviation of `now` from the cycle's point to that of `then`. far,
-    far_then: the energy norms of both deviations. Those that do not show on a section agree.
+    The monodromy matrix maps the deviation of `now` from the cycle's point to that of `then`. far,
+    far_then: the energy norms of both deviations. Two that are not resolvable count as predicted.
     """
     if far <= cycle.resolvable and far_then <= cycle.resolvable:
         return True
@@ -283,10 +269,10 @@ def returns_as_predicted(space, cycle, now, far, then, far_then):
 
 @jit
 def attracted(flow, cycle, x):
-    """Return True if the state x is drawn to a stable cycle.
+    """Return True if an orbit from the state x approaches a stable cycle.
 
-    Each return must be as predicted, until the deviation is too small to tell, or for so long that
-    no chance explains it: one flight without impact always obeys the law of an impact-free orbit.
+    Each return must be as predicted, until the deviation is not resolvable or for CONVINCING
+    periods: a single flight without impact always obeys the matrix of an orbit without impacts.
     """
     state, then, n = new_state(), state_of(x), cycle.n
     far_then = distance(flow.space, then, cycle.point)
@@ -307,7 +293,7 @@ def attracted(flow, cycle, x):
 def settling_period(flow, course, cycle):
     """Return the number of the first section from which on all returns are as predicted.
 
-    Of the sections whose numbers are multiples of n; the last one if not even the last return is.
+    It is a multiple of n; the last one if not even the last return is as predicted.
     """
     n, sections, oldest = cycle.n, bare_course(course), oldest_of(course)
     m = last_of(course) // n * n
@@ -338,14 +324,14 @@ def settling_period(flow, course, cycle):
 
 @jit
 def growth_of(logs):
-    """Return `mean_and_width` of the growth per period, the width no less than MARGIN."""
+    """Return `mean_and_width` of the growth per period, the half-width at least MARGIN."""
     mean, width = mean_and_width(logs)
     return mean, max(width, MARGIN)
 
 
 @jit
 def note_chaotic_transient(flow, course, evidence, period):
-    """Note whether the orbit was chaotic for long before it settled on a periodic orbit."""
+    """Note the exponent of a long transient; above zero, the orbit is transient chaos."""
     periods = int(evidence[ev.SETTLING])
     if flow.prepared.scratch is None or periods < LONG_TRANSIENT:
         return
@@ -363,26 +349,25 @@ def note_chaotic_transient(flow, course, evidence, period):
 
 # ---- The search for the stable periodic orbit that an orbit ends in ------------------------------
 #
-# Sections that repeat propose a period, and so do near returns; Newton's method and the monodromy
-# matrix decide. A return after n periods is near if it is nearer than every one before: the points
-# of an orbit of n periods lie farther apart. On a torus such returns are rare, the denominators of
-# the continued fraction of its rotation number.
+# A recurrence of the sections proposes a period n, and so do near returns; Newton's method and the
+# monodromy matrix decide. A return after n periods is near if no return after fewer periods is
+# nearer: the points of an orbit of n periods lie farther apart. On a torus near returns are rare:
+# n is a denominator of the continued fraction of its rotation number.
 
 
-MOST_PERIODS = 1024  # periods n that are looked for
-FEWEST_REPEATED = 16  # sections that must have repeated: fewer may do so by chance
-SLOW_RETURN = 4.0  # times by which near returns on the way to a periodic orbit shrink, at most
-# periods that are tried, and their sum, where little speaks for an orbit
-FEW_TRIED, SUM_TRIED = 4, 96
-MANY_TRIED = 32  # periods that are tried where much does
+MOST_PERIODS = 1024  # largest n that is looked for
+FEWEST_REPEATED = 16  # sections that must repeat: fewer may do so by chance
+SLOW_RETURN = 4.0  # largest factor by which the distances of an orbit that settles shrink
+FEW_TRIED, SUM_TRIED = 4, 96  # candidates, and the sum of their n, if a periodic orbit is unlikely
+MANY_TRIED = 32  # candidates if one is likely
 
-# What a search found
+# The result of a search
 NOTHING, NEIGHBOR, FOUND = 0, 1, 2
 
 
 @jit
 def recent_period(record, length):
-    """Return the least n of which the last 2n sections, or more, repeat, or 0."""
+    """Return the least n for which the last 2n sections, at least FEWEST_REPEATED, repeat, or 0."""
     # The last section rules out nearly all n: its return is compared with the largest values of
     # the rows that `repeats` looks at.
     columns, first = record.shape[1], length
@@ -403,11 +388,11 @@ def recent_period(record, length):
 
 @jit
 def near_returns(space, course, chaotic):
-    """Return by n the energy norm [J^0.5] of section m, the last, less section m - n, if near.
+    """Return the distances [J^0.5] of the last section m from section m - n, if near, by n.
 
-    inf for n = 0, and where a return of fewer periods is as near. n ends at MOST_PERIODS, or where
-    section m - 2n is not kept. In chaos many returns are near by chance: there, m - n must lie as
-    far or farther from m - 2n, but at most SLOW_RETURN times, a guess of how fast an orbit settles.
+    inf for n = 0 and if a return after fewer periods is as near. n ends at MOST_PERIODS, or where
+    the course does not hold section m - 2n. In chaos many returns are near by chance: there, the
+    distance of m - n from m - 2n must be 1 to SLOW_RETURN times that of m from m - n.
     """
     m, nearest_yet = last_of(course), math.inf
     sections = bare_course(course)
@@ -438,12 +423,11 @@ def spacing(space, course, n):
 
 @jit
 def try_period(flow, course, n, apart, evidence):
-    """Try to find a stable orbit of minimal period n that the orbit is drawn to.
+    """Search for a stable orbit of minimal period n that the orbit approaches.
 
-    FOUND fills the evidence. NEIGHBOR means an orbit of period n beside the sections that draws
-    it not, or that is a saddle: such a one lies beside each stable orbit on a closed curve. The
-    steps of Newton's method are at most `apart`, the distance to the nearest of the sections before
-    that are fewer periods away.
+    FOUND: the evidence is filled. NEIGHBOR: there is an orbit of period n within `apart` of the
+    section that is stable but not approached, or a saddle, as lies beside each stable orbit on an
+    invariant curve. apart: the largest step of Newton's method, `spacing`.
     """
     x, y = section_at(flow.space, bare_course(course), last_of(course) // n * n), np.empty(4)
     for i in range(4):
@@ -473,54 +457,49 @@ def try_period(flow, course, n, apart, evidence):
 
 @jit
 def find_period(flow, course, most, periods, chaotic, evidence):
-    """Try the period of a recurrence, then those of near returns, the best first.
+    """Try the n of a recurrence, then those of near returns by falling promise.
 
-    At most `most` of these, of so many `periods` in all. Returns FOUND or NOTHING; NEIGHBOR where
-    the sections repeat, an orbit lies beside them, or not all near returns were tried.
+    At most `most` near returns, whose n sum up to `periods` at most. Returns FOUND or NOTHING;
+    NEIGHBOR if the sections recur, an orbit lies beside them, or not all near returns were tried.
     """
     n = recent_period(course.record, course.length)
-    known, tried, spent = n > 0, 0, 0
-    result = NEIGHBOR if known else NOTHING
-    returns = np.empty(0)
-    while True:
-        if not known:
-            if tried == 0:  # most orbits are known by then
-                returns = near_returns(flow.space, course, chaotic)
-                returns[n] = math.inf
-            # the near return of least distance times n, its cost
-            best = 0
-            for m in range(1, len(returns)):
-                if returns[m] < math.inf and (best == 0 or m * returns[m] < best * returns[best]):
-                    best = m
-            n = best
-            if n == 0:
-                return result
-            tried, spent = tried + 1, spent + n
-            if tried > most or spent > periods:
-                return NEIGHBOR
-        apart = math.inf if known else spacing(flow.space, course, n)
-        known = False
-        found = try_period(flow, course, n, apart, evidence)
-        if found == FOUND:
+    result, tried, spent = NOTHING, 0, 0
+    if n > 0:
+        if try_period(flow, course, n, math.inf, evidence) == FOUND:
             return FOUND
-        result = max(result, found)
-        if n < len(returns):
-            returns[n] = math.inf
+        result = NEIGHBOR
+    returns = near_returns(flow.space, course, chaotic)
+    returns[n] = math.inf
+    while True:
+        # the near return of least distance times n, its cost
+        best = 0
+        for m in range(1, len(returns)):
+            if returns[m] < math.inf and (best == 0 or m * returns[m] < best * returns[best]):
+                best = m
+        if best == 0:
+            return result
+        tried, spent = tried + 1, spent + best
+        if tried > most or spent > periods:
+            return NEIGHBOR
+        outcome = try_period(flow, course, best, spacing(flow.space, course, best), evidence)
+        if outcome == FOUND:
+            return FOUND
+        result, returns[best] = max(result, outcome), math.inf
 
 
 # ---- the verdict ---------------------------------------------------------------------------------
 
 
 SMOOTH_DIGITS = 7.0  # digits to which averages agree only on a torus
-STEADY = 0.01  # largest relative change of a mean square where the size of the motion is steady
+STEADY = 0.01  # largest relative change of a mean square of a steady motion
 FORGOTTEN = 4.0  # -ln of the factor by which areas must have shrunk; see `forgets`
-RESOLVED = -18.0  # ln det M, 1.5e-8: with round-off of 1e-16 in M, eight digits of it are left
-ALIGNING = 2  # cycles after which variations have the directions of a long orbit
+RESOLVED = -18.0  # ln det M, 1.5e-8: round-off of 1e-16 in M leaves eight digits of it
+ALIGNING = 2  # cycles that align the variations with the directions of their growth
 
 
 @jit
 def note_exponents(evidence, growth, logs, period, size):
-    """Write the largest exponent with its width, and all of them [1/s]."""
+    """Write the largest exponent with its half-width, and all exponents [1/s]."""
     mean, width = growth_of(logs)
     evidence[ev.LYAPUNOV], evidence[ev.INTERVAL] = mean / period, width / period
     for i in range(size):
@@ -529,11 +508,11 @@ def note_exponents(evidence, growth, logs, period, size):
 
 @jit
 def note_cycle(flow, evidence, period):
-    """Write the largest exponent of a periodic orbit, ln |mu| / nT, which needs no average.
+    """Write the exponents of a periodic orbit of n periods T [s].
 
-    PERIOD n, RADIUS and POINT are filled; period: T [s]. EXPONENTS stay NaN where the matrix
-    resolves all multipliers: a reader takes ln |mu| / nT from MATRIX. That of a long orbit does
-    not: there they are the growth over a cycle, once ALIGNING cycles have aligned the variations.
+    The largest is ln |mu| / nT. EXPONENTS stay NaN if the monodromy matrix resolves all
+    multipliers: a reader takes ln |mu| / nT from it. That of a long orbit does not: then they are
+    the growth over a cycle, after ALIGNING cycles. CYCLE_PERIOD, RADIUS and POINT are filled.
     """
     radius, n = evidence[ev.RADIUS], int(evidence[ev.CYCLE_PERIOD])
     largest = log(radius) if radius > 0.0 else -np.inf
@@ -555,9 +534,9 @@ def note_cycle(flow, evidence, period):
             return
     for i in range(flow.space.size):
         evidence[ev.EXPONENTS + i] = growth[i] / (n * period)
-    # LARGEST is better than the growth of one variation, which aligns slowly where the first two
-    # multipliers are nearly as large, or not at all: a complex pair. The area of two does not
-    # suffer from that, so the sum of the first two is kept
+    # The largest exponent from the matrix is better than the growth of one variation, which aligns
+    # slowly if the first two multipliers are nearly as large, and not at all if they are a complex
+    # pair. The growth of an area does not suffer from that: the sum of the first two stays.
     if evidence[ev.LYAPUNOV] > -np.inf:
         off = evidence[ev.EXPONENTS] - evidence[ev.LYAPUNOV]
         evidence[ev.EXPONENTS] -= off
@@ -566,7 +545,7 @@ def note_cycle(flow, evidence, period):
 
 @jit
 def note_digits(space, record, length, count, evidence):
-    """Write to how many digits averages of the last `count` sections agree, the worst of them."""
+    """Write the least `digits_of` displacements over the last `count` sections."""
     digits = 15.0
     for c in range(0, space.size, 2):
         digits = min(digits, digits_of(record[length - count : length, c].copy()))
@@ -575,24 +554,23 @@ def note_digits(space, record, length, count, evidence):
 
 @jit
 def seems_chaotic(evidence):
-    """Return True if the largest exponent is above zero and averages are not those of a torus."""
+    """Return True if the largest exponent exceeds zero and no torus has such averages."""
     above = evidence[ev.LYAPUNOV] - evidence[ev.INTERVAL] > 0.0
     return above and evidence[ev.DIGITS] < SMOOTH_DIGITS
 
 
 @jit
 def seems_quasiperiodic(trace, evidence):
-    """Return True if exponent and averages are those of a torus."""
+    """Return True if the largest exponent is zero and averages converge as those of a torus."""
     zero = abs(evidence[ev.LYAPUNOV]) <= max(evidence[ev.INTERVAL], MARGIN * abs(trace))
     return zero and evidence[ev.DIGITS] >= SMOOTH_DIGITS
 
 
 @jit
 def is_steady(space, record, length, count):
-    """Return True if the motion has the same size in both halves of the last `count` sections.
+    """Return True if weighted mean squares about the mean agree in both halves of `count` sections.
 
-    A free oscillation whose areas shrink by FORGOTTEN meanwhile does not: its mean squares differ
-    by a factor of e^2. The mean squares are weighted, and about the mean.
+    Those of a free oscillation whose areas shrink by FORGOTTEN meanwhile differ by a factor of e^2.
     """
     for c in range(0, space.size, 2):
         squares, mean = record[length - count : length, c].copy(), 0.0
@@ -609,11 +587,11 @@ def is_steady(space, record, length, count):
 
 @jit
 def forgets(size, trace, evidence, period, time):
-    """Return True if the motion forgot its start within `time` [s], or if nothing dissipates.
+    """Return True if the motion forgets its start within `time` [s], or if nothing dissipates.
 
-    On an attracting torus one exponent is zero and the second is negative. A free oscillation that
-    has not decayed has two that are nearly zero, a pair. Their sum is the growth of areas, which
-    unlike that of lengths does not vary from period to period on an invariant plane.
+    On an attracting torus the first exponent is zero and the second negative. A free oscillation
+    that has not decayed has a pair of exponents that are nearly zero. Their sum is the growth of
+    areas, which unlike that of lengths does not vary from period to period on an invariant plane.
     """
     total = 0.0
     for i in range(size):
@@ -625,11 +603,10 @@ def forgets(size, trace, evidence, period, time):
 
 @jit
 def judge(flow, ends, record, first, stages, evidence):
-    """Say what an orbit is; see `codes` for the columns of `evidence` (COLUMNS,).
+    """Fill the evidence (LENGTH_OF_ROW,), whose columns are in `codes`; return a status.
 
-    ends: the states (2, SIZE) at its beginning and end; record (periods, components): its section
-    after the `first` periods, to the end; stages: further periods allowed, stage by stage. Returns
-    a status.
+    ends: the states (2, STATE_SIZE) at the orbit's beginning and end; record (periods, components):
+    its sections after the `first` periods; stages: further periods of each stage.
     """
     course = Course(record, len(record), first, ends[0].copy())
     evidence[:] = np.nan
@@ -640,18 +617,18 @@ def judge(flow, ends, record, first, stages, evidence):
     followed = 0  # periods with variations
     for stage in range(len(stages) + 1):
         evidence[ev.WATCHED] = course.first + course.length
-        # a stable periodic orbit explains what has been seen; what is not chaotic may be a long one
+        # a stable periodic orbit ends the search; an orbit that is not chaotic may have a long one
         chaotic = evidence[ev.KIND] == CHAOTIC
         long = stage > 0 and not chaotic
         most, periods = (MANY_TRIED, stages[stage - 1]) if long else (FEW_TRIED, SUM_TRIED)
-        found = find_period(flow, course, most, periods, chaotic, evidence)
-        if found == FOUND:
+        outcome = find_period(flow, course, most, periods, chaotic, evidence)
+        if outcome == FOUND:
             note_cycle(flow, evidence, period)
             note_chaotic_transient(flow, course, evidence, period)
             return OK
         # a torus has no periodic orbit beside it
         unknown = evidence[ev.KIND] == UNDETERMINED
-        if unknown and long and found == NOTHING and seems_quasiperiodic(flow.trace, evidence):
+        if unknown and long and outcome == NOTHING and seems_quasiperiodic(flow.trace, evidence):
             time = stages[stage - 1] * period
             if forgets(flow.space.size, flow.trace, evidence, period, time) and is_steady(
                 flow.space, course.record, course.length, followed
@@ -659,23 +636,23 @@ def judge(flow, ends, record, first, stages, evidence):
                 evidence[ev.KIND] = QUASIPERIODIC
         if stage == len(stages):
             return OK
-        # it is followed further; if it is not known what it seems, with its variations
-        more = stages[stage]
-        course = course_with_room(course, more)
+        # the next stage: with variations, unless the kind is already determined
+        further = stages[stage]
+        course = course_with_room(course, further)
         if evidence[ev.KIND] == UNDETERMINED:
-            followed += more
+            followed += further
             growth[:] = 0.0
-            logs, rows = np.zeros(more), course.record[course.length :]
+            logs, rows = np.zeros(further), course.record[course.length :]
             status = follow_growth(flow, rows, now, tangent, logs, growth)
             if status == OK:
                 note_exponents(evidence, growth, logs, period, flow.space.size)
-                note_digits(flow.space, course.record, course.length + more, followed, evidence)
+                note_digits(flow.space, course.record, course.length + further, followed, evidence)
                 if seems_chaotic(evidence):
                     evidence[ev.KIND] = CHAOTIC
         else:
-            rows = course.record[course.length : course.length + more]
-            status = run_on(flow, rows, more, now)
+            rows = course.record[course.length : course.length + further]
+            status = run_on(flow, rows, further, now)
         if status != OK:
             return status
-        course = longer(course, more)
+        course = Course(course.record, course.length + further, course.first, course.origin)
     return OK

@@ -21,6 +21,7 @@ from nlds_vines.continuation.exploration import Explorer, Piece, Search, made_no
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.result import map_of
 from nlds_vines.continuation.start_orbits import seeds_of
+from nlds_vines.errors import RequestError
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Arrays, Blocks, Write
@@ -37,6 +38,10 @@ def compute(request: Continuation, piece: Piece = made_now, tell: Tell | None = 
     seeds = seeds_of(request, tell)
     with section_map.compilation(tell):
         tracks = explorer.run(seeds)
+        if not tracks:
+            raise RequestError(
+                "Newton's method closed no periodic orbit from the start: give a nearer state"
+            )
         tables = tables_of(request, section_map, tracks)
         if request.plane is None:
             return tables

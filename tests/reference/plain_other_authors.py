@@ -5,7 +5,7 @@ from math import hypot, isclose, pi, sqrt
 import numpy as np
 import pytest
 
-from nlds_vines import continue_branch, load_system, simulate
+from nlds_vines import RequestError, continue_branch, load_system, simulate
 from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.section_map import SectionMap, place_of
 from nlds_vines.model.catalog import catalog
@@ -169,6 +169,15 @@ def test_the_folds_of_budd_and_dux(omega, r, n, published):
     path = continue_branch(system, "C", bounds, state, period=n, quiet=True)
     points = path.special_points
     assert np.abs(points.value[points.kind == "LP"] - published).min() < 1e-11
+
+
+def test_a_start_from_which_no_orbit_closes_is_refused(tmp_path):
+    system = load_system("hard-oscillator", omega=2.3, e=0.6, C=0.05)
+    with pytest.raises(RequestError, match="closed no periodic orbit from the start"):
+        continue_branch(
+            system, "C", (-0.3, 0.4), (0.0, -0.1), period=1, to=tmp_path / "none.h5", quiet=True
+        )
+    assert not (tmp_path / "none.h5").exists()
 
 
 def test_the_ball_of_siconos_bounces_as_published():

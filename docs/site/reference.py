@@ -30,6 +30,7 @@ from nlds_vines.continuation.request import Begin, Continuation, load_continuati
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import ALL, Loading
+from nlds_vines.model.loads.record_files import RecordFile
 from nlds_vines.model.parameters import LAWS, PARAMETERS, Parameter, of_second
 from nlds_vines.model.ratios import RATIOS
 from nlds_vines.model.scenes import SCENES, Scene
@@ -247,10 +248,10 @@ def statuses() -> str:
 REQUESTS: Mapping[str, tuple[type, ...]] = {
     "scan": (Start, Scan),
     "page of curves": (Start, Scan, CurveRequest, Panel, Case),
-    "tuning": (Tuning, Search, Surface, HistoryRequest, Loading, *ALL.values()),
+    "tuning": (Tuning, Search, Surface, HistoryRequest, Loading, *ALL.values(), RecordFile),
     "portrait": (Times, PortraitRequest, ColumnEntry),
     "continuation": (Begin, Continuation),
-    "response history": (HistoryRequest, Loading, *ALL.values()),
+    "response history": (HistoryRequest, Loading, *ALL.values(), RecordFile),
 }
 """The kinds of request files, and what describes their keys."""
 

@@ -19,6 +19,7 @@ from nlds_vines.model.catalog import catalog
 from nlds_vines.model.loads.loading import ALL
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
 from nlds_vines.model.loads.record import Record
+from nlds_vines.model.loads.record_files import RecordFile
 from nlds_vines.model.parameters import INITIAL, LAWS, PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
@@ -109,7 +110,7 @@ def _nested(tables: dict[str, Schema]) -> dict[str, Schema]:
         place, _, key = name.partition(".")
         if key:
             if key == Record.kind:  # of which a file may hold the samples
-                one["properties"] |= {word: {"type": "string"} for word in Record.OF_FILE}
+                one["properties"] |= {e.key: of(e.check) for e in settings_of(RecordFile).values()}
             forms = [one, {"type": "array", "items": one}, {"type": "string"}]
             outer[place]["properties"][key] |= {"anyOf": forms}
     return outer

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, VARY, Option, assignments
 from nlds_vines.cli.running import RunOptions, add_run_options
-from nlds_vines.errors import at, from_text, unknown
+from nlds_vines.errors import RequestError, at, from_text, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.loads.loading import ALL, Loading
@@ -18,6 +19,9 @@ from nlds_vines.model.system import system_in_words
 
 if TYPE_CHECKING:
     from nlds_vines.loads.result import LoadScan, ResponseHistories
+
+TEXTS = ("file", "decimal")
+"""Keys whose values are texts, even if they look like numbers."""
 
 _NAME = "response-history"
 _EXAMPLES = """\
@@ -29,7 +33,8 @@ examples:
   nlds-vines response-history --load friedlander:peak=2e4,length=0.1 --duration 20 --plot blast.png
       the pulse of a blast; half_sine, triangular, rectangular, tone, sweep, noise likewise
   nlds-vines response-history --load quake.csv --duration 40 -o quake.h5
-      a record, whose second column is a force or the ground's acceleration
+      a record: a table of times and values, PEER, COSMOS, SMC; or with what the file does not say
+  nlds-vines response-history --load record:file=./quake.txt,dt=0.01,unit=g --duration 40 -o q.h5
   nlds-vines response-history --system ssul-set6 --vary impulse=100:2000:60 --vary C=0:0.2:40 \\
                    --duration 20 -o blows.h5 --plot blows.png
       a map: the blow against the clearance
@@ -148,22 +153,29 @@ def _load(text: str) -> tuple[str, dict[str, Any]]:
             raise unknown("load", kind, ALL)
         return "record", {"file": text}
     table: dict[str, Any] = {}
-    for key, value in assignments(f"--load {kind}:", rest.split(","), "KEY=VALUE").items():
+    pairs = re.split(r",(?=\w+=)", rest)  # a path may contain commas
+    for key, value in assignments(f"--load {kind}:", pairs, "KEY=VALUE").items():
         if value in ("true", "false"):
             table[key] = value == "true"
-        elif value.isascii() and value.isdigit():
-            table[key] = int(value)
-        elif value[:1].isalpha():
-            table[key] = value
         else:
-            table[key] = from_text(float, f"--load {kind}: {key}", value)
+            table[key] = value if key in TEXTS else _number_or_text(value)
     return kind, table
+
+
+def _number_or_text(value: str) -> int | float | str:
+    """Return the number that a text means, or the text, which the key's check may refuse."""
+    if value.isascii() and value.isdigit():
+        return from_text(int, "", value)
+    try:
+        return from_text(float, "", value)
+    except RequestError:
+        return value
 
 
 LOAD = Option(
     "--load",
     "LOAD",
-    "a record (CSV, HDF5), or KIND:KEY=VALUE,...; once for each of a sum",
+    "a record (CSV, AT2 ..., HDF5), or KIND:KEY=VALUE,...; once for each of a sum",
     _loads,
     repeated=True,
 )

@@ -555,10 +555,15 @@ def test_last_times_within_long_contacts_do_not_depend_on_the_edges(impulse):
 def test_loads_of_the_command_line(here, answer, refusal):
     (here / "q.csv").write_text("t [s], a [g]\n0, 0\n0.05, 1\n0.1, 0\n")
     plan = answer("response-history", "--load", "q.csv", "--dry-run")
-    assert "record q.csv, 3 samples, step 0.05 s, 0.1 s long, peak 1 g, all of it acts" in plan
+    assert "record q.csv, 3 samples, step 0.05 s, 0.1 s, peak 1 g at 0.05 s" in plan
+    (here / "1,2.txt").write_text("0\n1\n0\n")
+    for path in ("./1,2.txt", str(here / "1,2.txt"), "1,2.txt"):
+        keys = f"record:file={path},dt=0.05,unit=m/s2,column=1"
+        plan = answer("response-history", "--load", keys, "--dry-run")
+        assert "record 1,2.txt, 3 samples, step 0.05 s, 0.1 s, peak 1 m/s^2 at 0.05 s" in plan
     plan = answer("tuning", "--system", "tmd", "--load", "q.csv", "--duration", "0.05", "--dry-run")
     assert "record q.csv, 3 samples" in plan
-    assert "0.05 s of it act (50.0%)" in plan
+    assert "0.1 s, of which 0.05 s are computed" in plan
     line = "response-history --dry-run --load half_sine:peak=3,length=0.5,repeat=2,every=1"
     printed = answer(*line.split(), "--load", "noise:rms=1,high=9")
     assert "half sine (peak 3, length 0.5, every 1) + noise (rms 1" in printed

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.numerics.tones import fill_tones
 from nlds_vines.loads.request import FORM
-from nlds_vines.model.loads import record as records
+from nlds_vines.model.loads import record_files
 from nlds_vines.model.loads.courses import TERMS, Sweep
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
 
@@ -276,12 +276,13 @@ def test_a_line_says_how_much_of_a_record_acts(tmp_path):
     later = "t [s], a [g]\n10, 0\n10.1, 0.3\n10.2, -0.4\n10.3, 0\n10.4, 0\n"
     (whole,) = loading_of(saved(tmp_path, SAMPLES)).records_in_words(60.0)
     (moved,) = loading_of(saved(tmp_path, later, "late.csv")).records_in_words(0.1)
-    facts = "record quake.csv, 5 samples, step 0.1 s, 0.4 s long, peak 0.3 g, all of it acts"
+    facts = "record quake.csv, 5 samples, step 0.1 s, 0.4 s, peak 0.3 g at 0.1 s"
     assert whole == facts
-    assert moved.endswith("peak 0.4 g, 0.1 s of it act (25.0%), moved from 10 s to 0 s")
+    used = "0.4 s, of which 0.1 s are computed, peak 0.4 g at 0.2 s, moved from 10 s to 0 s"
+    assert moved.endswith(used)
     uneven = {"times": [1, 2, 4], "values": [0, 1, 0], "uneven": True, "at": 5.0}
     (line,) = loading_of({"record": uneven}).records_in_words(4.0)
-    facts = "record, 3 samples, steps 1 to 2 s, 3 s long, peak 1 N, 0 s of it act (0.0%)"
+    facts = "record, 3 samples, steps 1 to 2 s, 3 s, of which 0 s are computed, peak 1 N at 1 s"
     assert line == f"{facts}, moved from 1 s to 5 s"
 
 
@@ -336,14 +337,16 @@ def test_the_time_is_named_or_ascends_alone(tmp_path, error_of):
         assert "`time`" in error_of(loading_of, hdf5(tmp_path, **columns))
 
 
-def test_a_long_heading_takes_no_longer(tmp_path, error_of):
+def test_a_long_heading_takes_no_longer(tmp_path):
     for gap in (" " * 9000, "[" * 9000, "a[" * 4000, " (" * 4000):
         text = saved(tmp_path, f"time{gap}[s, force{gap}[N] x\n0, 1\n1, 2\n")
         began = time.process_time()
         with suppress(RequestError):
             loading_of(text)
         assert time.process_time() - began < 0.1
-    assert "line 1" in error_of(loading_of, saved(tmp_path, " " * 10**6 + "t,y [N]\n0,1\n1,2\n"))
+    began = time.process_time()
+    assert loading_of(saved(tmp_path, " " * 10**6 + "t,y [N]\n0,1\n1,2\n")).record[0].unit == "N"
+    assert time.process_time() - began < 0.3
 
 
 def test_a_unit_may_stand_apart_from_its_name(tmp_path):
@@ -352,7 +355,7 @@ def test_a_unit_may_stand_apart_from_its_name(tmp_path):
 
 
 def test_a_heading_is_no_sample(tmp_path, monkeypatch, error_of):
-    monkeypatch.setattr(records, "MOST_SAMPLES", 4)
+    monkeypatch.setattr(record_files, "MOST_SAMPLES", 4)
     four = "t, y [N]\n0, 1\n1, 2\n2, 1\n3, 0\n"
     assert len(loading_of(saved(tmp_path, four)).record[0].times) == 4
     assert "more than 4 samples" in error_of(loading_of, saved(tmp_path, four + "4, 0\n"))

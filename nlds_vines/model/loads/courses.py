@@ -7,13 +7,14 @@ arithmetic is strict, so that rows have the same bits on every processor.
 
 from __future__ import annotations
 
+import re
 from dataclasses import MISSING, dataclass
 from functools import cached_property
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, at, number, table
+from nlds_vines.errors import RequestError, at, number, table, unknown
 from nlds_vines.model.setting import (
     OneOf,
     Real,
@@ -162,16 +163,52 @@ ACCELERATIONS = {
     "gal": 0.01,
     "mm/s^2": 0.001,
     "in/s^2": 0.0254,
+    "ft/s^2": 0.3048,
     "g": G,
+    "%g": 0.01 * G,
+    "mg": 0.001 * G,
 }
 """Units of an acceleration of the ground, in m/s^2."""
 
-UNIT = OneOf((*FORCES, *ACCELERATIONS), "unit")
+UNITS = (*FORCES, *ACCELERATIONS)
+
+_SPELLINGS = {
+    **{unit.lower(): unit for unit in UNITS},
+    **{"gals": "gal", "gs": "g", "lbs": "lbf"},
+}
 
 UNIT_WORDS = (
-    "`N`, `kN` or `lbf`: a force on m1; `m/s^2`, `cm/s^2`, `gal`, `mm/s^2`, `in/s^2` or `g`: "
-    "the ground's acceleration"
+    "`N`, `kN` or `lbf`: a force on m1; `m/s^2`, `cm/s^2`, `gal`, `mm/s^2`, `in/s^2`, `ft/s^2`, "
+    "`g`, `%g` or `mg`: the ground's acceleration"
 )
+
+
+def canonical(text: str) -> str | None:
+    """Return the unit that a text means, one of `UNITS`; None for other texts.
+
+    Accelerations have many spellings: m/s2, m/s², m/s/s, m/s**2, cm/sec^2, Gal, G.
+    """
+    word = re.sub(r"\*\*|[\s^(){}]", "", text.lower().replace("²", "2")).replace("sec", "s")
+    if match := re.fullmatch(r"(m|cm|mm|in|ft)\.?(?:/s2|/s/s|[.*·]?s-2|[.*·]?s⁻2)", word):
+        return f"{match[1]}/s^2"
+    return _SPELLINGS.get(word)
+
+
+def unit_in(name: str, value: object) -> str:
+    """Return the unit that `value` means; raise `RequestError` for any other value."""
+    unit = canonical(value) if isinstance(value, str) else None
+    if unit is None:
+        raise unknown(name, value, UNITS)
+    return unit
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit of a load, in any spelling."""
+
+    def __call__(self, name: str, value: Any, /) -> str:
+        return unit_in("unit", value)
+
 
 AnyLoad = TypeVar("AnyLoad", bound="Load")
 
@@ -235,7 +272,7 @@ class Load:
 class Course(Load):
     """A load over time: a force on m1 or an acceleration of the ground."""
 
-    unit: str = setting("N", UNIT, "", UNIT_WORDS)
+    unit: str = setting("N", Unit(), "", UNIT_WORDS)
 
     @property
     def is_acceleration(self) -> bool:

@@ -1,0 +1,654 @@
+"""Files of records: accelerograms of PEER, CSMIP, COSMOS and SMC, tables of text, HDF5.
+
+`RecordFile.read` returns the samples in a file.  A format is a function that recognizes its files
+and reads them (`FORMATS`); every other text is a table, or numbers at a constant step `dt`.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import MISSING, dataclass
+from functools import cache, partial
+from itertools import pairwise
+from pathlib import Path
+from typing import ClassVar, NamedTuple
+
+from nlds_vines.archives.files import open_regular
+from nlds_vines.errors import RequestError, at, shown, unknown, whole
+from nlds_vines.model.loads.courses import UNITS, canonical, unit_in
+from nlds_vines.model.setting import (
+    Checked,
+    OneOf,
+    Real,
+    Text,
+    Whole,
+    check_settings,
+    setting,
+)
+
+MOST_SAMPLES = 10**6
+"""Samples of a record: hours of an accelerogram."""
+
+MOST_BYTES = 1 << 26
+"""Bytes of a text."""
+
+HEADER = 40
+"""Lines in which a format states what follows."""
+
+TIMES = {"s": 1.0, "ms": 1e-3, "min": 60.0}
+"""Units of time, in s."""
+
+_TIME_UNITS = {
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("ms", "msec", "msecs", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("min", "minute", "minutes"), "min"),
+}
+_TIME_NAMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "tid")
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
+_NOT_FINITE = ("nan", "+nan", "-nan", "inf", "+inf", "-inf")
+_NOTES = ("#", "%", "//", "!", "|")  # marks before comments
+_SIGNS = {0x2212: "-", 0xA0: " ", 0x2009: " ", 0x202F: " ", 0xFEFF: None, 0x1A: None}
+_HDF5 = (".h5", ".hdf5", ".nc")
+_HEADING = re.compile(r"\"[^\"]*\"|[^\s\[(]+(?:\s*[\[(][^\[(\])]*[\])])?")
+"""A heading between blanks: a name, and its unit in brackets, which may stand apart from it."""
+
+
+class Samples(NamedTuple):
+    """The samples in a file: times [s], values, the unit of these, and how the file was read."""
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+    unit: str
+    reading: str
+
+
+class Column(NamedTuple):
+    """A column of a file: its name and unit, empty if it has none, and a reader of its numbers."""
+
+    name: str
+    unit: str
+    read: Callable[[], list[float]]
+
+
+class Content(NamedTuple):
+    """The columns of a file, the step [s] of its samples (0: a column has times), its format."""
+
+    columns: list[Column]
+    dt: float = 0.0
+    format: str = ""
+    is_ordered: bool = True
+
+
+Lines = list[tuple[int, str]]
+"""The lines of a text that are not empty, with their numbers."""
+
+
+def _column(value: object) -> int | str:
+    if isinstance(value, str):
+        return int(value) if value.isascii() and value.isdigit() else value
+    return whole("column", value, 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordFile:
+    """A file of samples, and what it does not say of itself."""
+
+    table: ClassVar[str] = "load.record"
+
+    file: str = setting(MISSING, Text(), "", "path of a file, in place of `times` and `values`")
+    dt: float = setting(0.0, Real(0.0, 1e6), "", "step between the samples of a file [s]")
+    skip: int = setting(0, Whole(0, 10**6), "", "lines to leave out at the beginning of a file")
+    column: int | str = setting(
+        "", Checked(_column), "",
+        "name or number of the column of the values; 0: all numbers of a file, row by row",
+    )  # fmt: skip
+    time_unit: str = setting("", OneOf(("", *TIMES), "time_unit"), "", "`s`, `ms` or `min`")
+    decimal: str = setting("", OneOf(("", ".", ","), "decimal"), "", "decimal sign: `.` or `,`")
+
+    def __post_init__(self) -> None:
+        check_settings(self)
+
+    def read(self, unit: str) -> Samples:
+        """Return the samples in the file; `unit` is that of the values, empty for the file's own.
+
+        Raises `RequestError` for a file that cannot be read, and for one that can be read in
+        several ways, with the key that chooses one.
+        """
+        path = Path(self.file)
+        with at(str(path)):
+            content = self._content(path)
+            columns, notes = content.columns, [content.format] if content.format else []
+            if content.dt and self.dt and not math.isclose(self.dt, content.dt, rel_tol=1e-6):
+                raise RequestError(
+                    f"dt = {self.dt:g} s, but the file has steps of {content.dt:g} s"
+                )
+            dt = content.dt or self.dt
+            time = None if dt else self._time(content)
+            column = self._values(columns, time)
+            if not unit and not column.unit:
+                raise RequestError(
+                    f"give the unit of {_name_of(column, columns)}, in its heading as "
+                    f"`acceleration [g]` or as unit; allowed: {', '.join(UNITS)}"
+                )
+            unit = unit or unit_in(f"unit of {_name_of(column, columns)}", column.unit)
+            values = column.read()
+            if time is None:
+                times = [dt * i for i in range(len(values))]
+            else:
+                time_unit = _TIME_UNITS.get((self.time_unit or time.unit or "s").lower())
+                if time_unit is None:
+                    words = ", ".join(TIMES)
+                    raise RequestError(f"unit of time {time.unit!r}; allowed as time_unit: {words}")
+                times = [TIMES[time_unit] * t for t in time.read()]
+                if len(times) != len(values):
+                    text = f"{len(times)} times for {len(values)} values of {column.name!r}"
+                    raise RequestError(text)
+                if not _is_time(time):
+                    notes.append(f"times [{time_unit}] in {_name_of(time, columns)}")
+            others = [_name_of(one, columns) for one in columns if one not in (time, column)]
+            if others and self.column == "":
+                notes.append(f"values in {_name_of(column, columns)}, not in {', '.join(others)}")
+        return Samples(tuple(times), tuple(values), unit, "; ".join(notes)[:200])
+
+    def _content(self, path: Path) -> Content:
+        data = _bytes_of(path)
+        if path.suffix.lower() in _HDF5 or data.startswith(b"\x89HDF\r\n\x1a\n"):
+            return _of_hdf5(path)
+        texts = _lines(data)[self.skip :]
+        del data  # which may be 64 MB
+        lines = [(i, text) for i, text in enumerate(texts, self.skip + 1) if text.strip()]
+        if not lines:
+            raise RequestError("holds no numbers")
+        contents = (reads(lines) for reads in FORMATS)
+        return next(filter(None, contents), None) or _table(lines, self)
+
+    def _time(self, content: Content) -> Column:
+        """Return the column of the times: a named one, or the first if it ascends."""
+        columns = content.columns
+        if len(columns) < 2:
+            raise RequestError(
+                "needs two columns, time and force or acceleration; one column needs dt, its step"
+            )
+        if named := [one for one in columns if _is_time(one)]:
+            return named[0]
+        if content.is_ordered and _ascends(columns[0].read()):
+            return columns[0]
+        if content.is_ordered:
+            raise RequestError(
+                "its first column has no ascending times: give dt, the step of its samples, or a "
+                "heading with `time`"
+            )
+        ascending = [one for one in columns if _ascends(one.read())]
+        if len(ascending) != 1:
+            names = ", ".join(one.name for one in columns)
+            raise RequestError(
+                f"{len(ascending)} of the datasets {names} ascend; allowed: one alone, a dataset "
+                "`time` or `t`, or dt, the step of the samples"
+            )
+        return ascending[0]
+
+    def _values(self, columns: Sequence[Column], time: Column | None) -> Column:
+        """Return the column of the values: the chosen one, or the first beside the times."""
+        for one in columns:
+            if self.dt and _is_time(one):
+                name = _name_of(one, columns)
+                raise RequestError(f"dt = {self.dt:g} s stands beside {name}, which has times")
+        others = [one for one in columns if one is not time]
+        if self.column in ("", 0):
+            return others[0]
+        names = {one.name.lower(): one for one in reversed(others) if one.name}
+        chosen = names.get(str(self.column).lower())
+        if chosen is None and isinstance(self.column, int) and 1 <= self.column <= len(columns):
+            chosen = columns[self.column - 1]
+        if chosen is None or chosen is time:
+            allowed = [one.name or str(columns.index(one) + 1) for one in others]
+            raise unknown("column", str(self.column), allowed)
+        return chosen
+
+
+def _is_time(column: Column) -> bool:
+    return column.name.lower() in _TIME_NAMES or column.unit.lower() in _TIME_UNITS
+
+
+def _name_of(column: Column, columns: Sequence[Column]) -> str:
+    name = column.name or columns.index(column) + 1
+    return f"column {name}" if len(columns) > 1 else "its values"
+
+
+def _ascends(numbers: list[float]) -> bool:
+    return len(numbers) > 1 and all(a < b < math.inf for a, b in pairwise(numbers))
+
+
+def _of_hdf5(path: Path) -> Content:
+    """Return the datasets of one dimension in an HDF5 file; none is read before it is chosen."""
+    from nlds_vines.archives import archive
+
+    def read(name: str) -> list[float]:
+        return list(archive.column(path, name, MOST_SAMPLES).tolist())
+
+    columns = archive.columns(path)
+    readers = [Column(name, unit, cache(partial(read, name))) for name, unit in columns]
+    if not readers:
+        raise RequestError("has no datasets of numbers with one dimension")
+    return Content(readers, is_ordered=False)
+
+
+# ---- text ----------------------------------------------------------------------------------------
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        with open_regular(path) as file:
+            data = file.read(8) if path.suffix.lower() in _HDF5 else file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise RequestError(f"cannot be read: {reason}") from None
+    if len(data) > MOST_BYTES:
+        raise RequestError(f"has more than {MOST_BYTES} bytes")
+    if data.startswith((b"PK\x03\x04", b"\x1f\x8b")):
+        raise RequestError("is a workbook or compressed; allowed: text (CSV) and HDF5")
+    return bytes(data)
+
+
+def _lines(data: bytes) -> list[str]:
+    """Return the lines of a text in UTF-8, UTF-16 or Latin-1, with plain signs and blanks."""
+    is_utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    encodings = ["utf-16"] if is_utf16 else ["utf-8-sig", "latin-1"]
+    if not is_utf16 and 0 in data[:100]:
+        encodings = ["utf-16-le" if 0 in data[1:100:2] else "utf-16-be"]
+    for encoding in encodings:
+        try:
+            text = data.decode(encoding)
+            break
+        except UnicodeDecodeError as error:
+            reason = f"is no text: {encoding} fails at byte {error.start}"
+    else:
+        raise RequestError(reason)
+    if "\0" in text[:10_000]:
+        raise RequestError("is no text: it holds the character 0")
+    if not text.isascii() or "\x1a" in text:
+        text = text.translate(_SIGNS)
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def number_in(cell: str, decimal: str = ".") -> float | None:
+    """Return the number in a cell, None for other text; D marks exponents as well."""
+    if decimal == ",":
+        if "." in cell:
+            return None
+        cell = cell.replace(",", ".")
+    if _NUMBER.fullmatch(cell):
+        return float(cell.replace("D", "E").replace("d", "e"))
+    return float(cell) if cell.lower() in _NOT_FINITE else None
+
+
+def _row_by_row(lines: Iterable[tuple[int, str]], count: int, width: int = 0) -> list[float]:
+    """Return the first `count` numbers of lines.
+
+    Arguments: the `width` of Fortran's fields, which need no blank between them; 0 for blanks.
+    """
+    numbers: list[float] = []
+    for place, text in lines:
+        if len(numbers) >= count:
+            break
+        fields = [text[i : i + width].strip() for i in range(0, len(text), width)] if width else []
+        row = [number_in(cell) for cell in fields if cell]
+        if not row or None in row:
+            row = [number_in(cell) for cell in text.split()]
+        if None in row:
+            raise RequestError(f"line {place}: {shown(text.strip())} must hold numbers alone")
+        numbers += [value for value in row if value is not None]
+    return numbers
+
+
+def _series(lines: Lines, begin: int, count: int, width: int = 0) -> list[float]:
+    """Return the `count` values from line `begin` on, as the header has promised."""
+    if not 2 <= count <= MOST_SAMPLES:
+        raise RequestError(f"{count} samples; allowed: 2 to {MOST_SAMPLES}")
+    numbers = _row_by_row(lines[begin:], count, width)
+    if len(numbers) != count:
+        raise RequestError(f"the header states {count} values, {len(numbers)} follow")
+    return numbers
+
+
+# ---- formats -------------------------------------------------------------------------------------
+
+_PEER = (
+    re.compile(r"NPTS\s*=\s*(?P<count>\d+)[\s,]*DT\s*=\s*(?P<dt>[\d.EeDd+-]+)", re.IGNORECASE),
+    re.compile(r"(?P<count>\d+)[\s,]+(?P<dt>[\d.EeDd+-]+)\s+NPTS,?\s*DT", re.IGNORECASE),
+)
+_UNITS_OF = re.compile(r"\bUNITS?\s*(?:OF|:|=)\s*(\S+)", re.IGNORECASE)
+_CSMIP = re.compile(
+    r"(?P<count>\d+) points of accel data equally spaced at *(?P<dt>[\d.]+) *sec"
+    r"(?:\W* (?:in|units:?) +(?P<unit>[^\s()]+))?",
+    re.IGNORECASE,
+)
+_COSMOS = re.compile(
+    r"(?P<count>\d+)\s+acceleration\s+pts,\s*approx\s+(?P<seconds>[\d.]+)\s+secs?,\s*"
+    r"units\s*=\s*(?P<unit>[^\s(,]+)",
+    re.IGNORECASE,
+)
+_BRACKETED = re.compile(r"[\[(]([^\[\]()]{1,20})[\])]")
+_FORTRAN = re.compile(r"\(\s*\d*[FEDGI](\d+)", re.IGNORECASE)
+_REALS = re.compile(r"(\d+)\s+Real-header values follow", re.IGNORECASE)
+_SMC = re.compile(r"\s*[12]\s+(?:UN)?CORRECTED ACCELEROGRAM")
+
+
+def _head(lines: Lines) -> list[str]:
+    return [text[:200] for _, text in lines[:HEADER]]
+
+
+def _peer(lines: Lines) -> Content | None:
+    """PEER .AT2: a header with NPTS, DT and the unit, then five or eight values a line."""
+    head = _head(lines)
+    for i, text in enumerate(head):
+        match = next(filter(None, (pattern.search(text) for pattern in _PEER)), None)
+        if not match:
+            continue
+        title = " ".join(head[: i + 1])
+        if found := re.search(r"\b(velocity|displacement)\b", title, re.IGNORECASE):
+            raise RequestError(f"holds a {found[1].lower()}; needs an acceleration or a force")
+        named = _UNITS_OF.search(title)
+        count = int(match["count"])
+        if sum(len(text.split()) for _, text in lines[i + 1 :]) > count:
+            raise RequestError(f"the header states {count} values, more follow")
+        read = cache(partial(_series, lines, i + 1, count))
+        unit = named[1].strip(".,;") if named else ""
+        return Content([Column("", unit, read)], _step(match["dt"]), "PEER")
+    return None
+
+
+def _step(text: str) -> float:
+    dt = number_in(text)
+    if dt is None or not 0.0 < dt < math.inf:
+        raise RequestError(f"its header states a step of {text!r} s; dt must be above 0")
+    return dt
+
+
+def _channels(
+    lines: Lines, heads: list[tuple[int, re.Match[str]]], units: list[str]
+) -> list[Column]:
+    """Return the acceleration of each channel of a file, whose header lines are `heads`."""
+    columns: list[Column] = []
+    for (i, match), unit in zip(heads, units, strict=True):
+        field = _FORTRAN.search(lines[i][1][:200])
+        read = partial(_series, lines, i + 1, int(match["count"]), int(field[1]) if field else 0)
+        name = f"channel {len(columns) + 1}" if len(heads) > 1 else ""
+        columns.append(Column(name, unit, read))
+    return columns
+
+
+def _heads(lines: Lines, pattern: re.Pattern[str]) -> list[tuple[int, re.Match[str]]]:
+    matches = ((i, pattern.search(text[:200])) for i, (_, text) in enumerate(lines))
+    return [(i, match) for i, match in matches if match]
+
+
+def _csmip(lines: Lines) -> Content | None:
+    """CSMIP .V2: `7601 points of accel data equally spaced at .005 sec, in ...`, then values."""
+    heads = _heads(lines, _CSMIP)
+    if not heads:
+        return None
+    steps = {_step(match["dt"]) for _, match in heads}
+    if len(steps) > 1:
+        raise RequestError(f"its channels have the steps {sorted(steps)} s; allowed: one step")
+    units = [match["unit"].strip(".,;") if match["unit"] else "" for _, match in heads]
+    return Content(_channels(lines, heads, units), steps.pop(), "CSMIP")
+
+
+def _cosmos(lines: Lines) -> Content | None:
+    """COSMOS: integer and real headers, then `7601 acceleration pts, approx 38 secs, units=...`.
+
+    The step is real header 62 [ms], or 34 [s]; it must agree with the duration beside the values.
+    """
+    heads, reals = _heads(lines, _COSMOS), _heads(lines, _REALS)
+    if not heads or not reals:
+        return None
+    (begin, real), (_, head) = reals[0], heads[0]
+    field = _FORTRAN.search(lines[begin][1][:200])
+    header = _row_by_row(lines[begin + 1 :], int(real[1]), int(field[1]) if field else 0)
+    count, seconds = int(head["count"]), float(head["seconds"])
+    steps = [
+        header[61] * 1e-3 if len(header) > 61 else 0.0,
+        header[33] if len(header) > 33 else 0.0,
+    ]
+    agree = [dt for dt in steps if dt > 0.0 and abs(count * dt - seconds) <= 1.5 + 0.02 * seconds]
+    if not agree:
+        raise RequestError(
+            f"its headers state steps of {steps[0]:g} and {steps[1]:g} s for {count} values in "
+            f"{seconds:g} s; copy the values into a file of their own, and give dt"
+        )
+    units = [match["unit"] for _, match in heads]
+    return Content(_channels(lines, heads, units), agree[0], "COSMOS")
+
+
+def _smc(lines: Lines) -> Content | None:
+    """USGS SMC: 11 lines of text, 48 integers, 50 reals, comments, then values [cm/s^2].
+
+    Integer 16 is the number of comments, 17 that of the values; real 2 the number of samples a
+    second.
+    """
+    if not _SMC.match(lines[0][1][:200]):
+        return None
+    integers, reals = _row_by_row(lines[11:17], 48, 10), _row_by_row(lines[17:27], 50, 15)
+    if len(integers) < 48 or len(reals) < 50 or not reals[1] > 0.0:
+        raise RequestError("its headers must hold 48 integers and 50 reals")
+    begin = 27 + max(0, int(integers[15]))
+    read = partial(_series, lines, begin, int(integers[16]), 10)
+    return Content([Column("", "cm/s^2", read)], 1.0 / reals[1], "SMC")
+
+
+def _counted(lines: Lines) -> Content | None:
+    """Titles, a line with the number of values and their step [s], then the values."""
+    for i, text in enumerate(_head(lines)):
+        cells = text.split()
+        row = [number_in(cell) for cell in cells]
+        if None in row:
+            continue
+        if len(row) != 2 or not cells[0].isdigit() or not 0.0 < (dt := row[1] or 0.0) <= 10.0:
+            return None
+        count, rows = int(cells[0]), [text.split() for _, text in lines[i + 1 :]]
+        if count < 3 or sum(map(len, rows)) != count:
+            return None
+        if all(len(one) == 2 for one in rows):
+            first = [float(count), *(number_in(one[0]) or 0.0 for one in rows)]
+            if _ascends(first):
+                raise RequestError(
+                    f"line {lines[i][0]} states {count} values at steps of {dt:g} s, or is the "
+                    "first row of two columns: skip and dt choose the former, a heading the latter"
+                )
+        read = partial(_series, lines, i + 1, count)
+        return Content([Column("", _unit_in_titles(lines[:i]), cache(read))], dt, "counted values")
+    return None
+
+
+def _unit_in_titles(lines: Lines) -> str:
+    """Return the unit that titles state, as `UNITS OF G` or in brackets; empty without one."""
+    title = " ".join(text[:200] for _, text in lines[-3:])
+    if match := _UNITS_OF.search(title):
+        return match[1].strip(".,;")
+    words = [match[1] for match in _BRACKETED.finditer(title) if is_unit(match[1])]
+    return words[-1] if words else ""
+
+
+FORMATS: tuple[Callable[[Lines], Content | None], ...] = (_peer, _csmip, _cosmos, _smc, _counted)
+"""The formats that state how many values follow, and their step."""
+
+
+# ---- tables --------------------------------------------------------------------------------------
+
+
+class Dialect(NamedTuple):
+    """What stands between the cells of a table (None: blanks), and its decimal sign."""
+
+    cut: str | None
+    decimal: str
+
+    def cells(self, text: str, width: int = 0) -> list[str]:
+        """Return the cells of a line, without an empty one beyond `width` at its end."""
+        cells = text.strip().split(self.cut)
+        if '"' in text:
+            cut = self.cut or " "
+            try:
+                cells = next(csv.reader([text.strip()], delimiter=cut, skipinitialspace=True))
+            except csv.Error:
+                return []
+        if len(cells) > max(width, 1) and not cells[-1].strip():
+            cells = cells[:-1]
+        return [cell.strip() for cell in cells]
+
+    def numbers(self, text: str) -> list[float] | None:
+        """Return the numbers of a line; None if a cell is none."""
+        row = [number_in(cell, self.decimal) for cell in self.cells(text)]
+        return None if not row or None in row else [value or 0.0 for value in row]
+
+
+_DIALECTS = tuple(
+    Dialect(cut, decimal)
+    for cut, decimal in (
+        (";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (None, "."), (None, ","),
+        (",", ","),
+    )
+)  # fmt: skip
+
+
+def _table(lines: Lines, keys: RecordFile) -> Content:
+    """Return the columns of a table; the lines before it are titles, headings and comments."""
+    body = [
+        (i, text.partition("#")[0]) for i, text in lines if not text.lstrip().startswith(_NOTES)
+    ]
+    body = [(i, text) for i, text in body if text.strip()]
+    dialect, width = _dialect(body, keys.decimal)
+    may_flow = keys.column == 0 or (keys.dt > 0.0 and keys.column == "")
+    begin = 0
+    while (row := dialect.numbers(body[begin][1])) is None or not (len(row) == width or may_flow):
+        if row is not None:
+            raise RequestError(
+                f"line {body[begin][0]} has {len(row)} numbers where later lines have {width}: "
+                f"skip = {body[begin][0]} leaves it out"
+            )
+        begin += 1
+    rows = body[begin:]
+    titles = [(i, text) for i, text in lines if i < rows[0][0]]
+    headings = _headings(titles, dialect, width)
+    if len(rows) > MOST_SAMPLES:
+        raise RequestError(f"more than {MOST_SAMPLES} samples, which are allowed")
+    notes = ["decimal comma"] if dialect.decimal == "," and not keys.decimal else []
+    if may_flow and not headings and not keys.decimal and dialect == (",", "."):
+        pairs = (re.fullmatch(r"\s*[+-]?\d+,\d+\s*", text[:100]) for _, text in rows)
+        if all(pairs):
+            raise RequestError("commas may be decimal signs or stand between columns: give decimal")
+    if keys.column == 0 or (may_flow and not headings and max(width, len(row)) > 1):
+        widths = {len(dialect.cells(text)) for _, text in rows[:-1]}
+        if keys.column == "" and len(widths) <= 1 and max(width, len(row)) < 5:
+            raise RequestError(
+                f"its rows have {len(row)} numbers: column = 1 to {len(row)} chooses one, "
+                "column = 0 reads all of them row by row; with times in column 1, leave out dt"
+            )
+        read = cache(partial(_all_numbers, rows, dialect))
+        columns = [Column("", _unit_in_titles(titles), read)]
+        return Content(columns, format=", ".join([*notes, f"{len(row)} values a row"]))
+    columns = [
+        Column(name, unit, cache(partial(_numbers_in_column, rows, dialect, width, i)))
+        for i, (name, unit) in enumerate(headings or [("", "")] * width)
+    ]
+    if width == 1:
+        columns = [columns[0]._replace(unit=columns[0].unit or _unit_in_titles(titles))]
+    return Content(columns, format=", ".join(notes))
+
+
+def _dialect(body: Lines, decimal: str) -> tuple[Dialect, int]:
+    """Return the dialect that most lines in the middle agree with, and their number of cells."""
+    middle = body[len(body) // 2 :][:20]
+    best, chosen, width = 0, None, 0
+    for dialect in _DIALECTS:
+        is_used = dialect.cut is None or any(dialect.cut in text for _, text in middle)
+        if is_used and decimal in ("", dialect.decimal):
+            rows = [dialect.numbers(text[:100_000]) for _, text in middle]
+            sizes = Counter(len(row) for row in rows if row)
+            size, score = max(sizes.items(), key=lambda item: (item[1], item[0]), default=(0, 0))
+            if score > best:
+                best, chosen, width = score, dialect, size
+    if chosen is None:
+        places = f"line {middle[0][0]}: {shown(middle[0][1].strip())}" if middle else "it"
+        raise RequestError(f"{places} holds no numbers")
+    return chosen, width
+
+
+def _numbers_in_column(rows: Lines, dialect: Dialect, width: int, i: int) -> list[float]:
+    numbers = []
+    for place, text in rows:
+        cells = dialect.cells(text, width)
+        if len(cells) != width:
+            raise RequestError(f"line {place}: {len(cells)} columns; others have {width}")
+        value = number_in(cells[i], dialect.decimal)
+        if value is None:
+            words = f"{shown(cells[i])} is no number" if cells[i] else "a value is missing"
+            raise RequestError(f"line {place}: {words}")
+        numbers.append(value)
+    return numbers
+
+
+def _all_numbers(rows: Lines, dialect: Dialect) -> list[float]:
+    numbers: list[float] = []
+    for place, text in rows:
+        row = dialect.numbers(text)
+        if row is None:
+            raise RequestError(f"line {place}: {shown(text.strip())} must hold numbers alone")
+        numbers += row
+    return numbers
+
+
+def _headings(titles: Lines, dialect: Dialect, width: int) -> list[tuple[str, str]]:
+    """Return the name and the unit of each column, in one or two lines; empty without headings."""
+    texts = [text.strip().lstrip("".join(_NOTES)).strip() for _, text in titles[-2:]]
+    rows = [_heading_cells(text[:1000], dialect, width) for text in texts]
+    if not rows:
+        return []
+    if len(rows[-1]) != width:
+        place, text = titles[-1]
+        is_note = text.lstrip().startswith(_NOTES)
+        if dialect.cut and dialect.cut in text and not is_note:
+            raise RequestError(
+                f"line {place} has {len(rows[-1])} headings for {width} columns (a decimal comma "
+                "between commas? save the file with semicolons); skip leaves the line out"
+            )
+        return []
+    if all(is_unit(cell) or not cell for cell in rows[-1]):
+        names = rows[0] if len(rows) == 2 and len(rows[0]) == width else [""] * width
+        return [
+            (_heading(name)[0], cell.strip("[]()"))
+            for name, cell in zip(names, rows[-1], strict=True)
+        ]
+    return [_heading(cell) for cell in rows[-1]]
+
+
+def _heading_cells(text: str, dialect: Dialect, width: int) -> list[str]:
+    """Return the headings in a line; between blanks, names may be of several words."""
+    found = dialect.cells(text)
+    others = (re.split(r"\s{2,}|\t", text), _HEADING.findall(text), text.split(","))
+    for cells in (found, *others):
+        if len(cells) == width:
+            return [cell.strip().strip('"') for cell in cells]
+    return found
+
+
+def is_unit(text: str) -> bool:
+    """Return True for a unit of time, force or acceleration."""
+    word = text.strip("[]() ")
+    return word.lower() in _TIME_UNITS or canonical(word) is not None
+
+
+def _heading(word: str) -> tuple[str, str]:
+    """Return the name of a column and its unit: `acceleration [g]`, `a / (m/s^2)`, `time_s`."""
+    if match := re.search(r"\[([^\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)", word):
+        return word[: match.start()].strip(" /_,"), (match[1] or match[2] or "").strip()
+    for place in (match.start() for match in re.finditer(r"[\s/_,]", word)):
+        if is_unit(word[place + 1 :]):
+            return word[:place].strip(" /_,"), word[place + 1 :].strip()
+    return word, ""

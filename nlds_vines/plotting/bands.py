@@ -1,4 +1,4 @@
-"""Bands of equal labels along an axis, borders between cells, places for names without overlaps."""
+"""Values along an axis: borders of cells, runs of equal labels, places for names, drawable ones."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from nlds_vines.errors import RequestError
 
 LARGEST, SMALLEST = 1e300, 1e-300
-"""The values, but for 0, between which axes can be drawn: beyond, sums of them overflow."""
+"""The bounds of values that can be drawn, 0 aside: sums of larger ones overflow."""
 
-_FEW, _FEW_UNEVEN = 4, 8  # values that are a list rather than a range: at any distances, at uneven
-_EVEN = 1e-6  # relative difference of two steps that count as equal: far above round-off
+_FEW, _FEW_UNEVEN = 4, 8  # the most values of a list: at any distances, at uneven ones
+_EVEN = 1e-6  # relative difference of equal steps, far above round-off
 
 
 class Band(NamedTuple):
@@ -35,7 +35,7 @@ class Band(NamedTuple):
 
 
 def refuse_undrawable(name: str, values: np.ndarray) -> None:
-    """Raise `RequestError` where the values of an axis, or its ends, are too large or too small."""
+    """Raise `RequestError` if values of an axis are too large or too small to be drawn."""
     sizes = np.abs(values)
     wrong = values[(sizes > LARGEST) | ((sizes < SMALLEST) & (sizes > 0))]
     if wrong.size:
@@ -46,28 +46,28 @@ def refuse_undrawable(name: str, values: np.ndarray) -> None:
 
 
 def drawable(values: np.ndarray) -> np.ndarray:
-    """Return numbers as floats, NaN in place of those that are infinite or too large to draw."""
-    found = np.asarray(values, dtype=float)
-    return np.where(np.abs(found) <= LARGEST, found, np.nan)
+    """Return numbers as floats, NaN for those that are infinite or too large to draw."""
+    numbers = np.asarray(values, dtype=float)
+    return np.where(np.abs(numbers) <= LARGEST, numbers, np.nan)
 
 
 def evenly_spaced(values: np.ndarray) -> bool:
-    """Return whether two or more ascending `values` (n,) stand at equal distances."""
+    """Return True if two or more ascending `values` (n,) are equidistant."""
     steps = np.diff(values)
     return bool(np.allclose(steps, steps[0], rtol=_EVEN))
 
 
 def logarithmic(values: np.ndarray) -> bool:
-    """Return whether ascending `values` (n,), three or more, stand at equal ratios."""
+    """Return True if ascending `values` (n,), three or more, have equal ratios."""
     if values.size < 3 or values[0] <= 0 or evenly_spaced(values):
         return False
     return evenly_spaced(np.log(values))
 
 
 def is_list(values: np.ndarray) -> bool:
-    """Return whether ascending `values` (n,) are a few single ones rather than a range.
+    """Return True if ascending `values` (n,) are a list of single values rather than a range.
 
-    Up to four values are, and up to eight that stand neither at equal distances nor ratios.
+    A list has up to four values, or up to eight with neither equal distances nor equal ratios.
     """
     if values.size <= _FEW:
         return True
@@ -77,8 +77,8 @@ def is_list(values: np.ndarray) -> bool:
 def edges(values: np.ndarray) -> np.ndarray:
     """Return the borders (n + 1,) of the cells around ascending `values` (n,).
 
-    Neighboring cells meet half-way, of values at equal ratios half-way between the logarithms; the
-    first and the last extend as far outwards as inwards.
+    Neighbors meet half-way, or half-way between the logarithms of values with equal ratios; the
+    first and the last cell extend as far outwards as inwards.
     """
     if values.size == 1:
         half = 0.5 * abs(values[0]) or 0.5
@@ -89,7 +89,7 @@ def edges(values: np.ndarray) -> np.ndarray:
 
 
 def inner_edges(values: np.ndarray) -> np.ndarray:
-    """Return the borders (n + 1,) of cells that end where the ascending `values` (n,) end."""
+    """Return the borders (n + 1,) of cells, of which the outer ones end at their values (n,)."""
     borders = edges(values)
     if values.size > 1:
         borders[0], borders[-1] = values[0], values[-1]
@@ -97,7 +97,6 @@ def inner_edges(values: np.ndarray) -> np.ndarray:
 
 
 def _borders(values: np.ndarray) -> np.ndarray:
-    """Return the borders half-way between two or more values, and as far beyond the ends."""
     middle = (values[1:] + values[:-1]) / 2
     first, last = 2 * values[0] - middle[0], 2 * values[-1] - middle[-1]
     return np.concatenate([[first], middle, [last]])
@@ -115,10 +114,10 @@ def bands(values: np.ndarray, labels: np.ndarray) -> list[Band]:
 
 
 def one_regime(values: np.ndarray, numbers: np.ndarray, labels: np.ndarray) -> list[np.ndarray]:
-    """Return a curve (2, points) that joins no two regimes, and the points (2, count) off it.
+    """Return a curve (2, points) that joins equal neighboring labels, and the other points (2, n).
 
-    Arguments: abscissae and ordinates (n,); the `labels` (n,), empty where no regime is to be
-    joined.  Neighbors of one label are joined, a NaN stands between the others.
+    Arguments: abscissae, ordinates and `labels`, (n,) each.  The curve has a NaN between different
+    labels and beside an empty one.
     """
     joined = (labels[1:] == labels[:-1]) & (labels[1:] != "")
     alone = ~(np.append(joined, False) | np.append(False, joined))
@@ -130,11 +129,10 @@ def one_regime(values: np.ndarray, numbers: np.ndarray, labels: np.ndarray) -> l
 def spread(wanted: Sequence[float], gap: float, low: float, high: float) -> np.ndarray:
     """Return places (n,) near the ascending `wanted` ones, at least `gap` apart in [low, high].
 
-    Before the ends are respected, the places minimize the sum of the squared displacements: names
-    that would collide form a group, and each group is centered over what it names.  With the gaps
-    subtracted this is an isotonic regression: the nearest sequence that never falls.
+    Apart from the ends, the places minimize the sum of squared displacements: with the gaps
+    subtracted, they are an isotonic regression, the nearest sequence that never falls.
 
-    Raises ValueError where there is no room for so many.
+    Raises ValueError if there is no room for so many.
     """
     from scipy.optimize import isotonic_regression
 

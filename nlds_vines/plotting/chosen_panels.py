@@ -1,4 +1,4 @@
-"""What draws archives: all panels of a picture on a page, some, or one in axes of the user."""
+"""The drawing of an archive: a page with all panels or some, or one panel in the user's axes."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from nlds_vines.plotting.save import check_format, drawn, let_figures_be_shown, 
 
 
 class Drawing(ABC):
-    """What draws archives of one kind."""
+    """A drawing of the archives of one kind."""
 
     @abstractmethod
     def names(self, view: ArchiveView) -> Mapping[str, str]:
-        """Return what of an archive can be shown, by name, and what it is."""
+        """Return the names and meanings of what an archive can show."""
 
     @abstractmethod
     def figure(
@@ -34,17 +34,16 @@ class Drawing(ABC):
     ) -> Figure:
         """Return the figure of an open archive.
 
-        Arguments: the archive; what to `show`, names separated by commas, None for what is usual;
-        the page; axes to draw one panel into, without `show` the main one.
+        Arguments: `show`, names separated by commas, None for the default; the page; `ax`, axes for
+        one panel, by default the main one.
 
-        Raises `RequestError` where the archive does not hold what to show, and for several panels
-        in given axes.
+        Raises `RequestError` for what the archive cannot show, and for several panels in `ax`.
         """
 
     def of(
         self, path: str | os.PathLike[str], show: str | None = None, ax: Axes | None = None
     ) -> Figure:
-        """Return the figure of the archive at a path, on the usual page; see `figure`."""
+        """Return the figure of the archive at a path, on the default page; see `figure`."""
         let_figures_be_shown()
         with read(path) as view:
             return drawn(view, lambda opened: self.figure(opened, show, ax=ax))
@@ -57,13 +56,11 @@ class Drawing(ABC):
     ) -> Path:
         """Draw the archive at a path, save the picture and return the picture's path.
 
-        Arguments: `plot_path`, whose suffix chooses one of `plotting.save.FORMATS`; what to `show`.
+        The suffix of `plot_path` chooses one of `plotting.save.FORMATS`.  The metadata have the
+        hash of the request.  Equal archives give equal bytes.
 
-        The file takes its name only when it is complete.  Its metadata hold the hash of the
-        request, and it has the same bytes whenever it is drawn from the same archive.
-
-        Raises `RequestError` for another suffix, for an archive that cannot be read or holds
-        nothing to draw, and for a place that cannot be written.
+        Raises `RequestError` for another suffix, for an archive that cannot be read or drawn, and
+        for a path that cannot be written.
         """
         path = Path(plot_path)
         check_format(path)
@@ -75,13 +72,13 @@ class Drawing(ABC):
 
 @dataclass(frozen=True)
 class Picture(Drawing):
-    """What draws archives of one kind panel by panel.
+    """A drawing panel by panel.
 
     Attributes:
-        panels: what the panels of an archive's picture show, by name, the main one first.
-        draw: the figure of an archive with some of the panels, on a page.
-        fill: draws one panel of an archive into given axes.
-        usual: the panels that are drawn where none is named; None for all.
+        panels: the panels of an archive with their meanings, the main one first.
+        draw: returns the figure of an archive with some of the panels, on a page.
+        fill: draws one panel of an archive into axes.
+        usual: returns the default panels of an archive; None for all panels.
     """
 
     panels: Callable[[ArchiveView], Mapping[str, str]]
@@ -90,7 +87,7 @@ class Picture(Drawing):
     usual: Callable[[ArchiveView], Sequence[str]] | None = None
 
     def names(self, view: ArchiveView) -> Mapping[str, str]:
-        """Return what the panels show, by name."""
+        """Return the panels with their meanings."""
         return self.panels(view)
 
     def figure(
@@ -113,7 +110,7 @@ class Picture(Drawing):
         return into(ax, lambda: self.fill(ax, view, names[0]))
 
 
-def several_panels(show: str, known: Mapping[str, object]) -> RequestError:
-    """Return the error of axes that were given for several panels, of those that are `known`."""
-    names = ", ".join(known)
+def several_panels(show: str, panels: Mapping[str, object]) -> RequestError:
+    """Return the error of several panels in one pair of axes."""
+    names = ", ".join(panels)
     return RequestError(f"show = {show!r} names several panels, axes take one of: {names}")

@@ -1,4 +1,4 @@
-"""Results that can be drawn: what draws them is named, and loaded when it is asked to."""
+"""Results that can be drawn, without an import of Matplotlib before that."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Drawable(Outlined, Archived):
-    """A result with an archive, from which the `PICTURE` in a module of its wing is drawn."""
+    """A result with an archive, drawn by the `PICTURE` in the module `drawn_by`."""
 
     drawn_by: ClassVar[str]
 
@@ -35,10 +35,19 @@ class Drawable(Outlined, Archived):
         return [("", line.strip()) for line in lines]
 
     def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
-        """Return its picture as a matplotlib figure, as `nlds_vines.plot` does.
+        """Draw the result, as `nlds_vines.plot` does.
 
-        Arguments: names of panels to `show`, separated by commas, by default all; `ax`, axes to
-        draw one panel into.
+        Parameters
+        ----------
+        show : str, optional
+            Names of panels, separated by commas; by default the usual ones.
+        ax : matplotlib.axes.Axes, optional
+            Axes for one panel.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The picture, or the figure of `ax`.
         """
         picture: Drawing = import_module(self.drawn_by).PICTURE
         return picture.of(self.archive, show, ax)

@@ -1,7 +1,4 @@
-"""Plain text as it is printed: 2.5e+07 N/m^1.5 becomes 2.5 x 10^7 N/m^(3/2), K and ω are italic.
-
-Titles, names and units are plain text in files and on terminals.  Only pictures use these formulas.
-"""
+"""Plain text typeset for pictures: 2.5e+07 N/m^1.5 becomes 2.5 x 10^7 N/m^(3/2), K is italic."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ _LATEX = {**_GREEK, "₀": "_0", "₁": "_1", "₂": "_2"}
 _EXTREME = re.compile("(max|peak)$")
 _POWER = re.compile(r"(?<=[A-Za-z])\^(-?\d+(?:\.\d+)?)")
 _SCIENTIFIC = re.compile(r"(?<![\w.])([-+]?\d+(?:\.\d+)?)e([-+]?\d+)(?![\w.])")
-_PLAIN = (1e-3, 1e4)  # sizes of numbers that are written out
+_PLAIN = (1e-3, 1e4)  # bounds of numbers without a power of ten
 
 
 def latex_symbol(parameter: str) -> str:
@@ -25,14 +22,14 @@ def latex_symbol(parameter: str) -> str:
 
 
 def in_latex(symbol: str) -> str:
-    """Return a symbol such as ω, E₁max or z_min in LaTeX: the fonts lack the Unicode subscripts."""
+    """Return a symbol such as ω, E₁max or z_min in LaTeX, as fonts lack the Unicode subscripts."""
     text = "".join(_LATEX.get(letter, letter) for letter in symbol)
     text = _EXTREME.sub(lambda match: rf"^{{\,\mathrm{{{match[1]}}}}}", text)
     return text.replace("_min", r"_\mathrm{min}")
 
 
 def power_of_ten(text: str) -> str:
-    """Return a number such as 2.5e+07 in LaTeX, 2.5 x 10^7; one without an exponent as it is."""
+    """Return a number in LaTeX: 2.5e+07 becomes 2.5 x 10^7."""
     match = _SCIENTIFIC.fullmatch(text)
     if match is None:
         return text
@@ -41,7 +38,7 @@ def power_of_ten(text: str) -> str:
 
 
 def number_text(value: float) -> str:
-    """Return a number in LaTeX, of up to seven digits: 3.95 x 10^4, 0.05."""
+    """Return a number of up to seven digits in LaTeX: 3.95 x 10^4, 0.05."""
     if not value or _PLAIN[0] <= abs(value) < _PLAIN[1]:
         return f"{value:g}"
     digits, _, power = f"{value:.6e}".partition("e")
@@ -49,35 +46,32 @@ def number_text(value: float) -> str:
 
 
 def raised(unit: str) -> str:
-    """Return a unit with its powers as superscripts, halves as fractions: N/m^(3/2)."""
+    """Return a unit with superscripts: N/m^(3/2)."""
     return _POWER.sub(lambda match: f"$^{{{_fraction(match[1])}}}$", unit)
 
 
 def setting_label(parameter: str, value: float) -> str:
-    """Return symbol, value and unit of a parameter that is set, in LaTeX: k1 = 3.95 x 10^4 N/m."""
+    """Return symbol, value and unit of a parameter in LaTeX: k1 = 3.95 x 10^4 N/m."""
     unit = described(parameter).unit
     text = f"${latex_symbol(parameter)}={number_text(value)}$"
     return text + (f" {raised(unit)}" if unit != "1" else "")
 
 
 def literal(text: str) -> str:
-    """Return a text of a request as matplotlib draws it letter by letter, and in a moment.
-
-    A dollar sign begins no formula.  Texts of archives were checked, but files can be changed.
-    """
+    """Return a text of a request, shortened and escaped, so that matplotlib draws no formula."""
     return printable(text[:MOST_CHARACTERS]).replace("$", r"\$")
 
 
 def typeset(text: str) -> str:
-    """Return a text of a request with its symbols, powers of ten and units as they are printed.
+    """Return a text of a request with typeset symbols, powers of ten and units.
 
     A symbol of one letter counts only before " = ", " from " and " tuned ", and in a list of
-    symbols that a title or a clause ends with: `P = 600 N`, `map: ω, C`, and not the P of a name.
+    symbols that ends a title or a clause: `P = 600 N`, `map: ω, C`, but not the P of a name.
     """
-    found = _POWER.sub(lambda m: f"$^{{{_fraction(m[1])}}}$", literal(text))
-    found = _SCIENTIFIC.sub(lambda m: f"${power_of_ten(m[0])}$", found)
-    found = _LIST.sub(lambda m: ", ".join(map(_in_latex, m[0].split(", "))), found)
-    return _SYMBOL.sub(lambda m: _in_latex(m[0]), found)
+    printed = _POWER.sub(lambda m: f"$^{{{_fraction(m[1])}}}$", literal(text))
+    printed = _SCIENTIFIC.sub(lambda m: f"${power_of_ten(m[0])}$", printed)
+    printed = _LIST.sub(lambda m: ", ".join(map(_in_latex, m[0].split(", "))), printed)
+    return _SYMBOL.sub(lambda m: _in_latex(m[0]), printed)
 
 
 def _in_latex(text: str) -> str:
@@ -85,13 +79,12 @@ def _in_latex(text: str) -> str:
 
 
 def _fraction(power: str) -> str:
-    """Return a power as a fraction where it is a half: 3/2 for 1.5."""
-    found = Fraction(power)
-    return str(found) if found.denominator <= 2 else power
+    """Return a power, a half as a fraction: 3/2 for 1.5."""
+    fraction = Fraction(power)
+    return str(fraction) if fraction.denominator <= 2 else power
 
 
 def _pattern(text: str) -> str:
-    """Return the regular expression of a name or a symbol in a title."""
     alone = "(?= (?:=|from|tuned) )" if len(text) == 1 and text.isascii() else ""
     return rf"(?<![\w$\\]){re.escape(text)}(?![\w'^]){alone}"
 
@@ -110,7 +103,7 @@ _LIST = re.compile(rf"(?:(?<=: )(?:{_ANY})|^(?:{_ANY})(?=, ))(?:, (?:{_ANY}))*(?
 
 
 def signal_symbol(signal: str) -> str:
-    """Return a signal as printed: x1, v1 with a dot over x, u as x2 - x1."""
+    """Return a signal in LaTeX: x1, v1 as x1 with a dot, u as x2 - x1."""
     if signal == "u":
         return "$x_2-x_1$"
     letter, number = signal[0], signal[1:]

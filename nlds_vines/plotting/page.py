@@ -1,7 +1,7 @@
-"""The page of a picture: its width, its rows of panels, its title and legends, its settings.
+"""The page of a picture: its width, its rows of panels, its title, legends, ticks and settings.
 
-Matplotlib's constrained layout gives labels, letters, names and legends the room that they need.
-Panels have the heights that are asked for, and the page becomes as high as that takes:
+Matplotlib's constrained layout makes room for labels, letters, names and legends.  Panels have
+fixed heights, and the page grows with them:
 
     figure, grid = new_figure(page, [2.0, 1.0])  # inches
     panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
@@ -11,7 +11,6 @@ Panels have the heights that are asked for, and the page becomes as high as that
 
 from __future__ import annotations
 
-import os
 import re
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -51,7 +50,7 @@ from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label
 
 _PAD = 0.1 * CM  # inches around each panel with its labels, and around the page
-_PASSES = 2  # layouts before the last: the numbers of ticks change with the heights of panels
+_PASSES = 2  # layouts before the last, as ticks depend on the heights of panels
 _LEFT, _RIGHT = 1.45 * CM, 0.3 * CM  # inches beside panels, before their labels are measured
 _LEGEND_BELOW, _LEGEND_ABOVE, _LEGEND_BESIDE = 29, 4, 6  # points between a panel and its legend
 LETTER_ROOM = 12
@@ -59,22 +58,18 @@ LETTER_ROOM = 12
 
 _DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 and 10
 _FEWEST = 3  # numbers along a logarithmic axis
-_ROUNDEST = (1, 2, 5, 3, 4, 6, 7, 8, 9)  # digits, those first that are written where one has room
-_CLAUSE = re.compile(r"(?<=[,;:]) ")  # where a title may be broken
-
-_MOST_BYTES = 1 << 20
-"""Bytes of a style sheet: matplotlib's longest have some kilobytes."""
+_ROUNDEST = (1, 2, 5, 3, 4, 6, 7, 8, 9)  # digits in the order in which they are written
+_CLAUSE = re.compile(r"(?<=[,;:]) ")  # spaces at which a title may be broken
 
 
 @dataclass(frozen=True)
 class Page:
-    """The size of a picture for one column of a paper or for both, in inches.
-
-    Letters keep their size in either.
+    """The size of a picture [inches] for one column of a paper or two; letters have one size.
 
     Attributes:
-        width: of the picture; panel, map_height: the heights of a panel of a diagram and of a map.
-        beside: whether the legend of a map stands to its right, or else below.
+        width: of the picture.
+        panel, map_height: of a panel of a diagram, and of a map.
+        beside: whether panels and legends stand beside each other, or below.
     """
 
     width: float
@@ -102,10 +97,10 @@ def page_of(columns: object) -> Page:
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draw with `style.STYLE`, as far as the user has set nothing else; also a decorator.
+    """Draw with `style.STYLE`, unless the user has set something else; also a decorator.
 
-    What differs from matplotlib's own defaults was set by a `matplotlibrc`, by a style sheet or in
-    `matplotlib.rcParams`: it stays.  A title in a script that no font has is drawn as boxes.
+    Settings that differ from matplotlib's defaults come from the user's `matplotlibrc`, style sheet
+    or `rcParams` and stay.  Characters that no font has are drawn as boxes.
     """
     usual = matplotlib.rcParamsDefault
     ours = {k: v for k, v in STYLE.items() if matplotlib.rcParams[k] == usual[k]}
@@ -115,9 +110,9 @@ def styled() -> Iterator[None]:
 
 
 def sheet(style: str | None) -> AbstractContextManager[None]:
-    """Return the context of a style sheet of matplotlib's, of that name or path; None for none.
+    """Return the context of a style sheet of matplotlib, by name or path; None for no sheet.
 
-    Raises `RequestError` where there is no such sheet.
+    Raises `RequestError` if there is no such sheet.
     """
     if style is None:
         return nullcontext()
@@ -125,7 +120,7 @@ def sheet(style: str | None) -> AbstractContextManager[None]:
 
     if style not in sheets.available:
         try:
-            _check_size(Path(style).expanduser())
+            open_regular(Path(style).expanduser()).close()  # matplotlib would wait for a pipe
             matplotlib.rc_params_from_file(style)
         except (OSError, ValueError, TypeError):
             names = ", ".join(sheets.available)
@@ -133,22 +128,15 @@ def sheet(style: str | None) -> AbstractContextManager[None]:
     return sheets.context(style)
 
 
-def _check_size(path: Path) -> None:
-    """Raise ValueError or OSError unless a file is as small as style sheets are."""
-    with open_regular(path) as file:
-        if os.fstat(file.fileno()).st_size > _MOST_BYTES:
-            raise ValueError("it is larger than style sheets are")
-
-
 def into(ax: Axes, fill: Callable[[], None]) -> Figure:
-    """Draw into given axes by `fill`, and return their figure: where it is in another, that one."""
+    """Call `fill`, which draws into axes, and return their outermost figure."""
     with styled():
         fill()
     return figure_of(ax)
 
 
 def figure_of(axes: Axes) -> Figure:
-    """Return the figure that axes are in; if that is in another one, the outer one."""
+    """Return the outermost figure of axes."""
     figure = axes.figure.figure
     assert isinstance(figure, Figure)
     return figure
@@ -157,8 +145,7 @@ def figure_of(axes: Axes) -> Figure:
 def new_figure(page: Page, heights: Sequence[float], columns: int = 1) -> tuple[Figure, GridSpec]:
     """Return an empty figure and a grid whose rows have these heights [inches]; see `finish`.
 
-    Until then the grid has the heights asked for and about the final width, so that names and
-    ticks can be chosen by the size of their panel.
+    Panels have about their final sizes already, by which names and ticks are chosen.
     """
     tall = sum(heights) + 2.0
     figure = Figure(figsize=(page.width, tall), layout=_engine())
@@ -170,10 +157,10 @@ def new_figure(page: Page, heights: Sequence[float], columns: int = 1) -> tuple[
 
 
 def finish(figure: Figure, grid: GridSpec, title: str, below: str = "") -> None:
-    """Write the title, give all rows of the grid their heights, and fix the layout.
+    """Write the title, set the heights of the rows, and fix the layout.
 
-    Arguments: the `title`, plain text (`notation.typeset`), broken after a comma or a colon if it
-    is longer than a line; a line `below` it, with formulas.
+    Arguments: the `title`, plain text (`notation.typeset`), broken into lines after commas and
+    colons; a line `below` it, in LaTeX.
     """
     parts, width = [typeset(title), *filter(None, [below])], figure.get_figwidth()
     lines = [line for part in parts for line in lines_of(part, width - _LEFT)]
@@ -182,10 +169,10 @@ def finish(figure: Figure, grid: GridSpec, title: str, below: str = "") -> None:
 
 
 def fit(figure: Figure, grid: GridSpecBase) -> None:
-    """Give all rows of the grid their heights, the labels and legends their room."""
+    """Set the heights of the rows, and make room for labels and legends."""
     engine, ratios = _engine(), np.asarray(grid.get_height_ratios(), float)
     figure.set_layout_engine(engine)
-    for axes in figure.axes:  # ticks are chosen by these sizes, also when our settings are no more
+    for axes in figure.axes:  # ticks depend on these sizes, also without our settings
         axes.tick_params(axis="x", which="both", labelsize=rcParams["xtick.labelsize"])
         axes.tick_params(axis="y", which="both", labelsize=rcParams["ytick.labelsize"])
     panels = [(axes, spec) for axes in figure.axes if (spec := axes.get_subplotspec())]
@@ -207,7 +194,7 @@ def _engine() -> ConstrainedLayoutEngine:
 
 
 def lines_of(text: str, width: float) -> list[str]:
-    """Return the lines of a title of at most so many inches, broken after a comma or a colon."""
+    """Break a title after commas and colons into lines of at most a width [inches]."""
     size = FontProperties(size=rcParams["font.size"]).get_size_in_points()
     first, *others = _CLAUSE.split(text)
     lines = [first]
@@ -227,10 +214,10 @@ def add_legend(
     offset: float = 0.0,
     **look: Any,
 ) -> Legend:
-    """Add a legend outside axes, in as many columns as fit over or under them.
+    """Add a legend outside axes, above or below them in as many columns as fit.
 
-    Arguments: the `handles`, with labels; the `side`; an `offset` [points] further away; settings
-    of `Axes.legend`.
+    Arguments: `handles` with labels; an additional distance `offset` [points]; settings of
+    `Axes.legend`.
     """
     size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
     usual: dict[str, Any] = {"borderaxespad": 0.0, "borderpad": 0.0, "columnspacing": 1.4}
@@ -240,7 +227,9 @@ def add_legend(
     room = size_of(axes)[0]
     columns = 1
     if side != "right":
-        columns = max(n for n in range(1, len(widths) + 1) if n == 1 or _fits(widths, n, room))
+        for n in range(2, len(widths) + 1):
+            if sum(column.max() for column in np.array_split(widths, n)) <= room:
+                columns = n
         columns = ceil(len(widths) / ceil(len(widths) / columns))  # rows of equal length
     x, y, corner, anchor = {
         "right": (_LEGEND_BESIDE + offset, 0.0, "upper left", (1.0, 1.0)),
@@ -254,24 +243,19 @@ def add_legend(
     return axes.legend(handles=list(handles), bbox_transform=place, **usual)
 
 
-def _fits(widths: np.ndarray, columns: int, room: float) -> bool:
-    """Return whether entries of these widths fit into a room, in so many columns, all in points."""
-    return sum(column.max() for column in np.array_split(widths, columns)) <= room
-
-
 def text_width(text: str, size: float) -> float:
-    """Return the width of a text in points, at a font size in points, without drawing it."""
+    """Return the width of a text [points] at a font size [points]."""
     font = FontProperties(family=rcParams["font.family"], size=size)
     return float(TextPath((0, 0), text, prop=font).get_extents().width)
 
 
 def letter(index: int) -> str:
-    """Return the letter of a panel by its place, from 0: (a) ... (z), (aa) ... (zz)."""
+    """Return the letter of a panel by its index: (a) ... (z), (aa) ... (zz)."""
     return f"({chr(ord('a') + index % 26) * (1 + index // 26)})"
 
 
 def write_letters(panels: Sequence[Axes]) -> None:
-    """Write (a), (b) ... above the left corners of panels, where they hide nothing."""
+    """Write (a), (b) ... above the upper left corners of panels."""
     if len(panels) < 2:
         return
     look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
@@ -280,12 +264,12 @@ def write_letters(panels: Sequence[Axes]) -> None:
 
 
 def logarithmic_ticks() -> LogLocator:
-    """Return the rule for ticks at 1, 2, 5, 10, 20, ..."""
+    """Return a locator of ticks at 1, 2, 5, 10, 20, ..."""
     return LogLocator(subs=(1.0, 2.0, 5.0))
 
 
 class _WrittenOut(LogLocator):
-    """Ticks at 1, 2, 5, 10, ... as far as their numbers have room in the panel as it is drawn."""
+    """Ticks at 1, 2, 5, 10, ... as far as the panel has room for their numbers."""
 
     def __init__(self, axis: Axis) -> None:
         super().__init__()
@@ -315,29 +299,24 @@ class _WrittenOut(LogLocator):
 
 
 def _places(digits: Sequence[int], low: float, high: float, every: int = 1) -> list[float]:
-    """Return digits times each, or `every` n-th, power of ten between the ends of an axis.
-
-    An end may miss its power by round-off.
-    """
+    """Return digits times each, or `every` n-th, power of ten from `low` to `high`."""
     powers = range(floor(log10(low)) - 1, ceil(log10(high)) + 1)
     ticks = [
         float(f"{digit}e{power}") for power in powers if power % every == 0 for digit in digits
     ]
+    # an end may miss its power by round-off
     return [value for value in ticks if low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9)]
 
 
 def write_out_ticks(axis: Axis) -> None:
-    """Mark 1, 2, 5, 10, ... on a logarithmic axis, or decades alone where there is little room.
-
-    Where that would be fewer than three numbers, other digits are marked too.
-    """
+    """Mark 1, 2, 5, 10, ... on a logarithmic axis, as far as there is room, at least three."""
     axis.set_major_locator(_WrittenOut(axis))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
 
 def size_of(axes: Axes) -> tuple[float, float]:
-    """Return width and height of axes in points."""
+    """Return width and height of axes [points]."""
     point = 72 / float(axes.figure.dpi)
     return point * float(axes.bbox.width), point * float(axes.bbox.height)
 

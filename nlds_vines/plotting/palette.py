@@ -1,8 +1,8 @@
-"""Colors of regimes: one for each label, the same in every picture, page and run.
+"""The colors of regimes and of dampers, the same in every picture, page and run.
 
-The ramp is near viridis and grows lighter with the period, so that it keeps its order in a gray
-print.  Periods, and what is not periodic beside all tints of them, are told apart without red,
-green or blue cones too: their distances in CIELAB are measured by `tests/plotting/test_palette.py`.
+The ramp of periods is near viridis and grows lighter, so that it keeps its order in gray print.
+Color-blind readers distinguish periods from each other and from all other regimes:
+`tests/plotting/test_palette.py` measures the distances in CIELAB.
 """
 
 from __future__ import annotations
@@ -46,16 +46,16 @@ LONG = f"{len(RAMP)}T and longer"
 _EXAMPLE = f"{len(RAMP)}T,1"  # one of these regimes
 
 COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
-"""Colors of one regime in a cell, two, three ..., and of as many as there are colors or more."""
+"""Colors of one, two, three ... regimes in a cell; the last one counts for more."""
 
 HATCHED = "undetermined"
-"""The label that is drawn with a hatch beside its color: a gap in knowledge looks like a gap."""
+"""The label with a hatch over its color."""
 
 THROUGH_CHAOS = "...."
 """The hatch over the color of a regime that an orbit reached through transient chaos."""
 
 INADMISSIBLE = ", inadmissible"
-"""What follows the label of an orbit that passes the limit of its scene."""
+"""The end of the label of an orbit that passes the limit of its scene."""
 
 PASSED = "\\\\\\\\"
 """The hatch over such orbits."""
@@ -81,7 +81,7 @@ def short(label: str) -> str:
 
 
 def ordered(labels: Iterable[str]) -> list[str]:
-    """Return the different labels by period and impacts, then those that are not periodic."""
+    """Return the distinct labels by period and impacts, then those that are not periodic."""
 
     def place(label: str) -> tuple[float, float, str]:
         periodic = period_and_impacts(label.removesuffix(INADMISSIBLE))
@@ -91,12 +91,11 @@ def ordered(labels: Iterable[str]) -> list[str]:
 
 
 def color_of(label: str) -> str:
-    """Return the color of a label, as `#rrggbb`: a function of the label alone.
+    """Return the color of a label, `#rrggbb`, which depends on nothing else.
 
-    The period n takes its color from the ramp; n from 6 on share the last one.  Below that, nT,k
-    with k = n impacts has the plain color; with fewer it is paler, palest without any, and with
-    more it is darker; the first impact more or less makes the largest step.  A regime that was
-    reached through chaos is darker than itself, and pictures hatch it (`patch_look`).
+    The period n sets the color of the ramp, n >= 6 the last one.  For smaller n, nT,n has the plain
+    color; fewer impacts make it paler, more darker, the first of them most.  A regime reached
+    through chaos is darker, and pictures hatch it (`patch_look`).
     """
     label = label.removesuffix(INADMISSIBLE)
     if label.startswith(TRANSIENT):
@@ -106,10 +105,9 @@ def color_of(label: str) -> str:
 
 
 def damper_colors(systems: Sequence[str]) -> list[str]:
-    """Return a color for each damper, by the name of its system: the same in every picture.
+    """Return a color for each damper, by the name of its system, the same in every picture.
 
-    Systems without a color of their own, and further ones of one name, take in order the colors
-    that are not in use; then the colors repeat.
+    Other systems, and further ones of the same name, take the unused colors in order.
     """
     used = {DAMPERS[name] for name in systems if name in DAMPERS}
     others = [color for color in DAMPERS.values() if color not in used] or [*DAMPERS.values()]
@@ -121,19 +119,19 @@ def damper_colors(systems: Sequence[str]) -> list[str]:
 
 
 def drawn_as(label: str) -> str:
-    """Return the name under which a label is drawn: labels of the same color share one."""
+    """Return the name of a label in legends; labels of one color share a name."""
     end = final(label)
     periodic = period_and_impacts(end)
     return label.replace(end, LONG) if periodic and periodic[0] >= len(RAMP) else label
 
 
 def example_of(word: str) -> str:
-    """Return a label of the regimes that are drawn under a name."""
+    """Return a label with this name in legends."""
     return word.replace(LONG, _EXAMPLE)
 
 
 def in_order(words: Iterable[str]) -> list[str]:
-    """Return names in the order of a legend: by period, then those that are not periodic."""
+    """Return names of a legend by period, then those that are not periodic."""
     labels = ordered(example_of(word) for word in words)
     return [word.replace(_EXAMPLE, LONG) for word in labels]
 
@@ -144,7 +142,7 @@ def colors(labels: Iterable[str]) -> dict[str, str]:
 
 
 def ink_of(label: str) -> str:
-    """Return the color of dots of a regime on white paper: its own, less pale and dark enough."""
+    """Return the color of the dots of a regime, dark enough on white paper."""
     label = label.removesuffix(INADMISSIBLE)
     periodic = period_and_impacts(label)
     color = _tinted(*periodic, white=_MOST_WHITE / 2) if periodic else color_of(label)
@@ -153,21 +151,21 @@ def ink_of(label: str) -> str:
 
 
 def hatch_of(label: str) -> str:
-    """Return the hatch over the color of a label; empty for none."""
+    """Return the hatch of a label, or an empty text."""
     if label.endswith(INADMISSIBLE):
         return hatch_of(label.removesuffix(INADMISSIBLE)) + PASSED
     return _HATCHES.get(label, THROUGH_CHAOS if label.startswith(TRANSIENT) else "")
 
 
 def patch_look(label: str, color: str) -> dict[str, Any]:
-    """Return how a patch of a regime is filled: its color without a line, or a hatch over it."""
+    """Return the settings of a patch of a regime: its color, and a hatch if it has one."""
     look: dict[str, Any] = {"facecolor": color, "linewidth": 0}
     edge = GRAY if label == HATCHED else "white" if is_dark(color) else "black"
     return look | ({"hatch": hatch_of(label), "edgecolor": edge} if hatch_of(label) else {})
 
 
 def is_dark(color: str) -> bool:
-    """Return whether writing on this color is to be white."""
+    """Return True if text on this color must be white."""
     return _luma(color) < _DARK
 
 
@@ -178,12 +176,11 @@ def _luma(color: str) -> float:
 
 
 def _kind(label: str) -> str:
-    """Return the key of `OTHERS` under which a label that is not periodic stands."""
     return next((kind for kind in OTHERS if label.startswith(kind)), "undetermined")
 
 
 def _tinted(n: int, k: int, white: float = _MOST_WHITE) -> str:
-    """Return the color of nT,k; `white` is the share of white where there are no impacts."""
+    """Return the color of nT,k; `white` is the share of white of nT,0."""
     plain = RAMP[min(n, len(RAMP)) - 1]
     if n >= len(RAMP):
         return plain
@@ -193,12 +190,11 @@ def _tinted(n: int, k: int, white: float = _MOST_WHITE) -> str:
 
 
 def mixed(color: str, other: str, share: float) -> str:
-    """Return a color with a share, from 0 to 1, of another one mixed in."""
+    """Return a color mixed with a share, from 0 to 1, of another one."""
     pairs = zip(_channels(color), _channels(other), strict=True)
     return "#" + "".join(f"{round(c + (o - c) * share):02x}" for c, o in pairs)
 
 
 def _channels(color: str) -> tuple[int, int, int]:
-    """Return red, green and blue of `#rrggbb`, from 0 to 255."""
     red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return red, green, blue

@@ -1,4 +1,4 @@
-"""A figure written to a file, whole or not at all, with its origin; or shown in a notebook."""
+"""A figure saved to a file with its origin in the metadata, or shown in a notebook."""
 
 from __future__ import annotations
 
@@ -18,16 +18,12 @@ from nlds_vines.runs.progress import in_notebook
 Drawn = TypeVar("Drawn")
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
-"""The formats of a picture, by the suffix of its name, each with its resolution in dots per inch.
-
-In the vector formats only clouds of dots and shaded cells have a resolution."""
+"""The suffixes of pictures with their resolutions [dots per inch], of vector formats that of clouds
+of dots and of shaded cells."""
 
 
 def drawn(view: ArchiveView, draw: Callable[[ArchiveView], Drawn]) -> Drawn:
-    """Return the figure of an archive, or what is said of it, as `draw` makes it.
-
-    Raises `RequestError` where the content of the archive does not fit together.
-    """
+    """Return `draw(view)`; raise `RequestError` if the content of the archive is inconsistent."""
     try:
         return draw(view)
     except RequestError:
@@ -40,7 +36,7 @@ def drawn(view: ArchiveView, draw: Callable[[ArchiveView], Drawn]) -> Drawn:
 
 
 def check_format(path: Path) -> str:
-    """Return the format that a picture's suffix means; `RequestError` if it is not in `FORMATS`."""
+    """Return the format of a picture's suffix; `RequestError` if it is not in `FORMATS`."""
     form = path.suffix.lower().removeprefix(".")
     if form not in FORMATS:
         raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
@@ -50,40 +46,27 @@ def check_format(path: Path) -> str:
 def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str]) -> Path:
     """Save a figure, completely or not at all, and return its path.
 
-    Arguments: the `figure`; its `path`, whose suffix chooses one of `FORMATS`; for the metadata its
-    `title` and its `origin`, the name and the value of a hash.
+    Arguments: its `path`, whose suffix chooses one of `FORMATS`; for the metadata its `title` and
+    its `origin`, the name and the value of a hash.  The file has no date, so its bytes repeat.
 
-    Raises `RequestError` for another suffix and for a place that cannot be written.
+    Raises `RequestError` for another suffix and for a path that cannot be written.
     """
     form, (name, digest) = check_format(path), origin
     # matplotlib names the elements of an SVG at random unless it is given a salt
     salt: dict[Any, Any] = {"svg.hashsalt": digest}
-    title = printable(title[:MOST_CHARACTERS])
-    with in_one_line(f"write {path}"), styled(), matplotlib.rc_context(salt):
-        metadata = _metadata(form, title, name, digest)
-        with whole(path) as temporary:
-            figure.savefig(temporary, format=form, dpi=FORMATS[form], metadata=metadata)
+    title, words = printable(title[:MOST_CHARACTERS]), f"{name} {digest}"
+    metadata: dict[str, dict[str, str | None]] = {
+        "png": {"Title": title, name: digest},
+        "pdf": {"Title": title, "Subject": words, "CreationDate": None},
+        "svg": {"Title": title, "Description": words, "Date": None},
+    }
+    with in_one_line(f"write {path}"), styled(), matplotlib.rc_context(salt), whole(path) as part:
+        figure.savefig(part, format=form, dpi=FORMATS[form], metadata=metadata[form])
     return path
 
 
-def _metadata(form: str, title: str, name: str, digest: str) -> dict[str, str | None]:
-    """Return title and origin under the keys of a format; no date, so that the bytes repeat."""
-    origin = f"{name} {digest}"
-    if form == "png":
-        return {"Title": title, name: digest}
-    if form == "pdf":
-        return {"Title": title, "Subject": origin, "CreationDate": None}
-    return {"Title": title, "Description": origin, "Date": None}
-
-
-# ---- in notebooks --------------------------------------------------------------------------------
-
-
 def let_figures_be_shown() -> None:
-    """Let a notebook show figures that its cells return; elsewhere nothing happens.
-
-    A notebook learns to do so when matplotlib.pyplot is loaded, which this program never does.
-    """
+    """Let a notebook show figures that its cells return, as matplotlib.pyplot would do."""
     if in_notebook():
         from IPython import get_ipython
         from IPython.core.pylabtools import select_figure_formats

@@ -1,6 +1,6 @@
-"""How pictures look: made for print, 16 cm wide, 8 to 9 pt, the paper's symbols, units on all axes.
+"""The style of pictures: sizes and fonts for print, colors, labels of axes with symbol and unit.
 
-Colors are those of Okabe and Ito, which color-blind readers tell apart.
+Colors are those of Okabe and Ito, which color-blind readers distinguish.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ STYLE: dict[Any, Any] = {
     "hatch.linewidth": 0.4,
     "pdf.fonttype": 42,
 }
-"""Settings of matplotlib under which pictures are made and saved."""
+"""Settings of matplotlib for pictures."""
 
 HUES: Mapping[str, str] = MappingProxyType(
     {
@@ -52,28 +52,28 @@ HUES: Mapping[str, str] = MappingProxyType(
         "pink": "#cc79a7",
     }
 )
-"""Colors by name: those of Okabe and Ito, and gray; without yellow, too pale for a line."""
+"""Colors of Okabe and Ito, with gray and without yellow, which is too pale for a line."""
 
 GREEN = HUES["green"]
 """The color of the structure's energy, green as in the paper."""
 
 NAVY = "#1b2a49"
-"""The color of a curve that stands alone, and of orbits from rest."""
+"""The color of a single curve, and of orbits from rest."""
 
 GRAY = "#8a8a8a"
-"""The color of thin lines that are no result: a zero, a hatch, the frame of a patch."""
+"""The color of thin lines that are no result: a zero, a hatch, a frame."""
 
 NO_VALUE = "#c8c8c8"
 """The color of cells without a value."""
 
 SHADES = "viridis"
-"""The color map of numbers: even steps of lightness, in color-blind sight and gray print too."""
+"""The color map of numbers, with even steps of lightness."""
 
 DOT: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}
-"""Settings of a cloud of unconnected dots; their size is the picture's."""
+"""Settings of a cloud of dots, without their size."""
 
 ROUND_OFF = 1e-17
-"""The value at which one of them that is zero is drawn: smaller ones are round-off."""
+"""The value at which an error of zero is drawn; smaller values are round-off."""
 
 _POLICIES = {"rest": NAVY, "up": HUES["blue"], "down": HUES["vermillion"]}
 _STARTS = (
@@ -84,19 +84,16 @@ _STARTS = (
 
 
 def axis_label(parameter: str) -> str:
-    """Return what stands along the axis of a varied parameter: meaning, symbol and unit.
-
-    What follows a semicolon in the meaning explains values, and is no name of the axis.
-    """
+    """Return the label of the axis of a parameter: meaning up to a semicolon, symbol, unit."""
     entry = described(parameter)
     return _labeled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
 
 
 def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCTURE) -> str:
-    """Return meaning, symbol and unit of a component of the state or of a recorded number.
+    """Return meaning, symbol and unit of a component of the state or of a recorded quantity.
 
-    One that has no label of its own in `model.quantities` is labeled by the beginning of its
-    `long_name`.  `body` is the word for the body that is forced.
+    A quantity without a label in `model.quantities` is labeled by the first clause of its
+    `long_name`.  `body` is the word for the forced body.
     """
     meaning, symbol = COORDINATES.get(name, ("", ""))
     if name in BY_NAME:
@@ -106,17 +103,16 @@ def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCT
 
 
 def body_of(kind: object) -> str:
-    """Return the word for the body that is forced in systems of a kind, as archives name it."""
+    """Return the word for the forced body of a kind of system, named as in archives."""
     scene = SCENES.get(str(kind).removesuffix(FOOT))
     return STRUCTURE if scene is None else scene.body
 
 
 def start_colors(starts: Sequence[str]) -> list[str]:
-    """Return a color for every start, by its name; after seven the colors repeat."""
+    """Return a color for every start, by its name; others repeat after seven."""
     return [_POLICIES.get(name, _STARTS[i % len(_STARTS)]) for i, name in enumerate(starts)]
 
 
 def _labeled(meaning: str, symbol: str, unit: str) -> str:
-    """Return what stands along an axis; without a symbol or a unit where there is none."""
     parts = (meaning, f"${symbol}$" if symbol else "", f"[{raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))

@@ -86,24 +86,54 @@ def orbit_portrait(
     quiet: bool = False,
     **options: Any,
 ) -> Figure:
-    """Follow an orbit and return its portrait, a matplotlib `Figure`.
+    """Follow an orbit and draw its portrait: histories, phase planes, forces, energies, spectrum.
 
-    Arguments:
-        source: a `System` or the name of one, a `PortraitRequest`, the path of a request file
-            (.toml) or the document in one; None for SSul NES Set 6; or the path of a scan's
-            archive (.h5), with `at` and `start` among the options.
-        to: where to save it, if anywhere: the picture (.png, .pdf or .svg), or an archive (.h5) of
-            histories, section, impacts and spectrum, from which the figure is drawn then.
-        overwrite: whether to replace an archive, or the picture of another request.
-        quiet: whether not to say that something is compiled.
-        options: what the command's options change: `windows`, pairs (begin, end) of forcing
-            periods, or `transient` and `periods`; `panels`, `start` (x1, v1, x2, v2) [m, m/s],
-            `samples`, `method`, `tolerance`, `show`, `signal`, `taper`, `comb`.  Of an archive,
-            `at`, the values of the varied parameters by name, says of which cell, and `start`,
-            a number or a name, from which of its starts (`nlds_vines.orbit_of`).
+    Parameters
+    ----------
+    source : System, str, path, mapping or PortraitRequest, optional
+        A system or its name; the path of a request file (.toml) or its content; or the path of a
+        scan's archive (.h5), with `at` and `start` among the options.  By default SSul NES Set 6.
+    to : path, optional
+        A picture (.png, .pdf, .svg) to save, or an archive (.h5) of histories, section, impacts and
+        spectrum, from which the figure is then drawn.
+    overwrite : bool, optional
+        Replace an archive, or the picture of another request.
+    quiet : bool, optional
+        Do not say that kernels are compiled.
+    **options
+        The settings of the request:
 
-    Raises `RequestError` where anything asked for is wrong, before anything is computed, and
-    `IntegrationError` where the orbit ends early.
+        - `windows`, pairs (begin, end) of forcing periods, or `transient` and `periods`;
+        - `panels`, `show`, `samples`, `method`, `tolerance`, `signal`, `taper`, `comb`,
+          `section_phase`;
+        - `start`, (x1, v1, x2, v2) [m, m/s]; of an archive, the number or the name of a start;
+        - `at`, of an archive: the values of the varied parameters by name.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The page.
+
+    Raises
+    ------
+    RequestError
+        If an argument is invalid, before anything is computed.
+    IntegrationError
+        If the orbit ends early.
+
+    See Also
+    --------
+    nlds_vines.simulate : the orbit as arrays.
+    nlds_vines.classify : its regime, with the evidence.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> figure = nv.orbit_portrait(
+    ...     "ssul-set6", panels=["relative", "phase2"], transient=20, periods=4, quiet=True
+    ... )
+    >>> [axes.get_label() for axes in figure.axes]
+    ['relative', 'phase2']
     """
     if isinstance(source, PortraitRequest):
         if options:
@@ -120,18 +150,18 @@ def orbit_portrait(
     path = optional_path(to)
     archive, plot = (path, None) if _is_archive(path) else (None, path)
     how = RunOptions(overwrite=overwrite, quiet=quiet)
-    found: Portrait = Job.of(request, request_path(source), archive, plot, how).run()
+    result: Portrait = Job.of(request, request_path(source), archive, plot, how).run()
     from nlds_vines.plotting.save import let_figures_be_shown
 
     let_figures_be_shown()
-    return found.page
+    return result.page
 
 
 @dataclass(frozen=True)
 class Job(commands.Job):
-    """An orbit in full: its page, and where they are asked for its numbers.
+    """A portrait to compute and draw.
 
-    An archive without a name is not written unless `csv`, a file for its histories, is asked for.
+    An archive without a name is written only if the histories are exported to `csv`.
     """
 
     request: PortraitRequest
@@ -147,7 +177,7 @@ class Job(commands.Job):
         how: RunOptions,
         csv: Path | None = None,
     ) -> Job:
-        """Return a job whose archive need not have a name: then its own picture is drawn anew."""
+        """Return a job; without a named archive, it replaces its own earlier picture."""
         if archive is None:
             how = replace(how, resume=not how.overwrite)
         return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv)
@@ -226,7 +256,7 @@ class Job(commands.Job):
         return [str(path) for _, path in self._files()]
 
     def _files(self) -> list[tuple[str, Path]]:
-        """Return the files that are left, each with what it is."""
+        """Return the written files with their contents in a word."""
         named = ArchivePath.of(self.archive).named
         files = {"archive": named, "histories": self.csv, "picture": self.plot}
         return [(what, path) for what, path in files.items() if path is not None]
@@ -239,7 +269,7 @@ def _is_archive(source: object) -> bool:
 def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRequest:
     """Return the request of a file, or of a cell of an archive, with `changes`.
 
-    Of an archive, `at` names the cell and `start` the orbit; else `start` is a state, or rest.
+    For an archive, `at` names the cell and `start` the orbit; otherwise `start` is a state or rest.
     """
     values = changes.pop("at", None)
     if _is_archive(source):

@@ -1,4 +1,4 @@
-"""What a portrait shows: a system or several, windows of forcing periods, panels."""
+"""The request of a portrait: systems, windows of forcing periods, panels; its file."""
 
 from __future__ import annotations
 
@@ -65,13 +65,13 @@ PANELS: Mapping[str, str] = {
     "impact-section": "section at impact: phase of the force and approach speed of each touch",
     "spectrum": "Fourier spectrum",
 }
-"""What can be drawn, by name; on a page they stand in the order in which they are asked for."""
+"""The panels by name, with their contents; a page has them in the order of the request."""
 
 USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "spectrum")
-"""The panels of a page unless others are asked for."""
+"""The default panels."""
 
 PLANES = ("phase", "phase1", "phase2", "section", "section1", "impact-section")
-"""The panels that are planes: as high as wide, two of them side by side."""
+"""The panels that are planes, two of them side by side."""
 
 _OF_DAMPER = ("relative", "energy2", "phase2", "section1")
 _OF_WALLS = ("impact-section",)
@@ -118,18 +118,16 @@ class Column:
 
 @dataclass(frozen=True, repr=False)
 class PortraitRequest(Request):
-    """What to draw; checked when made, immutable afterwards.
+    """The request of a portrait; validated when it is made, immutable afterwards.
 
     Arguments:
-        title: one line for people.
-        columns: one to four; those of equal systems show one run.
-        panels: of `PANELS`, from top to bottom.  Those that no scene here can fill are left out.
+        title: one line.
+        columns: one to four; columns of equal systems show windows of one run.
+        panels: of `PANELS`, from top to bottom, without those that no scene here can fill.
         start: (x1, v1, x2, v2) [m, m/s] of every orbit, None for rest.
         cell: the orbit of an archive's cell, in place of one from `start`.
 
-    and what the fields say of themselves.
-
-    Raises `RequestError` for anything else.
+    The other fields describe themselves.  Raises `RequestError` for an invalid one.
     """
 
     content: ClassVar[str] = PORTRAIT
@@ -169,68 +167,61 @@ class PortraitRequest(Request):
     cell: CellOrbit | None = None
 
     def __post_init__(self) -> None:
-        """Check everything."""
+        """Validate everything."""
         string("title", self.title)
         whole("number of columns", len(self.columns), 1, MOST_COLUMNS)
         check_settings(self)
         settings = chosen_settings(self.method, {"tolerance": self.tolerance})
         if self.method == "exact":
             object.__setattr__(self, "tolerance", settings.tolerance)
-        self._check_panels()
-        object.__setattr__(self, "panels", self._possible(self.panels))
+        scenes = tuple(column.system.scene for column in self.columns)
+        object.__setattr__(self, "panels", self._checked_panels(scenes))
         whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
-        last = {scene.components[-2] for scene in self._scenes}
+        last = {scene.components[-2] for scene in scenes}
         usual = last.pop() if len(last) == 1 else "x1"
         object.__setattr__(self, "signal", self.signal or usual)
-        for scene in self._scenes:
+        for scene in scenes:
             checked_signal(self.signal, scene)
-        self._check_start()
+            if self.start is not None and len(self.start) != len(scene.components):
+                names = ", ".join(scene.components)
+                raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
         self._check_places()
         for run in self.runs():
-            self._check_run(run)
+            begin, end = span(run)
+            if (end - begin) * self.samples > MOST_STATES:
+                raise RequestError(
+                    f"periods {begin} to {end} with {self.samples} samples each are too many "
+                    f"states; allowed: {MOST_STATES}; take fewer samples or nearer windows"
+                )
 
-    @property
-    def _scenes(self) -> tuple[Scene, ...]:
-        return tuple(column.system.scene for column in self.columns)
-
-    def _check_panels(self) -> None:
-        """Refuse panels of a column that the page lacks, and panels that no column fills."""
+    def _checked_panels(self, scenes: Sequence[Scene]) -> tuple[str, ...]:
+        """Return the panels that can be filled; a column must fill each, and none but these."""
         for column in self.columns:
             for panel in column.panels:
                 choice("panel of a column", panel, self.panels)
         for panel in self.panels:
             if not any(column.fills(panel) for column in self.columns):
                 raise RequestError(f"panels: {panel!r} is filled by no column")
-
-    def _possible(self, panels: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the panels that can be filled; refuse a choice of which nothing remains."""
-        allowed = panels_of(self._scenes)
-        possible = tuple(name for name in panels if name in allowed)
+        allowed = panels_of(scenes)
+        possible = tuple(name for name in self.panels if name in allowed)
         if not possible:
-            kind = self._scenes[0].kind
             raise RequestError(
-                f"panels {', '.join(panels)} cannot be filled for kind {kind!r}; "
+                f"panels {', '.join(self.panels)} cannot be filled for kind {scenes[0].kind!r}; "
                 f"allowed: {', '.join(allowed)}"
             )
         return possible
 
-    def _check_start(self) -> None:
-        for scene in self._scenes:
-            if self.start is not None and len(self.start) != len(scene.components):
-                names = ", ".join(scene.components)
-                raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
-
     def starts_inside(self) -> list[str]:
         """Return a line for each system whose orbit begins inside a wall; none for a cell's."""
-        found = []
+        lines = []
         for system in () if self.cell else [run[0].system for run in self.runs()]:
             state = dict(zip(system.scene.components, self.start or (), strict=False))
-            lines = starts_inside(system.scene, system.parameters, state)
-            found += [f"{system.name}: {line}" for line in lines]
-        return found
+            inside = starts_inside(system.scene, system.parameters, state)
+            lines += [f"{system.name}: {line}" for line in inside]
+        return lines
 
     def _check_places(self) -> None:
-        """Refuse obstacles, and springs that rest, so far away that no panel can show them."""
+        """Refuse walls, and springs at rest, so far away that no panel can show them."""
         for system in (column.system for column in self.columns):
             places = {**system.scene.obstacle(system.parameters), "rest": system.rest or 0.0}
             for name, place in places.items():
@@ -239,28 +230,19 @@ class PortraitRequest(Request):
                         f"{name} at {place!r} m cannot be drawn; allowed: up to {LARGEST:g} m"
                     )
 
-    def _check_run(self, run: Sequence[Column]) -> None:
-        begin, end = span(run)
-        if (end - begin) * self.samples > MOST_STATES:
-            raise RequestError(
-                f"periods {begin} to {end} with {self.samples} samples each are too many states; "
-                f"allowed: {MOST_STATES}; take fewer samples or nearer windows"
-            )
-
     def runs(self) -> tuple[tuple[Column, ...], ...]:
-        """Return the columns in groups of one system: what one orbit serves."""
-        groups: list[list[Column]] = []
+        """Return the columns in groups of one system, which share an orbit."""
+        firsts: list[System] = []
         for column in self.columns:
-            same = [group for group in groups if group[0].system == column.system]
-            if same:
-                same[0].append(column)
-            else:
-                groups.append([column])
-        return tuple(tuple(group) for group in groups)
+            if column.system not in firsts:
+                firsts.append(column.system)
+        return tuple(
+            tuple(column for column in self.columns if column.system == system) for system in firsts
+        )
 
     @property
     def about(self) -> dict[str, Value]:
-        """The attributes of its archive beside the request itself: of a cell, which one it is."""
+        """The attributes of the archive beside the request: of a cell's orbit, which cell it is."""
         if self.cell is None:
             return {}
         values = self.cell.begin.system.parameters
@@ -268,9 +250,10 @@ class PortraitRequest(Request):
         return {CELL: f"--at {at} --start {self.cell.start}", CELL_OF: self.cell.scan.hash}
 
     def document(self) -> dict[str, Any]:
-        """Return the request file that means exactly this portrait; of a cell, one from `start`.
+        """Return the request file of this portrait, as nested tables.
 
-        The system is that of the first column; the others set what they have differently.
+        The system is that of the first column; the others set the parameters that differ.  Of a
+        cell's orbit the file has an orbit from `start`.
 
         Raises `RequestError` for columns that differ in more than parameters.
         """
@@ -303,7 +286,7 @@ class PortraitRequest(Request):
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of all that determines the picture."""
+        """The SHA-256 of everything that determines the picture."""
         columns = {
             f"column {i}": {
                 "name": column.name,
@@ -326,13 +309,13 @@ class PortraitRequest(Request):
 
 
 def span(run: Sequence[Column]) -> Window:
-    """Return the periods from the first to the last that columns of one run show."""
+    """Return the window from the first to the last period that the columns of a run show."""
     windows = [column.window for column in run]
     return Window(min(w.begin for w in windows), max(w.end for w in windows))
 
 
 def panels_of(scenes: Sequence[Scene]) -> tuple[str, ...]:
-    """Return the panels that at least one of the scenes can fill."""
+    """Return the panels that one of the scenes can fill."""
     damper, forces = any(s.damper for s in scenes), any(s.forces for s in scenes)
     walls = any(s.walls for s in scenes)
     without = (() if damper else _OF_DAMPER) + (() if forces else _OF_FORCES)
@@ -341,7 +324,7 @@ def panels_of(scenes: Sequence[Scene]) -> tuple[str, ...]:
 
 
 def checked_window(what: str, value: object) -> Window:
-    """Return the window that a pair (begin, end) of whole numbers or a text `begin:end` means."""
+    """Parse a window, a pair (begin, end) of whole numbers or a text `begin:end`."""
     pair: Any = value.split(":") if isinstance(value, str) else value
     form = f"{what} = {shown(value)} must be BEGIN:END, two numbers of forcing periods"
     if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != 2:
@@ -356,7 +339,7 @@ def checked_window(what: str, value: object) -> Window:
 
 
 def described(system: System) -> str:
-    """Return a system in one line: its title, what was set, the frequency of the force."""
+    """Return a system in one line: title, parameters set by the user, forcing frequency."""
     changed = (name for name, text in system.sources.items() if text == "set by the user")
     names = dict.fromkeys([*(name for name in changed if name != "omega"), "omega"])
     settings = (setting_in_words(name, system.parameters[name]) for name in names)
@@ -364,29 +347,29 @@ def described(system: System) -> str:
 
 
 def checked_panels(value: object) -> tuple[str, ...]:
-    """Return the panels of a column, different words of `PANELS` as given; () for all."""
+    """Validate the panels of a column, different words of `PANELS`; () means all."""
     if isinstance(value, tuple) and not value:
         return ()
     return checked_words("panels", value, PANELS)
 
 
 def _checked_windows(value: object) -> list[Window]:
-    """Return the windows of one run, in the order of time."""
+    """Validate the windows of one run, in the order of time."""
     if not isinstance(value, Sequence) or isinstance(value, str) or not value:
         raise RequestError(f"windows = {shown(value)} must be a list of pairs [begin, end]")
-    found = [checked_window("windows", pair) for pair in value]
-    for first, second in pairwise(found):
+    windows = [checked_window("windows", pair) for pair in value]
+    for first, second in pairwise(windows):
         if second.begin < first.end:
             raise RequestError(
                 f"windows {first.begin}:{first.end} and {second.begin}:{second.end} "
                 "must follow each other in time"
             )
-    return found
+    return windows
 
 
 @dataclass(frozen=True)
 class Times:
-    """Where orbits of a portrait begin, and which of their periods are looked at."""
+    """The starts of the orbits and the periods that a portrait shows."""
 
     policy: str = setting("rest", OneOf(("rest",)), "start", "`rest`", replaces=("state",))
     state: tuple[float, ...] | None = setting(
@@ -410,7 +393,7 @@ class Times:
 
 @dataclass(frozen=True)
 class ColumnEntry:
-    """A column of the page in a file."""
+    """A column of the page, in a file."""
 
     name: str = setting("", Text(), "[column]", "what stands above it")
     settings: Mapping[str, Any] | None = setting(
@@ -435,13 +418,12 @@ def load_portrait(
     changes: Mapping[str, Any] | None = None,
     changes_from: str = "changes",
 ) -> PortraitRequest:
-    """Return the request that a source means, validated throughout.
+    """Return the validated request of a source.
 
     Arguments:
-        source: path of a TOML file (.toml), name of a system, the document in a file as nested
-            tables, a `System`, or None for SSul NES Set 6 as it stands in the catalog.
-        changes: a document of the same form that overrides it entry by entry; `changes_from` names
-            it in the message of an error.
+        source: the path of a TOML file (.toml), the name of a system, the nested tables of a file,
+            a `System`, or None for SSul NES Set 6 of the catalog.
+        changes: nested tables that override it entry by entry; `changes_from` names them in errors.
 
     Raises `RequestError`, one line that names place, key, value and what is allowed.
     """
@@ -452,12 +434,15 @@ def load_portrait(
             place = request.place("start" if "state" in names else "sampling")
             raise RequestError(f"{place}: {names[0]} beside {names[1]}: give one of them")
     columns = tuple(_columns(request, Times(**times)))
-    title = request.title("system", "set")
+    title, system = request.title("system", "set"), columns[0].system
+    if title is None:
+        is_one = all(column.system == system for column in columns)
+        title = described(system) if is_one else system_in_words(system)
     return request.make(
         PortraitRequest,
         request.layers[0][0],
         **request.of(PortraitRequest),
-        title=_made_up_title(columns) if title is None else title,
+        title=title,
         columns=columns,
         start=times.get("state"),
     )
@@ -468,18 +453,17 @@ def portrait_of(
 ) -> PortraitRequest:
     """Return the request for the orbit of an archive's cell, by default over the scan's periods.
 
-    Arguments: the `cell`; `changes`, a document as `load_portrait` takes it, without a system, a
-    start and a method, which are the cell's.
+    Arguments: `changes`, as `load_portrait` takes them, without the system, the start and the
+    method, which are the cell's.
 
     Raises `RequestError` as `load_portrait`.
     """
     scan, system = cell.scan, cell.begin.system
-    for key in ("system", "set", "start"):
-        if changes.get(key):
-            raise RequestError(f"{changes_from}: {key} beside an archive, which holds it")
-    for key in ("method", "tolerance"):
-        if key in changes.get("sampling", {}):
-            raise RequestError(f"{changes_from}: {key} beside an archive, which holds it")
+    sampling = changes.get("sampling", {})
+    beside = [key for key in ("system", "set", "start") if changes.get(key)]
+    beside += [key for key in ("method", "tolerance") if key in sampling]
+    if beside:
+        raise RequestError(f"{changes_from}: {beside[0]} beside an archive, which holds it")
     start = f", start {cell.start}" if scan.starts > 1 else ""
     regime = f"; in the scan: {cell.label}" if cell.label else ""
     usual = {"transient": scan.transient, "periods": scan.periods, "method": scan.method}
@@ -488,7 +472,7 @@ def portrait_of(
 
 
 def _columns(request: Merged, times: Times) -> Iterator[Column]:
-    """Yield the columns: each of [[column]], in each of the windows or in its own.
+    """Yield the columns: each [[column]] in its window or in all windows.
 
     Windows and panels of the changes replace those of a column.
     """
@@ -505,10 +489,3 @@ def _columns(request: Merged, times: Times) -> Iterator[Column]:
         panels = () if "panels" in above.get("portrait", {}) else entry.panels
         for window in windows if is_asked or entry.window is None else [entry.window]:
             yield Column(one, window, entry.name, panels)
-
-
-def _made_up_title(columns: Sequence[Column]) -> str:
-    """Return a title made of the system, or of its name alone where the columns differ."""
-    system = columns[0].system
-    same = all(column.system == system for column in columns)
-    return described(system) if same else system_in_words(system)

@@ -1,4 +1,4 @@
-"""A portrait: its windows, the request that it is drawn from, and its archive."""
+"""A computed portrait: its windows, its request, its archive, its page."""
 
 from __future__ import annotations
 
@@ -23,14 +23,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Portrait(Drawable):
-    """An orbit in full.
+    """The windows of one or several orbits.
 
     Attributes:
-        path: of the archive; None where none was asked for.
-        views: the windows of its orbits, a column of the page each.
-        drawn_from: the request, as far as it concerns the page: an orbit of a scan's cell is
-            not computed again from it.
-        cell: of such an orbit, the options that name it; empty for any other.
+        path: path of the archive; None without one.
+        views: the windows, one for each column of the page.
+        drawn_from: the request of the page; it does not repeat the orbit of a scan's cell.
+        cell: the options that name such a cell; empty for other orbits.
     """
 
     drawn_by = "nlds_vines.portrait.picture"
@@ -42,9 +41,9 @@ class Portrait(Drawable):
 
     @property
     def request(self) -> PortraitRequest:
-        """The request with which the same numbers are computed again.
+        """The request that computes the same numbers again.
 
-        Raises `RequestError` for the orbit of a scan's cell, which that scan's archive has.
+        Raises `RequestError` for the orbit of a scan's cell, which needs the scan's archive.
         """
         if self.cell:
             raise RequestError(
@@ -72,14 +71,14 @@ class Portrait(Drawable):
 
 
 def histories_in(view: ArchiveView) -> tuple[str, ...]:
-    """Return the names of what an open archive tells over time: time, the state, what follows."""
-    found = [name for name in view.names if view.dims(name) == ("state",)]
-    first = [name for name in ("time", *view["component"]) if name in found]
-    return (*first, *(name for name in found if name not in first))
+    """Return the datasets over time in an open archive: time, the state, then all others."""
+    names = [name for name in view.names if view.dims(name) == ("state",)]
+    first = [name for name in ("time", *view["component"]) if name in names]
+    return (*first, *(name for name in names if name not in first))
 
 
 def portrait_in(path: str | os.PathLike[str]) -> Portrait:
-    """Return the portrait in an archive; `RequestError` for an archive of anything else."""
+    """Return the portrait in an archive; `RequestError` if it holds anything else."""
     with read(path) as view:
         request = view.request(PORTRAIT, load_portrait)
         cell = view.text(CELL) if CELL_OF in view.attrs else ""

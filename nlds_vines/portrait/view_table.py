@@ -1,9 +1,8 @@
-"""Views as the datasets of an archive, and back.
+"""The archive of a portrait: its views as datasets, and back.
 
-The columns of a page are a row each.  Their windows may differ in length, so what belongs to them
-follows one after the other: states along `state`, sections along `section_point`, impacts along
-`impact`, spectra along `bin` (the contiguous ragged arrays of the CF conventions).  How many of
-each belong to a column stands in its row.
+Each column of the page is an entry along `row`.  Windows differ in length, so their contents are
+concatenated: states along `state`, sections along `section_point`, impacts along `impact`, spectra
+along `bin` (contiguous ragged arrays of the CF conventions); the row holds their numbers.
 """
 
 from __future__ import annotations
@@ -90,7 +89,7 @@ _ROW: tuple[tuple[Dataset, Callable[[View], Any]], ...] = (
         lambda v: _limit(v).depth,
     ),
 )
-"""The datasets with one value for each column of the page, and that value of a view."""
+"""The datasets with one value per column of the page, and the value of a view."""
 
 
 def _limit(view: View) -> Violation:
@@ -100,7 +99,7 @@ def _limit(view: View) -> Violation:
 def contents(
     request: PortraitRequest, views: Sequence[View]
 ) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
-    """Return the dimensions of the archive of some views, and its datasets with their values."""
+    """Return the dimensions of an archive of views, and its datasets with their values."""
     periods = [np.arange(w.begin + 1, w.end + 1) for w in (view.column.window for view in views)]
     impacts = np.concatenate([view.contacts for view in views])
     components = request.columns[0].system.scene.components  # of all: they are of one kind
@@ -121,7 +120,7 @@ def contents(
     status = Dataset.code("status", ("row",), "how the orbit ended", STATUS_FLAGS)
     period = Dataset.whole("forcing_period", ("section_point",), "n of t = nT")
     section = Dataset.real("section", ("section_point", "component"), "m, m/s", "state at t = nT")
-    found = [
+    entries = [
         *(
             (e, np.array([of(view) for view in views], object if e.dtype == "str" else e.dtype))
             for e, of in _ROW
@@ -138,18 +137,18 @@ def contents(
         ("power", f"({unit})^2", f"power {spectrum}"),
     ):
         values = np.concatenate([getattr(view.spectrum, name) for view in views])
-        found.append((Dataset.real(name, ("bin",), units, words), values))
+        entries.append((Dataset.real(name, ("bin",), units, words), values))
     if impacts.size:
         wall = Dataset.text("wall", ("impact",), "what is struck")
-        found.append((wall, impacts["wall"].astype(object)))
+        entries.append((wall, impacts["wall"].astype(object)))
         for name, (units, words) in _IMPACTS.items():
             entry = Dataset.real(_of_impact(name), ("impact",), units, words)
-            found.append((entry, impacts[name].copy()))
-    return scales, found
+            entries.append((entry, impacts[name].copy()))
+    return scales, entries
 
 
 def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
-    """Yield the views that an archive holds; `RequestError` where its rows do not fit."""
+    """Yield the views in an archive; `RequestError` if its rows do not match the request."""
     table = {entry.name: view[entry.name].tolist() for entry, _ in _ROW}
     if len(table["label"]) != len(request.columns):
         raise RequestError(f"{view.path} is damaged: its rows are not those of its request")
@@ -190,7 +189,7 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
 
 
 def _histories(views: Sequence[View]) -> Iterator[tuple[Dataset, np.ndarray]]:
-    """Yield the components of the state over time, and what follows from them."""
+    """Yield the components of the state over time, and the force and energies that follow."""
     scene = views[0].column.system.scene
     for name in signals_of(scene):
         if name in (*scene.components, *_DERIVED):
@@ -200,15 +199,15 @@ def _histories(views: Sequence[View]) -> Iterator[tuple[Dataset, np.ndarray]]:
 
 
 def _impacts_in(view: ArchiveView) -> np.ndarray:
-    """Return the impacts of an archive, rows of dtype `IMPACT`; empty where it has none."""
-    found = np.empty(len(view["wall"]) if "wall" in view else 0, IMPACT)
-    if found.size:
-        found["wall"] = view["wall"]
+    """Return the impacts in an archive, rows of dtype `IMPACT`."""
+    rows = np.empty(len(view["wall"]) if "wall" in view else 0, IMPACT)
+    if rows.size:
+        rows["wall"] = view["wall"]
         for name in _IMPACTS:
-            found[name] = view[_of_impact(name)]
-    return found
+            rows[name] = view[_of_impact(name)]
+    return rows
 
 
 def _of_impact(name: str) -> str:
-    """Return the name of the dataset: the force of a history has that name already."""
+    """Return the dataset of a field of `IMPACT`; a history has the name `force` already."""
     return "force_max" if name == "force" else name

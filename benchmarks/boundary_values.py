@@ -219,7 +219,7 @@ class Problem:
         return np.concatenate((self.motion.rate(s, y[:4], omega, closed), *vectors))
 
     def conditions(self, a: np.ndarray, b: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Return what has to vanish, of both pieces' ends (16 or 24,) at sigma = 0 and 1: as many
+        """Return the residuals of both pieces' ends (16 or 24,) at sigma = 0 and 1: as many
         numbers as there are states and parameters."""
         (touch, behind), (release, end) = np.split(a, 2), np.split(b, 2)
         walls = self.motion.depth(np.array([touch, release]).T)

@@ -78,7 +78,7 @@ def behavior(system: System) -> Behavior:
 
 
 def timed(system: System) -> Callable[[], object]:
-    """Return what follows a settled orbit."""
+    """Return a function that follows a settled orbit."""
     start = tuple(simulate(system, SETTLED).state)
     return lambda: simulate(system, TIMED, start=start, record=("section",))
 

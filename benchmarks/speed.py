@@ -41,32 +41,32 @@ WINDOW = {"start": 7.0, "stop": 7.8}  # [rad/s] irregular orbits among regular o
 def orbit(
     name: str, periods: int, record: tuple[str, ...] = SECTIONS, **settings: Any
 ) -> Callable[[], object]:
-    """Return what follows one orbit."""
+    """Return a function that follows one orbit."""
     system = load_system(name, omega=6.28)
     return lambda: simulate(system, periods, record=record, **settings)
 
 
 def orbit_of(**changes: Any) -> Callable[[], object]:
-    """Return what follows an orbit of Set 6 with some parameters changed."""
+    """Return a function that follows an orbit of Set 6 with some parameters changed."""
     system = SET6.with_(**changes)
     return lambda: simulate(system, 20_000, record=SECTIONS)
 
 
 def orbit_under(law: str, **constants: float) -> Callable[[], object]:
-    """Return what follows an orbit of Set 6 under another contact law."""
+    """Return a function that follows an orbit of Set 6 under another contact law."""
     system = load_system("ssul-set6", law=law, omega=6.28, **constants)
     return lambda: simulate(system, 20_000, record=SECTIONS)
 
 
 def scanned(vary: Any, **tables: object) -> Callable[[], object]:
-    """Return what computes a scan, archive and all else left out."""
+    """Return a function that computes a scan without its archive."""
     scan = load_scan({"system": "ssul-set6", "vary": vary, **tables})
     computer, blocks = Computer(scan), list(blocks_of(scan))
     return lambda: [computer.block(block) for block in blocks]
 
 
 def designs() -> Callable[[], object]:
-    """Return what runs a generation of a search."""
+    """Return a function that evaluates one generation of a search."""
     cells = np.tile(SET6.cells(), 64)
     cells["k2"] = np.linspace(300.0, 1500.0, cells.size)
     batch, starts = Batch(SET6.scene), np.zeros((cells.size, 4))

@@ -20,7 +20,7 @@ def python(*words, cwd=None, **environment):
 
 
 def printed(*words, **where):
-    """Return what a program prints that ends well."""
+    """Return the output of a program, which must end with status 0."""
     done = python(*words, **where)
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -31,13 +31,24 @@ TESTS = Path(__file__).parent
 
 FIRST = (
     "contract/test_plain.py",
-    "contract/test_same_bits.py",
+    "continuation/test_branches.py",
     "kernels/test_contact_laws.py",
     "contract/test_specialization.py",
+    "property/test_no_missed_impact.py",
     "property/test_limit.py",
-    "continuation/test_branches.py",
+    "contract/test_resumed_after_kill.py",
+    "continuation/test_closed_forms.py",
+    "contract/test_compile.py",
+    "contract/test_cache.py",
+    "contract/test_same_bits.py",
+    "contract/test_readme.py",
+    "contract/test_response_history.py",
+    "orbits/test_classification.py",
 )
 """Files below `tests` that take longest, in whatever tier: they run first."""
+
+APART = ("contract/test_plain.py", "contract/test_resumed_after_kill.py")
+"""Files whose tests share no costly fixture: several workers may run them."""
 
 SECONDS = 3.0
 """CPU time of a test without a mark."""
@@ -47,6 +58,19 @@ BUSY = 3.0
 
 MANY = 300
 """Tests of a run for which the configurations are compiled beforehand, on all processors."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Hand out whole files, as `--dist loadfile` does, but the tests of `APART` one by one."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class FilesAndTests(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            file = nodeid.split("::")[0]
+            return nodeid if file.endswith(APART) else file
+
+    return FilesAndTests(config, log)
 
 
 def pytest_collection_modifyitems(items):
@@ -65,7 +89,7 @@ def pytest_collection_finish(session):
 
 
 def in_a_tier(item):
-    """Tell whether a test is of another tier than the default one: files of plain Python, too."""
+    """Return True if a test is not of the default tier; files of plain Python are not, either."""
     named = any(item.get_closest_marker(name) for name in ("kernels", "long"))
     return named or item.path.name.startswith("plain_")
 

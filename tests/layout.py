@@ -9,7 +9,7 @@ _TOUCH = 2.4  # points by which the boxes of two texts may overlap: boxes are la
 
 
 def collisions(figure):
-    """Return what is wrong with the texts of a figure, a line for each; they are drawn for it.
+    """Draw a figure and return a line for each text that is cut or overlaps another.
 
     Two texts must not overlap, and none may reach beyond the figure.  Numbers of ticks outside the
     limits of their axis are not drawn and do not count.

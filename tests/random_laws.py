@@ -270,7 +270,7 @@ def worst_of(errors: dict[str, float]) -> float:
 
 
 def allowed(tolerance: float) -> float:
-    """Return what errors may be: an impact's tolerance, several times, and that of largest values.
+    """Return the bound of errors: five tolerances of an impact, and the error of largest values.
 
     Whatever the tolerance, the places of the latter are found to 5e-11 of the value.
     """

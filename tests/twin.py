@@ -445,7 +445,7 @@ class Lanes:
         self.y[T, at] = 0
 
     def course(self, i: int) -> Course:
-        """Return what was seen of one orbit, as doubles."""
+        """Return the course of one orbit, as doubles."""
         contacts = np.array(self.contacts[i], float).reshape(-1, 5)
         misses = np.array(self.misses[i], float).reshape(-1, 3)
         tops = (float(top) for top in self.tops[:, i])

@@ -133,7 +133,7 @@ class Course:
         return w, took
 
     def watched(self, force_row: np.ndarray) -> list[tuple[np.ndarray, Any]]:
-        """Return what ends a linear span by rising through zero, and what happens there."""
+        """Return the functions whose rise through zero ends a linear span, with their events."""
         m, wall = self.model, self.wall
         if self.mode == FLIGHT:
             return [(m.depth(wall), wall) for wall in m.walls]

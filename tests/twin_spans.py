@@ -78,7 +78,7 @@ class Model:
 
     @property
     def g(self) -> np.ndarray:
-        """Return what the walls limit, as a function of the state."""
+        """Return the row of g, which walls and limit bound, as a function of the state."""
         row = np.zeros(7)
         row[X1] = 1.0
         if self.m2 is not None:
@@ -98,7 +98,7 @@ class Model:
         return row
 
     def pushed(self, wall: Wall) -> np.ndarray:
-        """Return what one newton of a wall does to the derivatives."""
+        """Return the change of the derivatives by one newton of a wall."""
         column = np.zeros(7)
         if self.m2 is None:
             column[V1] = -wall.sign / self.m1

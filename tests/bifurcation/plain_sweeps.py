@@ -15,6 +15,7 @@ from nlds_vines.orbits.kernel_inputs import parts_of
 from scans import computed, scan_of
 
 TRANSIENT, PERIODS = 3, 4
+STEPS = 256  # of a period by rk4: the sweep and the single orbits err alike
 RECORD = ("section", "impacts", "energy", "clearance")
 LINKS = [(50.0, 0.1), (1e12, 0.2), (60.0, 0.3)]  # dashpot and place of the wall; one is too stiff
 SWEEPS = {
@@ -36,14 +37,14 @@ def test_every_link_begins_where_the_one_before_ended(case, policy, method):
     walls = bool(nv.load_system(name).scene.walls)
     record = RECORD if walls else ("section", "energy")
     sampling = {"transient": TRANSIENT, "periods": PERIODS, "method": method}
+    if method == "rk4":
+        sampling["period_steps"] = STEPS
     arrays = computed(scan_of(name, record, {parameter: values}, policy, **sampling))
     assert (arrays["status"] == OK).all()
     state, order = None, range(len(values))
     for i in order if policy == "up" else reversed(order):
         system = nv.load_system(name, **{parameter: values[i]})
-        orbit = nv.simulate(
-            system, PERIODS, transient=TRANSIENT, start=state, method=method, record=record
-        )  # fmt: skip
+        orbit = nv.simulate(system, start=state, record=record, **sampling)
         state = orbit.state
         np.testing.assert_allclose(arrays["section"][i, 0], orbit.section, rtol=0, atol=1e-10)
         assert arrays["E1max"][i, 0] == pytest.approx(orbit.E1max, rel=1e-8)

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.kernels
 
 
 def recorded(path, clearance, omega, start):
-    """Return what a scan of `vi-nes` records over omega, by name, arrays (omega, starts)."""
+    """Return the arrays (omega, starts) of a scan of `vi-nes` over omega, by name."""
     request = {
         "system": "vi-nes",
         "set": {"C": clearance, "D": clearance},

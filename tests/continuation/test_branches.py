@@ -202,6 +202,15 @@ def test_a_closed_loop_is_recognized():
     assert kinds.count("GR") == 2
 
 
+def continued_from_rest(system, parameter, bounds):
+    """Continue the orbit of one period on which the motion from rest settles.
+
+    It is not judged: to compile a verdict takes longer than all that these tests compute.
+    """
+    start = simulate(system, 1, transient=720, record=("trajectory",), samples=1).state
+    return continue_branch(system, parameter, bounds, start, period=1)
+
+
 EQUAL_STOPS = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 1.0, "omega": 0.5, "P": 0.05}
 
 
@@ -212,14 +221,14 @@ def test_a_broken_test_function_of_branch_points_is_noticed(monkeypatch):
         arclength.Point, "tests", property(lambda point: plain.func(point) | {"BP": 1.0})
     )
     monkeypatch.setattr("nlds_vines.continuation.branch_arm.unexplained", lambda a, b: False)
-    path = continue_branch(system, "P", (0.05, 5.0))
+    path = continued_from_rest(system, "P", (0.05, 5.0))
     assert "BP" not in path.special_points.kind  # two are there: see below
 
 
 def test_a_symmetric_orbit_branches():
     """Between two equal stops: at a branch point a pair of unsymmetric orbits leaves, a loop."""
     numbers = EQUAL_STOPS
-    path = continue_branch(System("oscillator-2", {**numbers, "K": 20.0}), "P", (0.05, 5.0))
+    path = continued_from_rest(System("oscillator-2", {**numbers, "K": 20.0}), "P", (0.05, 5.0))
     main, other = path.branches[:2]
     assert (other.origin, other.parent, other.ends) == ("BP", 0, ("closed", "closed"))
     points = [
@@ -251,7 +260,7 @@ def numbers_at(path, kind):
 def test_the_branches_found_do_not_depend_on_the_interval(between):
     """Between two branch points there are stable T,4 orbits that are not symmetric."""
     numbers = {**TWO_STOPS, "c": 0.05, "C": 0.5, "C_2": 0.5, "kc": 60.0, "omega": 0.4}
-    path = continue_branch(System("oscillator-2", numbers, law="linear"), "omega", between)
+    path = continued_from_rest(System("oscillator-2", numbers, law="linear"), "omega", between)
     orbits = sorted((orbit.label, orbit.stable) for orbit in path.orbits_at(0.55))
     assert orbits == [("T,4", False), *[("T,4", True)] * 2, *[("T,5", False)] * 4]
     points = path.special_points[path.special_points.kind == "BP"]
@@ -265,7 +274,7 @@ def test_the_branches_found_do_not_depend_on_the_interval(between):
 def test_branch_points_are_located_and_shared():
     """They were 7e-7 and 3e-7 off, with other digits on each branch, and one branch twice."""
     numbers = {**TWO_STOPS, "c": 0.02, "C": 0.8, "C_2": 0.8, "K": 20.0, "omega": 0.4}
-    path = continue_branch(System("oscillator-2", numbers), "omega", (0.4, 3.0))
+    path = continued_from_rest(System("oscillator-2", numbers), "omega", (0.4, 3.0))
     assert len(path.branches) == 2
     values = numbers_at(path, "BP").tolist()
     assert len(values) == 4
@@ -280,7 +289,7 @@ def test_no_branch_of_rigid_bodies_steps_over_a_grazing(kind, c):
     """A step across one gave a doubling that is none, and points located to 1e-4 only."""
     numbers = {**TWO_STOPS, "c": c, "C": 0.5, "e": 0.8, "omega": 0.7}
     numbers |= {"C_2": 0.5} if kind == "oscillator-2" else {}
-    path = continue_branch(System(kind, numbers, law="restitution"), "omega", (0.4, 3.0))
+    path = continued_from_rest(System(kind, numbers, law="restitution"), "omega", (0.4, 3.0))
     assert path.special_points.resolved.all()
     assert all(len(set(branch.labels.tolist())) == 1 for branch in path.branches)
     assert not any("lost" in branch.ends for branch in path.branches)
@@ -291,7 +300,7 @@ def test_a_switch_that_fails_is_reported(monkeypatch):
     monkeypatch.setattr(
         "nlds_vines.continuation.exploration.other_branch", lambda section_map, point: None
     )
-    path = continue_branch(System("oscillator-2", {**EQUAL_STOPS, "K": 20.0}), "P", (0.05, 3.0))
+    path = continued_from_rest(System("oscillator-2", {**EQUAL_STOPS, "K": 20.0}), "P", (0.05, 3.0))
     assert "failed" in path.special_points.switch[path.special_points.kind == "BP"]
     assert any(line.endswith("the branch that leaves there was not found") for line in path.lines())
 

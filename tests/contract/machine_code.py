@@ -55,7 +55,7 @@ def kernel_of(symbol):
 
 
 def undecided(kinds):
-    """Tell whether an argument, or a field of one, may be None or not."""
+    """Return True if an argument, or a field of one, is optional."""
     inside = [kind for one in kinds for kind in getattr(one, "types", ())]
     return any(isinstance(kind, numba.types.Optional) for kind in (*kinds, *inside))
 
@@ -145,7 +145,7 @@ def loops():
 
 
 def loose():
-    """Return what is found in a function that is not compiled strictly, for comparison."""
+    """Return the contractions in a function that is not compiled strictly, for comparison."""
     function = numba.njit(lambda x: x * x + x, fastmath=True)
     function(1.5)
     return {"contracts": contracts(*function.inspect_llvm().values())}

@@ -29,6 +29,13 @@ CASES = {
         "start": RANDOM,
         "record": {"want": [*ALL, "clearance"]},
     },
+    "usual": {  # the scene and records of most tests
+        "system": "ssul-set6",
+        "vary": {"omega": {"start": 7.3, "stop": 7.6, "num": 7}},
+        "set": {"K": 2.5e7},
+        "start": {"policy": "both"},
+        "record": {"want": ["section", "impacts", "energy", "regime"]},
+    },
     "one wall": {
         "system": "ssul-set6",
         "vary": {"omega": {"start": 7.3, "stop": 7.6, "num": 7}},
@@ -154,7 +161,7 @@ def fused_on_arm(text):
 
 
 def code(texts):
-    """Return what LLVM modules call from outside, and what in them may be rounded in two ways."""
+    """Return the external calls of LLVM modules and the operations that may round in two ways."""
     called = {
         name for text in texts for name in re.findall(r'(?m)^declare [^@]*@"?([\w.$]+)', text)
     }

@@ -134,7 +134,7 @@ def test_a_wing_on_no_floor_is_caught(copy):
 
 
 def crowded(package):
-    """Tell whether there is too much to know in a folder; what tells types is no more to know."""
+    """Return True if a folder has too many entries; caches and types do not count."""
     no_code = {"__pycache__", "py.typed", "__init__.pyi"}
     return len([path for path in package.iterdir() if path.name not in no_code]) > MOST_ENTRIES
 

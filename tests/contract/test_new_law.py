@@ -77,7 +77,7 @@ class Twin:
         return v1, (push - pull) / p["m1"], v2, pull / p["m2"]
 
     def events(self, piece):
-        """Return what ends a piece, by what is added to its number: its depth is passed."""
+        """Return the events that end a piece: its depth is passed upwards (1) or downwards (-1)."""
         passages = {}
         for sign, at in ((1, piece), (-1, piece - 1)):
             if 0 <= at < len(self.depths):
@@ -127,7 +127,7 @@ def derivative(f, x, steps):
 
 @pytest.fixture(scope="module")
 def computed(tmp_path_factory):
-    """Return what the changed package computes."""
+    """Return the results of the changed package."""
     folder = changed(tmp_path_factory.mktemp("changed"), "contact_law")
     argument = json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
     places = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}

@@ -58,7 +58,7 @@ def changed(tmp_path_factory):
 
 
 def output_of(folder, *words):
-    """Return what a program prints in a copy, with kernels as plain Python."""
+    """Return the output of a program in a copy, with kernels as plain Python."""
     return commands.printed(*words, cwd=folder, PYTHONPATH=str(folder), NUMBA_DISABLE_JIT="1")
 
 

@@ -20,7 +20,7 @@ assert usual.hash != other.hash == load_tuning(other.document()).hash
 
 @pytest.fixture(scope="module")
 def changed(tmp_path_factory):
-    """Return what runs a changed copy of the package."""
+    """Return a function that runs a changed copy of the package."""
     folder = commands.changed(tmp_path_factory.mktemp("changed"), "setting")
     return partial(commands.python, "-c", PROGRAM, cwd=folder, PYTHONPATH=str(folder))
 

@@ -30,7 +30,7 @@ print(json.dumps([one.omega.tolist(), one.x1.tolist(), other.x1.tolist(), one.li
 
 @pytest.fixture(scope="module")
 def changed(tmp_path_factory):
-    """Return what runs Python in a changed copy."""
+    """Return a function that runs Python in a changed copy."""
     folder = commands.changed(tmp_path_factory.mktemp("changed"), "task")
     return lambda *words: commands.python(*words, cwd=folder, PYTHONPATH=str(folder))
 

@@ -13,74 +13,57 @@ from support import REPO
 
 FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/**/plain_*.py"))
 
-LONG = {
-    "tests/benchmarks/plain_costs.py",
+LONG = (
+    "tests/property/plain_methods.py",
+    "tests/kernels/plain_response.py",
+    "tests/orbits/plain_repetition.py",
+    "tests/kernels/plain_peaks.py",
     "tests/bifurcation/plain_sweeps.py",
-    "tests/continuation/plain_derivatives.py",
-    "tests/continuation/plain_limits.py",
-    "tests/kernels/plain_contact_laws.py",
-    "tests/kernels/plain_eigenvalues.py",
-    "tests/kernels/plain_exact.py",
+    "tests/orbits/plain_load_flight.py",
     "tests/kernels/plain_impact.py",
-    "tests/kernels/plain_impact_under_load.py",
+    "tests/kernels/plain_exact.py",
     "tests/kernels/plain_inside.py",
     "tests/kernels/plain_loads.py",
-    "tests/kernels/plain_peaks.py",
-    "tests/kernels/plain_response.py",
+    "tests/orbits/plain_coincidences.py",
     "tests/kernels/plain_speeds.py",
     "tests/kernels/plain_verdict.py",
+    "tests/kernels/plain_contact_laws.py",
+    "tests/continuation/plain_derivatives.py",
+    "tests/continuation/plain_limits.py",
+    "tests/kernels/plain_impact_under_load.py",
+    "tests/kernels/plain_eigenvalues.py",
     "tests/kernels/plain_hertz_arc.py",
-    "tests/orbits/plain_coincidences.py",
-    "tests/orbits/plain_kept_state.py",
-    "tests/orbits/plain_load_flight.py",
-    "tests/orbits/plain_repetition.py",
     "tests/property/plain_laws.py",
-    "tests/property/plain_load_frames.py",
-    "tests/property/plain_methods.py",
-}
-"""Those that take more than five seconds, for whoever changes kernels."""
+    "tests/benchmarks/plain_costs.py",
+)
+"""Those that take more than five seconds, the longest first: for whoever changes kernels."""
 
-
-LONGEST = {"tests/orbits/plain_kept_state.py", "tests/property/plain_load_frames.py"}
+LONGEST = ("tests/orbits/plain_kept_state.py", "tests/property/plain_load_frames.py")
 """Those that take a minute or more: all kinds under all laws."""
+
+SHORT = [file for file in FILES if file not in LONG + LONGEST]
 
 
 def test_the_long_ones_exist():
-    assert set(FILES) > LONG
-
-
-SHORT = [file for file in FILES if file not in LONG]
+    assert set(FILES) > {*LONG, *LONGEST}
 
 
 @pytest.mark.slow("as many seconds as thousands of steps of plain Python take")
-@pytest.mark.parametrize("files", [SHORT[::2], SHORT[1::2]], ids=["some", "others"])
-def test_without_the_compiler(files):
-    run_plain(files)
-
-
-USUAL = sorted(LONG - LONGEST)
-
-
-@pytest.mark.slow("as many seconds as thousands of steps of plain Python take")
-@pytest.mark.kernels
 @pytest.mark.parametrize(
     "files",
     [
-        *(USUAL[i::3] for i in range(3)),
-        *(pytest.param([file], marks=pytest.mark.long) for file in sorted(LONGEST)),
+        *(pytest.param(SHORT[i::2], id=f"short {i}") for i in range(2)),
+        pytest.param(LONG[:1], id="methods", marks=pytest.mark.kernels),
+        *(pytest.param(LONG[i::3], id=f"long {i}", marks=pytest.mark.kernels) for i in (1, 2, 3)),
+        *(pytest.param([file], id=file, marks=pytest.mark.long) for file in LONGEST),
     ],
-    ids=["some", "others", "more", *sorted(LONGEST)],
 )
-def test_long_ones_without_the_compiler(files):
-    run_plain(files)
-
-
-def run_plain(files):
+def test_without_the_compiler(files):
     """Run files in a process whose kernels are plain Python."""
     options = ["-p", "no:cacheprovider", "-o", "addopts=", "-q", "--tb=short"]
     options += ["-W", "ignore::RuntimeWarning"]  # NumPy warns where compiled kernels do not
-    found = subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-m", "pytest", *options, *files], cwd=REPO, capture_output=True,
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, text=True, check=False,
     )  # fmt: skip
-    assert found.returncode == 0, found.stdout
+    assert done.returncode == 0, done.stdout

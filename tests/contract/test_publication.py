@@ -36,7 +36,7 @@ def text_of(name):
 
 
 def yaml_of(name):
-    """Return what a YAML file says; skips the test where PyYAML (of the extra `docs`) is not."""
+    """Return the content of a YAML file; skip the test without PyYAML (extra `docs`)."""
     return pytest.importorskip("yaml").safe_load(text_of(name))
 
 

@@ -379,7 +379,7 @@ def test_every_kind_is_drawn():
 
 
 def key_rows():
-    """Return what keys.md tells: (table, key, kind of file), "" for the table of what has none."""
+    """Return the rows of keys.md: (table, key, kind of file); "" is the table of top-level keys."""
     place = first = ""
     for row in re.findall(
         r"^\|([^|\n]*)\|([^|\n]*)\|([^|\n]*)\|", text_of("keys.md"), re.MULTILINE

@@ -25,7 +25,7 @@ SHORT = {"duration": 12.0, "quiet": True}
 
 
 def made_up(request, cases, stop, tell=None):
-    """Return what nobody computed: all that is told of the cases is 1, or 0."""
+    """Return invented arrays of the cases: every value is 1 or 0."""
     count, times = len(cases), 0 if request.vary else len(request.times)
     arrays = {entry.name: np.ones(count) for entry in OF_LOADS}
     if times:

@@ -191,7 +191,7 @@ TOLD_BY_TYPES = {"may_leave", "shrinks"}
 
 
 def decided(message):
-    """Tell whether an expression is made of nothing but what types decide (`deciding`)."""
+    """Return True if types decide every part of an expression (`deciding`)."""
     if isinstance(message, ast.BoolOp):
         return all(map(decided, message.values))
     if isinstance(message, ast.UnaryOp):

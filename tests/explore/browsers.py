@@ -39,7 +39,7 @@ def acted(page, act):
 
 
 def value_of(page, expression):
-    """Return what an expression says of the model of a name, called `m(name)`."""
+    """Return the value of an expression about Bokeh models, which are `m(name)`."""
     return page.evaluate(
         f"() => {{ const m = (name) => Bokeh.documents[0].get_model_by_name(name); "
         f"return {expression} }}"

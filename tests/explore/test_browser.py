@@ -52,7 +52,7 @@ def page(browser, server):
 
 @pytest.fixture
 def click(page, small_map):
-    """Return what clicks a cell and waits for its orbit."""
+    """Return a function that clicks a cell and waits for its orbit."""
     axes = stored(small_map).scan.axes
 
     def click(*cell, page=page):
@@ -264,7 +264,7 @@ def report(request, small_map, small_diagram, folder):
 
 @pytest.fixture
 def opened(browser):
-    """Return what opens a report without a network; no page may have asked for anything else."""
+    """Return a function that opens a report offline; it may request nothing else."""
     pages = []
 
     def opened(path, **settings):

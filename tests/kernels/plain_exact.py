@@ -74,7 +74,7 @@ def test_the_first_of_two_walls_in_one_cell():
 
 
 def outlooks(p, level, end=1.0):
-    """Return what the ends of [0, end] tell of a level, and the first place where p rises to it."""
+    """Return the verdict of the ends of [0, end] on a level, and where p first rises to it."""
     _, bounds = cell_of(p)
     (f0, g0), (f1, g1) = ((float(p(x)), end * float(p.deriv()(x))) for x in (0.0, end))
     verdict = outlook(level, f0, f1, g0, g1, bounds.fourth * end**4)

@@ -150,7 +150,7 @@ def test_a_closer_miss_stays():
 
 
 def watched(*pieces):
-    """Return what is noted of excesses over LEVEL, one cell of 0.5 s after the other."""
+    """Return the note of excesses over LEVEL, in consecutive cells of 0.5 s."""
     log = np.zeros(6)
     log[[observe.LIMIT, observe.FIRST_VIOLATION, observe.ORIGIN]] = LEVEL, np.nan, 10.0
     for j, excess in enumerate(pieces):

@@ -28,7 +28,7 @@ def test_each_kernel_of_a_law_is_called(path):
 
 
 def properties(texts):
-    """Return what is asked of laws before anything is computed, and what they answer."""
+    """Return the properties that kernels ask laws for, and those that laws assign."""
     asked = set(re.findall(r'\bsays\([\w.]+, "(\w+)"\)', "\n".join(texts)))
     assigned = {w for p in LAWS for w in re.findall(r"^([A-Z_]+) = True$", TEXTS[p], re.MULTILINE)}
     return asked, assigned

@@ -174,18 +174,21 @@ from nlds_vines.kernels.numerics import compiling
 assert compiling.LINKED == (sys.argv[1] == "linked")
 compiled = []
 with compiling.told_of_compilations(compiled.append):
-    orbit = nv.simulate(nv.load_system("ssul-set6"), periods=20)
+    orbit = nv.simulate(nv.load_system(sys.argv[2]), periods=20)
 print(hashlib.sha256(orbit.section.tobytes()).hexdigest(), bool(compiled))
 """
 
 
 @pytest.mark.kernels
-def test_where_the_inside_of_numba_is_another_one_its_own_cache_keeps_kernels(tmp_path):
+@pytest.mark.parametrize("system", ["tmd", pytest.param("ssul-set6", marks=pytest.mark.long)])
+def test_where_the_inside_of_numba_is_another_one_its_own_cache_keeps_kernels(system, tmp_path):
     """To the same bits; the next process compiles nothing."""
     outputs = {}
     for run in ("linked", "plain", "plain again"):
         how = run.split()[0]
-        outputs[run] = printed("-c", PLAIN, how, NUMBA_CACHE_DIR=str(tmp_path / how)).split()
+        outputs[run] = printed(
+            "-c", PLAIN, how, system, NUMBA_CACHE_DIR=str(tmp_path / how)
+        ).split()
     assert outputs["linked"] == outputs["plain"]
     assert outputs["plain again"] == [outputs["plain"][0], "False"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from contact_laws import LAWS, STEEP
 from random_laws import model_of
-from support import BOTH, FULL, period_map
+from support import BOTH, period_map
 from twin_of_laws import follow
 from twin_spans import Law, Model, Wall
 
@@ -18,7 +18,6 @@ from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 
-NOTED = (*BOTH, "energy")  # of each law, whatever a test looks at: one compilation
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 
 
@@ -27,7 +26,7 @@ def test_as_the_twin_finds_it(law):
     """Notices: a force, a release or a saltation that is not the law's."""
     system = load_system("ssul-set6", **law.constants)
     course = follow(model_of("ssul", system.parameters, law.twin), (0, 0, system.rest, 0), 8)
-    orbit = simulate(system, 8, record=NOTED, tolerance=1e-12)
+    orbit = simulate(system, 8, record=BOTH, tolerance=1e-12)
     assert len(orbit.impacts) >= 5
     section, scale = np.array(course.states), np.abs(orbit.section).max(0)
     bound = 1e-11 if law in (LAWS["linear"], LAWS["pulling"]) else 1e-10
@@ -90,7 +89,7 @@ def test_an_undamped_linear_contact_keeps_all_energy(start, changes):
 def test_an_undamped_damper_at_linear_walls_keeps_all_energy(name, law):
     system = load_system(name, law=law, kc=2e4, cc=0.0, c1=0.0, c2=0.0, P=0.0, omega=6.28)
     start = 0.1, 0.3, 0.2, -1.0
-    orbit = simulate(system, 50_000, start=start, record=NOTED)
+    orbit = simulate(system, 50_000, start=start, record=BOTH)
     p, (x1, v1, x2, v2) = system.parameters, np.vstack([start, orbit.section]).T
     r = x1 - x2 + system.rest
     cell = system.cell
@@ -122,8 +121,8 @@ def test_the_power_three_halves_is_hertz():
     hertz = load_system("ssul-set6", K=STEEP)
     same = hertz.with_(law="power", K=STEEP, exponent=1.5)
     for options, bound in (({"method": "rk4"}, 1e-7), ({"tolerance": 1e-13}, 1e-13)):
-        one = simulate(hertz, 20, record=FULL, **options)
-        other = simulate(same, 20, record=NOTED, **options)
+        one = simulate(hertz, 20, record=BOTH, **options)
+        other = simulate(same, 20, record=BOTH, **options)
         scale = np.abs(one.section).max(0)
         np.testing.assert_allclose(one.section / scale, other.section / scale, rtol=0, atol=bound)
         np.testing.assert_allclose(one.impacts["force"], other.impacts["force"], rtol=100 * bound)
@@ -133,9 +132,9 @@ def test_the_power_three_halves_is_hertz():
 def test_fixed_steps_keep_their_order(n):
     law = LAWS[f"n = {n:g}"]
     system = load_system("ssul-set6", **law.constants)
-    exact = simulate(system, 2, record=NOTED, tolerance=1e-13).section
+    exact = simulate(system, 2, record=BOTH, tolerance=1e-13).section
     coarse, fine = (
-        np.abs(simulate(system, 2, record=NOTED, method="rk4", period_steps=N).section - exact)
+        np.abs(simulate(system, 2, record=BOTH, method="rk4", period_steps=N).section - exact)
         for N in (2048, 4096)
     )
     assert math.log2(coarse.max() / fine.max()) == pytest.approx(4.0, abs=0.8)
@@ -151,7 +150,7 @@ def test_what_contacts_take_of_volumes_is_known(name):
     A dashpot takes cc / mu as long as it is pressed.
     """
     system = load_system("ssul-set6", **LAWS[name].constants)
-    p, run = system.parameters, simulate(system, 400, record=NOTED)
+    p, run = system.parameters, simulate(system, 400, record=BOTH)
     mu = 1.0 / (1.0 / p["m1"] + 1.0 / p["m2"])
     free = -system.period * (p["c1"] / p["m1"] + p["c2"] / mu)
     x1, v1, x2, v2 = run.state
@@ -176,7 +175,7 @@ def test_a_damped_contact_never_attracts():
     depth, speed = 0.004, 1.0
     start = (0.0, 0.0, system.rest - 0.05 - depth, speed)
     gap = system.scene.gap_near(system.parameters)
-    orbit = simulate(system, 1, start=start, record=(*NOTED, "trajectory"), samples=20000)
+    orbit = simulate(system, 1, start=start, record=(*BOTH, "trajectory"), samples=20000)
     x1, v1, x2, v2 = orbit.trajectory[:300].T
     inside = x1 - x2 + system.rest > gap
     p = system.parameters

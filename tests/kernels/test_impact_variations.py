@@ -67,7 +67,7 @@ class Impact(NamedTuple):
         return ahead, (self.vary(arc, ahead, UNIT, True), self.vary(arc, ahead, UNIT, False))
 
     def vary(self, arc, ahead, tangent, begins):
-        """Return what variations become up to the section, or from there on."""
+        """Return the variations carried up to the section, or from there on."""
         settings, varied = Settings(tolerance=4.0 * arc.tolerance), tangent.copy()
         side = side_of(self.parts, arc, steps=Steps(settings.steps, settings.stepped_to))
         vary_inside(side, self.phase, varied, ahead, begins)

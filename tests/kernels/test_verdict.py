@@ -25,7 +25,7 @@ class Scene(NamedTuple):
 
 
 def decided(values, largest, width):
-    """Return what a section seems to be whose values and exponent are given."""
+    """Return the label of a section from its values and its exponent."""
     record = np.stack([values, values, values, values], axis=-1)
     evidence = np.zeros(ev.LENGTH_OF_ROW)
     evidence[ev.LYAPUNOV], evidence[ev.INTERVAL] = largest, width

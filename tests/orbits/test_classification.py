@@ -10,7 +10,7 @@ NOTED = 4096  # periods of a transient whose section is kept
 
 
 def seen(regime):
-    """Return what must not depend on how long an orbit was run."""
+    """Return the properties of a regime that the length of the run must not change."""
     return regime.label, regime.settling, regime.impacts_by_wall
 
 
@@ -26,7 +26,7 @@ def test_a_transient_longer_than_what_is_kept_changes_nothing():
 
 @pytest.fixture(scope="module")
 def passing():
-    """Return what passes through chaos above 7.53 rad/s: which orbits do, the last bits decide."""
+    """Return three orbits above 7.53 rad/s that settle after transient chaos."""
     systems = (load_system("ssul-set6", omega=omega) for omega in np.linspace(7.53, 7.6, 29))
     regimes = [classify(system) for system in systems]
     chosen = [r for r in regimes if r.label == "transient chaos to T,0" and r.settling < 500]

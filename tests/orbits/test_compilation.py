@@ -55,7 +55,7 @@ def begun(monkeypatch):
 
 
 def follow(*kernels, needed=USUAL, helped=True):
-    """Return what is said when kernels are compiled in one block."""
+    """Return the messages while kernels are compiled in one block."""
     messages = []
     follower = Compilation(needed, lambda text, seconds: messages.append(text), helped)
     with follower.followed():
@@ -65,13 +65,13 @@ def follow(*kernels, needed=USUAL, helped=True):
 
 
 def compiled(kernel):
-    """Tell what follows compilations that a kernel is compiled."""
+    """Announce a compiled kernel to whatever follows compilations."""
     with compiling._watch.compiling(kernel):
         pass
 
 
 def words(seconds):
-    """Return what is said of so many seconds; an empty text when all is there."""
+    """Return the message about so many seconds; empty if nothing is compiled."""
     return [
         "compiling the equations of ssul into machine code, which is kept for later runs: "
         f"about {seconds} s",

@@ -299,7 +299,7 @@ def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
     """The depth is as good as the speed, and the force with it. Notices: nodes of the whole arc."""
     numbers = {**DRAGGED, "K": K}
     system, seen = of_two_walls(numbers)
-    rows = simulate(system, 4, record=BOTH, **options).impacts
+    rows = simulate(system, 4, record=FULL, **options).impacts
     over = ~np.isnan(seen.touches[:, 2])
     assert len(rows) == len(seen.touches) >= 5
     np.testing.assert_allclose(rows["speed"], seen.touches[:, 3], rtol=3e-11)

@@ -61,7 +61,7 @@ def page(system, **options):
 
 
 def headings(figure):
-    """Return what stands above panels, from left to right and from the top down."""
+    """Return the titles of panels, row by row."""
     return [words for axes in figure.axes if (words := axes.get_title(loc="left"))]
 
 

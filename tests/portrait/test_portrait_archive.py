@@ -35,7 +35,7 @@ def archive(tmp_path_factory):
 
 
 def same(one, other):
-    """Tell whether two views hold the same, to the last bit."""
+    """Return True if two views hold the same bits."""
     pairs = [(one.time, other.time), (one.states, other.states), (one.section, other.section)]
     pairs += [(one.contacts[name], other.contacts[name]) for name in one.contacts.dtype.names]
     pairs += [(one.spectrum.order, other.spectrum.order)]

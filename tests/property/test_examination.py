@@ -147,7 +147,7 @@ def sensitivities(states, others, size):
 
 
 def twin_of(cases, orbits):
-    """Return what the twin sees of each case, and the scales (4,) of its states."""
+    """Return the twin's course of each case, and the scales (4,) of its states."""
     models, starts, sizes = [], [], []
     for case, orbit in zip(cases, orbits, strict=True):
         begun = np.vstack([case.start, np.zeros((PERIODS - 1, 4))])

@@ -26,7 +26,8 @@ pytestmark = pytest.mark.kernels
 
 SSBL = {**catalog()["ssbl"].parameters, "K": 32504566.49525256}
 METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
-RANDOM, GRAZING = {"exact": 2000, "rk4": 400}, {"exact": 400, "rk4": 100}
+RANDOM, GRAZING = {"exact": 500, "rk4": 100}, {"exact": 100, "rk4": 50}
+MANY_RANDOM, MANY_GRAZING = {"exact": 2000, "rk4": 400}, {"exact": 400, "rk4": 100}
 FIRST, LATER = 1e-11, 1e-7  # resolution [m] up to and behind the first contact
 FEW = 0.005  # largest share of ambiguous orbits
 FAR_AWAY = 10.0  # [m], a limit that nothing below reaches
@@ -142,7 +143,15 @@ def outcomes(cases, options):
 
 
 @both_methods
-@pytest.mark.parametrize(("make", "count"), [(random_cases, RANDOM), (grazing_cases, GRAZING)])
+@pytest.mark.parametrize(
+    ("make", "count"),
+    [
+        (random_cases, RANDOM),
+        (grazing_cases, GRAZING),
+        pytest.param(random_cases, MANY_RANDOM, marks=pytest.mark.long),
+        pytest.param(grazing_cases, MANY_GRAZING, marks=pytest.mark.long),
+    ],
+)
 def test_violations_as_the_twin_sees_them(make, count, method):
     cases = seen(make, max(count.values()))[: count[method]]
     counts = outcomes(cases, METHODS[method])

@@ -1,5 +1,7 @@
 """No impact is missed or invented: 10,000 random orbits, grazing ones included, against the twin.
 
+Behind `kernels` stand 2,500 of them, behind `long` all.
+
 A difference counts only above what the two integrators resolve together: `FIRST` meters of depth
 (or of clearance) up to the first impact of an orbit, where both are good to round-off, `LATER`
 behind it. Below that a difference is ambiguous; the orbit is then followed no further. Ambiguous
@@ -10,7 +12,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from support import NOTHING, follow_ssul, kernel_cell
+from support import BOTH, NOTHING, follow_ssul, kernel_cell
 from twin import follow, follow_all, model_of
 
 from nlds_vines.kernels.events.exact import SECTION, fly
@@ -25,7 +27,8 @@ from nlds_vines.orbits.simulation import simulate
 pytestmark = pytest.mark.kernels
 
 SETS = [dict(catalog()[f"ssul-set{i}"].parameters) for i in range(1, 7)]
-RANDOM, GRAZING, FIXED = 8500, 1500, 1000  # orbits; the last for the fixed steps
+COUNTS = {"some": (2000, 500, 500), "all": (8500, 1500, 1000)}
+"""Random and grazing orbits, and those of both that are followed by fixed steps, too."""
 FIRST, LATER = 1e-11, 1e-7  # resolution [m] of the comparison, up to and behind the first impact
 NEAR = 1e-5  # two touches are the same within so many periods
 FAR_AWAY = 1.0  # a gap [m] that no start below reaches
@@ -115,44 +118,45 @@ def verdicts(seen, **options):
 @pytest.fixture(scope="module")
 def random_cases():
     rng = np.random.default_rng(20240607)
-    return [random_case(rng) for _ in range(RANDOM)]
+    return [random_case(rng) for _ in range(COUNTS["all"][0])]
 
 
 @pytest.fixture(scope="module")
 def grazing_cases():
-    rng = np.random.default_rng(41)
-    return grazing_cases_of(rng, GRAZING)
+    return grazing_cases_of(np.random.default_rng(41), COUNTS["some"][1])
 
 
-@pytest.fixture(scope="module")
-def random_seen(random_cases):
-    """Return the cases with the twin's courses, which take longer than ours."""
-    return list(zip(random_cases, seen_by_twin(random_cases), strict=True))
+@pytest.fixture(scope="module", params=["some", pytest.param("all", marks=pytest.mark.long)])
+def seen(request, random_cases, grazing_cases):
+    """Return random cases, grazing ones, and those for fixed steps, with the twin's courses."""
+    count, grazing, fixed = COUNTS[request.param]
+    if grazing > len(grazing_cases):
+        grazing_cases = grazing_cases_of(np.random.default_rng(42), grazing)
+    first, second = (
+        list(zip(cases, seen_by_twin(cases), strict=True))
+        for cases in (random_cases[:count], grazing_cases)
+    )
+    return first, second, first[: fixed * 4 // 5] + second[: fixed // 5]
 
 
-@pytest.fixture(scope="module")
-def grazing_seen(grazing_cases):
-    return list(zip(grazing_cases, seen_by_twin(grazing_cases), strict=True))
-
-
-def assert_nothing_missed(outcomes, cases):
+def assert_nothing_missed(cases, **options):
+    outcomes = verdicts(cases, **options)
     assert outcomes["missed"] == 0
     assert outcomes["invented"] == 0
-    assert outcomes["ambiguous"] <= FEW * cases
-    assert outcomes.total() == cases
+    assert outcomes["ambiguous"] <= FEW * len(cases)
+    assert outcomes.total() == len(cases)
 
 
-def test_exact_random(random_seen):
-    assert_nothing_missed(verdicts(random_seen), RANDOM)
+def test_exact_random(seen):
+    assert_nothing_missed(seen[0])
 
 
-def test_exact_grazing(grazing_seen):
-    assert_nothing_missed(verdicts(grazing_seen), GRAZING)
+def test_exact_grazing(seen):
+    assert_nothing_missed(seen[1])
 
 
-def test_fixed_steps(random_seen, grazing_seen):
-    seen = random_seen[: FIXED - 200] + grazing_seen[:200]
-    assert_nothing_missed(verdicts(seen, method="rk4", period_steps=4096.0), FIXED)
+def test_fixed_steps(seen):
+    assert_nothing_missed(seen[2], method="rk4", period_steps=4096.0)
 
 
 # ---- other contact laws --------------------------------------------------------------------------
@@ -186,7 +190,7 @@ def first_touches(law, cases):
         y = np.array(start)
         if law == "restitution" and y[0] - y[2] + system.rest > numbers["C"]:
             continue  # a start inside a rigid body is refused
-        orbit = simulate(system, BOUNCED, start=y, record=("section", "impacts"))
+        orbit = simulate(system, BOUNCED, start=y, record=BOTH)
         for n, state in enumerate([y, *orbit.section[:-1]]):
             rows, T = orbit.impacts, system.period
             under_way = (rows["touch"] <= n * T) & ~(rows["release"] <= n * T)
@@ -239,7 +243,7 @@ def test_a_missed_and_an_invented_impact_are_seen(random_cases):
 
 
 def touches(numbers, start, periods, certified=True):
-    """Tell whether the exact flight meets the wall; without the certificate it looks at ends only.
+    """Return True if the exact flight meets the wall; without the certificate it tests ends only.
 
     The bounds of d2r/dt2 rest on `grid.bend` and the forcing alone; the flight itself is tabulated.
     """

@@ -1,4 +1,4 @@
-"""An axis of a scan: one parameter and the values that it takes; or the interval that it is in."""
+"""Axes and intervals: a parameter with its values, or with its bounds."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
+from typing import Any
 
 import numpy as np
 
@@ -14,10 +15,10 @@ from nlds_vines.errors import Reordered, RequestError, choice, number, shown, st
 from nlds_vines.model.parameters import PARAMETERS, RATIOS, described
 
 LINEAR, LOG = "linear", "log"
-"""How the values of a range are spaced: at equal distances, at equal ratios."""
+"""Scales of a range: values at equal distances, or at equal ratios."""
 
 MOST_VALUES = 10**7
-"""The most values of one axis: far more than can be computed, far fewer than fill the memory."""
+"""The largest number of values: more than can be computed, fewer than fill the memory."""
 
 _DIGITS = 50  # of a common ratio: its powers are exact to far more digits than a float has
 
@@ -26,10 +27,9 @@ _DIGITS = 50  # of a common ratio: its powers are exact to far more digits than 
 class Axis(Outlined):
     """One varied parameter and its values.
 
-    Arguments:
-        name: the parameter, one of `parameters.PARAMETERS`.
-        values: its values in SI units, one or more, all different; kept in ascending order, as a
-            read-only array of shape (n,).
+    Attributes:
+        name: of the parameter, the initial condition or the ratio.
+        values: one or more different values (n,) [SI], which are sorted and made read-only.
 
     Raises `RequestError` for no values, too many, equal ones, and anything but finite numbers.
     """
@@ -66,10 +66,8 @@ class Axis(Outlined):
     ) -> Axis:
         """Return an axis of `num` values from `start` to `stop`, both included.
 
-        They stand at equal distances, or with the `scale` log at equal ratios.
-
-        Raises `RequestError` for a start beyond the stop, for ends that are not positive where the
-        scale is log and, as `Axis`, for faulty numbers.
+        Raises `RequestError` for a start beyond the stop, for ends of a logarithmic `scale` that
+        are not positive and, as `Axis`, for wrong numbers.
         """
         first, last = number("start", start), number("stop", stop)
         count = whole("num", num, 1, MOST_VALUES)
@@ -83,13 +81,16 @@ class Axis(Outlined):
             return cls(name, np.linspace(first, last, count))
 
     @classmethod
-    def of(cls, name: str, entry: object) -> Axis:
-        """Return the axis that an `entry` of a request file's table `[vary]` describes.
+    def of(cls, name: str, entry: Any) -> Axis:
+        """Return the axis of an `entry` of a request file's table `[vary]`.
 
-        The entry holds start, stop, num and perhaps scale, or values alone.
+        The entry is a table with start, stop, num and perhaps scale, or with values alone; or it
+        is a sequence or an array of values.
 
-        Raises `RequestError` for other keys and, as `Axis`, for faulty numbers.
+        Raises `RequestError` for other keys and, as `Axis`, for wrong numbers.
         """
+        if _is_sequence(entry):
+            return cls(name, entry)
         entries = table(name, entry, ("start", "stop", "num", "scale", "values"))
         if entries.keys() == {"values"}:
             return cls(name, entries["values"])
@@ -101,7 +102,7 @@ class Axis(Outlined):
         )
 
     def __eq__(self, other: object) -> bool:
-        """Return whether the other axis has the same name and equal values."""
+        """Return True if the other axis has the same name and equal values."""
         if not isinstance(other, Axis):
             return NotImplemented
         return self.name == other.name and np.array_equal(self.values, other.values)
@@ -112,26 +113,34 @@ class Axis(Outlined):
 
 
 def announced(entries: Mapping[str, object]) -> tuple[int, ...]:
-    """Return how many values each entry of a table `[vary]` announces, before any is made.
+    """Return the number of values that each entry of a table `[vary]` describes, without them.
 
-    A faulty entry counts for one value: `Axis.of` tells what is wrong with it.
+    A wrong entry counts for one value: `Axis.of` refuses it.
     """
-    return tuple(map(_announced, entries.values()))
+
+    def length(entry: Any) -> int:
+        table = entry if isinstance(entry, Mapping) else {"values": entry}
+        num: Any = table.get("num", 1)
+        values: Any = table.get("values")
+        if _is_sequence(values):
+            return max(1, values.size if hasattr(values, "size") else len(values))
+        return max(1, num) if isinstance(num, int) else 1
+
+    return tuple(map(length, entries.values()))
 
 
-def _announced(entry: object) -> int:
-    entries = entry if isinstance(entry, Mapping) else {}
-    num, values = entries.get("num", 1), entries.get("values")
-    if isinstance(values, list | tuple):
-        return max(1, len(values))
-    return max(1, num) if isinstance(num, int) else 1
+def _is_sequence(values: Any) -> bool:
+    """Return True for a list, an array, or another one-dimensional object such as a column."""
+    if hasattr(values, "__array__"):
+        return bool(np.ndim(values) == 1)
+    return isinstance(values, Sequence) and not isinstance(values, str | bytes)
 
 
 def _at_equal_ratios(first: float, last: float, count: int) -> np.ndarray:
-    """Return values (count,) from first to last > 0 whose logarithms stand at equal distances.
+    """Return values (count,) from first to last > 0 with equally spaced logarithms.
 
     They are powers of the common ratio, rounded from `_DIGITS` digits: the same bits on every
-    machine, which no library's exponential promises, and 1e6 between 1e5 and 1e7 is 1e6.
+    machine, which no library's exponential guarantees, and exactly 1e6 between 1e5 and 1e7.
     """
     if count == 1:
         return np.array([first])
@@ -147,10 +156,14 @@ def _at_equal_ratios(first: float, last: float, count: int) -> np.ndarray:
 
 def _numbers(name: str, values: object) -> np.ndarray:
     """Return `values` as a new one-dimensional array of finite floats."""
-    if isinstance(values, np.ndarray) and values.ndim == 1:
-        if values.dtype == np.float64 and 1 <= values.size <= MOST_VALUES:
-            return _finite(name, values)
-        values = values.tolist()
+    if hasattr(values, "__array__") and _is_sequence(values):
+        array = np.asarray(values)
+        if array.dtype == np.float64 and 1 <= array.size <= MOST_VALUES:
+            wrong = array[~np.isfinite(array)]
+            if wrong.size:
+                number(name, float(wrong[0]))
+            return array + 0.0  # -0.0 becomes 0.0, as `number` has it
+        values = array.tolist()
     if not isinstance(values, Sequence) or isinstance(values, str):
         raise RequestError(f"values = {shown(values)} must be a list of numbers")
     if not 1 <= len(values) <= MOST_VALUES:
@@ -158,17 +171,9 @@ def _numbers(name: str, values: object) -> np.ndarray:
     return np.array([number(name, value) for value in values])
 
 
-def _finite(name: str, values: np.ndarray) -> np.ndarray:
-    """Return a copy of floats, of which there may be millions, if all of them are finite."""
-    wrong = values[~np.isfinite(values)]
-    if wrong.size:
-        number(name, float(wrong[0]))
-    return values + 0.0  # -0.0 becomes 0.0, as `number` has it
-
-
 @dataclass(frozen=True)
 class Interval:
-    """A parameter and the interval in which it is free; `RequestError` unless low < high."""
+    """A parameter and its interval; raises `RequestError` unless low < high."""
 
     name: str
     low: float

@@ -1,4 +1,4 @@
-"""The named systems of `data/dampers.toml`, and systems from files of the user."""
+"""The named systems of `data/dampers.toml`, systems from files, and the packaged files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SYSTEM_KEYS = (
 
 @cache
 def catalog() -> Mapping[str, System]:
-    """Return the named systems by name, each value with its source and any assumption behind it."""
+    """Return the named systems by name, each with sources and assumptions of its values."""
     document = parse_toml(resource_text("dampers.toml"), "dampers.toml")
     entries = document["systems"].items()
     return {name: _entry(name, entry, document["groups"]) for name, entry in entries}
@@ -36,13 +36,31 @@ def catalog() -> Mapping[str, System]:
 def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | str) -> System:
     """Return a system of the catalog, or one from a TOML file.
 
-    Arguments:
-        name_or_path: a catalog name, or the path of a TOML file with a `[system]` table of `kind`
-            and parameters.  Of a scan file the entries `system` and `[set]` are read.
-        overrides: parameters with values of their own, in SI units; also a `law` of the contacts,
-            with its constants.
+    Parameters
+    ----------
+    name_or_path : str or path
+        A catalog name, such as "ssul-set6", or the path of a TOML file with a `[system]` table.  Of
+        a scan file `system` and `[set]` are read.
+    **overrides
+        Parameters in SI units and ratios, as `System.with_` takes them; also `law`, with its
+        constants.
 
-    Raises `RequestError` for an unknown name, a faulty file, and overrides as `System.with_`.
+    Returns
+    -------
+    System
+        The system.
+
+    Raises
+    ------
+    RequestError
+        For an unknown name, a wrong file, and overrides that `System.with_` refuses.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> system = nv.load_system("ssul-set6", omega=7.45, law="restitution", e=0.7)
+    >>> system.parameters["omega"], system.parameters["e"]
+    (7.45, 0.7)
     """
     if isinstance(name_or_path, str) and not looks_like_path(name_or_path):
         return _named(name_or_path).with_(**overrides)
@@ -59,12 +77,12 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
 
 
 def looks_like_path(text: str) -> bool:
-    """Return whether a text is to be read as a path: it has a folder in it, or ends in .toml."""
+    """Return True if a text is a path: it has a folder in it, or ends in .toml."""
     return text.endswith(".toml") or "/" in text or os.sep in text
 
 
 def as_system(source: System | str | os.PathLike[str]) -> System:
-    """Return a `System` as it is, and what `load_system` makes of a name or a path.
+    """Return a `System` as it is, otherwise `load_system` of a name or a path.
 
     Raises `RequestError` for anything else.
     """
@@ -83,12 +101,12 @@ def _no_system(source: object) -> RequestError:
 
 
 def system_from(value: object, name: str = "") -> System:
-    """Return the system that the entry `system` of a request file describes.
+    """Return the system of the entry `system` of a request file.
 
     Arguments:
-        value: a catalog name, a `System`, or a table with `kind` and the parameters, which stand
-            beside `kind` or in a table `parameters`.
-        name: the name of the system where the table gives none.
+        value: a catalog name, a `System`, or a table with `kind` and the parameters, beside `kind`
+            or in a table `parameters`.
+        name: the default name of the system of a table.
 
     Raises `RequestError` for anything else.
     """
@@ -107,14 +125,12 @@ def system_from(value: object, name: str = "") -> System:
 
 
 def _named(name: str) -> System:
-    """Return the system of that name in the catalog; `RequestError` if there is none."""
     if name not in catalog():
         raise unknown("system", name, catalog())
     return catalog()[name]
 
 
 def _from_table(entry: Mapping[str, Any], name: str) -> System:
-    """Return the system in a `[system]` table; `name` is its name where the table gives none."""
     if "kind" not in entry:
         raise RequestError(f"kind is missing; allowed: {', '.join(SCENES)}")
     kind = choice("kind", entry["kind"], SCENES)
@@ -152,9 +168,9 @@ def _from_table(entry: Mapping[str, Any], name: str) -> System:
 def _contact(
     entry: Mapping[str, Any], place: str, key: str, law: str
 ) -> tuple[dict[str, Any], str]:
-    """Return the constants in the table at a `place` of a system, and its law.
+    """Return the constants in the table `place` of a system, and its law.
 
-    The law may stand there or beside the kind, under a `key`; `law` is that where it is nowhere.
+    The law may stand there or beside the kind, under a `key`; `law` is the default.
     """
     constants = dict(table(place, entry.get(place, {})))
     if key in entry and "law" in constants:
@@ -171,7 +187,7 @@ def _contact(
 
 
 def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> System:
-    """Return the system of one catalog entry: the values of its groups, then its own."""
+    """Return the system of a catalog entry: the values of its groups, overridden by its own."""
     parts = [groups[group] for group in entry["groups"]]
     if "values" in entry:
         parts.append(entry)
@@ -215,7 +231,7 @@ def resource_path(name: str) -> Path:
 
 
 def figure_files() -> list[Path]:
-    """Return the request files in the package: the paper's figures, and studies of our own."""
+    """Return the packaged request files of the paper's figures and of further studies."""
     folder = _packed() if _packed().is_dir() else _clone() / "scans"
     return sorted(path for pattern in _FIGURES for path in folder.glob(pattern))
 

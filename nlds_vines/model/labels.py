@@ -1,4 +1,4 @@
-"""What an orbit is, in the paper's words; which of many are most frequent, and coexist."""
+"""Names of regimes in the paper's notation; the most frequent and the coexisting ones of a cell."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FLAGS: Mapping[str, int] = {
 """Regimes by name: the CF flags of the dataset `regime`."""
 
 KEPT: Mapping[str, int] = {"no": 0, "yes": 1}
-"""Whether spectrum and label agree: the CF flags of the dataset `spectra_agree`."""
+"""The CF flags of the dataset `spectra_agree`: whether spectrum and label agree."""
 
 _WORDS = {
     FLAGS["undetermined"]: "undetermined",
@@ -30,10 +30,10 @@ _WORDS = {
     FLAGS["failed"]: "failed",
 }
 PERIODIC = re.compile(r"([2-9]|[1-9][0-9]+)?T,(0|[1-9][0-9]*)")
-"""How the label of a periodic orbit is written: `name_of`."""
+"""The labels of periodic orbits, as `name_of` writes them."""
 
 TRANSIENT = "transient chaos to "
-"""How a label begins whose orbit was chaotic for long before it settled."""
+"""The beginning of the label of an orbit with a long chaotic transient."""
 
 
 def name_of(period: int, impacts: int) -> str:
@@ -50,10 +50,10 @@ def label_of(regime: int, period: int, impacts: int) -> str:
 
 
 def labels_of(regime: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np.ndarray:
-    """Return the label of every lane, strings in an object array.
+    """Return the label of every orbit, strings in an object array.
 
-    Arguments: integer arrays of one shape: `regime` (of `FLAGS`), `period` n of nT (0 where
-    there is none) and `impacts` k per nT.
+    Arguments: integer arrays of one shape: `regime` (of `FLAGS`), `period` n of nT (0 for none)
+    and `impacts` k per nT.
     """
     triples, index = np.unique(
         np.stack([regime, period, impacts], axis=-1).reshape(-1, 3), axis=0, return_inverse=True
@@ -63,16 +63,16 @@ def labels_of(regime: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np
 
 
 def least_lifetime(watched: float, level: float = 0.95) -> float:
-    """Return the mean lifetime [forcing periods] of chaos that was watched and did not end.
+    """Return a lower bound of the mean lifetime [forcing periods] of chaos that has not ended.
 
-    A bound at confidence `level` under the exponential law exp(-t / mean) of transient chaos, one
-    orbit watched for `watched` periods: -watched / ln(1 - level).
+    At confidence `level`, under the exponential law exp(-t / mean) of transient chaos, for one
+    orbit of `watched` periods: -watched / ln(1 - level).
     """
     return -watched / math.log(1.0 - level)
 
 
 def flags_of(status: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """Return the regime of every lane (of `FLAGS`): its verdict, or that it failed."""
+    """Return the regime of every orbit (of `FLAGS`): its verdict, or failed."""
     return np.where(status == codes.OK, kind, FLAGS["failed"]).astype(np.int8)
 
 
@@ -80,7 +80,7 @@ def flags_of(status: np.ndarray, kind: np.ndarray) -> np.ndarray:
 
 
 UNKNOWN = ("undetermined", "failed", "")
-"""Labels that do not name a regime; no count of regimes includes them."""
+"""Labels that name no regime, which no count of regimes includes."""
 
 CHAOS = "chaos"
 
@@ -99,7 +99,7 @@ def finals(labels: np.ndarray) -> np.ndarray:
 def share_of(labels: np.ndarray, wanted: str) -> np.ndarray:
     """Return the share of the starts (..., starts) in a regime, shape (...), from 0 to 1.
 
-    Where `wanted` is a final regime such as `T,0`, every start that ended in it counts; where it is
+    If `wanted` is a final regime such as `T,0`, every start that ended in it counts; if it is
     `transient chaos to T,0`, only those that were chaotic before.
     """
     compared = labels if wanted.startswith(TRANSIENT) else finals(labels)
@@ -107,10 +107,10 @@ def share_of(labels: np.ndarray, wanted: str) -> np.ndarray:
 
 
 def coexisting(labels: np.ndarray) -> np.ndarray:
-    """Return how many regimes coexist in each cell at least: (..., starts) to integers (...).
+    """Return the least number of coexisting regimes of each cell: (..., starts) to integers (...).
 
-    Counted are the different known final regimes of its starts.  Chaos does not count where one
-    start has left it: the chaos of the other starts may end as well.
+    It counts the different final regimes of the starts, unknown ones excluded.  Chaos does not
+    count if one start has left it: the chaos of the other starts may end as well.
     """
     words, index = _words(labels)
     ends = [final(word) for word in words]
@@ -128,9 +128,9 @@ def coexisting(labels: np.ndarray) -> np.ndarray:
 def most_frequent(labels: np.ndarray) -> np.ndarray:
     """Return one label for each cell, (..., starts) to strings (...).
 
-    It is the final regime that most starts ended in.  Of equally frequent ones a known regime is
-    preferred, and then the one that is more frequent in the other cells.  The label says `transient
-    chaos to` where more than half of these starts were chaotic before.
+    It is the final regime of most starts.  Of equally frequent regimes, it is one that is not
+    unknown, and then the one that is more frequent in all cells.  The label begins with `transient
+    chaos to` if more than half of these starts were chaotic before.
     """
     words, index = _words(labels)
     ends = np.array([final(word) for word in words])
@@ -141,19 +141,19 @@ def most_frequent(labels: np.ndarray) -> np.ndarray:
     winner = np.argmax(votes + everywhere * ~np.isin(classes, UNKNOWN), axis=-1)
     chosen = classes.astype(object)[winner]
     through = [word.startswith(TRANSIENT) for word in words]
-    mine = of_start == winner[..., np.newaxis]
-    passed = (mine & np.array(through)[index]).sum(axis=-1)
-    return np.where(2 * passed > mine.sum(axis=-1), TRANSIENT + chosen, chosen)
+    in_winner = of_start == winner[..., np.newaxis]
+    passed = (in_winner & np.array(through)[index]).sum(axis=-1)
+    return np.where(2 * passed > in_winner.sum(axis=-1), TRANSIENT + chosen, chosen)
 
 
 def by_frequency(labels: np.ndarray) -> list[tuple[str, int]]:
-    """Return the different labels with how often they occur, the most frequent first."""
+    """Return the different labels with their counts, the most frequent first."""
     words, counts = np.unique(labels.astype(np.str_), return_counts=True)
     order = np.argsort(-counts, kind="stable")
     return [(str(words[i]), int(counts[i])) for i in order]
 
 
 def _words(labels: np.ndarray) -> tuple[list[str], np.ndarray]:
-    """Return the different labels, and at each place the index of the label there."""
+    """Return the different labels, and the array of their indices."""
     words, index = np.unique(labels.astype(np.str_), return_inverse=True)
     return words.tolist(), index.reshape(labels.shape)

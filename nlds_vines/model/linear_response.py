@@ -1,4 +1,4 @@
-"""Motion without contact: its steady state in closed form, and the matrix of its flow."""
+"""The motion without contact in closed form: its steady state, and the matrix of its flow."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nlds_vines.model.system import System, modulus
 
 @dataclass(frozen=True)
 class Response:
-    """The steady state without contact, for one frequency of the force or several.
+    """The steady state without contact, at one or several frequencies of the force.
 
     x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)).
 
@@ -38,7 +38,7 @@ class Response:
     def shortening(self) -> np.ndarray:
         """Amplitude of the shortening of the damper's spring [m].
 
-        Without a damper zero, or that of the structure where walls limit it.
+        Without a damper: zero, or the structure's amplitude if walls limit it.
         """
         if self.X2 is None:
             return np.abs(self.X1) * self.system.scene.grounded
@@ -47,7 +47,7 @@ class Response:
 
     @property
     def clears(self) -> np.ndarray:
-        """Whether the damper reaches no wall, by frequency: the motion without impacts exists."""
+        """Whether the damper reaches no wall, by frequency, so that this motion exists."""
         scene, p = self.system.scene, self.system.parameters
         gaps = [gap(p) for gap in (scene.gap_near, scene.gap_far) if gap is not None]
         if not gaps:
@@ -62,8 +62,8 @@ def response(system: System, omega: np.ndarray) -> Response:
 
     With the joint j = k2 + i omega c2, the structure's s = k1 - m1 omega^2 + i omega c1 and the
     damper's d = j - m2 omega^2:  X1 = P d / ((s + j) d - j^2) and X2 = P j / ((s + j) d - j^2);
-    without a damper X1 = P / s.  The amplitudes are infinite at a resonance without damping, where
-    there is no steady state.
+    without a damper X1 = P / s.  The amplitudes are infinite at a resonance without damping, which
+    has no steady state.
     """
     p, omega = system.parameters, np.asarray(omega, dtype=float)
     m1, k1, c1 = system.structure
@@ -113,9 +113,7 @@ def steady_state(system: System) -> np.ndarray:
 
 
 def energy_alone(cells: np.ndarray) -> np.ndarray:
-    """Return E1max [J] of the structure without its damper, the reference for every damper.
-
-    Arguments: `cells` of dtype `CELL`, any shape.  Returns an array of that shape:
+    """Return E1max [J] of the structure without its damper, in the shape of `cells`.
 
     max(k1, m1 omega^2) X^2 / 2 with X = P / |k1 - m1 omega^2 + i omega c1|; infinite at resonance
     without damping.
@@ -126,10 +124,10 @@ def energy_alone(cells: np.ndarray) -> np.ndarray:
 
 
 def alone(cells: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the steady response of the structure without its damper, the reference for every one.
+    """Return the steady response of the structure without its damper, by name.
 
-    Arguments: `cells` of dtype `CELL`, any shape.  Returns arrays of that shape by name: largest
-    and rms x1 [m], v1 [m/s] and a1 [m/s^2] of x1 = X cos(omega t + ...), X as for `energy_alone`.
+    Arrays in the shape of `cells`: largest and rms x1 [m], v1 [m/s] and a1 [m/s^2] of
+    x1 = X cos(omega t + ...), with X as in `energy_alone`.
     """
     omega, by_name = cells["omega"], {}
     with np.errstate(all="ignore"):
@@ -141,22 +139,21 @@ def alone(cells: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def foot_amplitude(cells: np.ndarray) -> np.ndarray:
-    """Return the amplitude [m] of the foot's motion whose force on the structure cells have."""
+    """Return the amplitude [m] of the foot's motion that exerts the force P of the cells."""
     return cells["P"] / modulus(cells["k1"], cells["c1"] * cells["omega"])
 
 
 def _amplitude_alone(cells: np.ndarray) -> np.ndarray:
-    """Return the amplitude [m] of the structure alone."""
     m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
     return cells["P"] / modulus(k1 - m1 * omega * omega, omega * cells["c1"])
 
 
 def _amplitude(force: Any, impedance: Any) -> np.ndarray:
-    """Return force / impedance: infinite where only the impedance is 0, and 0 where both are."""
+    """Return force / impedance: infinite if only the impedance is 0, and 0 if both are."""
     force, impedance = np.broadcast_arrays(force, impedance)
-    none = impedance == 0
-    amplitude = force / np.where(none, 1, impedance)
-    return np.where(none, np.where(force == 0, 0, np.inf), amplitude)
+    is_zero = impedance == 0
+    amplitude = force / np.where(is_zero, 1, impedance)
+    return np.where(is_zero, np.where(force == 0, 0, np.inf), amplitude)
 
 
 def harmonic_energy(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:

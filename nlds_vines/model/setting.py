@@ -1,10 +1,10 @@
-"""A setting: one key of a request file, described once, as a field of the request.
+"""Settings: the keys of request files, each described once, as a field of the request.
 
     transient: int = setting(600, Whole(0), "sampling", "periods that are discarded", "PERIODS")
 
-From the fields of a request follow the keys that its file may have and how they are validated
-(`Form.read`), the options that override them (`cli.options`), the file that means exactly
-this request (`entries`), the page of keys and the schema for editors.  A new setting is a field.
+The fields of a request determine the keys of its file and their validation (`Form.read`), the
+options that override them (`cli.options`), the file that means exactly this request (`entries`),
+the page of keys and the schema for editors.  A new setting is a field.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ Made = TypeVar("Made")
 
 
 class Check(Protocol):
-    """Returns the value of a key, whose name it is told, as it is kept; else `RequestError`."""
+    """Validates the value of a key: returns it as it is stored, or raises `RequestError`."""
 
     def __call__(self, name: str, value: Any, /) -> Any:
-        """Return it."""
+        """Return the value; `name` is that of the key, for messages."""
 
 
 @dataclass(frozen=True)
@@ -56,37 +56,34 @@ class Whole:
     high: int = 10**9
 
     def __call__(self, name: str, value: Any, /) -> int:
-        """Return it."""
         return whole(name, value, self.low, self.high)
 
 
 @dataclass(frozen=True)
 class Real:
-    """A number from `low` to `high`; `inside` where the ends themselves are not allowed."""
+    """A number from `low` to `high`; with `inside`, the ends themselves are not allowed."""
 
     low: float
     high: float
     inside: bool = False
 
     def __call__(self, name: str, value: Any, /) -> float:
-        """Return it as a float."""
-        found = number(name, value)
-        if self.inside and not self.low < found < self.high:
-            raise RequestError(f"{name} = {found!r} must be between {self.low:g} and {self.high:g}")
-        if not self.low <= found <= self.high:
-            raise RequestError(f"{name} = {found!r}; allowed: {self.low:g} to {self.high:g}")
-        return found
+        real = number(name, value)
+        if self.inside and not self.low < real < self.high:
+            raise RequestError(f"{name} = {real!r} must be between {self.low:g} and {self.high:g}")
+        if not self.low <= real <= self.high:
+            raise RequestError(f"{name} = {real!r}; allowed: {self.low:g} to {self.high:g}")
+        return real
 
 
 @dataclass(frozen=True)
 class OneOf:
-    """One of some words; `what` it is called in messages, where that is not its key."""
+    """One of some words; messages call it `what`, by default by its key."""
 
     words: Collection[str]
     what: str = ""
 
     def __call__(self, name: str, value: Any, /) -> str:
-        """Return it."""
         return choice(self.what or name, value, self.words)
 
 
@@ -95,7 +92,6 @@ class Text:
     """A text of one line."""
 
     def __call__(self, name: str, value: Any, /) -> str:
-        """Return it."""
         return string(name, value)
 
 
@@ -104,7 +100,6 @@ class Truth:
     """True or false."""
 
     def __call__(self, name: str, value: Any, /) -> bool:
-        """Return it."""
         if not isinstance(value, bool):
             raise RequestError(f"{name} = {shown(value)} must be true or false")
         return value
@@ -115,37 +110,35 @@ class ParameterTable:
     """A table of parameters, which the system checks."""
 
     def __call__(self, name: str, value: Any, /) -> Any:
-        """Return it."""
         return table(name, value)
 
 
 @dataclass(frozen=True)
 class Checked:
-    """What a function returns that knows the name of its key by itself; `listed`: several words."""
+    """A value that a function validates, which knows the name of its key; `listed`: a list."""
 
     check: Callable[[Any], Any]
     listed: bool = False
 
     def __call__(self, name: str, value: Any, /) -> Any:
-        """Return it."""
         return self.check(value)
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What is said of one key of a request file.
+    """The description of one key of a request file.
 
-    Arguments:
-        table: the table in which it stands, without brackets; of an array of tables with a pair of
-            them, `[column]`; empty for that which its class names in an attribute `table`.
-        check: returns a value as it is kept.
-        words: what it means, in Markdown, for the help of its option and the page of keys.
-        form: of the value of its option, as PERIODS; empty where there is none.
-        option: its name where it is not that of the key, as `--record`.
-        key: where it is not the name of the field.
-        usual: the default in words, where the field's own does not say it.
-        replaces: the keys of the table that no longer hold where options override this one, as
-            the steps of a method where another method is chosen.
+    Attributes:
+        table: its table, without brackets; of an array of tables with one pair, `[column]`; empty
+            for the table that its class names in an attribute `table`.
+        check: validates its value.
+        words: its meaning, in Markdown, for the help of its option and the page of keys.
+        form: of the value of its option, as PERIODS; empty without an option.
+        option: the name of its option, by default that of the key.
+        key: its name, by default that of the field.
+        usual: the default in words, if the field's own does not say it.
+        replaces: the keys of the table that an override of this one removes, such as the steps of
+            a method if another method is chosen.
     """
 
     table: str
@@ -160,103 +153,106 @@ class Setting:
 
     @property
     def has_option(self) -> bool:
-        """Whether there is an option for it."""
+        """Whether it has an option."""
         return bool(self.form or self.option)
 
     @property
     def flag(self) -> str:
-        """Its option."""
+        """The name of its option."""
         return self.option or f"--{self.key.replace('_', '-')}"
 
     @property
     def default_in_words(self) -> str:
-        """Its default as help and the page of keys tell it; empty for none."""
+        """Its default for the help and the page of keys; empty for none."""
         none = self.default in (None, (), "", MISSING) or self.default is False
         value = "" if none else self.default
         return self.usual or (f"{value:g}" if isinstance(value, float) else str(value))
 
 
-def setting(default: Any, check: Check, table: str, words: str, form: str = "", **more: Any) -> Any:
-    """Return a field of a request: its default, and the other arguments of a `Setting`."""
-    said = Setting(table, check, words, form, **more)
-    given = {} if default is MISSING else {"default": default}
-    return field(metadata={"setting": said}, **given)
+def setting(
+    default: Any, check: Check, table: str, words: str, form: str = "", **options: Any
+) -> Any:
+    """Return a field of a request: its default, and the other attributes of a `Setting`."""
+    entry = Setting(table, check, words, form, **options)
+    return field(
+        metadata={"setting": entry}, **({} if default is MISSING else {"default": default})
+    )
 
 
 def settings_of(owner: Any, table: str | None = None) -> dict[str, Setting]:
-    """Return the settings of a request, or of a table of one, by field; those of one `table`."""
-    found = {}
+    """Return the settings of a class by field; those of one `table`, by default all."""
+    settings = {}
     for item in fields(owner):
-        said = item.metadata.get("setting")
-        place = said and (said.table or owner.table)
-        if said is not None and table in (None, place):
-            key = said.key or item.name
-            found[item.name] = replace(said, table=place, key=key, default=item.default)
-    return found
+        entry = item.metadata.get("setting")
+        place = entry and (entry.table or owner.table)
+        if entry is not None and table in (None, place):
+            key = entry.key or item.name
+            settings[item.name] = replace(entry, table=place, key=key, default=item.default)
+    return settings
 
 
 def reader(record: Any) -> Callable[[str, object], Any]:
-    """Return what reads an entry of an array of tables, at a place, into a record of settings."""
-    known = {said.key: (name, said.check) for name, said in settings_of(record).items()}
+    """Return a function that makes a `record` from an entry of an array of tables at a place."""
+    by_key = {item.key: (name, item.check) for name, item in settings_of(record).items()}
 
     def read(place: str, entry: object) -> Any:
         with at(place):
-            found = table("it", entry, known)
-            return record(**{known[key][0]: known[key][1](key, found[key]) for key in found})
+            values = table("it", entry, by_key)
+            return record(**{by_key[key][0]: by_key[key][1](key, values[key]) for key in values})
 
     return read
 
 
 def check_settings(owner: Any) -> None:
-    """Let the fields of an object be as their settings keep them; None stays where it is usual."""
-    for name, said in settings_of(owner).items():
+    """Validate the fields of an object by their settings; None stays if it is the default."""
+    for name, entry in settings_of(owner).items():
         value = getattr(owner, name)
-        if value is not None or said.default is not None:
-            object.__setattr__(owner, name, said.check(said.key, value))
+        if value is not None or entry.default is not None:
+            object.__setattr__(owner, name, entry.check(entry.key, value))
 
 
 def entries(owner: Any, table: str) -> dict[str, Any]:
     """Return the entries of `table` that mean exactly this object; None and () have no entry."""
-    values = {said.key: getattr(owner, name) for name, said in settings_of(owner, table).items()}
+    values = {entry.key: getattr(owner, name) for name, entry in settings_of(owner, table).items()}
     return {key: value for key, value in values.items() if value not in (None, ())}
 
 
 class Request(Outlined):
-    """What a task is to do: a frozen dataclass whose fields say what stands in its file."""
+    """A request of a task: a frozen dataclass whose fields are the settings of its file."""
 
     content: ClassVar[str]  # its kind, of `archives.provenance`
 
     def document(self) -> dict[str, Any]:
-        """Return the file that means exactly this request, complete, as nested tables."""
+        """Return the complete file of this request as nested tables."""
         raise NotImplementedError
 
     def starts_inside(self) -> list[str]:
-        """Return a line on starts inside a wall, if there are any."""
+        """Return a line if orbits start inside a wall."""
         return []
 
     def to_toml(self) -> str:
-        """Return it as canonical TOML, which is read back to an equal one, to the last digit."""
+        """Return the canonical TOML text, from which an equal request is read."""
         return toml_text(self.document())
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
+        """SHA-256 of the canonical TOML without titles and sources, which do not change numbers."""
         return request_hash(self.document())
 
 
 # ---- requests read from documents ----------------------------------------------------------------
 
 Document = Mapping[str, Any]
-"""What a TOML file holds, as nested tables."""
+"""The content of a TOML file, as nested tables."""
 
 LENT = ("title", "system", "set", "sampling")
-"""What a file lends to a command for which it was not written."""
+"""The keys of a file that a command for other kinds of request uses."""
 
 MARKS = (
     "vary", "record", "spectrum", "free", "over", "surface", "uncertain", "along", "plane",
     "portrait", "column", "figure", "panels", "curves", "systems", "load",
 )  # fmt: skip
-"""What only some kinds of request have at the top of their files."""
+"""Keys that only some kinds of request have at the top of their files."""
 
 SHARED = ("start", "search")
 """Tables that several kinds of request have, each with a meaning of its own."""
@@ -272,22 +268,22 @@ SAMPLING = frozenset(
 class Form:
     """The tables and keys that the files of one kind of request may have.
 
-    A request is read from one document: a file, or what stands for one, with changes (options of
-    the command line, keywords of a function) merged over it.  The fields of the `owners` validate
-    the merged document, once.  A file for another kind of request lends what all kinds have:
-    title, system, [set] and the keys of [sampling] that this kind has, too.
+    A request is read from one document: a file or its equivalent, with changes (options of the
+    command line, keywords of a function) merged over it.  The fields of the `owners` validate the
+    merged document, once.  Of a file for another kind of request, this kind uses title, system,
+    [set] and the keys of [sampling] that both have.
 
-    Arguments:
-        kind: the word for messages, `scan`.
+    Attributes:
+        kind: the name in messages, `scan`.
         owners: the classes whose settings the file has.
         names: the tables whose keys are names of parameters, merged entry by entry.
-        whole: those which a table of changes replaces as a whole.
+        whole: such tables that a table of changes replaces as a whole.
         lists: the keys of lists.
         rows: the class of the entries of each array of tables, by its key, `column`.
         nested: the names that stand with a dot in a table of parameters, `tone.omega`, or as a
             table of their own.
-        systems: whether a `System`, or the name of one, may stand in place of a file.
-        sources: what may stand in place of a file, in words.
+        systems: whether a `System`, or the name of one, may replace a file.
+        sources: the possible sources, in words.
     """
 
     kind: str
@@ -303,27 +299,27 @@ class Form:
     @cached_property
     def tables(self) -> dict[str, dict[str, Setting]]:
         """The settings by table and key; none of a table whose keys are names of parameters."""
-        found: dict[str, dict[str, Setting]] = {name: {} for name in (*self.names, *self.whole)}
+        tables: dict[str, dict[str, Setting]] = {name: {} for name in (*self.names, *self.whole)}
         for owner in self.owners:
-            for said in settings_of(owner).values():
-                found.setdefault(said.table, {})[said.key] = said
-        return found
+            for entry in settings_of(owner).values():
+                tables.setdefault(entry.table, {})[entry.key] = entry
+        return tables
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """All that may stand at the top of a file."""
+        """The keys at the top of a file."""
         return ("title", "system", *self.tables, *self.lists, *self.rows)
 
     def read(
         self, source: Any, changes: Document | None, changes_from: str, where: str = ""
     ) -> Merged:
-        """Return the document of a source with changes merged over it, every setting validated.
+        """Merge changes over the document of a source, and validate every setting.
 
         Arguments: the `source`, a path, a document, a request, or a system or its name; the
-        `changes`, a document, and `changes_from`, what messages call it; `where`, what they call
-        the source.
+        `changes`, a document; `changes_from` and `where`, the names of changes and source in
+        messages.
 
-        An entry that the changes override takes those with it that its setting `replaces`.
+        An overridden entry removes the entries that its setting `replaces`.
         """
         where, below, left = self._opened(source, where)
         above = {k: v for k, v in (changes or {}).items() if v or not isinstance(v, Mapping)}
@@ -357,9 +353,9 @@ class Form:
         return document
 
     def _opened(self, source: Any, where: str) -> tuple[str, Document, list[str] | None]:
-        """Return what messages call a source, its document, and what of a file is for others.
+        """Return the name of a source in messages, its document, and the keys for other tasks.
 
-        The latter is None where the source is no file.
+        The latter are None if the source is no file.
         """
         if document := getattr(source, "document", None):
             source = document()
@@ -374,7 +370,7 @@ class Form:
         raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
 
     def _for_this(self, document: Document) -> tuple[Document, list[str]]:
-        """Return what of a file is for this kind of request, and the names of what is not."""
+        """Return the part of a file for this kind of request, and the names of the other parts."""
         foreign = [key for key in document if key in (*MARKS, *SHARED) and key not in self.keys]
         if not foreign:
             return document, []
@@ -385,11 +381,11 @@ class Form:
             if key not in foreign and (ours or key in LENT or key not in self.keys)
         }
         left = [f"[{key}]" for key in document if key not in lent]
-        sampling, known = document.get("sampling"), self.tables.get("sampling")
-        if known is None:
+        sampling, settings = document.get("sampling"), self.tables.get("sampling")
+        if settings is None:
             left += ["[sampling]"] if lent.pop("sampling", None) else []
         elif isinstance(sampling, Mapping):
-            other = [name for name in sampling if name in SAMPLING and name not in known]
+            other = [name for name in sampling if name in SAMPLING and name not in settings]
             lent["sampling"] = {k: v for k, v in sampling.items() if k not in other}
             left += [f"{name} of [sampling]" for name in other]
         return lent, left
@@ -401,9 +397,9 @@ class Merged:
 
     Attributes:
         form: the tables and keys that it may have.
-        layers: the document below and the changes above it, each with what messages call it.
+        layers: the document below and the changes above it, each with its name in messages.
         document: both merged.
-        left: the tables and keys of a file that are for other kinds of request; None for no file.
+        left: the tables and keys of a file for other kinds of request; None if it is no file.
         values: the validated settings, by table and key.
     """
 
@@ -414,7 +410,7 @@ class Merged:
     values: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def origin(self, name: str, key: str = "") -> str:
-        """Return what messages call the uppermost layer that has a table, or a key of it."""
+        """Return the name in messages of the uppermost layer that has a table, or a key of it."""
         (where, _), (changes_from, above) = self.layers
         entry = above.get(name)
         return changes_from if entry and (not key or key in entry) else where
@@ -440,9 +436,9 @@ class Merged:
     def of(self, owner: Any) -> dict[str, Any]:
         """Return the validated settings of a class, by field."""
         return {
-            name: self.values[said.table][said.key]
-            for name, said in settings_of(owner).items()
-            if said.key in self.values.get(said.table, {})
+            name: self.values[entry.table][entry.key]
+            for name, entry in settings_of(owner).items()
+            if entry.key in self.values.get(entry.table, {})
         }
 
     def rows(self, key: str) -> list[Any]:
@@ -454,7 +450,7 @@ class Merged:
             return [read(f"[[{key}]] {number}", one) for number, one in enumerate(entries, start=1)]
 
     def axes(self, name: str) -> tuple[Axis, ...]:
-        """Return the axes that a table of parameters means; each value is checked."""
+        """Return the axes of a table of parameters, with every value checked."""
         axes = []
         for parameter, entry in self.table(name).items():
             with at(f"{self.place(name)} {parameter}"):
@@ -472,11 +468,11 @@ class Merged:
         varied: Mapping[str, str] = MappingProxyType({}),
         takes: Callable[[System, str], bool] = lambda *_: True,
     ) -> System:
-        """Return a system as [set] of the file and of the changes set it, in this order.
+        """Return a system with [set] of the file and then [set] of the changes.
 
-        Arguments: the table that each parameter stands in that is `varied`; whether a system
-        `takes` a setting, which otherwise is for others.
-        A parameter that the changes vary is not set by the file; any other parameter that is both
+        Arguments: `varied` gives the table of each varied parameter; settings that a system does
+        not take (`takes`) are ignored.
+        If the changes vary a parameter, the file does not set it; any other parameter that is both
         set and varied is refused.
         """
         axes = meant_by(system.scene, varied)
@@ -500,7 +496,7 @@ class Merged:
     def title(self, *outdated_by: str) -> str | None:
         """Return the title; None if there is none.
 
-        That of a file stays.  Any other is outdated if the changes have one of these keys.
+        The title of a file stays.  Any other one is outdated if the changes have one of these keys.
         """
         (where, below), (changes_from, above) = self.layers
         if "title" not in above and (
@@ -511,21 +507,21 @@ class Merged:
             return string("title", self.document["title"])
 
     def make(self, owner: Callable[..., Made], place: str, **values: Any) -> Made:
-        """Return the request that is made of `values`.
+        """Make the request of `values`.
 
-        A refusal names the `place`; what the file has for other commands is told in a warning.
+        Errors name the `place`; a warning names the parts of the file for other commands.
         """
         with at(place):
             request = owner(**values)
         if self.left:
-            told = f"{self.layers[0][0]}: left aside here: {', '.join(self.left)}"
-            warnings.warn(told, LeftAside, stacklevel=3)
+            text = f"{self.layers[0][0]}: left aside here: {', '.join(self.left)}"
+            warnings.warn(text, LeftAside, stacklevel=3)
         return request
 
 
 def request_hash(document: Document) -> str:
-    """Return the SHA-256 of what determines the numbers of a request: no titles, no sources."""
-    keys = ("kind", "parameters", "law", "law_2")  # the laws where they are not the paper's
+    """Return the SHA-256 of a request's document without titles and sources."""
+    keys = ("kind", "parameters", "law", "law_2")  # the laws if they are not Hertz'
     counted = {**document, "title": ""}
     if "system" in document:
         counted["system"] = {k: v for k, v in document["system"].items() if k in keys}

@@ -1,10 +1,9 @@
 """The 1:1 response of a free mass between two rigid walls in closed form: the slow manifold.
 
-Once in each half of a period the damper strikes the other wall, and between two strikes it flies
-freely.  To the structure, whose motion is nearly harmonic, only the fundamental of the damper's
-zigzag matters; that of the structure decides when the damper meets the wall.  What comes of it
-(harmonic balance over impacts) is an invariant manifold that no parameter of the structure enters,
-and on it the response to a harmonic force.
+In each half period the damper strikes the other wall, and between two impacts it flies freely.  The
+structure moves nearly harmonically, so that only the fundamental of the damper's zigzag acts on it,
+and its own fundamental determines the times of impact.  Harmonic balance over these impacts yields
+an invariant manifold that no parameter of the structure enters, and the response on it.
 
 Source: Weidemann, Bergman, Vakakis, Krack: Nonlinear Dyn. (2025), doi 10.1007/s11071-025-10928-4.
 """
@@ -23,25 +22,32 @@ from nlds_vines.model.catalog import as_system
 from nlds_vines.model.system import System
 
 _MOST_XI = 1e3
-"""Amplitudes over the clearance up to which a response is looked for: far beyond, the damper is a
-mass that sticks to neither wall and takes nothing."""
+"""The largest amplitude over the clearance of a response: far beyond, the damper is a mass that
+sticks to neither wall and takes no energy."""
 
 _LEAST_XI = 1e-6
-"""Where impacts take nothing, e = 1, and 1:1 motion is sustained however small the structure's."""
+"""The smallest amplitude over the clearance if e = 1, when xi_min is 0."""
 
 _LEAST_S = 1e-15
 """The smallest s > 0 at which `best` evaluates Gamma: below the optimum of every e < 1."""
 
 _REAL = 1e-7
-"""Imaginary part over the modulus of a root that is real: of a double root, half the digits."""
+"""Imaginary part over the modulus of a real root: a double root has half the digits."""
 
 
 class BestClearance(NamedTuple):
     """The largest clearance with a 1:1 response in phase resonance, and that response.
 
-    Attributes: the `clearance` [m] from the middle to a wall; `Gamma`, its share of the amplitude
-    P / (2 D k1) that the structure would have alone; `xi`, the amplitude of the structure over the
-    clearance; `omega` [rad/s]; `r`, over sqrt(k1 / (m1 + m2)).
+    Attributes
+    ----------
+    clearance : float
+        From the middle to a wall [m].
+    Gamma : float
+        The clearance over the amplitude P / (2 D k1) of the structure with the damper's mass.
+    xi : float
+        Amplitude of the structure over the clearance.
+    omega, r : float
+        Frequency of the response [rad/s], and that over sqrt(k1 / (m1 + m2)).
     """
 
     clearance: float
@@ -52,10 +58,14 @@ class BestClearance(NamedTuple):
 
 
 class FrequencyResponse(NamedTuple):
-    """A closed frequency response: the two frequencies at which each amplitude is reached.
+    """A closed frequency response: the two frequencies of each amplitude.
 
-    Attributes: `amplitude` (n,) of the structure [m]; `below` and `above` (n,) [rad/s], the lower
-    and the higher frequency, the lower one NaN where there is none.
+    Attributes
+    ----------
+    amplitude : (n,) ndarray
+        Amplitude of the structure [m].
+    below, above : (n,) ndarray
+        The lower and the higher frequency [rad/s]; the lower one is NaN if there is none.
     """
 
     amplitude: np.ndarray
@@ -63,7 +73,6 @@ class FrequencyResponse(NamedTuple):
     above: np.ndarray
 
     def __repr__(self) -> str:
-        """Return one line."""
         largest = self.amplitude.max(initial=0.0)
         return f"{type(self).__name__}: {self.amplitude.size} amplitudes up to {largest:.6g} m"
 
@@ -78,15 +87,27 @@ class FrequencyResponse(NamedTuple):
 class SlowManifold:
     """The manifold of sustained 1:1 motion, with one impact at each wall per period.
 
-    Amplitudes xi are those of the structure over the clearance.
+    An amplitude xi is that of the structure over the clearance, and r is the forcing frequency over
+    `omega_joint`.
 
-    Attributes:
-        e: coefficient of restitution.
-        damping: D = c1 / (2 sqrt(k1 (m1 + m2))).
-        clearance: from the middle to a wall [m].
-        m1, m2: the masses [kg].
-        k1: of the structure [N/m].
-        force: P [N].
+    Attributes
+    ----------
+    e : float
+        Coefficient of restitution.
+    damping : float
+        D = c1 / (2 sqrt(k1 (m1 + m2))).
+    clearance : float
+        From the middle to a wall [m].
+    m1, m2 : float
+        The masses [kg].
+    k1 : float
+        Stiffness of the structure [N/m].
+    force : float
+        Amplitude P of the force [N].
+
+    References
+    ----------
+    Weidemann, Bergman, Vakakis and Krack, Nonlinear Dyn. (2025), doi 10.1007/s11071-025-10928-4.
     """
 
     e: float
@@ -109,12 +130,12 @@ class SlowManifold:
 
     @property
     def rho(self) -> float:
-        """(2 / pi) (1 - e) / (1 + e): what the impacts take."""
+        """(2 / pi) (1 - e) / (1 + e), the loss of the impacts."""
         return 2.0 / np.pi * (1.0 - self.e) / (1.0 + self.e)
 
     @property
     def omega_joint(self) -> float:
-        """The frequency sqrt(k1 / (m1 + m2)) [rad/s] of the structure with the damper's mass."""
+        """Frequency sqrt(k1 / (m1 + m2)) [rad/s] of the structure with the damper's mass."""
         return float(np.sqrt(self.k1 / self.mass))
 
     @property
@@ -124,32 +145,32 @@ class SlowManifold:
 
     @property
     def alone(self) -> float:
-        """The amplitude P / (2 D k1) [m] that the structure with the damper's mass has alone."""
+        """Amplitude P / (2 D k1) [m] at resonance of the structure with the damper's mass."""
         if self.damping == 0.0:
             return np.inf
         return self.force / (2.0 * self.damping * self.k1)
 
     @property
     def Gamma(self) -> float:
-        """The clearance over that amplitude."""
+        """The clearance over the amplitude `alone`."""
         return self.clearance / self.alone
 
     def theta(self, xi: np.ndarray) -> np.ndarray:
         """Return the amplitude of the damper's zigzag over the clearance, NaN below xi_min.
 
-        theta = (1 + sqrt((1 + rho^2) xi^2 - rho^2)) / (1 + rho^2): the stable branch.
+        It is the stable branch, theta = (1 + sqrt((1 + rho^2) xi^2 - rho^2)) / (1 + rho^2).
         """
         xi, one = np.asarray(xi, dtype=float), 1.0 + self.rho**2
         with np.errstate(invalid="ignore"):
             return (1.0 + np.sqrt(one * xi**2 - self.rho**2)) / one
 
     def _pull(self, xi: np.ndarray, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return (a, b): the structure's balance at xi is (xi - a r^2) + i (2 D r xi + b r^2)."""
+        """Return (a, b) of the structure's balance at xi: (xi - a r^2) + i (2 D r xi + b r^2)."""
         zigzag = 8.0 * self.share / np.pi**2 * theta / xi  # the fundamental of a triangle
         return (1.0 - self.share) * xi + zigzag * (theta - 1.0), zigzag * self.rho * theta
 
     def gamma(self, xi: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Return the Gamma at which the amplitude is xi at r = omega / omega_joint.
+        """Return the Gamma at which the amplitude at r is xi.
 
         Gamma = 2 D / |(1 - (1 - eps) r^2 + 2 i D r) xi + Pi|,
         Pi = -(8 eps / pi^2) r^2 theta ((theta - 1) - i rho theta) / xi.
@@ -158,23 +179,28 @@ class SlowManifold:
         return 2.0 * self.damping / np.hypot(xi - a * r**2, 2.0 * self.damping * r * xi + b * r**2)
 
     def resonance(self, xi: np.ndarray) -> np.ndarray:
-        """Return r of phase resonance (the backbone): r^2 = xi / a, the force a quarter ahead."""
+        """Return r of phase resonance (the backbone), r^2 = xi / a: the force leads by pi / 2."""
         a, _ = self._pull(np.asarray(xi, dtype=float), self.theta(xi))
         return np.sqrt(xi / a)
 
     @cached_property
     def best(self) -> BestClearance:
-        """The largest clearance at which there is a 1:1 response in phase resonance.
+        """The largest clearance with a 1:1 response in phase resonance.
 
-        With a larger one the structure reaches the amplitude of a sustained 1:1 motion at no
-        frequency; with a smaller one the damper takes less. Where impacts take much (`vi-nes`:
-        e < 0.428) the response lies at the end of the manifold, xi = xi_min.
+        With a larger one, the structure reaches the amplitude of a sustained 1:1 motion at no
+        frequency; with a smaller one, the damper takes less energy.  If impacts take much
+        (`vi-nes`: e < 0.428), the response lies at the end of the manifold, xi = xi_min.
 
-        The largest Gamma(s) over s >= 0, s^2 = (1 + rho^2) xi^2 - rho^2: Gamma is smooth in s at
-        xi_min, unlike in xi.
+        Raises
+        ------
+        RequestError
+            If c1 = 0, because Gamma is then not defined, and if e = 1, because Gamma grows without
+            bound as xi goes to 0.
 
-        Raises `RequestError` if c1 = 0, because Gamma then means nothing, and if e = 1, because
-        Gamma grows without bound as xi goes to 0.
+        Notes
+        -----
+        It maximizes Gamma(s) over s >= 0, s^2 = (1 + rho^2) xi^2 - rho^2: unlike Gamma(xi), this
+        is smooth at xi_min.
         """
         from scipy.optimize import minimize_scalar
 
@@ -186,7 +212,7 @@ class SlowManifold:
             raise RequestError("e = 1: without loss in impacts the best clearance is unbounded")
 
         def resonant(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            """Return (Gamma, xi, r) in phase resonance; Gamma is 0 where a <= 0 allows none."""
+            """Return (Gamma, xi, r) in phase resonance; Gamma is 0 if a <= 0, which allows none."""
             one = 1.0 + self.rho**2
             xi, theta = np.sqrt((s**2 + self.rho**2) / one), (1.0 + s) / one
             a, b = self._pull(xi, theta)
@@ -207,12 +233,22 @@ class SlowManifold:
         return BestClearance(Gamma * self.alone, Gamma, xi, r * self.omega_joint, r)
 
     def response(self, points: int = 400) -> FrequencyResponse:
-        """Return the frequency response of 1:1 motion; empty where there is none.
+        """Return the frequency response of 1:1 motion; empty if there is none.
 
-        Arguments: so many `points`, densest at both ends of the range of amplitudes.
+        Parameters
+        ----------
+        points : int, optional
+            Number of amplitudes, densest at both ends of their range.
 
-        At an amplitude xi the square of the balance is that of the static amplitude over the
-        clearance, p = P / (k1 clearance), a polynomial of degree four in r:
+        Returns
+        -------
+        FrequencyResponse
+            `amplitude` [m], `below` and `above` [rad/s].
+
+        Notes
+        -----
+        At an amplitude xi, the squared balance equals that of p = P / (k1 clearance), the static
+        amplitude over the clearance, a polynomial of degree four in r:
         (a^2 + b^2) r^4 + 4 D b xi r^3 + (4 D^2 xi - 2 a) xi r^2 + xi^2 - p^2 = 0.
         """
         xi = np.geomspace(max(self.least, _LEAST_XI) * (1.0 + 1e-12), _MOST_XI, 4000)
@@ -230,18 +266,26 @@ class SlowManifold:
         return FrequencyResponse(xi[keep] * self.clearance, below, above)
 
     def capture_time(self, xi: float) -> float:
-        """Return how long [s] a free motion that begins at amplitude xi stays in 1:1 resonance.
+        """Return the time [s] that a free motion from amplitude xi stays in 1:1 resonance.
 
-        No force acts, and the motion has come to the manifold. It is left at xi_min.
+        No force acts; the motion begins on the manifold and leaves it at xi_min.
 
-        In each half of a period an impact takes 2 m2 (1 - e) / (1 + e) u^2 from the energy, with
-        u = 2 omega theta clearance / pi the damper's speed between the walls:
-        d(xi^2) / dt = -omega (8 eps rho theta^2 / pi^2 + 2 D xi^2), omega that of `omega_joint`.
+        Parameters
+        ----------
+        xi : float
+            Initial amplitude of the structure over the clearance.
 
-        With s^2 = (1 + rho^2) xi^2 - rho^2 it is the integral of a smooth function of s.
+        Raises
+        ------
+        RequestError
+            If e = 1, when the motion lasts for ever, and for an amplitude below xi_min.
 
-        Raises `RequestError` without loss in impacts, where it lasts for ever, and for an amplitude
-        below xi_min.
+        Notes
+        -----
+        In each half period an impact takes 2 m2 (1 - e) / (1 + e) u^2 from the energy, with the
+        damper's speed u = 2 omega theta clearance / pi between the walls:
+        d(xi^2) / dt = -omega (8 eps rho theta^2 / pi^2 + 2 D xi^2), omega = `omega_joint`.
+        The integrand is smooth in s, s^2 = (1 + rho^2) xi^2 - rho^2.
         """
         from scipy.integrate import quad
 
@@ -259,7 +303,7 @@ class SlowManifold:
         return float(quad(stay, 0.0, np.sqrt(max(one * xi**2 - self.rho**2, 0.0)), epsabs=0.0)[0])
 
     def _end(self, inside: float, outside: float) -> float:
-        """Return where, between an amplitude that is reached and one that is not, it ends."""
+        """Bisect between a reached amplitude and one that is not; return the last reached one."""
         for _ in range(60):
             middle = 0.5 * (inside + outside)
             if np.isfinite(self._crossings(np.array([middle]))[1, 0]):
@@ -271,7 +315,7 @@ class SlowManifold:
     def _crossings(self, xi: np.ndarray) -> np.ndarray:
         """Return the lower and the higher r (2, n) at which each amplitude (n,) is reached.
 
-        NaN where it is reached nowhere; the lower alone is NaN below the static amplitude.
+        Both are NaN if it is not reached; only the lower one is NaN below the static amplitude.
         """
         (a, b), D = self._pull(xi, self.theta(xi)), self.damping
         push = self.force / (self.k1 * self.clearance)
@@ -290,12 +334,30 @@ class SlowManifold:
 
 
 def slow_manifold(system: System | str | os.PathLike[str]) -> SlowManifold:
-    """Return the slow manifold of a system that is a free mass between two rigid walls.
+    """Return the slow manifold of a free mass between two rigid walls.
 
-    Arguments: a `system`, its name or the path of a TOML file; of kind `ssbl` under `restitution`,
-    with k2 = c2 = 0 and C = D > 0.
+    Parameters
+    ----------
+    system : System, str or path
+        A system, its catalog name or its TOML file: of kind `ssbl` under the law `restitution`,
+        with k2 = c2 = 0 and C = D > 0.
 
-    Raises `RequestError`, which names what is otherwise, for another system.
+    Returns
+    -------
+    SlowManifold
+        The manifold, its best clearance, frequency response and capture times.
+
+    Raises
+    ------
+    RequestError
+        For another system; the message names the difference.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> manifold = nv.slow_manifold("vi-nes")
+    >>> round(manifold.least, 4), round(manifold.Gamma, 4), round(manifold.best.Gamma, 4)
+    (0.0706, 0.15, 0.3387)
     """
     system = as_system(system)
     p = system.parameters

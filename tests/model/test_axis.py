@@ -5,7 +5,7 @@ import pytest
 
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import Reordered, RequestError
-from nlds_vines.model.axis import Axis
+from nlds_vines.model.axis import Axis, announced
 from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic
 
 
@@ -30,6 +30,34 @@ def test_equal_ratios_are_rounded_from_exact_powers():
 def test_what_no_scale_can_be_is_refused(entry, message):
     with pytest.raises(RequestError, match=message):
         Axis.of("K", entry)
+
+
+class Column:
+    """Stands for a column of a table, such as that of pandas: no sequence, but an array."""
+
+    ndim, size = 1, 3
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array([5.0, 6.0, 7.0])
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [5.0, 6, 7.0], (5.0, 6.0, 7.0), range(5, 8), np.linspace(5, 7, 3), np.arange(5, 8),
+        np.array([5, 6, 7], dtype=np.float32), Column(),
+    ],
+)  # fmt: skip
+def test_any_sequence_of_numbers_is_an_axis(values):
+    scan = load_scan("tmd", {"vary": {"omega": values}})
+    assert scan == load_scan("tmd", {"vary": {"omega": {"values": [5.0, 6.0, 7.0]}}})
+    assert announced({"omega": values, "P": 3.0, "k1": None}) == (3, 1, 1)
+
+
+@pytest.mark.parametrize("values", ["567", b"567", np.zeros((2, 2)), 6.0, np.float64(6.0), None])
+def test_anything_else_is_no_axis(values):
+    with pytest.raises(RequestError, match="omega"):
+        load_scan("tmd", {"vary": {"omega": values}})
 
 
 def test_the_option_and_the_file_mean_the_same():

@@ -18,8 +18,8 @@ from nlds_vines.tuning.request import load_tuning
 SIX = nv.load_system("ssul-set6").parameters
 
 
-def six(**given):
-    return nv.load_system("ssul-set6", **given).parameters
+def six(**changes):
+    return nv.load_system("ssul-set6", **changes).parameters
 
 
 def test_each_ratio_stands_for_its_parameter():
@@ -39,10 +39,10 @@ def test_each_ratio_stands_for_its_parameter():
 
 
 def test_a_unit_follows_from_what_is_given_beside_it():
-    found = six(m1=1500.0, k1=6e4, zeta1=0.015, mass_ratio=0.02, zeta2=0.1)
-    assert found["m2"] == 30.0
-    assert found["c1"] == pytest.approx(0.015 * 2 * sqrt(6e4 * 1500.0), rel=1e-15)
-    assert found["c2"] == pytest.approx(0.1 * 2 * sqrt(found["k2"] * 30.0), rel=1e-15)
+    parameters = six(m1=1500.0, k1=6e4, zeta1=0.015, mass_ratio=0.02, zeta2=0.1)
+    assert parameters["m2"] == 30.0
+    assert parameters["c1"] == pytest.approx(0.015 * 2 * sqrt(6e4 * 1500.0), rel=1e-15)
+    assert parameters["c2"] == pytest.approx(0.1 * 2 * sqrt(parameters["k2"] * 30.0), rel=1e-15)
 
 
 def test_a_system_tells_its_ratios_and_they_give_it_back():
@@ -60,7 +60,7 @@ def test_a_system_tells_its_ratios_and_they_give_it_back():
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("changes", "message"),
     [
         ({"zeta1": 0.1, "c1": 3.0}, "c1 beside zeta1"),
         ({"f": 1.0, "omega_ratio": 1.0}, "f beside omega_ratio"),
@@ -77,9 +77,9 @@ def test_a_system_tells_its_ratios_and_they_give_it_back():
         ({"zetta1": 0.1}, "did you mean 'zeta1'"),
     ],
 )
-def test_what_is_no_ratio_is_refused(given, said):
-    with pytest.raises(RequestError, match=said):
-        six(**given)
+def test_what_is_no_ratio_is_refused(changes, message):
+    with pytest.raises(RequestError, match=message):
+        six(**changes)
 
 
 def test_a_ratio_stands_in_a_system_of_a_file(tmp_path):
@@ -87,9 +87,9 @@ def test_a_ratio_stands_in_a_system_of_a_file(tmp_path):
         '[system]\nkind = "tmd"\nm1 = 1500.0\nk1 = 6e4\nzeta1 = 0.015\nmass_ratio = 0.02\n'
         "k2 = 1200.0\nzeta2 = 0.1\nP = 800.0\nf = 1.0\n"
     )
-    found = nv.load_system(tmp_path / "own.toml").parameters
-    assert found["m2"] == 30.0
-    assert found["omega"] == 2 * pi
+    parameters = nv.load_system(tmp_path / "own.toml").parameters
+    assert parameters["m2"] == 30.0
+    assert parameters["omega"] == 2 * pi
     (tmp_path / "own.toml").write_text('[system]\nkind = "none"\nm1 = 1.0\nzeta1 = 0.1\n')
     with pytest.raises(RequestError, match="zeta1 needs k1, which is missing"):
         nv.load_system(tmp_path / "own.toml")
@@ -162,7 +162,7 @@ def test_an_axis_along_a_ratio_is_one_along_its_parameter():
 
 
 @pytest.mark.parametrize(
-    ("vary", "settings", "said"),
+    ("vary", "settings", "message"),
     [
         ({"zeta1": {"values": [0.1]}}, {"c1": 3.0}, "c1 is varied"),
         ({"c1": {"values": [0.1]}}, {"zeta1": 3.0}, "c1 is varied"),
@@ -171,8 +171,8 @@ def test_an_axis_along_a_ratio_is_one_along_its_parameter():
         ({"zeta2": {"values": [0.1]}, "k2": {"values": [0.0, 1.0]}}, {}, "means nothing with k2"),
     ],
 )
-def test_an_axis_that_means_nothing_is_refused(vary, settings, said):
-    with pytest.raises(RequestError, match=said):
+def test_an_axis_that_means_nothing_is_refused(vary, settings, message):
+    with pytest.raises(RequestError, match=message):
         scan_over(vary, set=settings)
 
 
@@ -245,7 +245,7 @@ def test_loads_keep_ratios_and_vary_them():
 
 
 @pytest.mark.parametrize(
-    ("tables", "said"),
+    ("tables", "message"),
     [
         ({"set": {"zeta1": 0.1}, "vary": {"c1": {"values": [1.0]}}}, "zeta1 = .*: c1 is varied by"),
         ({"set": {"k1": 1e4}, "vary": {"k1": {"values": [1.0]}}}, "k1 = .*: k1 is varied by"),
@@ -253,8 +253,8 @@ def test_loads_keep_ratios_and_vary_them():
         ({"vary": {"zeta": {"values": [0.1]}}}, "unknown parameter 'zeta'"),
     ],
 )
-def test_two_statements_about_one_parameter_of_a_load_are_refused(tables, said):
-    with pytest.raises(RequestError, match=said):
+def test_two_statements_about_one_parameter_of_a_load_are_refused(tables, message):
+    with pytest.raises(RequestError, match=message):
         load_response_history("tmd", {"load": {"impulse": 1.0}, **tables})
 
 
@@ -309,7 +309,7 @@ def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
 
 
 @pytest.mark.parametrize(
-    ("tables", "said"),
+    ("tables", "message"),
     [
         ({"set": {"mass_ratio": 0.03}, "free": {"m2": {}}}, "mass_ratio = 0.03: m2 is varied by"),
         ({"free": {"c2": {}, "zeta2": {}}}, "c2 beside zeta2"),
@@ -320,6 +320,6 @@ def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
         ({"uncertain": {"zeta": "5%"}}, "unknown uncertain parameter 'zeta'"),
     ],
 )  # fmt: skip
-def test_two_statements_about_one_parameter_of_a_tuning_are_refused(tables, said):
-    with pytest.raises(RequestError, match=said):
+def test_two_statements_about_one_parameter_of_a_tuning_are_refused(tables, message):
+    with pytest.raises(RequestError, match=message):
         load_tuning("tmd", tables)

@@ -23,7 +23,7 @@ def compile_all():
     from nlds_vines.continuation.section_map import compile_for
     from nlds_vines.kernels.numerics.elementary import exp, fill_cos_sin, fill_exp, log
     from nlds_vines.kernels.numerics.tones import fill_tones
-    from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
+    from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
     from nlds_vines.orbits.batch import Kernels, Wanted
     from nlds_vines.orbits.solver_settings import Settings
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.kernels.orbit.recurrence import REPEATS, TOLERANCE, period_of
+from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.orbits.spectral_records import LINES, SpectralRecords
 from nlds_vines.orbits.spectrum import spectrum_of

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.cli.running import RunOptions
-from nlds_vines.kernels.orbit.recurrence import REPEATS, TOLERANCE, period_of
+from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.records import IMPACT
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.simulation import Orbit, simulate

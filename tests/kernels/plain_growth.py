@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.kernels.cells.verdict import digits_of, mean_and_width
-from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
+from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
 
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 

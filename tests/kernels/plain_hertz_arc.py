@@ -14,6 +14,7 @@ from nlds_vines.kernels.impact.arc import (
 )
 
 ROUND_OFF = 2.0**-53
+ROWS, LEVEL = arc_table.NODES, arc_table.LEVEL
 NODES = (2, 3, 5, 12, 16, 28)
 LENGTH = 2 * mpmath.beta(mpmath.mpf(2) / 5, 0.5) / 5  # integral of u over the impact
 LOST = mpmath.beta(mpmath.mpf(2) / 5, 1.5) / 5  # what a unit of drag takes from b
@@ -100,11 +101,11 @@ def test_the_arc_to_round_off():
         assert (speed < 0.0) == (at > arc.HALF_ARC)
 
 
-def rows_of(n, part=arc_table.WHOLE):
+def rows_of(n, part=LEVEL.whole):
     """Return a reader of the rows of an arc of n nodes, and what the nodes miss."""
     nodes = impact.nodes_of(arc.make_arc(nodes=n), 0, part)
     assert nodes.n == n <= nodes.m == -(-n // 4) * 4 < n + 4
-    after = nodes.at + (arc_table.MATRIX + n) * nodes.m
+    after = nodes.at + (ROWS.matrix + n) * nodes.m
     wide = nodes.w[nodes.at : after].reshape(-1, nodes.m)
     assert not wide[:, n:].any()
     missed = nodes.w[after : after + 3 * arc_table.MISSED].reshape(3, -1).T
@@ -116,9 +117,7 @@ def rows_of(n, part=arc_table.WHOLE):
 def test_the_free_impact_keeps_what_is_known_of_it(n):
     """Notices: an arc that is not its own mirror image; a sum over nodes without what it misses."""
     rows, missed = rows_of(n)
-    u, S, weight, time = (
-        rows[k] for k in (arc_table.ARC_U, arc_table.ARC_S, arc_table.ARC_WEIGHT, arc_table.GT)
-    )
+    u, S, weight, time = (rows[k] for k in (ROWS.u, ROWS.s, ROWS.weight, ROWS.t))
     assert np.abs(u - u[::-1]).max() <= 4 * ROUND_OFF
     assert np.abs(S + S[::-1]).max() <= 8 * ROUND_OFF
     assert (np.diff(time) > 0).all()
@@ -134,10 +133,8 @@ def test_the_free_impact_keeps_what_is_known_of_it(n):
 
 @pytest.mark.parametrize("n", MADE)
 def test_half_the_free_impact_ends_at_the_deepest_point(n):
-    rows, missed = rows_of(n, arc_table.HALF)
-    u, S, weight, time = (
-        rows[k] for k in (arc_table.ARC_U, arc_table.ARC_S, arc_table.ARC_WEIGHT, arc_table.GT)
-    )
+    rows, missed = rows_of(n, LEVEL.half)
+    u, S, weight, time = (rows[k] for k in (ROWS.u, ROWS.s, ROWS.weight, ROWS.t))
     assert (np.diff(u) > 0).all()
     assert (np.diff(S) < 0).all()
     assert 0 < time[0] < time[-1] < LENGTH / 2
@@ -155,15 +152,15 @@ def test_every_choice_of_a_tolerance_is_the_arc_of_so_many_nodes(tolerance):
     made, choices = arc.make_arc(tolerance), arc.choices_for(tolerance)
     assert made.levels == len(choices) == len(arc.CHOICES) - (tolerance < arc.COARSE)
     for level, (n, errors) in enumerate(choices.items()):
-        row = arc_table.LEVELS + arc_table.LEVEL * level
-        assert tuple(made.table[[row + arc_table.ERROR, row + arc_table.HALF_ERROR]]) == errors
-        for part in (arc_table.WHOLE, arc_table.HALF):
+        row = arc_table.ARC.levels + arc_table.LEVEL_ROW * level
+        assert tuple(made.table[[row + LEVEL.error, row + LEVEL.half_error]]) == errors
+        for part in (LEVEL.whole, LEVEL.half):
             nodes = impact.nodes_of(made, level, part)
             assert nodes.n == n
-            long = (arc_table.MATRIX + n) * nodes.m + 3 * arc_table.MISSED
+            long = (ROWS.matrix + n) * nodes.m + 3 * arc_table.MISSED
             rows, missed = rows_of(n, part)
             weights = nodes.w[nodes.at : nodes.at + long]
-            end = (arc_table.MATRIX + n) * nodes.m
+            end = (ROWS.matrix + n) * nodes.m
             np.testing.assert_array_equal(weights[:end].reshape(-1, nodes.m)[:, :n], rows)
             np.testing.assert_allclose(weights[end:], missed.T.ravel(), rtol=0, atol=64 * ROUND_OFF)
 

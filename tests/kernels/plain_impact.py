@@ -5,9 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from support import Approach, contact_parts, references, side_of
 
-from nlds_vines.kernels.impact import arc as arc_table
 from nlds_vines.kernels.impact import impact
-from nlds_vines.kernels.impact.arc import CHOICES, choices_for, make_arc
+from nlds_vines.kernels.impact.arc import ARC, CHOICES, LEVEL, choices_for, make_arc
 from nlds_vines.kernels.impact.impact import (
     approach_of,
     first_guess,
@@ -128,14 +127,14 @@ def guess_error(changes, row, unit):
     parts = parts_of(**{**none, **changes})
     ps, damper, wall = parts
     arc, approach = make_arc(nodes=24), at_touch(APPROACH, parts)
-    nodes = nodes_of(arc, 0, arc_table.WHOLE)
+    nodes = nodes_of(arc, 0, LEVEL.whole)
     first_guess(ps, damper, nodes, approach)
     guess = arc.table[row : row + 24].copy()
     assert settle(ps, damper, wall, nodes, approach, arc.settled)
     return np.abs(arc.table[row : row + 24] - guess).max() / getattr(approach, unit)
 
 
-@pytest.mark.parametrize(("row", "unit"), [(arc_table.AMPLITUDES, "b"), (arc_table.TIMES, "tick")])
+@pytest.mark.parametrize(("row", "unit"), [(ARC.amplitudes, "b"), (ARC.times, "tick")])
 def test_the_first_guess_errs_by_the_second_order_or_higher(row, unit):
     """A tenth of one force, a hundredth of the error; of dashpots a ten thousandth, a thousandth.
 
@@ -155,7 +154,7 @@ def test_the_first_guess_errs_by_the_second_order_or_higher(row, unit):
 
 def test_the_nodes_are_the_fewest_that_the_tolerance_allows():
     """Notices: a bound that is not looked at; of the half arc, the errors of the whole."""
-    for column, error in enumerate((arc_table.ERROR, arc_table.HALF_ERROR)):
+    for column, error in enumerate((LEVEL.error, LEVEL.half_error)):
         seen = set()
         for tolerance in (1e-3, *TOLERANCES, 1e-13):
             arc, choices = make_arc(tolerance), choices_for(tolerance)
@@ -163,7 +162,7 @@ def test_the_nodes_are_the_fewest_that_the_tolerance_allows():
                 level = level_for(arc, int(error), size)
                 bounds = {n: errors[column] * size**1.5 for n, errors in choices.items()}
                 enough = [n for n, bound in bounds.items() if bound <= tolerance]
-                nodes = nodes_of(arc, level, arc_table.WHOLE).n
+                nodes = nodes_of(arc, level, LEVEL.whole).n
                 assert nodes == (enough[0] if enough else max(choices))
                 seen.add(nodes)
         assert seen == set(list(CHOICES)[: 4 if column == 0 else 3])  # more only after a doubt
@@ -173,8 +172,8 @@ def test_given_nodes_are_taken_whatever_the_error():
     for n in (2, 12, 24):
         arc = make_arc(nodes=n)
         for size in (1e-7, impact.LARGEST):
-            assert level_for(arc, int(arc_table.ERROR), size) == 0
-            assert nodes_of(arc, 0, arc_table.WHOLE).n == nodes_of(arc, 0, arc_table.HALF).n == n
+            assert level_for(arc, LEVEL.error, size) == 0
+            assert nodes_of(arc, 0, LEVEL.whole).n == nodes_of(arc, 0, LEVEL.half).n == n
 
 
 def test_given_nodes_solve_every_impact_that_a_tolerance_solves():

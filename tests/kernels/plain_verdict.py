@@ -13,7 +13,7 @@ from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.kernels.cells.verdict import attracted, cycle_through, follow_growth, note_exponents
 from nlds_vines.kernels.numerics.matrices import eigenvalues, is_saddle
-from nlds_vines.kernels.orbit.recurrence import impacts_of
+from nlds_vines.kernels.orbit.repetition import impacts_of
 from nlds_vines.kernels.orbit.variations import (
     is_minimal,
     new_state,

@@ -152,8 +152,8 @@ def test_a_wrong_estimate_is_caught():
     true = seen_by_twin(impacts)
     arc = make_arc(1e-6)._replace(tolerance=tolerance, settled=0.03 * tolerance)
     for level in range(arc.levels):
-        row = arc_table.LEVELS + arc_table.LEVEL * level
-        arc.table[row + arc_table.ERROR] = arc.table[row + arc_table.HALF_ERROR] = 0.0
+        row = arc_table.ARC.levels + arc_table.LEVEL_ROW * level
+        arc.table[row + arc_table.LEVEL.error] = arc.table[row + arc_table.LEVEL.half_error] = 0.0
     believing = arc._replace(tolerance=np.inf)
     worst = {}
     for name, one in (("checked", arc), ("believed", believing)):

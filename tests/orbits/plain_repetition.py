@@ -43,7 +43,7 @@ def lengths(monkeypatch):
 
     def counted(reference, arc, watch, impacts, k, p, last, y):
         end = periods_to_run(reference, arc, watch, impacts, k, p, last, y)
-        noted.extend([int(reference[repetition.CYCLE_LENGTH])] if end < last else [])
+        noted.extend([int(reference[repetition.AT.cycle])] if end < last else [])
         return end
 
     monkeypatch.setattr(orbit, "periods_to_run", counted)

@@ -13,7 +13,7 @@ import numpy as np
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..orbit.orbit import STATE_SIZE
-from ..orbit.recurrence import TOLERANCE, impacts_of, period_of
+from ..orbit.repetition import TOLERANCE, impacts_of, period_of
 from ..scene.codes import OK
 from ..scene.scene import CellBuffers, Ground
 from ..watch.observe import Touches

@@ -21,7 +21,7 @@ from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log, log10
 from ..numerics.fours import bare, four, four_at, four_of, number_of
 from ..numerics.matrices import eigenvalues, is_saddle, spectral_radius
-from ..orbit.recurrence import TOLERANCE, repeats
+from ..orbit.repetition import TOLERANCE, repeats
 from ..orbit.variations import (
     TOGETHER,
     advance_flow,

@@ -1,9 +1,9 @@
-"""The Hertz arc at collocation nodes: constants of nature, computed once per process.
+"""The Hertz arc at collocation nodes, computed once per process by plain Python.
 
 The arc u(phi), S(phi) of `impact` solves u' = S, S' = -(5/2) u^4 from u = 0, S = 1, so
 that S^2 + u^5 = 1 and phi = integral of du / sqrt(1 - u^5). Its power series, in u near the touch
-and in S near the deepest point, are inverted by Newton's method. All is strict arithmetic in one
-order, so that every machine finds the same bits (`elementary`).
+and in S near the deepest point, are inverted by Newton's method. Sums are taken in one order by
+strict arithmetic, so that every machine computes the same bits (`elementary`).
 """
 
 from __future__ import annotations
@@ -20,20 +20,17 @@ import numpy as np
 from ..numerics.elementary import cos_sin_of_turn, fifth_root
 from ..numerics.fours import FOUR
 
-# ---- Gauss-Legendre points and the integration of values there, by strict arithmetic -------------
-#
-# Every array operation rounds number by number in one way only, and sums are taken in one order, so
-# that the results have the same bits with any BLAS.
+# ---- Gauss-Legendre points and the integration of values there -----------------------------------
 
 
 NEWTON = 8  # steps for the points: the guess has three digits, and each step doubles them
 
 
 def legendre(x: np.ndarray, n: int) -> list[np.ndarray]:
-    found = [np.ones_like(x), x]
+    values = [np.ones_like(x), x]
     for k in range(1, n):
-        found.append(((2 * k + 1) * x * found[k] - k * found[k - 1]) / (k + 1))
-    return found[: n + 1]
+        values.append(((2 * k + 1) * x * values[k] - k * values[k - 1]) / (k + 1))
+    return values[: n + 1]
 
 
 def gauss_points(n: int) -> np.ndarray:
@@ -89,20 +86,20 @@ def matrix_times(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
 #     beta' = S u w a / (2 den)      tau' = u w^5 / den      w = 1 + beta    den = w^6 - a u^2
 #     a = A - D w^5 S + R tau + Z w^4 u^2 + Q tau^2
 #
-# in the free arc u(phi), S(phi): a is what accelerates r beside the contact, in units of the
-# contact's own kappa b0^6, written as a force A, a drag D, a drift R, a spring Z and a curvature Q
-# (`impact.Approach`). Of an impact that lasts theta, in units of the other motion's time, A and D
-# are of the order theta^2 or less, R is A theta, Z is theta^4 and Q is A theta^2 at most: terms are
-# kept by the sum of their TERM_WEIGHTS, which are orders in halves.
+# in the free arc u(phi), S(phi). a is the acceleration of r by all forces but the contact's, in
+# units of kappa b0^6, written as a force A, a drag D, a drift R, a spring Z and a curvature Q
+# (`impact.Approach`). In an impact whose duration is theta, in units of the other motion's time, A
+# and D are O(theta^2), R is O(A theta), Z is O(theta^4) and Q is O(A theta^2). The series is
+# truncated by the sum of TERM_WEIGHTS, which are orders in halves.
 #
-# The series is exact: beta and tau obey it whatever integrates them. So it is solved twice, with
-# the integrals of a collocation of n nodes and with true ones: the first is a guess from which the
-# sweeps need not start afresh, the difference at the arc's end is the error of the collocation.
+# The series holds for any integration rule. It is solved twice, with the integrals of a collocation
+# of n nodes and with exact ones: the first is the initial guess of the sweeps, and the difference
+# at the arc's end is the error of the collocation.
 
 
 SMALL_NUMBERS = 5  # A, D, R, Z, Q
 TERM_WEIGHTS = (2, 2, 3, 4, 5)
-HALF_ORDERS = 8  # of the terms that are kept, in halves
+HALF_ORDERS = 8  # highest order of a term, in halves
 ONE = (0,) * SMALL_NUMBERS
 
 Term = tuple[int, ...]
@@ -112,34 +109,34 @@ Integrate = Callable[[np.ndarray], np.ndarray]
 
 
 def weight_of_term(term: Term) -> int:
-    """Return the order of a term in halves."""
+    """Return the order of a term, in halves."""
     return sum(power * weight for power, weight in zip(term, TERM_WEIGHTS, strict=True))
 
 
 def terms_up_to(order: int) -> list[Term]:
-    """Return the terms up to an order (in halves), by order and then with the most of A first."""
+    """Return the terms up to an order, in halves, sorted by order and by falling power of A."""
     ranges = (range(order // weight + 1) for weight in TERM_WEIGHTS)
-    found = (term for term in product(*ranges) if weight_of_term(term) <= order)
-    return sorted(found, key=lambda term: (weight_of_term(term), tuple(-power for power in term)))
+    within = (term for term in product(*ranges) if weight_of_term(term) <= order)
+    return sorted(within, key=lambda term: (weight_of_term(term), tuple(-power for power in term)))
 
 
 ALL_TERMS = terms_up_to(HALF_ORDERS)
 
 
 def factors_of(terms: list[Term]) -> tuple[list[int], list[int]]:
-    """Return the places of two terms whose product is each of `terms`.
+    """For each of `terms`, return the places of two terms whose product it is.
 
-    The second is one of the five numbers alone, the first has one less of it; of such a number
-    itself, that is 1, the first term. Of 1 both are itself.
+    The second factor is one of the five small numbers; the first is the quotient, which is 1, the
+    first term, for a small number itself. Both factors of 1 are 1.
     """
-    fewer, once = [0], [0]
+    fewer, single = [0], [0]
     for term in terms[1:]:
         which = next(i for i, power in enumerate(term) if power)
         number = tuple(int(i == which) for i in range(SMALL_NUMBERS))
         rest = tuple(a - b for a, b in zip(term, number, strict=True))
         fewer.append(terms.index(rest))
-        once.append(terms.index(number))
-    return fewer, once
+        single.append(terms.index(number))
+    return fewer, single
 
 
 class Series:
@@ -149,24 +146,24 @@ class Series:
         self.coefficients, self.order = coefficients, order
 
     def __add__(self, other: Series) -> Series:
-        found = dict(self.coefficients)
+        total = dict(self.coefficients)
         for term, values in other.coefficients.items():
-            found[term] = found[term] + values if term in found else values
-        return Series(found, self.order)
+            total[term] = total[term] + values if term in total else values
+        return Series(total, self.order)
 
     def __sub__(self, other: Series) -> Series:
         return self + other.scaled(-1.0)
 
     def __mul__(self, other: Series) -> Series:
         """Return the product, its terms beyond the order left out."""
-        found: dict[Term, np.ndarray] = {}
+        products: dict[Term, np.ndarray] = {}
         for one, values in self.coefficients.items():
             for another, others in other.coefficients.items():
                 term = tuple(a + b for a, b in zip(one, another, strict=True))
                 if weight_of_term(term) <= self.order:
                     part = values * others
-                    found[term] = found[term] + part if term in found else part
-        return Series(found, self.order)
+                    products[term] = products[term] + part if term in products else part
+        return Series(products, self.order)
 
     def scaled(self, factor: np.ndarray | float) -> Series:
         return self.each(lambda values: values * factor)
@@ -176,20 +173,20 @@ class Series:
         return Series(changed, self.order)
 
     def power(self, n: int) -> Series:
-        found = self
+        result = self
         for _ in range(n - 1):
-            found = found * self
-        return found
+            result = result * self
+        return result
 
     def inverse(self) -> Series:
         """Return 1 / (1 + x) = 1 - x + x^2 - ... of a series 1 + x."""
         one = Series({ONE: np.ones_like(self.coefficients[ONE])}, self.order)
         x = {term: -values for term, values in self.coefficients.items() if term != ONE}
-        found = power = one
+        total = power = one
         for _ in range(self.order // min(TERM_WEIGHTS)):
             power = power * Series(x, self.order)
-            found = found + power
-        return found
+            total = total + power
+        return total
 
     def at(self, term: Term) -> np.ndarray:
         """Return the coefficient of a term, which may be zero."""
@@ -202,7 +199,7 @@ def impact_series(
 ) -> tuple[Series, Series, Series, Series]:
     """Return the series of beta, tau and of their derivatives by phi, at nodes of the arc u, S.
 
-    Every pass of the fixed point adds a whole order, which is all that it computes anew.
+    Each pass of the fixed-point iteration adds a whole order.
     """
     beta = Series({}, 0)
     tau = Series({ONE: integrate(u)}, 0)
@@ -229,68 +226,91 @@ def impact_series(
     return beta, tau, *by_phi
 
 
-# ---- The table of an arc: where its numbers stand, and its nodes ---------------------------------
-#
-# `hertz_arc` makes it; `impact` and what goes with it read the constants of one choice of nodes,
-# and write what belongs to the impact at hand.
+# ---- The table of an arc, made by `make_arc`: constants of each choice of nodes, and scratch -----
 
 
-# The table of an arc.
-#
-#   from        numbers          what
-#   AMPLITUDES  8 NODE_ROW       scratch at the nodes: unknowns and their derivatives by phi
-#   INSIDE      7 NODE_ROW       what is known of the last few impacts (`inside`)
-#   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
-#   USED        8                level of the nodes whose unknowns are there
-#   PRODUCTS    NODE_ROW         terms of the series, products of the five small numbers
-#   VARIATIONS  34 NODE_ROW      scratch of variations (`inside`)
-#   then        for each of them, of the whole arc and of its half, m being n in whole fours:
-#                 ARC_U ...      39 m       rows of constants
-#                 MATRIX         n m        from touch to each node, integrand by integrand
-#                 then           3 x 36     coefficients of what the nodes miss: of b, t, energy
-#
-#   unknowns    AMPLITUDES    b, in which z = b^4 u^2 and s = v(b) S
-#               TIMES         since touch [s]
-#               COMMON_X, _V  x1 and v1 without the share of z and s: the motion of both masses
-#               FB ... FH     the derivatives of these four by phi
-#   constants   ARC_U, ARC_S  u = sqrt(z / z_m) and S = s / v
-#               ARC_WEIGHT    of an integral over the whole interval
-#               CUBE          integral of u^3
-#               DOUBLE        integral of u CUBE
-#               GB, GT        coefficients of the series of b / b0 - 1 and of time
-NODE_ROW = 64
-AMPLITUDES, TIMES, COMMON_X, COMMON_V, FB, FT, FG, FH = (NODE_ROW * i for i in range(8))
-INSIDE = 8 * NODE_ROW
-LEVELS, LEVEL, MOST_LEVELS = 15 * NODE_ROW, 6, 8
-# n, places of the constants, C_n of each, error of sums over the free arc
-NODES, WHOLE, HALF, ERROR, HALF_ERROR, SUMMED = range(LEVEL)
-USED = LEVELS + LEVEL * MOST_LEVELS
-PRODUCTS = USED + 8
-VARIATIONS = PRODUCTS + NODE_ROW
-CHANGES = VARIATIONS + 7 * NODE_ROW  # what the four change of each term, 3 NODE_ROW
-CONSTANTS = VARIATIONS + 34 * NODE_ROW
-
-# terms of the guess; of what the nodes miss: 36, in whole fours
+NODE_ROW = 64  # numbers of a row with one for each node
+LEVEL_ROW, MOST_LEVELS = 6, 8
+# terms of the series in the first guess; of what the nodes miss: 36, in whole fours
 GUESSED, MISSED = 17, len(ALL_TERMS)
-ARC_U, ARC_S, ARC_WEIGHT, CUBE, DOUBLE, GB = range(6)  # in rows of m numbers, as the next two
-GT, MATRIX = GB + GUESSED, GB + 2 * GUESSED
-# places of the five small numbers in ALL_TERMS
-AT_FORCE, AT_DRAG, AT_DRIFT, AT_SPRING, AT_CURVATURE = 1, 2, 3, 7, 10
 FACTORS = np.array(factors_of(ALL_TERMS)).ravel()  # places of one for each term, then of the others
+
+
+class ArcTable(NamedTuple):
+    """Places in the table of an arc. From `variations` to `constants` is scratch of `inside`."""
+
+    # at the nodes, NODE_ROW each: b, where z = b^4 u^2 and s = v(b) S; the time since touch [s];
+    # x1 and v1 without the share of z and s, the common motion; the derivatives of the four by phi
+    amplitudes: int = 0
+    times: int = NODE_ROW
+    common_x: int = 2 * NODE_ROW
+    common_v: int = 3 * NODE_ROW
+    slope_b: int = 4 * NODE_ROW
+    slope_t: int = 5 * NODE_ROW
+    slope_x: int = 6 * NODE_ROW
+    slope_v: int = 7 * NODE_ROW
+    recalled: int = 8 * NODE_ROW  # results of the last few impacts (`inside.Recalled`)
+    levels: int = 15 * NODE_ROW  # a row `Level` for each choice of nodes, from few to many
+    used: int = 15 * NODE_ROW + LEVEL_ROW * MOST_LEVELS  # level of the nodes whose values are there
+    products: int = 15 * NODE_ROW + LEVEL_ROW * MOST_LEVELS + 8  # terms of the series
+    variations: int = 16 * NODE_ROW + LEVEL_ROW * MOST_LEVELS + 8
+    changes: int = 23 * NODE_ROW + LEVEL_ROW * MOST_LEVELS + 8  # of each term, by four variations
+    constants: int = 50 * NODE_ROW + LEVEL_ROW * MOST_LEVELS + 8  # of the levels, see `NodeRows`
+
+
+class Level(NamedTuple):
+    """Places in the row of one choice of nodes."""
+
+    nodes: int = 0  # n
+    whole: int = 1  # places of the constants of the whole arc and of its half
+    half: int = 2
+    error: int = 3  # C_n of each
+    half_error: int = 4
+    summed: int = 5  # error of integrals over the free arc
+
+
+class NodeRows(NamedTuple):
+    """Rows of constants, m numbers each, m being n in whole fours.
+
+    From `matrix` on stand n rows of the matrix that integrates from touch to each node, integrand
+    by integrand, then 3 x MISSED coefficients of the nodes' errors in b, t and the energy.
+    """
+
+    u: int = 0  # sqrt(z / z_m)
+    s: int = 1  # S = s / v
+    weight: int = 2  # of an integral over the whole interval
+    cube: int = 3  # integral of u^3
+    double: int = 4  # integral of u times `cube`
+    b: int = 5  # coefficients of the series of b / b0 - 1, GUESSED rows
+    t: int = 5 + GUESSED  # the same of the time
+    matrix: int = 5 + 2 * GUESSED
+
+
+class SmallNumbers(NamedTuple):
+    """Places of the five small numbers in ALL_TERMS."""
+
+    force: int = 1
+    drag: int = 2
+    drift: int = 3
+    spring: int = 7
+    curvature: int = 10
+
+
+ARC, LEVEL, NODES, TERM = ArcTable(), Level(), NodeRows(), SmallNumbers()
 
 SETTLED = 0.03  # share of the tolerance that the sweeps may leave
 
 
 class Arc(NamedTuple):
-    """The Hertz arc at collocation nodes, prepared by `hertz_arc`.
+    """The Hertz arc at collocation nodes, made by `make_arc`.
 
-    One array holds it all: each array of a tuple costs every call that hands it on.
+    It is one array: each array of a tuple costs every call that hands it on.
     """
 
-    tolerance: float  # error of an impact: of speed and time of release, and of its depth, relative
-    settled: float  # what the sweeps may leave of it
+    tolerance: float  # relative error of an impact: of speed and time of release, and of its depth
+    settled: float  # the part of it that the sweeps may leave
     levels: int  # choices of nodes
-    table: np.ndarray  # see above; what belongs to an impact is scratch
+    table: np.ndarray  # `ArcTable`
 
 
 # ---- the Hertz arc at the nodes ------------------------------------------------------------------
@@ -300,7 +320,7 @@ HALF_ARC = 1.2537306248172073  # B(1/5, 1/2) / 5: phase from touch to the deepes
 EQUAL = 0.9175012193496621  # phase at which u^5 = S^2 = 1/2
 MAP_STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity at 0.727
 MAP_RATE = 1.3280717613951345  # a = arsinh(1 / MAP_STRETCH)
-FINEST_ERROR = 1e-15  # what sweeps may leave where the nodes are given: round-off
+FINEST_ERROR = 1e-15  # that sweeps may leave with a prescribed number of nodes: round-off
 
 CHOICES = {
     8: (6e-6, 6e-8),
@@ -311,11 +331,11 @@ CHOICES = {
 }
 """Numbers of nodes n, and C_n: errors of an impact are at most C_n e^(3/2) (`impact`).
 
-To its release, and to its deepest point on the half arc.  What impacts of all kinds were found to
-err by at most (tests/kernels/test_impact_error.py)."""
+C_n at the release, and at the deepest point, the end of the half arc: the largest errors of impacts
+of all kinds (tests/kernels/test_impact_error.py)."""
 
 FEW_NODES, COARSE = 8, 1e-8
-"""Nodes whose errors add up over many impacts, as they have a sign; for coarse tolerances alone."""
+"""So few nodes are for tolerances from COARSE on: their errors have one sign and add up."""
 
 _FINE = 32  # nodes whose integrals are true to round-off
 _TERMS = 60  # of the power series, whose terms fall by more than a half each
@@ -325,8 +345,8 @@ _NEWTON = 8  # steps that invert them
 def hertz_arc(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (u, S) of the free Hertz impact at phases `phi`, 0 at touch, 2 HALF_ARC at release.
 
-    Either of u^5 and S^2 = 1 - u^5 comes from the series that is well conditioned there, so that
-    both are good to round-off all along.
+    u comes from its own series where u^5 < 1/2, S from its own elsewhere, and the other one from
+    S^2 + u^5 = 1, so that both are accurate to round-off.
     """
     left = np.minimum(phi, 2 * HALF_ARC - phi)  # 0 at touch or release
     low = left < EQUAL
@@ -359,7 +379,7 @@ def _inverted(values: np.ndarray, power: float, m: int) -> np.ndarray:
 
 
 def _sinh_cosh(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (sinh, cosh) of numbers of at most 1.4 by their Taylor series."""
+    """Return (sinh, cosh) of numbers up to 1.4 by their Taylor series."""
     z = x * x
     odd = even = np.ones(len(x))
     for k in range(28, 0, -2):
@@ -378,13 +398,13 @@ class _Grid:
 
 
 def _grid(n: int, part: int) -> _Grid:
-    """Return n nodes of the WHOLE arc or its HALF.
+    """Return n nodes of the whole arc or of its half (LEVEL.whole, LEVEL.half).
 
-    The map keeps the nodes of the whole away from the singularities beside its middle; the half,
-    which ends between them, needs none.
+    The complex singularities lie beside the middle of the whole arc, from which the map moves the
+    nodes away; the half arc ends between the singularities and needs no map.
     """
     xi = gauss_points(n)
-    if part == WHOLE:
+    if part == LEVEL.whole:
         sinh, cosh = _sinh_cosh(MAP_RATE * xi)
         phi, density = HALF_ARC * (1 + MAP_STRETCH * sinh), HALF_ARC * MAP_STRETCH * MAP_RATE * cosh
     else:
@@ -394,7 +414,7 @@ def _grid(n: int, part: int) -> _Grid:
 
 
 def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
-    """Return the constants of an arc with these numbers of nodes (`impact`), one by one."""
+    """Return the constants of the arc (`NodeRows`) for each number of nodes."""
     grids = [_grid(n, part) for n in (*choices, _FINE)]
     ends = np.cumsum([len(grid.u) for grid in grids])
 
@@ -410,7 +430,7 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
     by_energy = ((ones + beta).power(9) * by_beta).scaled(10.0)
     cube = integrate(u * u * u)
     double = integrate(u * cube)
-    found = []
+    blocks = []
     for grid, end in zip(grids[:-1], ends, strict=False):
         here = slice(end - len(grid.u), end)
         rows = [grid.u, grid.S, grid.weight, cube[here], double[here]]
@@ -422,43 +442,32 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
                 values = np.split(series.at(term), ends[:-1])
                 true = matrix_times(grids[-1].weight, values[-1])
                 beyond[row, column] = true - matrix_times(grid.weight, series.at(term)[here])
-        found.append(_constants(rows, grid.matrix, beyond))
-    return found
+        n = len(grid.u)
+        wide = np.zeros((len(rows) + n, -(-n // FOUR) * FOUR))  # in whole fours of nodes
+        wide[: len(rows), :n], wide[len(rows) :, :n] = rows, grid.matrix.T
+        blocks.append(np.concatenate([wide.ravel(), beyond.ravel()]))
+    return blocks
 
 
 def _error_of_sums(n: int) -> float:
-    """Return the larger error of n nodes for squares of force and of speed, relative."""
+    """Return the largest relative error of n nodes in the integrals of force and speed squared."""
     sums = []
-    for grid in (_grid(n, WHOLE), _grid(_FINE, WHOLE)):
+    for grid in (_grid(n, LEVEL.whole), _grid(_FINE, LEVEL.whole)):
         cube = grid.u * grid.u * grid.u
         sums.append([matrix_times(grid.weight, f * grid.u) for f in (cube * cube, grid.S * grid.S)])
     return max(abs(float(mine / true) - 1) for mine, true in zip(*sums, strict=True))
 
 
-def _constants(rows: list[np.ndarray], matrix: np.ndarray, beyond: np.ndarray) -> np.ndarray:
-    """Return rows, matrix and what is missed, one after the other, in whole fours of nodes."""
-    n = len(matrix)
-    wide = np.zeros((len(rows) + n, _in_fours(n)))
-    wide[: len(rows), :n] = rows
-    wide[len(rows) :, :n] = matrix.T
-    return np.concatenate([wide.ravel(), beyond.ravel()])
-
-
-def _in_fours(n: int) -> int:
-    """Return the least multiple of four that is n or more."""
-    return -(-n // FOUR) * FOUR
-
-
 @lru_cache(maxsize=8)
 def _table(choices: tuple[tuple[int, tuple[float, float]], ...]) -> np.ndarray:
-    """Return the table of an arc (`impact`) with these choices of nodes and errors."""
+    """Return the table of an arc with these choices of nodes and their C_n."""
     numbers = tuple(n for n, _ in choices)
-    whole, half = (_blocks(numbers, part) for part in (WHOLE, HALF))
-    head, place, blocks = np.zeros(CONSTANTS), CONSTANTS, []
+    whole, half = (_blocks(numbers, part) for part in (LEVEL.whole, LEVEL.half))
+    head, place, blocks = np.zeros(ARC.constants), ARC.constants, []
     for level, (n, errors) in enumerate(choices):
-        row = LEVELS + LEVEL * level
+        row = ARC.levels + LEVEL_ROW * level
         ends = place, place + len(whole[level])
-        head[row : row + LEVEL] = n, *ends, *errors, _error_of_sums(n)
+        head[row : row + LEVEL_ROW] = n, *ends, *errors, _error_of_sums(n)
         blocks += [whole[level], half[level]]
         place = ends[1] + len(half[level])
     return np.concatenate([head, *blocks])
@@ -469,10 +478,10 @@ def choices_for(tolerance: float) -> dict[int, tuple[float, float]]:
 
 
 def make_arc(tolerance: float = 1e-9, nodes: int | None = None) -> Arc:
-    """Return the `Arc` with scratch rows of its own: one for each thread that uses it.
+    """Return an `Arc` with its own scratch: each thread needs one.
 
-    Arguments: the relative `tolerance` of an impact, which chooses its nodes; or one number of
-    `nodes`, 2 to 60, for all impacts, whose errors are what they are.
+    The relative `tolerance` of an impact determines its nodes. A number of `nodes`, 2 to 60, is
+    used for all impacts, without a check of their errors.
     """
     if nodes is None:
         choices = choices_for(tolerance)

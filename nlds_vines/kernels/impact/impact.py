@@ -2,31 +2,31 @@
 
 Without external forces a contact that begins with speed v is the arc z = z_m u(phi)^2,
 s = v S(phi), where u' = S, S' = -(5/2) u^4, u(0) = 0, S(0) = 1: one function for all impacts, with
-z_m = b^4 and v = sqrt(4 kappa / 5) b^5. The springs, dashpots and the forcing change it by a
-relative amount a / (kappa z_m^(3/2)), about one per cent here. Variation of constants writes that
-down exactly, with the arc's own phase phi as the independent variable:
+z_m = b^4 and v = sqrt(4 kappa / 5) b^5. Springs, dashpots and forcing change it by a relative
+amount a / (kappa z_m^(3/2)), about one per cent, a being the acceleration of r by all forces but
+the contact's. Variation of constants, with the arc's phase phi as the independent variable, gives
+without approximation
 
     db/dphi = S a b u / (2 den)      dt/dphi = (5/2) c b^5 u / den      den = kappa b^6 - a u^2
 
 and two slow unknowns for the motion common to both masses, on which the contact does not act. The
 right-hand sides are small and smooth, the touch is phi = 0, the deepest point S = 0 and the release
-u = 0 again: nothing has to be searched for. Collocation at Gauss points turns the equations into a
-fixed point that contracts by that one per cent a sweep.
+u = 0 again, so that no root has to be found. Collocation at Gauss points turns the equations into a
+fixed-point iteration that contracts by about one per cent a sweep.
 
-a is five small numbers, all but exactly: a force, a drag, a drift, a spring and a curvature
-(`Approach`). Power series in them, prepared once (`impact_series`), are the guess from which
-the sweeps start, and the error of the collocation, which is subtracted. What remains is at most
-C_n e^(3/2), e the sum of their sizes: so many nodes are taken as the tolerance asks for. Afterwards
-energy and virial must add up, with all forces taken from eq. (5) anew: the integral of their work
-and the speed of release must agree to the tolerance (`at_end`); otherwise the impact is solved with
-more nodes, and in the end it is stepped.
+To high accuracy a consists of five small numbers: a force, a drag, a drift, a spring and a
+curvature (`Approach`). Power series in them, prepared once (`impact_series`), give the initial
+guess of the sweeps and the error of the collocation, which is subtracted. The remaining error is at
+most C_n e^(3/2), e being the sum of their sizes; the number n of nodes follows from the tolerance.
+Then the balances of energy and virial, with all forces taken anew from eq. (5), must hold to the
+tolerance (`at_end`). If they do not, the impact is solved with more nodes, and finally stepped.
 
-At the end of the interval such an integral is far better than at any place within it. So the depth,
-where it is wanted, is solved as an end: once more, on nodes between touch and deepest point alone.
+At the end of the interval the integrals converge far faster than inside it. So the depth, if it is
+recorded, is computed as the end of a second solution, on nodes between touch and deepest point.
 
-The complex singularities of the arc lie beside its middle; the nodes follow a map x = d sinh(a xi)
-that moves them away, and 12 nodes do the work of 25. What is not a short impact (slow or pressed
-touches, soft contacts) is left to `contact`.
+The complex singularities of the arc lie beside its middle. The nodes follow a map x = d sinh(a xi)
+that moves them away, so that 12 nodes are as accurate as 25. Other contacts (slow or pressed
+touches, soft contacts) are left to `contact`.
 """
 
 from __future__ import annotations
@@ -38,56 +38,17 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import fifth_root
 from ..numerics.fours import four, four_at, four_of, larger_of, largest_of, put_four, sum_of
-from ..scene.drive import (
-    Moment,
-    bending,
-    drive_later,
-    drive_now,
-    falling,
-    twisting,
-)
+from ..scene.drive import Moment, bending, drive_later, drive_now, falling, twisting
 from ..scene.scene import accelerations, shared, under
-from .arc import (
-    AMPLITUDES,
-    ARC_WEIGHT,
-    AT_CURVATURE,
-    AT_DRAG,
-    AT_DRIFT,
-    AT_FORCE,
-    AT_SPRING,
-    COMMON_V,
-    COMMON_X,
-    CUBE,
-    DOUBLE,
-    ERROR,
-    FACTORS,
-    FB,
-    FG,
-    FH,
-    FT,
-    GB,
-    GT,
-    GUESSED,
-    HALF,
-    HALF_ERROR,
-    LEVEL,
-    LEVELS,
-    MATRIX,
-    MISSED,
-    NODES,
-    PRODUCTS,
-    TIMES,
-    USED,
-    WHOLE,
-)
+from .arc import ARC, FACTORS, GUESSED, LEVEL, LEVEL_ROW, MISSED, NODES, TERM
 
 # --------------------------------------------------------------------------------------------------
 # An impact at touch: its free arc, the motion common to both masses, and five small numbers.
 #
-# What is common is a Taylor polynomial of the time, as the contact does not act on it. With the
-# free arc of the approach speed it tells what springs, dashpots and the forcing change of the
-# impact (a in `impact`): all but exactly a force, a drag, a drift, a spring and a curvature.
-# Products of these numbers are the terms of its series.
+# The common motion is a Taylor polynomial of the time, as the contact does not act on it. Together
+# with the free arc of the approach speed it gives the acceleration a of the text above: up to
+# higher orders a force, a drag, a drift, a spring and a curvature. Products of these numbers are
+# the terms of the series.
 
 
 class Nodes(NamedTuple):
@@ -95,14 +56,14 @@ class Nodes(NamedTuple):
 
     n: int
     m: int  # n in whole fours
-    at: int  # place of the constants
-    w: Any  # the table
+    at: int  # place of their constants (`arc.NodeRows`)
+    w: Any  # the table (`arc.ArcTable`)
 
 
 @jit
 def nodes_of(arc, level, part):
-    row = LEVELS + LEVEL * level
-    n = int(arc.table[row + NODES])
+    row = ARC.levels + LEVEL_ROW * level
+    n = int(arc.table[row + LEVEL.nodes])
     return Nodes(n, (n + 3) // 4 * 4, int(arc.table[row + part]), arc.table)
 
 
@@ -110,11 +71,11 @@ def nodes_of(arc, level, part):
 def level_for(arc, error, size):
     """Return the first level with C_n e^(3/2) within the tolerance, or the finest.
 
-    error: ERROR or HALF_ERROR, the column of C_n; size: e of the impact.
+    error: LEVEL.error or LEVEL.half_error, the place of C_n; size: e of the impact.
     """
     scale = size * math.sqrt(size)
     for level in range(arc.levels - 1):
-        if arc.table[LEVELS + LEVEL * level + error] * scale <= arc.tolerance:
+        if arc.table[ARC.levels + LEVEL_ROW * level + error] * scale <= arc.tolerance:
             return level
     return arc.levels - 1
 
@@ -131,12 +92,12 @@ class Approach(NamedTuple):
     acceleration: float
     jerk: float
     snap: float
-    force: float  # A: a at touch, without what goes with s, in units of kappa b^6
-    drag: float  # D: what goes with -s
-    drift: float  # R: what goes with the time
-    spring: float  # Z: what goes with z
-    curvature: float  # Q: what goes with the square of the time
-    size: float  # e: at least the size of all of a during the impact, more where a load twists
+    force: float  # A: a at touch without the part in s, in units of kappa b^6
+    drag: float  # D: coefficient of -s
+    drift: float  # R: coefficient of the time
+    spring: float  # Z: coefficient of z
+    curvature: float  # Q: coefficient of the square of the time
+    size: float  # e: a bound of |a| during the impact, larger if the load has a third derivative
 
 
 @jit
@@ -148,8 +109,8 @@ def approach_of(ps, damper, wall, phase, touch):
     b4 = (b * b) * (b * b)
     peak = wall.kappa * b4 * (b * b)
     tick = 2.5 * s / peak
-    # The common motion x'' = (1 - share) (f/m1 - k1/m1 x - c1/m1 x' + load), by Taylor; of what
-    # shakes both bodies it has all.
+    # The Taylor polynomial of the common motion x'' = (1 - share) (f/m1 - k1/m1 x - c1/m1 x' +
+    # load); a force that shakes both bodies acts on it in full.
     other, drive = 1.0 - damper.share, drive_now(phase)
     falls, bends = falling(ps, phase), bending(ps, phase)
     v = v1 - damper.share * s
@@ -161,7 +122,7 @@ def approach_of(ps, damper, wall, phase, touch):
     bend = (bends - shared(ps, bends)) + ps.stiffness * acceleration
     snap = -other * (bend + ps.damping * jerk) - shared(ps, bends)
     # The small numbers.
-    pull = damper.share * ps.damping * other * ps.damping  # what z does by the common dashpot
+    pull = damper.share * ps.damping * other * ps.damping  # of z through the common dashpot
     stiffness = damper.k2 * damper.inv_mu + damper.share * ps.stiffness - pull
     per = 1.0 / peak
     force = (push - damper.k2 * wall.gap * damper.inv_mu) * per
@@ -170,8 +131,8 @@ def approach_of(ps, damper, wall, phase, touch):
     spring = -stiffness * b4 * per
     curvature = -0.5 * (bend + ps.damping * jerk) * tick * tick * per
     size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
-    # What the series leave out of a load is C_n 4 x at most (`CHOICES`): with 2 sqrt(x) more of e
-    # C_n e^(3/2) covers that, too, as (e + 2 sqrt(x))^(3/2) is more than e^(3/2) + 4 x for x < 1/4.
+    # The series omits the third derivative of a load, whose error is at most 4 C_n x (`CHOICES`).
+    # Adding 2 sqrt(x) to e covers it, since (e + 2 sqrt(x))^(3/2) > e^(3/2) + 4 x for x < 1/4.
     size += 2.0 * math.sqrt((8.0 / 6.0) * twisting(ps, phase) * tick * tick * tick * per)
     return Approach(
         b, s, tick, phase, x1, v, acceleration, jerk, snap, force, drag, drift, spring, curvature,
@@ -181,19 +142,21 @@ def approach_of(ps, damper, wall, phase, touch):
 
 @jit(inlined=True)
 def gathered(w, k):
-    """Return the four terms of the series that are FACTORS number k to k + 3."""
+    """Return the terms of the series at the places FACTORS[k] to FACTORS[k + 3], as a four."""
     i, j, m, n = FACTORS[k], FACTORS[k + 1], FACTORS[k + 2], FACTORS[k + 3]
-    return four_of(w[PRODUCTS + i], w[PRODUCTS + j], w[PRODUCTS + m], w[PRODUCTS + n])
+    return four_of(
+        w[ARC.products + i], w[ARC.products + j], w[ARC.products + m], w[ARC.products + n]
+    )
 
 
-# ---- what four variations change of it -----------------------------------------------------------
+# ---- the approach of four variations -------------------------------------------------------------
 
 
 @jit
 def pushes_varied(ps, damper, approach, late, x, v):
-    """Return e of `inside` at touch and four derivatives by time, apart from b and t.
+    """Return e of `inside` at touch and its first four derivatives by time, without b and t.
 
-    late: t0 [s]; x, v: of the common motion at the touch.
+    late: t0 [s]; x, v: variations of the common motion at the touch.
     """
     other, omega = 1.0 - damper.share, ps.omega
     drag, pull = ps.damping * other, ps.stiffness * other
@@ -209,10 +172,10 @@ def pushes_varied(ps, damper, approach, late, x, v):
 
 @jit
 def numbers_varied(approach, pushes, faster):
-    """Return the changes of (A, D, R, Z, Q) by four variations, a four of each.
+    """Return the variations of (A, D, R, Z, Q), a four of each.
 
-    pushes: by `pushes_varied`; faster: of the approach speed, relative. (As b^5 is s, the tick goes
-    with s^(-1/5), the contact's own acceleration with s^(6/5).)
+    pushes: of `pushes_varied`; faster: relative variation of the approach speed s. The tick is
+    proportional to s^(-1/5), the contact's acceleration to s^(6/5).
     """
     push, first, second, _, _ = pushes
     tick = approach.tick
@@ -230,74 +193,74 @@ def numbers_varied(approach, pushes, faster):
 
 LENGTH = 1.4716375921623523  # integral of u from touch to release: B(2/5, 1/2) 2/5
 LASTING = 2.943  # time from touch to release of a free impact, times speed / depth
-LARGEST = 0.15  # of e, the external acceleration in units of the contact's own: above it, stepped
-LONGEST = 0.25  # duration of a short impact in units of 1/rate: a longer one is stepped
-MOST_SWEEPS = 12  # a sweep gains one digit or two; from the guess, some two are needed
-# error of the speed for a difference of the two energies, relative: five times its half
-DOUBTED = 5.0
-NODE_ERROR = 2.0e-15  # relative, of a velocity at the nodes
-BY_TIME = 0.2  # least share of a change that integrals over the whole interval are said to keep
+LARGEST = 0.15  # greatest e of a short impact; one with a larger e is stepped
+LONGEST = 0.25  # longest short impact, in units of 1/rate; a longer one is stepped
+MOST_SWEEPS = 12  # a sweep gains one or two digits; from the guess, about two are needed
+DOUBTED = 5.0  # weight of the relative residual of the energy in the doubt
+NODE_ERROR = 2.0e-15  # relative rounding error of a velocity at the nodes
+BY_TIME = 0.2  # least factor assumed between changes at nodes and of integrals over the interval
 
 
 @jit
 def first_guess(ps, damper, nodes, approach):
-    """Fill the unknowns at the nodes by the series, good to third order in the small numbers."""
+    """Fill the unknowns at the nodes by the series, to third order in the small numbers."""
     w, m, at = nodes.w, nodes.m, nodes.at
     b, tick = approach.b, approach.tick
     # The terms of the series: each is a former one times a small number.
-    w[PRODUCTS] = 1.0
-    w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, approach.drag
-    w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring
-    w[PRODUCTS + AT_CURVATURE] = approach.curvature
+    w[ARC.products] = 1.0
+    w[ARC.products + TERM.force], w[ARC.products + TERM.drag] = approach.force, approach.drag
+    w[ARC.products + TERM.drift], w[ARC.products + TERM.spring] = approach.drift, approach.spring
+    w[ARC.products + TERM.curvature] = approach.curvature
     for k in range(4, MISSED, 4):  # four at once: their factors stand before them
-        put_four(w, PRODUCTS + k, gathered(w, k) * gathered(w, MISSED + k))
-    # what the shares of s and z in x1' and x1 do to the common motion
+        put_four(w, ARC.products + k, gathered(w, k) * gathered(w, MISSED + k))
+    # the effect on the common motion of the shares of s and z in x1' and x1
     other = 1.0 - damper.share
     z0 = (b * b) * (b * b)
     on_v = ps.damping * other * damper.share
-    once = (ps.stiffness * damper.share - ps.damping * on_v) * other * z0 * tick
-    back = ps.damping * once + ps.stiffness * on_v * z0 * tick
-    twice = other * tick * back
-    on_x, on_x_twice = on_v * z0 * tick, once * tick
+    first = (ps.stiffness * damper.share - ps.damping * on_v) * other * z0 * tick
+    second = ps.damping * first + ps.stiffness * on_v * z0 * tick
+    twice = other * tick * second
+    on_x, on_x_twice = on_v * z0 * tick, first * tick
     half, sixth, last = 0.5 * approach.acceleration, approach.jerk / 6.0, approach.snap / 24.0
     for i in range(0, m, 4):
-        # of odd and even terms apart: no sum waits for the other; that of 1 is 0 for b
-        row = at + GB * m + i
-        beta, t, more, later = four(0.0), four_at(w, row + (GT - GB) * m), four(0.0), four(0.0)
+        # sums of odd and of even terms, which do not wait for each other; b has no term 1
+        row = at + NODES.b * m + i
+        beta, beta_even, t_even = four(0.0), four(0.0), four(0.0)
+        t = four_at(w, row + (NODES.t - NODES.b) * m)
         for k in range(1, GUESSED, 2):
             row += m
-            beta = beta + four_at(w, row) * w[PRODUCTS + k]
-            t = t + four_at(w, row + (GT - GB) * m) * w[PRODUCTS + k]
+            beta = beta + four_at(w, row) * w[ARC.products + k]
+            t = t + four_at(w, row + (NODES.t - NODES.b) * m) * w[ARC.products + k]
             row += m
-            more = more + four_at(w, row) * w[PRODUCTS + k + 1]
-            later = later + four_at(w, row + (GT - GB) * m) * w[PRODUCTS + k + 1]
-        now, t = b + b * (beta + more), tick * (t + later)
-        u, cube = four_at(w, at + i), four_at(w, at + CUBE * m + i)
-        double = four_at(w, at + DOUBLE * m + i)
+            beta_even = beta_even + four_at(w, row) * w[ARC.products + k + 1]
+            t_even = t_even + four_at(w, row + (NODES.t - NODES.b) * m) * w[ARC.products + k + 1]
+        now, t = b + b * (beta + beta_even), tick * (t + t_even)
+        u, cube = four_at(w, at + i), four_at(w, at + NODES.cube * m + i)
+        double = four_at(w, at + NODES.double * m + i)
         now2 = now * now
         change = t * (approach.acceleration + t * (3.0 * sixth + t * (4.0 * last)))
-        way = t * (approach.v + t * (half + t * (sixth + t * last)))
-        put_four(w, AMPLITUDES + i, now)
-        put_four(w, TIMES + i, t)
-        dip = on_v * (now2 * now2 * (u * u)) + (once * cube - twice * double)
-        put_four(w, COMMON_V + i, (approach.v + change) - dip)
-        put_four(w, COMMON_X + i, (approach.x + way) - (on_x * cube + on_x_twice * double))
+        distance = t * (approach.v + t * (half + t * (sixth + t * last)))
+        put_four(w, ARC.amplitudes + i, now)
+        put_four(w, ARC.times + i, t)
+        dip = on_v * (now2 * now2 * (u * u)) + (first * cube - twice * double)
+        put_four(w, ARC.common_v + i, (approach.v + change) - dip)
+        put_four(w, ARC.common_x + i, (approach.x + distance) - (on_x * cube + on_x_twice * double))
 
 
 @jit(inlined=True)
 def slopes_at(ps, damper, wall, nodes, approach, i):
-    """Return (a, FB, FT, FG, FH) at the four nodes from i on, a as in the text above."""
+    """Return a and the derivatives of b, t, x and v by phi at the four nodes from i on."""
     w, at = nodes.w, nodes.at
-    b, u, S_u = four_at(w, AMPLITUDES + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
-    v = four_at(w, COMMON_V + i)
+    b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
+    v = four_at(w, ARC.common_v + i)
     b2 = b * b
     b4 = b2 * b2
     u2 = u * u
     z = b4 * u2
     s = (wall.speed * (b4 * b)) * S_u
-    # accelerations of x1 and r without damper and wall, and without the wall
-    drive = drive_later(ps, approach.phase, four_at(w, TIMES + i))
-    x1 = four_at(w, COMMON_X + i) + damper.share * z
+    # the accelerations of x1 without damper and wall, and of r without the wall
+    drive = drive_later(ps, approach.phase, four_at(w, ARC.times + i))
+    x1 = four_at(w, ARC.common_x + i) + damper.share * z
     push = ps.force * drive
     push = under(ps.load, push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s)))
     push = push - shared(ps, ps.force * drive)
@@ -309,58 +272,52 @@ def slopes_at(ps, damper, wall, nodes, approach, i):
 
 
 @jit
-def all_slopes(ps, damper, wall, nodes, approach):
-    """Fill the rows FB, FT, FG, FH with the derivatives of the unknowns by phi."""
-    for i in range(0, nodes.m, 4):
-        _, fb, ft, fg, fh = slopes_at(ps, damper, wall, nodes, approach, i)
-        put_four(nodes.w, FB + i, fb)
-        put_four(nodes.w, FT + i, ft)
-        put_four(nodes.w, FG + i, fg)
-        put_four(nodes.w, FH + i, fh)
-
-
-@jit
 def integrate(nodes, approach):
-    """Integrate the slopes from touch to every node; return the largest relative change.
+    """Integrate the slopes from touch to every node; return the largest change of the unknowns.
 
-    Of the speed of r and of the common velocity, both relative to the approach speed; what rounding
-    does to a common velocity that is far larger is no change.
+    It is the sum of the changes of s and of the common velocity, relative to the approach speed,
+    less the rounding error of a large common velocity.
     """
-    w, n, m, matrix = nodes.w, nodes.n, nodes.m, nodes.at + MATRIX * nodes.m
+    w, n, m, matrix = nodes.w, nodes.n, nodes.m, nodes.at + NODES.matrix * nodes.m
     of_b, of_h = four(0.0), four(0.0)
     for i in range(0, m, 4):
         b, t = four(approach.b), four(0.0)
         g, h = four(approach.x), four(approach.v)
         for j in range(n):
             q = four_at(w, matrix + j * m + i)
-            b = b + q * w[FB + j]
-            t = t + q * w[FT + j]
-            g = g + q * w[FG + j]
-            h = h + q * w[FH + j]
-        of_b = larger_of(of_b, b - four_at(w, AMPLITUDES + i))
-        of_h = larger_of(of_h, h - four_at(w, COMMON_V + i))
-        put_four(w, AMPLITUDES + i, b)
-        put_four(w, TIMES + i, t)
-        put_four(w, COMMON_X + i, g)
-        put_four(w, COMMON_V + i, h)
+            b = b + q * w[ARC.slope_b + j]
+            t = t + q * w[ARC.slope_t + j]
+            g = g + q * w[ARC.slope_x + j]
+            h = h + q * w[ARC.slope_v + j]
+        of_b = larger_of(of_b, b - four_at(w, ARC.amplitudes + i))
+        of_h = larger_of(of_h, h - four_at(w, ARC.common_v + i))
+        put_four(w, ARC.amplitudes + i, b)
+        put_four(w, ARC.times + i, t)
+        put_four(w, ARC.common_x + i, g)
+        put_four(w, ARC.common_v + i, h)
     slow = max(largest_of(of_h) - NODE_ERROR * abs(approach.v), 0.0)
     return 5.0 * largest_of(of_b) / approach.b + slow / approach.s
 
 
 @jit
 def settle(ps, damper, wall, nodes, approach, tolerance):
-    """Sweep until the unknowns at the nodes settle to a tolerance; tell whether they do.
+    """Sweep until the unknowns at the nodes settle to a tolerance; return True if they do.
 
-    The next sweep changes the unknowns by at most `shrinks` times the last change, b by its small
-    numbers and the common motion by its own rates times the duration; and integrals over the whole
-    interval by that times `shrinks` again, but for time and place, of which it is a part.
+    A sweep changes the unknowns by at most `shrinks` times the change before: b by the small
+    numbers, the common motion by its rates times the duration. Integrals over the whole interval
+    change by `shrinks` times that, those of time and place by BY_TIME times that.
     """
     took = approach.tick * LENGTH
     slow = took * (ps.damping + 0.5 * ps.stiffness * took)
     shrinks = approach.size + (1.0 - damper.share) * abs(slow)
     first_guess(ps, damper, nodes, approach)
     for _ in range(MOST_SWEEPS):
-        all_slopes(ps, damper, wall, nodes, approach)
+        for i in range(0, nodes.m, 4):
+            _, of_b, of_t, of_x, of_v = slopes_at(ps, damper, wall, nodes, approach, i)
+            put_four(nodes.w, ARC.slope_b + i, of_b)
+            put_four(nodes.w, ARC.slope_t + i, of_t)
+            put_four(nodes.w, ARC.slope_x + i, of_x)
+            put_four(nodes.w, ARC.slope_v + i, of_v)
         if integrate(nodes, approach) * shrinks * max(shrinks, BY_TIME) <= tolerance:
             return True
     return False
@@ -368,15 +325,14 @@ def settle(ps, damper, wall, nodes, approach, tolerance):
 
 @jit
 def missed(nodes):
-    """Return the nodes' errors in b / b0, t / tick and (b / b0)^10 at the end of the interval.
+    """Return the collocation errors of b / b0, t / tick and (b / b0)^10 at the end of the interval.
 
-    To fourth order in the small numbers: the series' terms with true integrals less those with the
-    nodes' own.
+    To fourth order in the small numbers: the series with exact integrals less that with the nodes'.
     """
-    w, at = nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m
+    w, at = nodes.w, nodes.at + (NODES.matrix + nodes.n) * nodes.m
     b, t, energy = four(0.0), four(0.0), four(0.0)
     for k in range(0, MISSED, 4):
-        term = four_at(w, PRODUCTS + k)
+        term = four_at(w, ARC.products + k)
         b = b + term * four_at(w, at + k)
         t = t + term * four_at(w, at + MISSED + k)
         energy = energy + term * four_at(w, at + 2 * MISSED + k)
@@ -387,18 +343,18 @@ def missed(nodes):
 def balances_at(ps, damper, wall, nodes, approach, i, a, dt):
     """Return the integrands of the balances of energy and virial at the four nodes from i on.
 
-    s ds/dt and z (ds/dt - a), ds/dt being the acceleration of r by all forces but the wall's: that
-    of eq. (5) itself, by none of the formulas for the `a` that solves the impact. dt: dt/dphi.
+    They are s ds/dt and z (ds/dt - a), times dt/dphi (`dt`). ds/dt is the acceleration of r by all
+    forces but the wall's, taken from eq. (5) and not from the formulas of the `a` of the solution.
     """
     w, at = nodes.w, nodes.at
-    b, u, S_u = four_at(w, AMPLITUDES + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
+    b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
     b2 = b * b
     b4 = b2 * b2
     z, s = b4 * (u * u), (wall.speed * (b4 * b)) * S_u
-    drive = drive_later(ps, approach.phase, four_at(w, TIMES + i))
+    drive = drive_later(ps, approach.phase, four_at(w, ARC.times + i))
     x1, v1 = (
-        four_at(w, COMMON_X + i) + damper.share * z,
-        four_at(w, COMMON_V + i) + damper.share * s,
+        four_at(w, ARC.common_x + i) + damper.share * z,
+        four_at(w, ARC.common_v + i) + damper.share * s,
     )
     _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, 0.0)
     return s * ds * dt, z * (ds - a) * dt
@@ -406,27 +362,27 @@ def balances_at(ps, damper, wall, nodes, approach, i, a, dt):
 
 @jit
 def at_end(ps, damper, wall, nodes, approach):
-    """Return (b / b0, time, x, v, doubt) at the end of the interval, settled unknowns at its nodes.
+    """Return (b / b0, time, x, v, doubt) at the end of the interval, from settled unknowns.
 
-    x, v: of the common motion. doubt: how far the energy of the motion in r, by the work of all
-    forces but the wall's, is from that of b, which goes with b^10: it has a collocation error of
-    its own, about as large. And how far the virial z s is from 0, where it begins and ends: a force
-    that is conservative does no work from touch to release, but changes the time.
+    x, v: of the common motion. doubt is the sum of two relative residuals. The energy of the motion
+    in r, proportional to b^10, must grow by the work of all forces but the wall's. The virial z s,
+    which is 0 at touch and release, must have a vanishing change; it detects an error of a
+    conservative force, which does no work from touch to release, but changes the time.
     """
-    w, m, weight = nodes.w, nodes.m, nodes.at + ARC_WEIGHT * nodes.m
+    w, m, weight = nodes.w, nodes.m, nodes.at + NODES.weight * nodes.m
     sb, st, sg, sh = four(0.0), four(0.0), four(0.0), four(0.0)
     energy, virial = four(0.0), four(0.0)
     per = 1.0 / approach.b
     for i in range(0, m, 4):
         a, fb, ft, fg, fh = slopes_at(ps, damper, wall, nodes, approach, i)
-        work, more = balances_at(ps, damper, wall, nodes, approach, i, a, ft)
+        work, of_virial = balances_at(ps, damper, wall, nodes, approach, i, a, ft)
         q = four_at(w, weight + i)
         sb = sb + q * (fb * per)
         st = st + q * ft
         sg = sg + q * fg
         sh = sh + q * fh
         energy = energy + q * work
-        virial = virial + q * more
+        virial = virial + q * of_virial
     of_b, of_t, of_energy = missed(nodes)
     late = approach.tick * of_t
     ratio, time = 1.0 + (sum_of(sb) + of_b), sum_of(st) + late
@@ -443,28 +399,28 @@ def at_end(ps, damper, wall, nodes, approach):
 
 @jit
 def solve_arc(side, part, error, approach):
-    """Solve an impact to its release (WHOLE, ERROR) or its deepest point (HALF, HALF_ERROR).
+    """Solve an impact to its release or, on the half arc, to its deepest point.
 
-    With the nodes that the tolerance asks for; with more, as long as the doubt exceeds it. Returns
-    (solved, b / b0, time [s], x, v) at the end; where it is not solved, as near as the most nodes
-    come.
+    part, error: LEVEL.whole and LEVEL.error, or those of the half. The number of nodes is that of
+    `level_for`, and rises as long as the doubt exceeds the tolerance. Returns (solved, b / b0,
+    time [s], x, v) at the end; if it is not solved, by the largest number of nodes.
     """
     ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
-    found = 1.0, 0.0, approach.x, approach.v, 0.0
+    at_last = 1.0, 0.0, approach.x, approach.v, 0.0
     for level in range(level_for(arc, error, approach.size), arc.levels):
         nodes = nodes_of(arc, level, part)
-        arc.table[USED] = level
+        arc.table[ARC.used] = level
         settled = settle(ps, damper, wall, nodes, approach, arc.settled)
-        found = at_end(ps, damper, wall, nodes, approach)
-        if settled and found[4] <= arc.tolerance:
-            return True, found[0], found[1], found[2], found[3]
-    return False, found[0], found[1], found[2], found[3]
+        at_last = at_end(ps, damper, wall, nodes, approach)
+        if settled and at_last[4] <= arc.tolerance:
+            return True, at_last[0], at_last[1], at_last[2], at_last[3]
+    return False, at_last[0], at_last[1], at_last[2], at_last[3]
 
 
 @jit
 def greatest_depth(side, approach):
-    """Return the greatest depth [m] of a short impact, which is b^4 at the end of the half arc."""
-    _, ratio, _, _, _ = solve_arc(side, int(HALF), int(HALF_ERROR), approach)
+    """Return the greatest depth [m] of a short impact, b^4 at the end of the half arc."""
+    _, ratio, _, _, _ = solve_arc(side, LEVEL.half, LEVEL.half_error, approach)
     deep = approach.b * ratio
     return (deep * deep) * (deep * deep)
 
@@ -474,25 +430,24 @@ def short_impact(side, impacts, phase, now):
     """Solve one impact from touch, `now` = (q = 0, approach speed s > 0, x1, v1), to release.
 
     phase: the instant of the touch (`drive`). Returns (solved, s, x1, v1, duration [s], depth [m])
-    at release; solved is False where the impact is not short, has begun already or lasts longer
-    than a load is known for, and nothing else may be used then. The depth is 0 where `impacts` is
-    None. The unknowns at the nodes of the whole arc are left in the table.
+    at release. solved is False, and the rest has no meaning, if the impact is not short, has begun
+    before, or ends after the cell of a load. The depth is 0 if `impacts` is None. The unknowns at
+    the nodes of the whole arc stay in the table.
     """
     q, s, x1, v1 = now
     if not (q == 0.0 and s > 0.0):
         return False, s, x1, v1, 0.0, 0.0
     approach = approach_of(side.ps, side.damper, side.wall, phase, (s, x1, v1))
-    lasting, known = (
-        approach.tick * LENGTH,
-        ((1.0 - phase.x) * phase.length if is_a(phase, Moment) else math.inf),
-    )
-    if not (approach.size < LARGEST and side.rate * lasting < LONGEST and lasting < known):
+    lasting, horizon = approach.tick * LENGTH, math.inf
+    if is_a(phase, Moment):
+        horizon = (1.0 - phase.x) * phase.length
+    if not (approach.size < LARGEST and side.rate * lasting < LONGEST and lasting < horizon):
         return False, s, x1, v1, 0.0, 0.0
     depth = 0.0
     if impacts is not None:
         depth = greatest_depth(side, approach)
-    solved, ratio, took, x, v = solve_arc(side, int(WHOLE), int(ERROR), approach)
-    if not (solved and took < known):
+    solved, ratio, took, x, v = solve_arc(side, LEVEL.whole, LEVEL.error, approach)
+    if not (solved and took < horizon):
         return False, s, x1, v1, 0.0, 0.0
     ratio2 = ratio * ratio
     speed = s * (ratio2 * ratio2 * ratio)

@@ -1,13 +1,13 @@
-"""Inside a short impact, which is solved from touch to release: what is asked there is stepped.
+"""Variations through a short impact, and states, energies and responses inside it.
 
-The orbit goes on behind an impact as it is solved. Where a section cuts it, or an energy may be
-largest in it, or a response is wanted, it is stepped beside that, from the end that is nearer:
-backward in time an impact is an impact again, in which velocities and the dashpots' forces have
-other signs, and the phase runs back. What was found is kept for the last few impacts: of a settled
-orbit nothing is stepped.
+An orbit continues after a short impact from its solved release. If a section cuts the impact, an
+energy may have its maximum in it, or a response is recorded, the impact is stepped in addition,
+from the nearer end: backward in time an impact is an impact again, in which velocities and the
+forces of dashpots have the other sign and the phase runs backward. The results are recalled for the
+last few impacts, so that for a settled orbit nothing is stepped.
 
-An energy can peak where its power falls through zero. Where the contact's force is larger than all
-others it only makes an energy dip, so that a peak is near the touch or near the release.
+An energy can have its maximum where its power falls through zero. While the contact's force exceeds
+all others, an energy only has minima, so that maxima are near the touch or near the release.
 """
 
 from __future__ import annotations
@@ -62,39 +62,7 @@ from ..scene.scene import (
     unloaded,
 )
 from ..watch.observe import energies, opposite, powers_at, raise_energies
-from .arc import (
-    AMPLITUDES,
-    ARC_WEIGHT,
-    AT_CURVATURE,
-    AT_DRAG,
-    AT_DRIFT,
-    AT_FORCE,
-    AT_SPRING,
-    CHANGES,
-    COMMON_V,
-    COMMON_X,
-    CUBE,
-    DOUBLE,
-    FACTORS,
-    GB,
-    GT,
-    GUESSED,
-    HALF,
-    HALF_ERROR,
-    INSIDE,
-    LEVEL,
-    LEVELS,
-    MATRIX,
-    MISSED,
-    NODE_ROW,
-    PRODUCTS,
-    SETTLED,
-    SUMMED,
-    TIMES,
-    USED,
-    VARIATIONS,
-    WHOLE,
-)
+from .arc import ARC, FACTORS, GUESSED, LEVEL, LEVEL_ROW, MISSED, NODE_ROW, NODES, SETTLED, TERM
 from .impact import (
     LASTING,
     MOST_SWEEPS,
@@ -112,95 +80,114 @@ from .impact import (
 
 # ---- Variations through a short impact: its collocation, linearized at the nodes -----------------
 #
-# Four small differences from an orbit ride through the impact that `impact` has solved. They are
-# differences at one time; the collocation has differences at one phase phi of the arc. At the touch
-# the wall is met later by t0 = -r / s, r and s being a variation's and the orbit's own, and a
-# variation y becomes y + y' t0; at the release, which comes later by t0 and by what the impact
-# lasts longer, it turns back. (y' is continuous there: the contact's force begins and ends with
+# Four variations are carried through the impact that `impact` has solved. A variation is a
+# difference at equal time; the collocation has differences at equal phase phi of the arc. At the
+# touch a variation meets the wall later by t0 = -r / s, r being that of the variation and s that of
+# the orbit, and y becomes y + y' t0. At the release, which is later by t0 and by the change of the
+# duration, it is converted back. (y' is continuous there: the contact's force begins and ends with
 # zero.)
 #
 # In between, the differences (b, t, x, v) of amplitude, time and common motion obey, a dash being
-# the derivative by phi, X and V the common motion itself,
+# the derivative by phi, X and V the common motion of the orbit,
 #
 #     b' = B_E e + B_B b     t' = T_E e + T_B b     v' = V_E e + V_B b     x' = V t' + (dt/dphi) v
 #
 #     e = P/m1 d(cos)/dt (t0 + t) - k1/m1 x - c1/m1 v
 #
-# with factors at the nodes that the impact fixes (`linearize`). e, what accelerates x1 apart from
-# the damper, is all that the motion does to b and to itself; so b and e are the unknowns. As V' is
-# small and (T v)' = (dt/dphi) v + T v', the displacement is x = x0 + T v + integral of V t' - T v',
-# which needs no v at the nodes; at the end of the arc, that is what Gauss points would give anyway.
+# with partial derivatives at the nodes (`linearize`). e is the acceleration of x1 without the
+# damper's part. The motion acts on b and on itself through e alone, so that b and e are the
+# unknowns. As V' is small and (T v)' = (dt/dphi) v + T v', the displacement is
+# x = x0 + T v + integral of V t' - T v', which needs no v at the nodes; at the end of the arc this
+# is what Gauss points give for the integral of x'.
 #
-# This is a linear fixed point, and contracts as that of the impact does, by about one per cent a
-# sweep. It starts from the series of the impact, differentiated by the small numbers; so is what
-# the nodes miss in the end. The variations err as the impact does, by its tolerance, relative to
-# their largest.
+# This linear fixed-point iteration contracts as that of the impact, by about one per cent a sweep.
+# Its initial guess, and the collocation error at the end, are the derivatives of the impact's
+# series by the small numbers. Errors of the variations are those of the impact, its tolerance,
+# relative to the largest component.
 #
-# A vector of four holds the four variations, which cost little more than one so.
+# A four holds the four variations, at little more cost than one.
 
 
-# The scratch of variations in the table of an arc, from VARIED on.
-#
-#   from         numbers    what
-#   E_T ... V_B  7 ROW      factors at the nodes: of time in e; of e and of b in the derivatives
-#   CHANGES      3 ROW      what the four variations change of each term of the series
-#   NODE         24 ROW     node by node, four variations each: b, e and derivatives of b, t, w, v
-E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIATIONS + NODE_ROW * i for i in range(7))
-NODE, NODE_NUMBERS = VARIATIONS + 10 * NODE_ROW, 24
-AMPLITUDE, PUSHES, OF_B, OF_T, OF_W, OF_H = (NODE + 4 * i for i in range(6))
+NODE_NUMBERS = 24  # of a node in `AtNode`
+
+
+class Partial(NamedTuple):
+    """Rows of partial derivatives at the nodes, in the scratch of variations."""
+
+    e_t: int = ARC.variations  # of e by time
+    b_e: int = ARC.variations + NODE_ROW  # of b' by e and by b, and so on
+    b_b: int = ARC.variations + 2 * NODE_ROW
+    t_e: int = ARC.variations + 3 * NODE_ROW
+    t_b: int = ARC.variations + 4 * NODE_ROW
+    v_e: int = ARC.variations + 5 * NODE_ROW
+    v_b: int = ARC.variations + 6 * NODE_ROW
+
+
+class AtNode(NamedTuple):
+    """Places of fours, a number for each variation, in the scratch: of node 0, of node 1 ..."""
+
+    b: int = ARC.variations + 10 * NODE_ROW
+    e: int = ARC.variations + 10 * NODE_ROW + 4
+    slope_b: int = ARC.variations + 10 * NODE_ROW + 8  # derivatives by phi of b, t, x - T v and v
+    slope_t: int = ARC.variations + 10 * NODE_ROW + 12
+    slope_w: int = ARC.variations + 10 * NODE_ROW + 16
+    slope_v: int = ARC.variations + 10 * NODE_ROW + 20
+
+
+PARTIAL, AT_NODE = Partial(), AtNode()
 
 
 @jit
 def linearize(ps, damper, wall, nodes, approach):
-    """Fill the factors of the linearized equations at the nodes.
+    """Fill the partial derivatives of the linearized equations at the nodes.
 
-    All follow from d(ln per) = u^2 per/u da - 6 (1 + a u per) db / b, per = u / den.
+    They follow from d(ln per) = u^2 per/u da - 6 (1 + a u per) db / b, per = u / den.
     """
     w, at = nodes.w, nodes.at
     other, a1, a2 = 1.0 - damper.share, ps.stiffness * damper.share, ps.damping * damper.share
     c, d = approach.phase
     for i in range(0, nodes.m, 4):
         # The impact, as in `slopes_at`.
-        b, u, S_u = four_at(w, AMPLITUDES + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
+        b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
         b2 = b * b
         b4 = b2 * b2
         u2 = u * u
         z, s = b4 * u2, (wall.speed * (b4 * b)) * S_u
-        cosine, sine = cos_sin(ps.omega * four_at(w, TIMES + i))
+        cosine, sine = cos_sin(ps.omega * four_at(w, ARC.times + i))
         push = ps.force * (c * cosine - d * sine)
         push = push - (
-            ps.stiffness * four_at(w, COMMON_X + i) + ps.damping * four_at(w, COMMON_V + i)
+            ps.stiffness * four_at(w, ARC.common_x + i) + ps.damping * four_at(w, ARC.common_v + i)
         )
         push = under(ps.load, push - (a1 * z + a2 * s))
         a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
         per = u / (wall.kappa * (b4 * b2) - a * u2)
         dt = (2.5 * wall.speed) * (b4 * b) * per
-        # What a change of b does to z, s and the accelerations.
+        # The derivatives of z, s and the accelerations by b.
         per_b = 1.0 / b
         z_b, s_b = 4.0 * z * per_b, 5.0 * s * per_b
         push_b = 0.0 - (a1 * z_b + a2 * s_b)
         a_b = push_b - (damper.k2 * z_b + damper.c2 * s_b) * damper.inv_mu
-        # The factors.
+        # The derivatives of b', t' and v'.
         grows = 1.0 + a * u * per
         half = 0.5 * S_u * b * per
         b_e, t_e = half * grows, dt * u * per
         b_b = half * a * per_b * (1.0 - 6.0 * grows) + b_e * a_b
         t_b = dt * per_b * (5.0 - 6.0 * grows) + t_e * a_b
-        put_four(w, E_T + i, (0.0 - ps.force * ps.omega) * (d * cosine + c * sine))
-        put_four(w, B_E + i, b_e)
-        put_four(w, B_B + i, b_b)
-        put_four(w, T_E + i, t_e)
-        put_four(w, T_B + i, t_b)
-        put_four(w, V_E + i, other * (push * t_e + dt))
-        put_four(w, V_B + i, other * (push * t_b + dt * push_b))
+        put_four(w, PARTIAL.e_t + i, (0.0 - ps.force * ps.omega) * (d * cosine + c * sine))
+        put_four(w, PARTIAL.b_e + i, b_e)
+        put_four(w, PARTIAL.b_b + i, b_b)
+        put_four(w, PARTIAL.t_e + i, t_e)
+        put_four(w, PARTIAL.t_b + i, t_b)
+        put_four(w, PARTIAL.v_e + i, other * (push * t_e + dt))
+        put_four(w, PARTIAL.v_b + i, other * (push * t_b + dt * push_b))
 
 
 @jit
 def guess(ps, damper, nodes, approach, pushes, faster):
-    """Fill a guess of b and e at the nodes: `impact.first_guess`, differentiated.
+    """Fill the initial guess of b and e at the nodes: the derivative of `impact.first_guess`.
 
-    pushes: of `impact.pushes_varied`; faster: what varies of the approach speed, relative. What
-    the shares of s and z do to the common motion changes with powers of that speed.
+    pushes: of `impact.pushes_varied`; faster: relative variation of the approach speed. The effect
+    of the shares of s and z on the common motion is proportional to powers of that speed.
     """
     w, b0, tick, other = nodes.w, approach.b, approach.tick, 1.0 - damper.share
     as_fast, slower = 0.2 * faster, -0.2 * faster
@@ -214,24 +201,27 @@ def guess(ps, damper, nodes, approach, pushes, faster):
     # the shares
     z0 = (b0 * b0) * (b0 * b0)
     on_v = ps.damping * other * damper.share
-    once = (ps.stiffness * damper.share - ps.damping * on_v) * other * z0 * tick
-    back = ps.damping * once + ps.stiffness * on_v * z0 * tick
+    first_share = (ps.stiffness * damper.share - ps.damping * on_v) * other * z0 * tick
+    second_share = ps.damping * first_share + ps.stiffness * on_v * z0 * tick
     on_u = 0.8 * ps.damping * on_v * z0
-    on_cube, on_double = 0.6 * back, 0.4 * tick * (ps.stiffness * once - ps.damping * other * back)
+    on_cube, on_double = (
+        0.6 * second_share,
+        0.4 * tick * (ps.stiffness * first_share - ps.damping * other * second_share),
+    )
     for i in range(nodes.m):
-        k, at, time = NODE_NUMBERS * i, nodes.at + i, w[TIMES + i]
-        by_b, by_t, row = four(0.0), four(0.0), nodes.at + GB * nodes.m + i
+        k, at, time = NODE_NUMBERS * i, nodes.at + i, w[ARC.times + i]
+        by_b, by_t, row = four(0.0), four(0.0), nodes.at + NODES.b * nodes.m + i
         for term in range(1, GUESSED):
-            row, change = row + nodes.m, four_at(w, CHANGES + 4 * term)
+            row, change = row + nodes.m, four_at(w, ARC.changes + 4 * term)
             by_b = by_b + w[row] * change
-            by_t = by_t + w[row + (GT - GB) * nodes.m] * change
-        b, t = w[AMPLITUDES + i] * as_fast + b0 * by_b, time * slower + tick * by_t
-        u, cube, double = w[at], w[at + CUBE * nodes.m], w[at + DOUBLE * nodes.m]
+            by_t = by_t + w[row + (NODES.t - NODES.b) * nodes.m] * change
+        b, t = w[ARC.amplitudes + i] * as_fast + b0 * by_b, time * slower + tick * by_t
+        u, cube, double = w[at], w[at + NODES.cube * nodes.m], w[at + NODES.double * nodes.m]
         e = push + time * (first + time * (second + time * (third + time * fourth)))
         e = e + (climbs + time * (bends + time * twists)) * t
         e = e + (on_u * u * u + (on_cube * cube + on_double * double)) * faster
-        put_four(w, AMPLITUDE + k, b)
-        put_four(w, PUSHES + k, e)
+        put_four(w, AT_NODE.b + k, b)
+        put_four(w, AT_NODE.e + k, e)
 
 
 @jit
@@ -239,8 +229,8 @@ def slopes_of_b(nodes):
     w = nodes.w
     for i in range(nodes.n):
         k = NODE_NUMBERS * i
-        e, b = four_at(w, PUSHES + k), four_at(w, AMPLITUDE + k)
-        put_four(w, OF_B + k, w[B_E + i] * e + w[B_B + i] * b)
+        e, b = four_at(w, AT_NODE.e + k), four_at(w, AT_NODE.b + k)
+        put_four(w, AT_NODE.slope_b + k, w[PARTIAL.b_e + i] * e + w[PARTIAL.b_b + i] * b)
 
 
 @jit
@@ -248,28 +238,28 @@ def slopes_of_motion(nodes):
     w = nodes.w
     for i in range(nodes.n):
         k = NODE_NUMBERS * i
-        e, b = four_at(w, PUSHES + k), four_at(w, AMPLITUDE + k)
-        t = w[T_E + i] * e + w[T_B + i] * b
-        v = w[V_E + i] * e + w[V_B + i] * b
-        put_four(w, OF_T + k, t)
-        put_four(w, OF_W + k, w[COMMON_V + i] * t - w[TIMES + i] * v)
-        put_four(w, OF_H + k, v)
+        e, b = four_at(w, AT_NODE.e + k), four_at(w, AT_NODE.b + k)
+        t = w[PARTIAL.t_e + i] * e + w[PARTIAL.t_b + i] * b
+        v = w[PARTIAL.v_e + i] * e + w[PARTIAL.v_b + i] * b
+        put_four(w, AT_NODE.slope_t + k, t)
+        put_four(w, AT_NODE.slope_w + k, w[ARC.common_v + i] * t - w[ARC.times + i] * v)
+        put_four(w, AT_NODE.slope_v + k, v)
 
 
 @jit
 def integrate_b(nodes, start):
-    """Integrate b from touch to every node; return the largest changes."""
-    w, m, matrix = nodes.w, nodes.m, nodes.at + MATRIX * nodes.m
+    """Integrate b from touch to every node; return the largest change of each variation."""
+    w, m, matrix = nodes.w, nodes.m, nodes.at + NODES.matrix * nodes.m
     changed = four(0.0)
     for i in range(0, m, 4):
         b0, b1, b2, b3 = start, start, start, start
         for j in range(nodes.n):
-            k, slope = matrix + j * m + i, four_at(w, OF_B + NODE_NUMBERS * j)
+            k, slope = matrix + j * m + i, four_at(w, AT_NODE.slope_b + NODE_NUMBERS * j)
             b0 = b0 + w[k] * slope
             b1 = b1 + w[k + 1] * slope
             b2 = b2 + w[k + 2] * slope
             b3 = b3 + w[k + 3] * slope
-        k = AMPLITUDE + NODE_NUMBERS * i
+        k = AT_NODE.b + NODE_NUMBERS * i
         changed = larger_of(changed, b0 - four_at(w, k))
         changed = larger_of(changed, b1 - four_at(w, k + NODE_NUMBERS))
         changed = larger_of(changed, b2 - four_at(w, k + 2 * NODE_NUMBERS))
@@ -283,26 +273,27 @@ def integrate_b(nodes, start):
 
 @jit(inlined=True)
 def push_at(ps, w, i, t, x, v):
-    """Put e at node i; return its change. t, v: as in the text; x: less what T v adds to it."""
-    e = w[E_T + i] * t - (ps.stiffness * (x + w[TIMES + i] * v) + ps.damping * v)
-    before = four_at(w, PUSHES + NODE_NUMBERS * i)
-    put_four(w, PUSHES + NODE_NUMBERS * i, e)
+    """Write e at node i; return its change. t, v: as in the text; x: without the term T v."""
+    e = w[PARTIAL.e_t + i] * t - (ps.stiffness * (x + w[ARC.times + i] * v) + ps.damping * v)
+    before = four_at(w, AT_NODE.e + NODE_NUMBERS * i)
+    put_four(w, AT_NODE.e + NODE_NUMBERS * i, e)
     return e - before
 
 
 @jit
 def integrate_motion(ps, nodes, late, x0, v0, first):
-    """Integrate time and common motion to the nodes from `first` on; return the largest changes.
+    """Integrate time and common motion to the nodes from `first` on; return the changes of e.
 
-    Of e, which is all that they change.
+    These are the largest over the nodes, one for each variation.
     """
-    w, m, matrix = nodes.w, nodes.m, nodes.at + MATRIX * nodes.m
+    w, m, matrix = nodes.w, nodes.m, nodes.at + NODES.matrix * nodes.m
     changed = four(0.0)
     for i in range(first, m, 2):
         t0, t1, y0, y1, z0, z1 = late, late, x0, x0, v0, v0
         for j in range(nodes.n):
             q, k = matrix + j * m + i, NODE_NUMBERS * j
-            t, x, v = four_at(w, OF_T + k), four_at(w, OF_W + k), four_at(w, OF_H + k)
+            t, x = four_at(w, AT_NODE.slope_t + k), four_at(w, AT_NODE.slope_w + k)
+            v = four_at(w, AT_NODE.slope_v + k)
             t0 = t0 + w[q] * t
             t1 = t1 + w[q + 1] * t
             y0 = y0 + w[q] * x
@@ -316,14 +307,15 @@ def integrate_motion(ps, nodes, late, x0, v0, first):
 
 @jit
 def missed_varied(nodes, approach, faster):
-    """Return the variations of the nodes' errors in b [m^(1/4)] and in the time [s].
+    """Return the variations of the collocation errors of b [m^(1/4)] and of the time [s].
 
-    And that time itself. Both change with the approach speed, too, as b and tick do.
+    The third value is the collocation error of the time itself. Both variations include that of the
+    approach speed, with which b and tick change.
     """
-    w, at = nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m
+    w, at = nodes.w, nodes.at + (NODES.matrix + nodes.n) * nodes.m
     b, t = four(0.0), four(0.0)
     for k in range(1, MISSED):
-        change = four_at(w, CHANGES + 4 * k)
+        change = four_at(w, ARC.changes + 4 * k)
         b = b + w[at + k] * change
         t = t + w[at + MISSED + k] * change
     of_b, of_t, _ = missed(nodes)
@@ -334,13 +326,13 @@ def missed_varied(nodes, approach, faster):
 
 @jit
 def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
-    """Sweep until b and e settle at the nodes, from their guess.
+    """Sweep until b and e settle at the nodes, from their initial guess.
 
     start: (t0, b, x, v) at the touch; lasting: the duration `took` [s] times rate; size: of the
-    variations [m/s]; enough: what the end may be off, relative. As the guess is right to third
-    order, a sweep shrinks an error of b to a third of a at most, and so does the integral to the
-    end; time at release takes a fifth of it. An error of e grows like t^3 at least: the last node
-    tells the largest, and a quarter of it acts. Where that is settled, b alone goes on.
+    variations [m/s]; enough: tolerated error at the end, relative. The guess is right to third
+    order, so that a sweep shrinks an error of b at least to a third of a, and the integral to the
+    end does so again; the time of release takes a fifth of it. An error of e grows at least as t^3:
+    it is largest at the last node, and a quarter of it acts. When e is settled, only b is iterated.
     """
     late, b, x, v = start
     shrinks = approach.size / 3.0
@@ -365,31 +357,31 @@ def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
 def at_release(nodes, start, took):
     """Return the differences (b, t, x, v) at the end of the arc, t without t0.
 
-    x already holds what goes with the time `took` [s] that the nodes miss, v that it lasts.
+    took [s]: the duration, by which T v is added to x.
     """
-    w, weight = nodes.w, nodes.at + ARC_WEIGHT * nodes.m
+    w, weight = nodes.w, nodes.at + NODES.weight * nodes.m
     _, b, x, v = start
     t = four(0.0)
     slopes_of_b(nodes)
     for i in range(nodes.n):
         k, q = NODE_NUMBERS * i, w[weight + i]
-        b = b + q * four_at(w, OF_B + k)
-        t = t + q * four_at(w, OF_T + k)
-        x = x + q * four_at(w, OF_W + k)
-        v = v + q * four_at(w, OF_H + k)
+        b = b + q * four_at(w, AT_NODE.slope_b + k)
+        t = t + q * four_at(w, AT_NODE.slope_t + k)
+        x = x + q * four_at(w, AT_NODE.slope_w + k)
+        v = v + q * four_at(w, AT_NODE.slope_v + k)
     return b, t, x + took * v, v
 
 
 @jit
 def solve_variations(side, nodes, approach, took, tangent):
-    """Solve for b and e of four variations `tangent` (16,) at the nodes of an arc or its half.
+    """Solve for b and e of four variations `tangent` (16,) at the nodes of an arc.
 
     took [s]: its duration. Returns (start, push, faster): the differences (t0, b, x, v) at the
-    touch, what changes of the push there, and of the speed, relative.
+    touch, the variation of the push there, and that of the approach speed, relative.
     """
     ps, damper, wall, rate = side.ps, side.damper, side.wall, side.rate
     linearize(ps, damper, wall, nodes, approach)
-    # The differences where the wall is met, t0 later; the common motion's are without s.
+    # The differences where the wall is met, t0 later; those of the common motion without s.
     s, share = approach.s, damper.share
     x1, v1 = approach.x, approach.v + share * s
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, drive_now(approach.phase), 0.0)
@@ -402,19 +394,19 @@ def solve_variations(side, nodes, approach, took, tangent):
     # Their guess and the sweeps.
     faster = (1.0 / s) * speed
     pushes = pushes_varied(ps, damper, approach, late, x, v)
-    # The change of each term of the series, which is a product of two (`first_guess`).
+    # The variation of each term of the series, which is a product of two (`factors_of`).
     force, drag, drift, spring, curvature = numbers_varied(approach, pushes, faster)
-    put_four(nodes.w, CHANGES, four(0.0))
-    put_four(nodes.w, CHANGES + 4 * AT_FORCE, force)
-    put_four(nodes.w, CHANGES + 4 * AT_DRAG, drag)
-    put_four(nodes.w, CHANGES + 4 * AT_DRIFT, drift)
-    put_four(nodes.w, CHANGES + 4 * AT_SPRING, spring)
-    put_four(nodes.w, CHANGES + 4 * AT_CURVATURE, curvature)
+    put_four(nodes.w, ARC.changes, four(0.0))
+    put_four(nodes.w, ARC.changes + 4 * TERM.force, force)
+    put_four(nodes.w, ARC.changes + 4 * TERM.drag, drag)
+    put_four(nodes.w, ARC.changes + 4 * TERM.drift, drift)
+    put_four(nodes.w, ARC.changes + 4 * TERM.spring, spring)
+    put_four(nodes.w, ARC.changes + 4 * TERM.curvature, curvature)
     for k in range(1, MISSED):
-        fewer, once = FACTORS[k], FACTORS[MISSED + k]
-        change = nodes.w[PRODUCTS + fewer] * four_at(nodes.w, CHANGES + 4 * once)
-        change = change + nodes.w[PRODUCTS + once] * four_at(nodes.w, CHANGES + 4 * fewer)
-        put_four(nodes.w, CHANGES + 4 * k, change)
+        fewer, single = FACTORS[k], FACTORS[MISSED + k]
+        change = nodes.w[ARC.products + fewer] * four_at(nodes.w, ARC.changes + 4 * single)
+        change = change + nodes.w[ARC.products + single] * four_at(nodes.w, ARC.changes + 4 * fewer)
+        put_four(nodes.w, ARC.changes + 4 * k, change)
     guess(ps, damper, nodes, approach, pushes, faster)
     start = late, (0.2 * approach.b) * faster, x, v
     enough = side.arc.settled / SETTLED
@@ -424,25 +416,25 @@ def solve_variations(side, nodes, approach, took, tangent):
 
 @jit
 def vary(side, phase, before, after, tangent):
-    """Carry four variations `tangent` (16,) from touch to release of an impact just solved.
+    """Carry four variations `tangent` (16,) from touch to release of the impact solved last.
 
-    The table of the arc holds its unknowns. before: (s, x1, v1) at the touch; after: (s, x1, v1,
-    duration [s]) at the release; phase: as for `short_impact`.
+    Its unknowns are in the table of the arc. before: (s, x1, v1) at the touch; after: (s, x1, v1,
+    duration [s]) at the release; phase: as of `short_impact`.
     """
     ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
     approach = approach_of(ps, damper, wall, phase, before)
-    n, m, at, w = nodes_of(arc, int(arc.table[USED]), int(WHOLE))
+    n, m, at, w = nodes_of(arc, int(arc.table[ARC.used]), LEVEL.whole)
     nodes, took = Nodes(n, m, at, bare(w)), after[3]
     start, push, faster = solve_variations(side, nodes, approach, took, tangent)
-    # At the release, with what the nodes miss.
+    # At the release, with the collocation errors subtracted.
     b, t, x, v = at_release(nodes, start, took)
-    more, longer, late = missed_varied(nodes, approach, faster)
-    b, t = b + more, t + longer
+    missed_b, longer, late = missed_varied(nodes, approach, faster)
+    b, t = b + missed_b, t + longer
     x = x + approach.v * longer
     v = v + (approach.acceleration * longer + ((1.0 - damper.share) * late) * push)
-    # At one time: t0 + t before the wall is left. (b^5 is that of the last node, all but exactly.)
+    # At equal time, t0 + t before the wall is left; b^5 is nearly that of the last node.
     s, x1, v1, _ = after
-    last = w[AMPLITUDES + n - 1]
+    last = w[ARC.amplitudes + n - 1]
     last2 = last * last
     off = -s / (wall.speed * (last2 * last2 * last)) - 1.0
     last = last * (1.0 + off * (0.2 - off * (0.08 - 0.048 * off)))
@@ -456,34 +448,33 @@ def vary(side, phase, before, after, tangent):
 
 # ---- A response over a short impact, summed up at its own nodes ----------------------------------
 #
-# Products of states are as smooth in the arc's phase as the states themselves, but unlike these
-# they are no small correction to what is known: so the nodes are as many as integrate those of the
-# free arc to the tolerance, and the impact is solved once more where it had fewer.
+# Products of states are as smooth in the arc's phase as the states, but they are not small
+# corrections to the free arc: the number of nodes is that which integrates the products of the free
+# arc to the tolerance, and an impact with fewer nodes is solved again.
 #
-# What is largest is so at an end of the impact, which flights have noted, where its rate vanishes
-# between two nodes, or, depth, force and acceleration, about the deepest point. There the force
-# falls to both sides by its own curvature, so that the acceleration is largest a little beside it,
-# by a parabola. Where that may not be enough, or another quantity may set a record, nothing is
-# added: then the impact is to be stepped.
+# A maximum is at an end of the impact, which flights record, where its rate vanishes between two
+# nodes, or, for depth, force and acceleration, near the deepest point. There the force falls to
+# both sides with its curvature, and the maximum of the acceleration is found by a parabola. If that
+# is not accurate enough, or another quantity may exceed its maximum, nothing is added, and the
+# impact is stepped.
 
 
-# Rows at the nodes, in the scratch of variations: x1, v1 and its rate, the absolute
-# acceleration and its rate.
-AT_X1, AT_V1, AT_DV, AT_A1, AT_JERK = (VARIATIONS + NODE_ROW * i for i in range(5))
+class Motion(NamedTuple):
+    """Rows of the structure's motion at the nodes, in the scratch of variations."""
+
+    x1: int = ARC.variations
+    v1: int = ARC.variations + NODE_ROW
+    dv: int = ARC.variations + 2 * NODE_ROW  # dv1/dt
+    a1: int = ARC.variations + 3 * NODE_ROW  # absolute acceleration
+    jerk: int = ARC.variations + 4 * NODE_ROW  # its rate
 
 
-@jit
-def level_of_sums(arc):
-    """Return the first level whose sums over the free arc are within the tolerance, or the last."""
-    for level in range(arc.levels - 1):
-        if arc.table[LEVELS + LEVEL * level + SUMMED] <= arc.tolerance:
-            return level
-    return arc.levels - 1
+MOTION = Motion()
 
 
 @jit
 def motion_of_touch(ps, damper, ground, y, phase):
-    """Return (x1, v1, dv1/dt, a1, jerk) of a state y without depth; ground: of a `Tally`."""
+    """Return (x1, v1, dv1/dt, a1, jerk) of a state y at zero depth; ground: of a `Tally`."""
     x1, v1, r, s = y
     drive = drive_now(phase)
     dv, ds = accelerations(ps, damper, x1, v1, r, s, drive, 0.0)
@@ -494,30 +485,30 @@ def motion_of_touch(ps, damper, ground, y, phase):
 
 @jit
 def sums_at_nodes(side, nodes, approach, ground):
-    """Fill the rows at the nodes; return the first sums of a tally (`response_sums`)."""
+    """Fill the rows `Motion`; return the first seven integrals of a tally (`response_sums`)."""
     ps, damper, wall, w, at = side.ps, side.damper, side.wall, nodes.w, nodes.at
     of_x, of_v, of_a, of_r = four(0.0), four(0.0), four(0.0), four(0.0)
     of_s, work, other = four(0.0), four(0.0), four(0.0)
     for i in range(0, nodes.m, 4):
         _, _, per, _, _ = slopes_at(ps, damper, wall, nodes, approach, i)
-        dt = per * four_at(w, at + ARC_WEIGHT * nodes.m + i)
-        b, u, S_u = four_at(w, AMPLITUDES + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
-        time, b2 = four_at(w, TIMES + i), b * b
+        dt = per * four_at(w, at + NODES.weight * nodes.m + i)
+        b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
+        time, b2 = four_at(w, ARC.times + i), b * b
         b4, root = b2 * b2, b2 * u
         z, s = root * root, (wall.speed * (b4 * b)) * S_u
-        x1 = four_at(w, COMMON_X + i) + damper.share * z
-        v1 = four_at(w, COMMON_V + i) + damper.share * s
+        x1 = four_at(w, ARC.common_x + i) + damper.share * z
+        v1 = four_at(w, ARC.common_v + i) + damper.share * s
         r, drive = wall.gap + z, drive_later(ps, approach.phase, time)
         dv, ds = accelerations(ps, damper, x1, v1, r, s, drive, wall.K * z * root)
         push = 1.5 * wall.K * root * s
         jerk, _ = accelerations(unloaded(ps), damper, v1, dv, s, ds, 0.0, push)
         a1 = absolute(ground, dv, drive)
         falls = falling(ps, later(ps, approach.phase, time))
-        put_four(w, AT_X1 + i, x1)
-        put_four(w, AT_V1 + i, v1)
-        put_four(w, AT_DV + i, dv)
-        put_four(w, AT_A1 + i, a1)
-        put_four(w, AT_JERK + i, jerk - in_absolute(ground, falls))
+        put_four(w, MOTION.x1 + i, x1)
+        put_four(w, MOTION.v1 + i, v1)
+        put_four(w, MOTION.dv + i, dv)
+        put_four(w, MOTION.a1 + i, a1)
+        put_four(w, MOTION.jerk + i, jerk - in_absolute(ground, falls))
         of_x, of_v, of_a = of_x + dt * x1 * x1, of_v + dt * v1 * v1, of_a + dt * a1 * a1
         of_r, of_s, work = of_r + dt * r * r, of_s + dt * s * s, work + dt * drive * v1
         other = other + dt * drive * beside(approach.phase, x1, s)
@@ -529,9 +520,9 @@ def sums_at_nodes(side, nodes, approach, ground):
 
 @jit
 def may_rise(row, which, values, rates, time):
-    """Return True if a quantity may exceed its largest where its rate changes sign in a `time` [s].
+    """Return True if a quantity may exceed its maximum so far within a `time` [s].
 
-    values, rates: those at both ends.
+    values, rates: those at both ends; it may where the rate changes its sign.
     """
     if not opposite(rates[0], rates[1]):
         return False
@@ -541,44 +532,45 @@ def may_rise(row, which, values, rates, time):
 
 @jit
 def rises_between(tally, before, after, time, deepest):
-    """Return True if a largest value may be exceeded between two nodes, a `time` [s] apart.
+    """Return True if a maximum so far may be exceeded between two nodes, a `time` [s] apart.
 
-    before, after: what the rows hold; deepest: whether the deepest point is in between,
-    about which a1 is looked at by `about_deepest`.
+    before, after: (x1, v1, dv, a1, jerk) there; deepest: whether the deepest point is in between,
+    where `about_deepest` finds the maximum of a1.
     """
     row = tally.row
     x0, v0, dv0, a0, j0 = before
     x1, v1, dv1, a1, j1 = after
-    found = may_rise(row, int(OF_X), (x0, x1), (v0, v1), time)
-    found = found or may_rise(row, int(OF_V), (v0, v1), (dv0, dv1), time)
-    return found or (not deepest and may_rise(row, int(OF_A), (a0, a1), (j0, j1), time))
+    rises = may_rise(row, int(OF_X), (x0, x1), (v0, v1), time)
+    rises = rises or may_rise(row, int(OF_V), (v0, v1), (dv0, dv1), time)
+    return rises or (not deepest and may_rise(row, int(OF_A), (a0, a1), (j0, j1), time))
 
 
 @jit
 def rises_inside(tally, nodes, begin, end, took):
-    """Return True if a largest value may be exceeded anywhere between touch and release.
+    """Return True if a maximum so far may be exceeded between touch and release.
 
-    begin, end: as of `motion_of_touch`; took [s].
+    begin, end: `motion_of_touch` at both; took [s].
     """
     w, n, before, time = nodes.w, nodes.n, begin, 0.0
     for i in range(n):
-        after = w[AT_X1 + i], w[AT_V1 + i], w[AT_DV + i], w[AT_A1 + i], w[AT_JERK + i]
+        a1, jerk = w[MOTION.a1 + i], w[MOTION.jerk + i]
+        after = w[MOTION.x1 + i], w[MOTION.v1 + i], w[MOTION.dv + i], a1, jerk
         falls = w[nodes.at + nodes.m + i] <= 0.0
         deepest = falls and (i == 0 or w[nodes.at + nodes.m + i - 1] > 0.0)
-        if rises_between(tally, before, after, w[TIMES + i] - time, deepest):
+        if rises_between(tally, before, after, w[ARC.times + i] - time, deepest):
             return True
-        before, time = after, w[TIMES + i]
+        before, time = after, w[ARC.times + i]
     return rises_between(tally, before, end, took - time, False)
 
 
 @jit
 def about_deepest(side, approach, ground):
-    """Return (a1, r, force) where they are largest, about the deepest point, and the error of a1.
+    """Return the maxima of a1, r and the force near the deepest point, and the error of a1.
 
-    The error is relative to the contact's own part of it.
+    The error is relative to the contact's part of a1.
     """
     ps, damper, wall = side.ps, side.damper, side.wall
-    _, ratio, took, x, v1 = solve_arc(side, int(HALF), int(HALF_ERROR), approach)
+    _, ratio, took, x, v1 = solve_arc(side, LEVEL.half, LEVEL.half_error, approach)
     b = approach.b * ratio
     root = b * b
     z, phase = root * root, later(ps, approach.phase, took)
@@ -600,18 +592,22 @@ def about_deepest(side, approach, ground):
 
 @jit
 def tally_nodes(side, tally, phase, now, after):
-    """Add an impact that has been solved to a tally, or nothing of it; tell which.
+    """Add a solved impact to a tally and return True, or return False and add nothing.
 
     phase: the instant of its touch; now: (q, s, x1, v1) there; after: (s, x1, v1, duration [s]) at
-    the release. Its unknowns at the nodes are overwritten.
+    the release. Overwrites the unknowns at the nodes.
     """
     ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
     (_, s, x1, v1), row, ground = now, tally.row, tally.ground
     approach = approach_of(ps, damper, wall, phase, (s, x1, v1))
-    level = level_of_sums(arc)
-    n, m, at, w = nodes_of(arc, max(level, int(arc.table[USED])), int(WHOLE))
+    level = 0  # the first whose integrals over the free arc are within the tolerance, or the last
+    while level < arc.levels - 1:
+        if arc.table[ARC.levels + LEVEL_ROW * level + LEVEL.summed] <= arc.tolerance:
+            break
+        level += 1
+    n, m, at, w = nodes_of(arc, max(level, int(arc.table[ARC.used])), LEVEL.whole)
     nodes = Nodes(n, m, at, bare(w))
-    if level > arc.table[USED] and not settle(ps, damper, wall, nodes, approach, arc.settled):
+    if level > arc.table[ARC.used] and not settle(ps, damper, wall, nodes, approach, arc.settled):
         return False
     sums = sums_at_nodes(side, nodes, approach, ground)
     begin = motion_of_touch(ps, damper, ground, (x1, v1, wall.gap, s), phase)
@@ -636,31 +632,43 @@ def tally_nodes(side, tally, phase, now, after):
 # ---- inside a short impact -----------------------------------------------------------------------
 
 
-# Of each of the last few impacts, in the scratch of the arc's table: (s, x1, v1, cos, sin) at
-# touch; from RISES_KEPT on, by how much E1 and E2 rise above those at touch and those at release;
-# from SHARE_KEPT on, its share of a response, a tally's row up to BEGIN; from CUT on, when it was
-# cut and (q, s, x1, v1) there; and what unit variations (16,) become from touch TO the cut, and
-# from there ON. What is not known is NaN. Behind them: which of them is the next to be forgotten,
-# and variations that wait.
-RISES_KEPT, SHARE_KEPT, CUT, TO, ON, EACH, KEPT = 5, 9, 29, 34, 50, 66, 4
-NEXT_KEPT, WAIT = INSIDE + EACH * KEPT, INSIDE + EACH * KEPT + 1
-SAME = 0.3  # change of an impact with which it is the same, in units of what sweeps may leave of it
-GROWS = 2.0  # largest force beside the contact's in an impact, in units of that at its ends
-# How variations are stepped, driven ones of an impact that is solved, too, in units of the orbit's
-# own tolerance, and at most: what K drives, all of which is made in impacts, errs by 1e-9 then, all
+class Recalled(NamedTuple):
+    """Places in the results of an impact, which the scratch of an arc's table recalls.
+
+    Results that are not known are NaN.
+    """
+
+    touch: int = 0  # (s, x1, v1, cos, sin)
+    rises: int = 5  # by which E1 and E2 exceed their values at touch, and those at release
+    share: int = 9  # its share of a response: a tally's row up to BEGIN
+    cut: int = 29  # time [s] from touch to the section that cut it, and (q, s, x1, v1) there
+    to_cut: int = 34  # unit variations (16,) carried from touch to the cut
+    from_cut: int = 50  # the same from the cut to the release
+    size: int = 66
+
+
+RECALLED, MOST_RECALLED = Recalled(), 4
+# after the results of all: the number of the impact that is forgotten next, and room for variations
+NEXT_RECALLED = ARC.recalled + RECALLED.size * MOST_RECALLED
+WAITING = NEXT_RECALLED + 1
+RECALLED_NUMBERS = RECALLED.size * MOST_RECALLED + 1
+SAME = 0.3  # largest difference of equal impacts, in units of the error that sweeps may leave
+GROWS = 2.0  # bound of the forces beside the contact's in an impact, in units of those at its ends
+# Tolerance of stepped variations, driven ones of solved impacts, too: SURER times that of the orbit
+# and at most VERIFIED. Variations driven by K, which arise in impacts alone, then err by 1e-9, all
 # others by 1e-11, or by the tolerance if that is less.
 SURER, VERIFIED = 0.1, 2.5e-11
 
 
 class Ahead(NamedTuple):
-    """An impact that is solved while the orbit is inside it, all as at a near wall.
+    """A solved impact while the orbit is inside it, in the coordinates of a near wall.
 
-    took [s] is 0 where there is none.
+    took [s] is 0 if there is none.
     """
 
     took: float  # from touch to release [s]
     elapsed: float  # since touch [s]
-    depth: float  # the greatest [m], 0 if it is not wanted
+    depth: float  # the greatest [m], 0 if it is not recorded
     touch: tuple[float, float, float]  # s, x1, v1
     release: tuple[float, float, float]
 
@@ -684,22 +692,17 @@ def keep_ahead(numbers, at, ahead):
 
 @jit
 def side_backward(side):
-    """Return a side backward in time: dashpots push."""
-    ps = side.ps
+    """Return a side backward in time: with negative damping."""
+    ps, damper = side.ps, side.damper
     turned = Structure(
         ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega, ps.load, ps.shaken
     )
-    return side_with(side, turned, joint_backward(side.damper), side.wall, side.steps)
-
-
-@jit
-def joint_backward(damper):
-    """Return the damper backward in time; the ground, which has no dashpot, as it is."""
-    if is_a(damper, Ground):
-        return damper
-    return Damper(
+    if is_a(damper, Ground):  # it has no dashpot
+        return side_with(side, turned, damper, side.wall, side.steps)
+    joint = Damper(
         damper.m2, damper.k2, -damper.c2, damper.inv_m1, damper.inv_mu, damper.share, damper.rest
     )
+    return side_with(side, turned, joint, side.wall, side.steps)
 
 
 @jit
@@ -717,14 +720,14 @@ def from_release(side, phase, ahead):
 def place_of(side, phase, touch):
     """Return the place in the table of the results of an impact; those of a new one are NaN.
 
-    As each is under a load, which does not come again. touch: (s, x1, v1).
+    Under a load each impact is new. touch: (s, x1, v1).
     """
     if is_a(phase, Moment):
         return new_place(side.arc.table)
     w, (s, x1, v1), (c, d), rate = side.arc.table, touch, phase, side.rate
     scale = abs(s) + abs(v1) + rate * abs(x1)
-    for i in range(KEPT):
-        at = INSIDE + EACH * i
+    for i in range(MOST_RECALLED):
+        at = ARC.recalled + RECALLED.size * i
         apart = abs(w[at] - s) + rate * abs(w[at + 1] - x1) + abs(w[at + 2] - v1)
         apart += scale * (abs(w[at + 3] - c) + abs(w[at + 4] - d))
         if apart <= SAME * side.arc.settled * scale:
@@ -736,9 +739,10 @@ def place_of(side, phase, touch):
 
 @jit
 def new_place(w):
-    at = INSIDE + EACH * int(w[NEXT_KEPT])
-    w[NEXT_KEPT] = w[NEXT_KEPT] + 1.0 if w[NEXT_KEPT] < KEPT - 1.0 else 0.0
-    for i in range(RISES_KEPT, EACH):
+    """Return the place of the oldest results, set to NaN."""
+    at = ARC.recalled + RECALLED.size * int(w[NEXT_RECALLED])
+    w[NEXT_RECALLED] = w[NEXT_RECALLED] + 1.0 if w[NEXT_RECALLED] < MOST_RECALLED - 1.0 else 0.0
+    for i in range(RECALLED.rises, RECALLED.size):
         w[at + i] = math.nan
     return at
 
@@ -750,11 +754,11 @@ def new_place(w):
 def where_peaks_are(side, energy, phase, ahead):
     """Return the times [s] after the touch and before the release within which an energy may peak.
 
-    0 where none can exceed the largest so far. It is at most the time to the depth at which the
-    contact pushes as hard as all other forces, a share x^(2/3) of the greatest where those are a
-    share x of its largest force, which is bounded by sqrt(x) of the impact. And there is no peak
-    where an energy falls from the end on and neither the velocity nor those forces change their
-    sign.
+    A time is 0 if no energy can exceed its maximum so far. It is at most the time to the depth at
+    which the contact's force equals that of all others. If those are x times the contact's largest
+    force, that depth is x^(2/3) times the greatest, and the time at most sqrt(x) times the
+    duration. There is no peak if an energy falls from the end on and neither the velocity nor the
+    other forces change their sign.
     """
     ps, damper, gap = side.ps, side.damper, side.wall.gap
     took, (s, x, v), (u, y, w) = ahead.took, ahead.touch, ahead.release
@@ -780,7 +784,7 @@ def where_peaks_are(side, energy, phase, ahead):
 def note_end(side, energy, phase, now, soon, at):
     """Raise the largest energies to those within a time `soon` [s] of one end of an impact.
 
-    now: (q, s, x1, v1) there, phase: the instant; at: where the rises are kept.
+    now: (q, s, x1, v1) there, phase: the instant; at: place of the recalled rises.
     """
     w, (_, s, x1, v1) = side.arc.table, now
     e = energies(side.ps, side.damper, x1, v1, side.wall.gap, s)
@@ -795,7 +799,7 @@ def note_end(side, energy, phase, now, soon, at):
 
 @jit
 def note_inside(side, energy, phase, ahead, now, lasting):
-    """Raise the largest energies to their maxima in the next `lasting` [s] of a solved impact.
+    """Raise the largest energies to those in the next `lasting` [s] of a solved impact.
 
     ahead: `Ahead`; now: (q, s, x1, v1) at present.
     """
@@ -806,7 +810,7 @@ def note_inside(side, energy, phase, ahead, now, lasting):
         then = later(side.ps, phase, ahead.elapsed)
         contact(side, Watch(None, energy, None, None, None, None), then, now, lasting)
         return
-    at = place_of(side, phase, ahead.touch) + RISES_KEPT
+    at = place_of(side, phase, ahead.touch) + RECALLED.rises
     if early > 0.0:
         note_end(side, energy, phase, now, early, at)
     if late > 0.0:
@@ -819,7 +823,7 @@ def note_inside(side, energy, phase, ahead, now, lasting):
 
 @jit
 def state_inside(side, phase, ahead, time):
-    """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
+    """Return (q, s, x1, v1) a `time` [s] after the touch of a solved impact.
 
     phase: (cos, sin) at touch.
     """
@@ -837,15 +841,19 @@ def state_inside(side, phase, ahead, time):
 
 @jit
 def place_of_cut(side, phase, ahead):
-    """Return the place in the table of an impact that a section cuts, with its state there.
+    """Return the place of the results of an impact that a section cuts; fill its state there.
 
     phase: (cos, sin) at its touch; the section is `ahead.elapsed` later.
     """
     w, at = side.arc.table, place_of(side, phase, ahead.touch)
-    if not abs(w[at + CUT] - ahead.elapsed) <= SAME * side.arc.settled * ahead.took:
-        q, s, x1, v1 = state_inside(side, phase, ahead, ahead.elapsed)
-        w[at + CUT], w[at + TO], w[at + ON] = ahead.elapsed, math.nan, math.nan
-        w[at + CUT + 1], w[at + CUT + 2], w[at + CUT + 3], w[at + CUT + 4] = q, s, x1, v1
+    cut = at + RECALLED.cut
+    if not abs(w[cut] - ahead.elapsed) <= SAME * side.arc.settled * ahead.took:
+        w[cut + 1], w[cut + 2], w[cut + 3], w[cut + 4] = state_inside(
+            side, phase, ahead, ahead.elapsed
+        )
+        w[cut], w[at + RECALLED.to_cut], w[at + RECALLED.from_cut] = (
+            ahead.elapsed, math.nan, math.nan
+        )  # fmt: skip
     return at
 
 
@@ -855,13 +863,13 @@ def state_at_section(side, phase, ahead):
 
     phase: (cos, sin) at touch.
     """
-    w, at = side.arc.table, place_of_cut(side, phase, ahead) + CUT + 1
+    w, at = side.arc.table, place_of_cut(side, phase, ahead) + RECALLED.cut + 1
     return w[at], w[at + 1], w[at + 2], w[at + 3]
 
 
 @jit
 def variations_finely(side):
-    """Return a side with steps that are fine enough for variations."""
+    """Return a side with the tolerance of stepped variations."""
     steps = side.steps
     fine = Steps(steps.per_impact, min(SURER * steps.tolerance, VERIFIED))
     return side_with(side, side.ps, side.damper, side.wall, fine)
@@ -875,14 +883,14 @@ def put_unit(tangent):
 
 @jit
 def turn(tangent):
-    """Change the signs of v1 and s of four variations: of time."""
+    """Change the direction of time: the signs of v1 and s of four variations."""
     for i in range(1, 16, 2):
         tangent[i] = -tangent[i]
 
 
 @jit
 def carry_by(w, at, tangent):
-    """Carry four variations (16,); what the unit ones become stands in an array from `at` on."""
+    """Carry four variations (16,) by the images of unit variations, which stand from `at` on."""
     for i in range(0, 16, 4):
         sums = four(0.0)
         for j in range(4):
@@ -892,9 +900,9 @@ def carry_by(w, at, tangent):
 
 @jit
 def vary_to_cut(side, phase, ahead, tangent):
-    """Step unit variations `tangent` (16,) from the nearer end of an impact to where it is cut.
+    """Step unit variations `tangent` (16,) from the nearer end of an impact to its cut.
 
-    Returns whether that is the touch; phase: (cos, sin) there.
+    Returns True if that end is the touch; phase: (cos, sin) at the touch.
     """
     s, x1, v1 = ahead.touch
     now, left = (0.0, s, x1, v1), ahead.elapsed
@@ -913,10 +921,10 @@ def vary_to_cut(side, phase, ahead, tangent):
 
 @jit
 def cut_in_two(side, phase, ahead, tangent, at):
-    """Fill what unit variations become up to the section that cuts an impact, and from there on.
+    """Fill the images of unit variations from touch to a section inside an impact, and from there.
 
-    The impact is a matrix R, a row for each unit variation, and the section cuts it into R = F S.
-    One of F and the inverse of S is stepped, the other follows. tangent (16,): scratch; phase:
+    The impact is a matrix R, a row for each unit variation, and R = F S with the section between F
+    and S. F or the inverse of S is stepped, the other one follows. tangent (16,): scratch; phase:
     (cos, sin) at touch; at: `place_of_cut`.
     """
     w, (s, x1, v1), (out, a1, b1) = side.arc.table, ahead.touch, ahead.release
@@ -924,39 +932,40 @@ def cut_in_two(side, phase, ahead, tangent, at):
     short_impact(side, None, phase, (0.0, s, x1, v1))
     vary(side, phase, ahead.touch, (out, a1, b1, ahead.took), tangent)
     for i in range(16):
-        w[at + ON + i] = tangent[i]  # R, for now
+        w[at + RECALLED.from_cut + i] = tangent[i]  # R, for now
     early = vary_to_cut(side, phase, ahead, tangent)
     matrix, right = np.empty((4, 4)), np.empty((4, 4))
     for i in range(16):
-        w[at + TO + i], matrix[i // 4, i % 4] = tangent[i], tangent[i]
-        right[i // 4, i % 4] = w[at + ON + i]
+        w[at + RECALLED.to_cut + i], matrix[i // 4, i % 4] = tangent[i], tangent[i]
+        right[i // 4, i % 4] = w[at + RECALLED.from_cut + i]
     if not early:
         for i in range(16):
-            tangent[i] = w[at + ON + i]
+            tangent[i] = w[at + RECALLED.from_cut + i]
             right[i // 4, i % 4] = 1.0 if i % 5 == 0 else 0.0
-        carry_by(w, at + TO, tangent)
+        carry_by(w, at + RECALLED.to_cut, tangent)
         for i in range(16):
-            w[at + TO + i] = tangent[i]
+            w[at + RECALLED.to_cut + i] = tangent[i]
     solve(matrix, right)
     for i in range(16):
-        w[at + ON + i] = right[i // 4, i % 4]
+        w[at + RECALLED.from_cut + i] = right[i // 4, i % 4]
 
 
 @jit
 def vary_inside(side, phase, tangent, ahead, begins):
-    """Carry four variations (16,) from touch to the section that cuts an impact, or on from there.
+    """Carry four variations (16,) from touch to the section that cuts an impact, or from there.
 
-    To it where the impact `begins`. ahead: `Ahead`, the section being `ahead.elapsed` after touch;
-    phase: (cos, sin) at touch. Variations are linear: what unit ones become is kept.
+    To the section if the impact `begins`, otherwise to the release. ahead: `Ahead`, the section
+    being `ahead.elapsed` after touch; phase: (cos, sin) at touch. The images of unit variations are
+    recalled.
     """
     w, at = side.arc.table, place_of_cut(side, phase, ahead)
-    if not abs(w[at + TO]) < math.inf:
+    if not abs(w[at + RECALLED.to_cut]) < math.inf:
         for i in range(16):
-            w[WAIT + i] = tangent[i]
+            w[WAITING + i] = tangent[i]
         cut_in_two(side, phase, ahead, tangent, at)
         for i in range(16):
-            tangent[i] = w[WAIT + i]
-    carry_by(w, at + (TO if begins else ON), tangent)
+            tangent[i] = w[WAITING + i]
+    carry_by(w, at + (RECALLED.to_cut if begins else RECALLED.from_cut), tangent)
 
 
 # ---- a response ----------------------------------------------------------------------------------
@@ -964,18 +973,18 @@ def vary_inside(side, phase, tangent, ahead, begins):
 
 @jit
 def tally_inside(side, tally, phase, now, after):
-    """Add an impact that is solved to a tally.
+    """Add a solved impact to a tally.
 
-    phase: the instant of its touch; now, after: as of `tally_nodes`. Under the harmonic force it is
-    stepped once, and kept; under a load, where none comes again, it is stepped if it has to be.
+    phase: the instant of its touch; now, after: as of `tally_nodes`. Under a harmonic force the
+    impact is stepped once, and its share recalled; under a load it is stepped if `tally_nodes`
+    adds nothing.
     """
     if is_a(phase, Moment):
-        # an impact that does not come again
         if not tally_nodes(side, tally, phase, now, after):
             contact(side, Watch(None, None, None, None, None, tally), phase, now, math.inf)
         return
     w, row = side.arc.table, tally.row
-    at = place_of(side, phase, (now[1], now[2], now[3])) + SHARE_KEPT
+    at = place_of(side, phase, (now[1], now[2], now[3])) + RECALLED.share
     if not w[at] >= 0.0:
         for i in range(BEGIN):
             row[BEFORE + i], row[i] = row[i], 0.0

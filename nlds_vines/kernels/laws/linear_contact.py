@@ -172,16 +172,16 @@ def held_at(wall, ps, damper, begun):
 
 
 @jit
-def bare_held(held):
-    wall, watched = held.wall, bare(held.watched)
-    leaving = Leaving(wall, bare_grid(held.leaving.grid), watched)
-    return Pressed(wall, held.shift, bare_grid(held.grid), watched, leaving)
+def bare_motion(motion):
+    wall, watched = motion.wall, bare(motion.watched)
+    leaving = Leaving(wall, bare_grid(motion.leaving.grid), watched)
+    return Pressed(wall, motion.shift, bare_grid(motion.grid), watched, leaving)
 
 
 @jit
-def too_stiff(held, period):
+def too_stiff(motion, period):
     """Return True if a period [s] on the wall had more cells than can be followed."""
-    return not period <= MOST_CELLS_PRESSED * held.grid.h
+    return not period <= MOST_CELLS_PRESSED * motion.grid.h
 
 
 # ---- what is watched -----------------------------------------------------------------------------
@@ -274,18 +274,18 @@ def greatest(stiffness, drag, gap, sign, w, end):
 
 
 @jit
-def jump(wall, damper, tangent, way):
+def jump(wall, damper, tangent, direction):
     """Move variations on where the force jumps by cc s: `way` 1 at touch, -1 at release."""
     x, v, r, u = columns_of(tangent)
-    late = (way * wall.cc) * r
+    late = (direction * wall.cc) * r
     put_columns(tangent, (x, v - damper.inv_m1 * late, r, u - damper.inv_mu * late))
 
 
 @jit
-def jump_at(wall, damper, tangent, sign, way):
+def jump_at(wall, damper, tangent, sign, direction):
     """Move variations on at a wall, of which driven ones may have changed the place."""
     seen_from_wall(tangent, sign, 1.0)
-    jump(wall, damper, rows_of(tangent), way)
+    jump(wall, damper, rows_of(tangent), direction)
     seen_from_wall(tangent, sign, -1.0)
 
 
@@ -298,9 +298,9 @@ def follow(side, watch, phase, place, left, now):
 
     Arguments and result as those of `contact.follow`, with z in place of q.
     """
-    ps, damper, wall, sign, held = side.ps, side.damper, side.wall, side.sign, side.held
+    ps, damper, wall, sign, pressed = side.ps, side.damper, side.wall, side.sign, side.motion
     tangent, tally = watch.tangent, watch.tally
-    balance, shift = wall.gap - held.shift, sign * held.shift
+    balance, shift = wall.gap - pressed.shift, sign * pressed.shift
     depth, s, x1, v1 = now
     start = sign * x1, sign * v1, wall.gap + depth, sign * s
     if tangent is not None and depth == 0.0:
@@ -309,14 +309,14 @@ def follow(side, watch, phase, place, left, now):
         slow = tally.row[S2]  # the integral of s^2 so far, of which the dashpot takes its share
     # r counts from the balance of the springs, where the depth is -`balance`
     y = x1 - of_balance(damper, shift), v1, sign * (depth + balance), s
-    event, y, took = walk(held, side, watch, phase, place, left, y)
+    event, y, took = walk(pressed, side, watch, phase, place, left, y)
     if tally is not None:
         tally.row[LOSS] += wall.cc * (tally.row[S2] - slow)
     x1, v1, r, s = y
     z = max(sign * r - balance, 0.0)
     if tangent is not None:
         seen = mirrored_load(ps.load, ps, sign)
-        carry(tangent, Linear(wall, seen, damper, sign, held.grid), place, start, took)
+        carry(tangent, Linear(wall, seen, damper, sign, pressed.grid), place, start, took)
         side.k[contact_series.SHRUNK] -= wall.cc * damper.inv_mu * took
     if event == RELEASED and (wall.pulls is not None or wall.cc == 0.0):
         z = 0.0
@@ -346,7 +346,7 @@ def leave(side, watch, phase, place, left, now):
     wall, sign, tally = side.wall, side.sign, watch.tally
     z, s, x1, v1 = now
     y = x1, v1, sign * (z + wall.gap), s
-    event, y, took = walk(side.held.leaving, side, watch, phase, place, left, y)
+    event, y, took = walk(side.motion.leaving, side, watch, phase, place, left, y)
     x1, v1, r, s = y
     z = 0.0 if event == CLEARED else max(sign * r - wall.gap, 0.0)
     if tally is not None:  # the wall springs back without a force: kc z^2 / 2 is lost
@@ -367,5 +367,5 @@ def push_of(wall, constant, r, s, c, d):
 def push_changed(wall, by, sign, constant, r, s):
     """Return the derivative of that force by the parameter itself."""
     at = constants_of(sign)
-    found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
-    return sign * (found - constant * wall.kc * by[wall_at(sign) + GAP])
+    rate = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
+    return sign * (rate - constant * wall.kc * by[wall_at(sign) + GAP])

@@ -134,8 +134,8 @@ def steep_term(wall, k, n):
     """Return coefficient n of n K z^(n - 1)."""
     scale = wall.exponent * wall.K
     if wall.fraction > 0.0:
-        found = power_term(k, int(DEPTH), wall.exponent - 1.0, int(STEEP), n)
-        return scale * found if n == 0 else found
+        term = power_term(k, int(DEPTH), wall.exponent - 1.0, int(STEEP), n)
+        return scale * term if n == 0 else term
     if wall.high == wall.root:
         return scale if n == 0 else 0.0
     return scale * k[SERIES + COLUMNS * n + POWERS_OF_Q + wall.high - wall.root]
@@ -157,10 +157,10 @@ def smooth_up_to(wall, tangent, at, tolerance):
 @jit
 def damped_term(wall, k, column, n):
     """Return coefficient n of a column times 1 + a s, 0 where the wall has let go."""
-    found = k[SERIES + COLUMNS * n + column]
+    term = k[SERIES + COLUMNS * n + column]
     if wall.damping is None:
-        return found
-    return wall.damping.acts * found + wall.damping.a * product(k, column, int(AT_S), n)
+        return term
+    return wall.damping.acts * term + wall.damping.a * product(k, column, int(AT_S), n)
 
 
 @jit
@@ -227,10 +227,10 @@ def fill_constants(sort, change, rates, at):
 def pushed_term(wall, k, by, at, n):
     """Return coefficient n of what changes of the force [N] by K, n and the damping."""
     row = SERIES + COLUMNS * n
-    found = by[at + OF_K] * damped_term(wall, k, int(ELASTIC), n)
+    term = by[at + OF_K] * damped_term(wall, k, int(ELASTIC), n)
     k[row + LOGARITHM] = logarithm_term(k, int(DEPTH), int(LOGARITHM), n)
-    found += by[at + EXPONENT] * product(k, int(FORCE), int(LOGARITHM), n)
+    term += by[at + EXPONENT] * product(k, int(FORCE), int(LOGARITHM), n)
     if wall.damping is not None:
         acts = wall.damping.acts * wall.K
-        found += by[at + DAMPED] * (acts * product(k, int(ELASTIC), int(AT_S), n))
-    return found
+        term += by[at + DAMPED] * (acts * product(k, int(ELASTIC), int(AT_S), n))
+    return term

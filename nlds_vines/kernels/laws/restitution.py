@@ -153,8 +153,8 @@ def held_at(wall, ps, damper, begun):
 
 
 @jit
-def bare_held(held):
-    return Stuck(held.wall, bare_grid(held.grid))
+def bare_motion(motion):
+    return Stuck(motion.wall, bare_grid(motion.grid))
 
 
 # ---- the impact ----------------------------------------------------------------------------------
@@ -181,9 +181,9 @@ def stays(ps, damper, wall, rate, state, phase):
     if wall.e == 1.0:
         return False
     lasting = -2.0 * s / (a * (1.0 - wall.e))
-    own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
+    alone = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
     both = shared(ps, ps.force * c)
-    dv = (1.0 - damper.share) * (own - both) + both
+    dv = (1.0 - damper.share) * (alone - both) + both
     falls = falling(ps, phase)
     change = (falls - shared(ps, falls)) + ps.stiffness * v1 + ps.damping * dv
     return abs(change) * lasting <= STEADY_PRESSING * a and rate * lasting <= STEADY_PRESSING
@@ -205,8 +205,8 @@ def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
     x, v, _, u = carried((x, v, r, u), (v1, dv, s, ds), late)
     (s, x1, v1), r = after, 0.0 * late
     if stuck:
-        own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
-        common = v1, (1.0 - damper.share) * own, 0.0, 0.0
+        alone = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
+        common = v1, (1.0 - damper.share) * alone, 0.0, 0.0
         v = v - damper.share * u
         put_columns(tangent, carried((x, v, r, 0.0 * u), common, 0.0 - late))
         return
@@ -223,8 +223,8 @@ def keep_common_motion(ps, damper, tangent):
     back the structure's dashpot takes notice.
     """
     x, v, r, u = columns_of(tangent)
-    way = ps.damping * (1.0 - damper.share) * damper.share
-    v = (v - damper.share * u) + way * r
+    drag = ps.damping * (1.0 - damper.share) * damper.share
+    v = (v - damper.share * u) + drag * r
     put_columns(tangent, (x - damper.share * r, v, 0.0 * r, 0.0 * u))
 
 
@@ -279,12 +279,12 @@ def follow(side, watch, phase, place, left, now):
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
     start = x1, v1, wall.gap, 0.0
     y = sign * x1, sign * v1, sign * wall.gap, 0.0
-    event, y, took = walk(side.held, side, watch, phase, place, left, y)
+    event, y, took = walk(side.motion, side, watch, phase, place, left, y)
     if tangent is not None:
         seen_from_wall(tangent, sign, 1.0)
         keep_common_motion(ps, damper, rows_of(tangent))
         seen_from_wall(tangent, sign, -1.0)
-        carry(tangent, Linear(wall, seen, damper, sign, side.held.grid), place, start, took)
+        carry(tangent, Linear(wall, seen, damper, sign, side.motion.grid), place, start, took)
     return event, 0.0, 0.0, y[0], y[1], took, 0.0
 
 
@@ -299,11 +299,11 @@ def ending(stuck, side, w, phase, end):
     # it rises to that of the damper's spring alone, the wall would have to pull.
     for i in range(ORDER + 1):
         row, drive = COEF + 4 * i, force_term(w, phase, i)
-        own = ps.force * drive - ps.stiffness * w[row] - ps.damping * w[row + 1]
-        own = own - shared(ps, ps.force * drive)
+        inertia = ps.force * drive - ps.stiffness * w[row] - ps.damping * w[row + 1]
+        inertia = inertia - shared(ps, ps.force * drive)
         if i == 0:
-            own = under(ps.load, own)
-        w[row + 2], w[row + 3] = -side.sign * own, 0.0
+            inertia = under(ps.load, inertia)
+        w[row + 2], w[row + 3] = -side.sign * inertia, 0.0
     size, spring = (
         (most_push(ps, phase) + abs(ps.stiffness * w[COEF]) + abs(ps.damping * w[COEF + 1])),
         damper.k2 * side.wall.gap * damper.inv_mu,
@@ -333,9 +333,9 @@ def terms_on(linear, by, constant, state, drive, variation):
     other, pace = 1.0 - damper.share, sign * by[SLOWER]
     alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
     alone = under_once(ps.load, constant, alone)
-    more = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
-    more += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
-    dv, db = other * alone, other * more - sign * by[SHARE] * alone
+    varied = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
+    varied += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
+    dv, db = other * alone, other * varied - sign * by[SHARE] * alone
     return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0
 
 

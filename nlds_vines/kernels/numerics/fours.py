@@ -40,7 +40,7 @@ BARE = types.CPointer(types.float64)  # its type: read and written by index, as 
 
 
 def bare(array: Any) -> Any:
-    """Return an array of numbers, one contiguous row, as a bare row; one that is bare, as it is."""
+    """Return a contiguous row of numbers as a bare row; a bare row or None as it is."""
     return array
 
 
@@ -55,14 +55,12 @@ def is_row(kind: Any) -> bool:
 
 @type_callable(bare)
 def _as_row(context: Any) -> Any:
-    return lambda array: array if isinstance(array, types.CPointer) else _bare_kind(array)
+    def rule(kind: Any) -> Any:
+        if isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C":
+            return types.CPointer(kind.dtype)
+        return kind if isinstance(kind, types.CPointer | types.NoneType) else None
 
-
-def _bare_kind(kind: Any) -> Any:
-    """Return the type of a bare row of floats or of integers, None of what is no such row."""
-    if isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C":
-        return types.CPointer(kind.dtype)
-    return None
+    return rule
 
 
 @lower_builtin(bare, types.Array)
@@ -71,6 +69,7 @@ def _begin(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @lower_builtin(bare, types.CPointer)
+@lower_builtin(bare, types.NoneType)
 def _as_it_is(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return args[0]
 
@@ -215,9 +214,9 @@ _typed(larger_of, lambda v, w: _FOUR if v == w == _FOUR else None)
 @lower_builtin(four_at, types.CPointer, types.Integer)
 @lower_builtin(four_at, types.Array, types.Integer)
 def _load(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    found = builder.load(_place(context, builder, sig, args))
-    found.align = 8  # a row may begin at any number
-    return found
+    vector = builder.load(_place(context, builder, sig, args))
+    vector.align = 8  # a row may begin at any number
+    return vector
 
 
 @lower_builtin(put_four, types.CPointer, types.Integer, Four)
@@ -234,10 +233,10 @@ def _same(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 @lower_builtin(four_of, types.Float, types.Float, types.Float, types.Float)
 def _joined(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    found = ir.Constant(_VECTOR, ir.Undefined)
+    vector = ir.Constant(_VECTOR, ir.Undefined)
     for k in range(FOUR):
-        found = builder.insert_element(found, args[k], ir.Constant(_INDEX, k))
-    return found
+        vector = builder.insert_element(vector, args[k], ir.Constant(_INDEX, k))
+    return vector
 
 
 @lower_builtin(number_of, Four, types.Integer)

@@ -3,7 +3,6 @@
 In reading order:
 
     orbit        the time loop: flights, contacts, sections
-    repetition   periods that repeat to the bit are copied
-    recurrence   period and impacts of an orbit from its section
+    repetition   periods that repeat to the bit, and n and k of an orbit that repeats to a tolerance
     variations   the map from section to section with its derivative; periodic orbits
 """

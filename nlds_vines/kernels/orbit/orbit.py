@@ -1,7 +1,7 @@
-"""The one time loop: flights, contacts and sections of one orbit, period by period.
+"""The time loop: flights, contacts and sections of one orbit, period by period.
 
-Time is an integer period, a cell and a place in it; it is never summed up, so that the phase of
-the section is as sharp after a million periods as after one.
+Time is an integer period, a cell and a place in it. It is never summed up, so that the phase of
+a section has the same error after a million periods as after one.
 """
 
 from __future__ import annotations
@@ -54,21 +54,20 @@ from ..watch.observe import (
 from ..watch.response import bare_tally, note_sums
 from .repetition import periods_to_run, reference_for, renew, repeat, sum_up_period
 
-HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
+HUGE = 1.0e150  # bound of |x1| + |v1| + |r| + |s|; a comparison with NaN fails, too
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
-STATE_SIZE = (
-    15  # numbers of the state kept between calls: x1, v1, r, s, q = sqrt(z), mode, and from
-)
-STATE_AHEAD = 6  # STATE_AHEAD on what is `Ahead` inside a short impact
+# The state kept between calls: x1, v1, r, s, q = sqrt(z), mode, and from STATE_AHEAD on the
+# numbers of `inside.Ahead`.
+STATE_SIZE, STATE_AHEAD = 15, 6
 
 
 @jit
 def set_mode(near, far, state):
-    """Set q and the mode of a state (x1, v1, r, s) at phase zero: in flight, or inside a contact.
+    """Set q and the mode of a state (x1, v1, r, s): in flight, or inside a contact.
 
-    A start on the wall that moves or is pressed into it is a touch of the first instant, which the
-    first flight finds; a start beyond the wall is a contact already under way. Into a rigid wall
-    nothing comes: a start beyond it is one on it, and one at rest on it a contact under way.
+    A state beyond a wall is a contact under way. A state on the wall is in flight, and the first
+    flight finds its touch. A rigid wall is not penetrated: a state beyond it is put on it, and a
+    state at rest on it is a contact under way.
     """
     state[4], state[5] = 0.0, FLYING
     state[STATE_AHEAD] = 0.0
@@ -84,65 +83,22 @@ def set_mode(near, far, state):
 
 @jit
 def on_ground(damper, state):
-    """Set r and s of a state to x1 and v1 if walls limit the structure itself."""
+    """Set r and s of a state to x1 and v1 if the walls limit the structure itself."""
     if is_a(damper, Ground):
         state[2], state[3] = state[0], state[1]
 
 
 @jit
-def phase_on(rk4, grid, j, x):
-    """Return the instant (`drive`) at place x of cell j, by the method's grid."""
-    if rk4 is None:
-        return phase_of(grid, j, x) if is_a(grid.begun, Loaded) else phase_at(grid, j, x)
-    return phase_in_step(grid, j, x)
-
-
-@jit
 def bounded(x1, v1, r, s):
-    """Return True if a state is finite and not absurdly large."""
+    """Return True if a state is finite and below HUGE."""
     return abs(x1) + abs(v1) + abs(r) + abs(s) < HUGE
 
 
 @jit
-def begin_log(limit_log, began):
-    """Count the log of a limit from the time [s] at which the period began."""
-    if limit_log is not None:
-        limit_log[ORIGIN] = began
-
-
-@jit
-def impact_rows(impacts):
-    """Return the rows to which a contact adds what it has been, None where there are none."""
-    if is_a(impacts, Touches):
-        return None
-    return impacts
-
-
-@jit
 def keep_slowest(slowest, s):
-    """Lower the smallest approach speed to that of a touch."""
+    """Lower the smallest approach speed to that of a touch, |s|."""
     if slowest is not None:
         slowest[0] = min(slowest[0], abs(s))
-
-
-@jit
-def fly_on(flight, watch, begun, stop, y):
-    if flight.rk4 is None:
-        return fly(flight, watch, begun, stop, y)
-    return fly_fixed(flight, watch, begun, stop, y)
-
-
-@jit
-def after_contact(ps, damper, impacts, event, felt, began, time, y):
-    """Note a contact, and, at its release, that it has ended in the state y = (x1, v1, r, s).
-
-    felt: its depth [m] and its greatest force [N]; began, time: as of `note_release`.
-    """
-    if impacts is not None:
-        note_depth(impacts, felt[0])
-        note_force(impacts, felt[1])
-        if event == RELEASED:
-            note_release(ps, damper, impacts, began, time, y)
 
 
 @jit
@@ -158,77 +114,66 @@ def bare_arc(arc):
     return Arc(arc.tolerance, arc.settled, arc.levels, bare(arc.table))
 
 
-@jit
-def bare_if_any(row):
-    if row is None:
-        return None
-    return bare(row)
-
-
-@jit
-def bare_impacts(impacts):
-    if impacts is None:
-        return None
-    data, filled, room = bare(impacts.data.reshape(-1)), bare(impacts.filled), len(impacts.data)
-    if is_a(impacts, Touches):
-        return Touches(data, filled, room)
-    return Impacts(data, filled, room)
-
-
 @by_wall
-def bare_held(held):
-    return held
+def bare_motion(motion):
+    return motion
 
 
 @jit
-def grid_in_loop(rk4, grid):
-    if rk4 is None:
-        return bare_grid(grid)
-    cosine, middle = bare(grid.cosine), bare(grid.middle)
-    w = bare(grid.table)
-    return FixedGrid(grid.n, grid.h, grid.turn, grid.rate, cosine, middle, w, grid.begun)
-
-
-@jit
-def side_of(prepared, wall, sign, held):
-    """Return the `Side` of a wall of a cell, None where it is."""
+def side_of(prepared, wall, sign, motion):
+    """Return the `Side` of a wall of a cell with bare rows, None if there is no wall."""
     if wall is None:
         return None
     arc = bare_arc(prepared.arc) if says(wall, "SHORT_IMPACTS") else None
     return Side(
-        prepared.rk4, prepared.ps, prepared.damper, wall, sign, arc, bare_held(held),
+        prepared.rk4, prepared.ps, prepared.damper, wall, sign, arc, bare_motion(motion),
         prepared.contact_steps, prepared.grid.rate, bare(prepared.scratch),
     )  # fmt: skip
 
 
 @jit
 def orbit(prepared, buffers, span, state, tangent, exact_grid):
-    """Advance `state` (STATE_SIZE,) over a `Span` and note what has a buffer; return a status.
+    """Advance `state` (STATE_SIZE,) over a `Span` and fill the buffers; return a status.
 
     prepared: a `Prepared` cell with walls; span.stops must divide the cells of its grid. buffers:
-    `OrbitBuffers`. tangent: (16,) four variations one after the other, or None; `exact_grid`, that
-    of the exact flight, propagates them whatever the method.
+    `OrbitBuffers`. tangent: (16,) four variations one after the other, or None; `exact_grid`, the
+    grid of the exact flight, propagates them with either method.
     """
-    # Named once: a field with arrays costs reference counts each time that it is read; and bare:
-    # each array that is handed on in the loop costs them again.
+    # Fields with arrays get names and become bare rows: every read of such a field, and every
+    # array handed on in the loop, costs counts of references.
     rk4, ps, damper = prepared.rk4, prepared.ps, prepared.damper
     near, far, k = prepared.near, prepared.far, bare(prepared.scratch)
-    grid = grid_in_loop(rk4, prepared.grid)
+    if rk4 is None:
+        grid = bare_grid(prepared.grid)
+    else:
+        steps = prepared.grid
+        grid = FixedGrid(
+            steps.n, steps.h, steps.turn, steps.rate, bare(steps.cosine), bare(steps.middle),
+            bare(steps.table), steps.begun,
+        )  # fmt: skip
     near_side = side_of(prepared, near, 1.0, prepared.held_near)
     far_side = side_of(prepared, far, -1.0, prepared.held_far)
-    flight = Flight(rk4, ps, damper, near, far, grid)
+    fly_on, flight = fly if rk4 is None else fly_fixed, Flight(rk4, ps, damper, near, far, grid)
     through_air = Linear(None, ps, damper, 1.0, exact_grid)
-    limit_log, slowest, section = bare_if_any(buffers.limit_log), buffers.slowest, buffers.section
-    impacts, by_period = bare_impacts(buffers.impacts), buffers.by_period
-    rows, tally = impact_rows(impacts), bare_tally(buffers.tally)
-    energy, clearance = bare_if_any(buffers.energy), bare_if_any(buffers.clearance)
+    slowest, section, by_period = buffers.slowest, buffers.section, buffers.by_period
+    limit_log, energy = bare(buffers.limit_log), bare(buffers.energy)
+    clearance, tally = bare(buffers.clearance), bare_tally(buffers.tally)
+    if buffers.impacts is None:
+        impacts = None
+    else:
+        data, filled = buffers.impacts.data, bare(buffers.impacts.filled)
+        if is_a(buffers.impacts, Touches):
+            impacts = Touches(bare(data.reshape(-1)), filled, len(data))
+        else:
+            impacts = Impacts(bare(data.reshape(-1)), filled, len(data))
+    rows = impacts if is_a(buffers.impacts, Impacts) else None  # to which contacts add
     watch = Watch(limit_log, energy, clearance, rows, tangent, tally)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(STATE_SIZE - STATE_AHEAD):
         k[AHEAD + i] = state[STATE_AHEAD + i]
     arc = bare_arc(prepared.arc)
     room = reference_for(tangent, buffers, prepared.grid.begun, arc)
-    reference = bare_if_any(room)
+    reference = bare(room)  # while `room` is in use
     renew(reference, tally, impacts, k, 0, (x1, v1, r, s, q, float(mode)))
     p, last = 0, span.periods
     while p < last:
@@ -240,7 +185,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 if mode == FLYING or leaves(near, far, mode):
                     # Fly to the next event.
                     place, begun, before = j + x, (j, x), (x1, v1, r, s)
-                    begin_log(limit_log, began)
+                    if buffers.limit_log is not None:
+                        limit_log[ORIGIN] = began
                     event = CLEARED
                     if mode != FLYING:
                         event, j, x, q, x1, v1, r, s = leave_wall(
@@ -276,13 +222,23 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 # Follow the contact, to its release or to the section.
                 end, time = end_of_cells(grid, j, stop), began + (j + x) * grid.h
                 left = (end - j - x) * grid.h
-                touched = time, phase_on(rk4, grid, j, x), (j + x) / grid.n
+                if rk4 is not None:
+                    phase = phase_in_step(grid, j, x)
+                elif is_a(prepared.grid.begun, Loaded):
+                    phase = phase_of(grid, j, x)
+                else:
+                    phase = phase_at(grid, j, x)
+                touched = time, phase, (j + x) / grid.n
                 event, q, now, took, felt = follow_at(
                     near_side, far_side, mode, watch, touched, left, (q, s, x1, v1)
                 )
                 x1, v1, r, s = now
                 place = j + x + took / grid.h
-                after_contact(ps, damper, rows, event, felt, began, place * grid.h, now)
+                if is_a(buffers.impacts, Impacts):
+                    note_depth(rows, felt[0])
+                    note_force(rows, felt[1])
+                    if event == RELEASED:
+                        note_release(ps, damper, rows, began, place * grid.h, now)
                 if not bounded(x1, v1, r, s):
                     return DIVERGED
                 if event == EXHAUSTED:
@@ -318,39 +274,27 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
 
 
 @jit
-def share_of(flight, watch, maps, share, y):
-    """Advance a scene without walls from the state y by a share (i, stops) of a period.
-
-    By `maps` (`maps_of`) if there are, otherwise cell by cell, as what is summed up always is.
-    """
-    i, stops = share
-    first, stop = flight.grid.n * i // stops, flight.grid.n * (i + 1) // stops
-    if maps is None:
-        return fly_on(flight, watch, (first, 0.0), stop, y)[3:]
-    if watch.tally is not None:
-        fly_on(flight, watch, (first, 0.0), stop, y)
-    return step(flight.damper, maps, i, y[0], y[1], y[2], y[3])
-
-
-@jit
 def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
-    """Advance a scene without walls (arguments and result as those of `orbit`)."""
+    """Advance a scene without walls; arguments and result as those of `orbit`."""
     rk4, ps, damper, grid = prepared.rk4, prepared.ps, prepared.damper, prepared.grid
     section, energy, stops = buffers.section, buffers.energy, span.stops
     y = state[0], state[1], state[2], state[3]
-    # One map from stop to stop, if nothing is noted in between and the force is periodic.
-    maps = (
-        None
-        if rk4 is not None or energy is not None or is_a(grid.begun, Loaded)
-        else coarse_map(ps, damper, grid, stops)
-    )
+    # One matrix from stop to stop, if no energy is recorded and the force is periodic.
+    cell_by_cell = rk4 is not None or energy is not None or is_a(grid.begun, Loaded)
+    maps = None if cell_by_cell else coarse_map(ps, damper, grid, stops)
     watch = Watch(None, energy, None, None, None, bare_tally(buffers.tally))
-    flight = Flight(rk4, ps, damper, None, None, grid)
+    fly_on, flight = fly if rk4 is None else fly_fixed, Flight(rk4, ps, damper, None, None, grid)
     through_air = Linear(None, ps, damper, 1.0, exact_grid)
     for p in range(span.periods):
         start = y
         for i in range(stops):
-            y = share_of(flight, watch, maps, (i, stops), y)
+            first, stop = grid.n * i // stops, grid.n * (i + 1) // stops
+            if cell_by_cell:
+                y = fly_on(flight, watch, (first, 0.0), stop, y)[3:]
+            else:
+                if buffers.tally is not None:  # sums are taken cell by cell
+                    fly_on(flight, watch, (first, 0.0), stop, y)
+                y = step(damper, maps, i, y[0], y[1], y[2], y[3])
             at_section(damper, section, p * stops + i, y[0], y[1], y[2], y[3])
             note_sums(ps, damper, buffers.sums, p * stops + i, watch.tally)
         if tangent is not None:
@@ -363,7 +307,7 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
 
 @jit
 def run(prepared, buffers, span, state, tangent, exact_grid):
-    """Advance a scene with walls (`orbit`), or one without: neither knows of the other."""
+    """Advance a scene with walls by `orbit`, one without walls by `linear_orbit`."""
     if prepared.near is None and prepared.far is None:
         return linear_orbit(prepared, buffers, span, state, tangent, exact_grid)
     return orbit(prepared, buffers, span, state, tangent, exact_grid)

@@ -1,33 +1,34 @@
-"""Exact repetition: periods that follow a state which the orbit has had before are copied.
+"""Repetition of an orbit: to the bit, so that periods are copied, and to a tolerance.
 
-Under a harmonic force the notes of a period are a function of the state at its beginning. If that
+Under a harmonic force the records of a period are a function of the state at its beginning. If that
 state returns after n periods, equal in every bit, then all later periods repeat those n, and their
 rows are copied instead of computed. The state is compared with a reference, which is renewed after
 max(RENEWAL_STRIDE, p / RENEWAL_SHARE) periods (Brent's cycle detection; his powers of two wait too
-long for orbits that settle after 100 to 200 periods).
-
-The length of a repetition is that of a cycle of round-off, often a multiple of the orbit's period:
-n of an nT orbit never comes from here. The reference holds everything on which a period depends:
-the state, the impact under way, the largest values and the smallest clearance so far (a search for
-a larger one begins there), and the results that are recalled for nearly equal impacts.
+long for orbits that settle after 100 to 200 periods). The reference holds everything that a period
+depends on: the state, the impact under way, the largest values and the smallest clearance so far
+(a search for a larger one begins there), and the results that are recalled for nearly equal
+impacts. Orbits run to their end if a record counts from the orbit's beginning (the log of a limit)
+or depends on more than the state (variations, loads).
 
 Rows of impacts are copied with their times within a period, to which the beginning of the later
-period is added as ever: the same bits. The integrals of a response are summed up period by period
-with what rounding loses (Neumaier's sum), so that a cycle counted c times differs from c sums by
-round-off of the result, 1e-16, however many periods there are.
+period is added: the same bits. The integrals of a response are summed period by period with
+compensation (Neumaier's sum), so that a cycle counted c times differs from c sums by round-off of
+the result, 1e-16, however many periods there are.
 
-Orbits run to their end if a record counts from the orbit's beginning (the log of a limit) or
-depends on more than the state (variations, loads).
+The length of an exact repetition is that of a cycle of round-off, often a multiple of the orbit's
+period. n and k of an nT,k orbit come from the recurrence of its section and of its impact counts
+to a tolerance instead.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from ..impact.arc import INSIDE
-from ..impact.inside import EACH, KEPT
+from ..impact.arc import ARC
+from ..impact.inside import RECALLED_NUMBERS
 from ..motion.load_cells import Loaded, began_at
 from ..motion.response_sums import BEGIN, MOST, SUMS
 from ..numerics.compiling import jit
@@ -44,19 +45,33 @@ from ..watch.observe import (
     Touches,
 )
 
-# The reference: x1, v1, r, s, q, mode; `inside.Ahead`; the period that it precedes and the one at
-# which it is renewed; 1 if the state had returned then; the length of the repetition, 0 before
-# there is one, and its touches. If the state had returned, also the largest energies, the smallest
-# clearance and the maxima of a response so far. Integrals of a response since the orbit began, with
-# what rounding has lost of them, and both as they were at the reference, in the end those of one
-# cycle. From RECALLED on the impacts that the table of the arc recalls.
-AT_AHEAD, LENGTH_OF_AHEAD = 6, 9
-SINCE, RENEWED, STATE_RETURNED, CYCLE_LENGTH, TOUCHES = 15, 16, 17, 18, 19
-EXTREMES, MAXIMA, TOTALS = 20, 23, 23 + BEGIN - MOST
-ROUNDED_OFF, CYCLE_SUMS, RECALLED = TOTALS + SUMS, TOTALS + 2 * SUMS, TOTALS + 4 * SUMS
-RECALLED_NUMBERS = EACH * KEPT + 1
 FIRST = 32  # periods for which the first reference stays: sampled orbits have settled before
 RENEWAL_STRIDE, RENEWAL_SHARE = 8, 8  # a later one stays for so many periods, or 1/8 of all
+
+
+class Reference(NamedTuple):
+    """Places in the reference."""
+
+    state: int = 0  # x1, v1, r, s, q, mode
+    ahead: int = 6  # the 9 numbers of `inside.Ahead`
+    since: int = 15  # the period that it precedes
+    renewed: int = 16  # the period at which it is renewed
+    returned: int = 17  # 1 if the state had returned when it became the reference
+    cycle: int = 18  # periods of the repetition, 0 before there is one
+    touches: int = 19  # touches before the reference, later those of the repetition
+    # if the state had returned: the largest energies and the smallest clearance, the maxima of a
+    # response
+    extremes: int = 20
+    maxima: int = 23
+    # integrals of a response since the orbit began, what rounding has lost of them, and both as
+    # they were at the reference, later those of one cycle
+    totals: int = 23 + BEGIN - MOST
+    lost: int = 23 + BEGIN - MOST + SUMS
+    cycle_sums: int = 23 + BEGIN - MOST + 2 * SUMS
+    recalled: int = 23 + BEGIN - MOST + 4 * SUMS  # the impacts that the table of the arc recalls
+
+
+AT = Reference()
 
 
 @jit
@@ -71,12 +86,12 @@ def reference_for(tangent, buffers, begun, arc):
         return None
     if is_a(begun, Loaded):
         return None
-    return np.zeros(RECALLED + (0 if arc is None else RECALLED_NUMBERS))
+    return np.zeros(AT.recalled + (0 if arc is None else RECALLED_NUMBERS))
 
 
 @jit
 def touches_so_far(impacts):
-    """Return the number of noted touches, 0 if none are noted."""
+    """Return the number of recorded touches, 0 if none are recorded."""
     if impacts is None:
         return 0
     return impacts.filled[0]
@@ -84,7 +99,7 @@ def touches_so_far(impacts):
 
 @jit
 def sum_up_period(reference, tally):
-    """Add a period's integrals to those before, with what rounding loses; begin anew with 0."""
+    """Add a period's integrals to the totals and reset them to 0."""
     if reference is None:
         return
     if tally is None:
@@ -96,12 +111,12 @@ def sum_up_period(reference, tally):
 
 @jit
 def add_to_total(reference, i, part):
-    """Add to integral i of a response; what rounding loses of a sum is exact (Knuth's two-sum)."""
-    before = reference[TOTALS + i]
+    """Add to integral i of a response; the rounding error of a sum is exact (Knuth's two-sum)."""
+    before = reference[AT.totals + i]
     total = before + part
     added = total - before
-    reference[TOTALS + i] = total
-    reference[ROUNDED_OFF + i] += (before - (total - added)) + (part - added)
+    reference[AT.totals + i] = total
+    reference[AT.lost + i] += (before - (total - added)) + (part - added)
 
 
 @jit
@@ -112,16 +127,16 @@ def renew(reference, tally, impacts, k, p, y):
     """
     if reference is None:
         return
-    for i in range(AT_AHEAD):
-        reference[i] = y[i]
-    for i in range(LENGTH_OF_AHEAD):
-        reference[AT_AHEAD + i] = k[AHEAD + i]
-    reference[SINCE] = p
-    reference[RENEWED] = p + max(RENEWAL_STRIDE, p // RENEWAL_SHARE) if p > 0 else FIRST
-    reference[STATE_RETURNED], reference[TOUCHES] = 0.0, touches_so_far(impacts)
+    for i in range(6):
+        reference[AT.state + i] = y[i]
+    for i in range(9):
+        reference[AT.ahead + i] = k[AHEAD + i]
+    reference[AT.since] = p
+    reference[AT.renewed] = p + max(RENEWAL_STRIDE, p // RENEWAL_SHARE) if p > 0 else FIRST
+    reference[AT.returned], reference[AT.touches] = 0.0, touches_so_far(impacts)
     if tally is not None:
         for i in range(2 * SUMS):
-            reference[CYCLE_SUMS + i] = reference[TOTALS + i]
+            reference[AT.cycle_sums + i] = reference[AT.totals + i]
 
 
 @jit
@@ -134,15 +149,15 @@ def same_bits(a, b):
 
 @jit
 def has_returned(reference, k, y):
-    """Return True if the state is that of the reference (arguments as `renew`)."""
-    for i in range(AT_AHEAD):
-        if not same_bits(reference[i], y[i]):
+    """Return True if the state is that of the reference; arguments as of `renew`."""
+    for i in range(6):
+        if not same_bits(reference[AT.state + i], y[i]):
             return False
-    if not same_bits(reference[AT_AHEAD], k[AHEAD]):
+    if not same_bits(reference[AT.ahead], k[AHEAD]):
         return False
-    if k[AHEAD] > 0.0:  # inside an impact that is solved; otherwise the rest has no meaning
-        for i in range(1, LENGTH_OF_AHEAD):
-            if not same_bits(reference[AT_AHEAD + i], k[AHEAD + i]):
+    if k[AHEAD] > 0.0:  # inside a solved impact; otherwise the other numbers have no meaning
+        for i in range(1, 9):
+            if not same_bits(reference[AT.ahead + i], k[AHEAD + i]):
                 return False
     return True
 
@@ -161,15 +176,15 @@ def keep_notes(reference, arc, watch):
     same = True
     if watch.energy is not None:
         for i in range(2):
-            same = keep(reference, EXTREMES + i, watch.energy[i]) and same
+            same = keep(reference, AT.extremes + i, watch.energy[i]) and same
     if watch.clearance is not None:
-        same = keep(reference, EXTREMES + 2, watch.clearance[0]) and same
+        same = keep(reference, AT.extremes + 2, watch.clearance[0]) and same
     if watch.tally is not None:
         for i in range(BEGIN - MOST):
-            same = keep(reference, MAXIMA + i, watch.tally.row[MOST + i]) and same
+            same = keep(reference, AT.maxima + i, watch.tally.row[MOST + i]) and same
     if arc is not None:
         for i in range(RECALLED_NUMBERS):
-            same = keep(reference, RECALLED + i, arc.table[INSIDE + i]) and same
+            same = keep(reference, AT.recalled + i, arc.table[ARC.recalled + i]) and same
     return same
 
 
@@ -177,31 +192,31 @@ def keep_notes(reference, arc, watch):
 def periods_to_run(reference, arc, watch, impacts, k, p, last, y):
     """Return how many of `last` periods must be computed, of which p have been.
 
-    If the state and all that a period depends on have returned, as many as lead to the state at
-    the end of the last one. The first return of the state only begins the comparison of the rest.
-    Rows of impacts take one cycle more: the impact under way now began in the cycle before, of
-    which only the states are known to be the same.
+    If the state and all that a period depends on have returned, these are as many as lead to the
+    state at the end of the last period. The first return of the state only begins the comparison
+    of the rest. Rows of impacts need one cycle more: the impact under way now began in the cycle
+    before, of which only the states are known to be equal.
     """
     if reference is None:
         return last
-    if reference[CYCLE_LENGTH] > 0.0:
+    if reference[AT.cycle] > 0.0:
         return last
     if has_returned(reference, k, y):
-        n, had_returned = p - int(reference[SINCE]), reference[STATE_RETURNED] > 0.0
+        n, had_returned = p - int(reference[AT.since]), reference[AT.returned] > 0.0
         if keep_notes(reference, arc, watch) and had_returned:
-            reference[CYCLE_LENGTH] = n
-            reference[TOUCHES] = touches_so_far(impacts) - reference[TOUCHES]
+            reference[AT.cycle] = n
+            reference[AT.touches] = touches_so_far(impacts) - reference[AT.touches]
             # the integrals of a response over one cycle
             if watch.tally is not None:
                 for i in range(SUMS):
-                    sums = reference[TOTALS + i] - reference[CYCLE_SUMS + i]
-                    lost = reference[ROUNDED_OFF + i] - reference[CYCLE_SUMS + SUMS + i]
-                    reference[CYCLE_SUMS + i] = sums + lost
-            more = n + (last - p) % n if is_a(impacts, Impacts) else (last - p) % n
-            return min(p + more, last)
+                    sums = reference[AT.totals + i] - reference[AT.cycle_sums + i]
+                    lost = reference[AT.lost + i] - reference[AT.cycle_sums + SUMS + i]
+                    reference[AT.cycle_sums + i] = sums + lost
+            remaining = n + (last - p) % n if is_a(impacts, Impacts) else (last - p) % n
+            return min(p + remaining, last)
         renew(reference, watch.tally, impacts, k, p, y)
-        reference[STATE_RETURNED], reference[RENEWED] = 1.0, max(reference[RENEWED], p + n)
-    elif p >= reference[RENEWED]:
+        reference[AT.returned], reference[AT.renewed] = 1.0, max(reference[AT.renewed], p + n)
+    elif p >= reference[AT.renewed]:
         renew(reference, watch.tally, impacts, k, p, y)
     return last
 
@@ -216,7 +231,7 @@ def repeat_rows(rows, first, last, n):
 
 @jit
 def repeat_impact(grid, data, i, j, periods):
-    """Fill row i of impacts with row j, so many periods later."""
+    """Fill row i of impacts with row j, shifted by a number of periods."""
     row, former = i * IMPACT_COLUMNS, j * IMPACT_COLUMNS
     for c in range(IMPACT_COLUMNS):
         data[row + c] = data[former + c]
@@ -228,47 +243,87 @@ def repeat_impact(grid, data, i, j, periods):
 
 
 @jit
-def repeat_impacts(grid, impacts, count, cycles, n):
-    """Copy the last `count` impacts once for each of so many cycles of n periods, as there is room.
-
-    An impact under way ends as that of the cycle before; the last one of all is then under way.
-    """
-    if is_a(impacts, Impacts):
-        if count == 0:
-            return
-        data, latest = impacts.data, impacts.filled[0] - 1
-        impacts.filled[0] += count * cycles
-        first, end = latest + 1, impacts.filled[0]
-        if latest < impacts.room and math.isnan(data[latest * IMPACT_COLUMNS + RELEASE]):
-            first = latest
-            if end <= impacts.room:
-                end -= 1
-                repeat_impact(grid, data, end, latest, cycles * n)
-        for i in range(first, min(end, impacts.room)):
-            repeat_impact(grid, data, i, i - count, n)
-
-
-@jit
 def repeat(reference, buffers, grid, tally, impacts, span, computed):
-    """Fill the rows of all periods behind the first `computed` ones; end the sums of a response."""
+    """Fill the rows of all periods after the first `computed` ones; finish a response's sums."""
     if reference is None:
         return
     n, cycles = 0, 0
     if computed < span.periods:
-        n, stops = int(reference[CYCLE_LENGTH]), span.stops
+        n, stops = int(reference[AT.cycle]), span.stops
         cycles = (span.periods - computed) // n
         repeat_rows(buffers.section, computed * stops, span.periods * stops, n * stops)
         repeat_rows(buffers.by_period, computed, span.periods, n)
-        # touches of the last cycle, once for each cycle, as far as there is room
-        count = int(reference[TOUCHES])
+        # touches or impacts of the last cycle, once for each cycle, as far as there is room
+        count = int(reference[AT.touches])
         if is_a(impacts, Touches):
             data, first = impacts.data, impacts.filled[0]
             impacts.filled[0] = first + count * cycles
             last = min(impacts.filled[0], impacts.room)
             for i in range(first * TOUCH_COLUMNS, last * TOUCH_COLUMNS):
                 data[i] = data[i - count * TOUCH_COLUMNS]
-        repeat_impacts(grid, impacts, int(reference[TOUCHES]), cycles, n)
+        if is_a(impacts, Impacts) and count > 0:
+            data, latest = impacts.data, impacts.filled[0] - 1
+            impacts.filled[0] += count * cycles
+            first, end = latest + 1, impacts.filled[0]
+            # An impact under way ends as that of the cycle before; the last one is under way then.
+            if latest < impacts.room and math.isnan(data[latest * IMPACT_COLUMNS + RELEASE]):
+                first = latest
+                if end <= impacts.room:
+                    end -= 1
+                    repeat_impact(grid, data, end, latest, cycles * n)
+            for i in range(first, min(end, impacts.room)):
+                repeat_impact(grid, data, i, i - count, n)
     if tally is not None:
         for i in range(SUMS):
-            add_to_total(reference, i, cycles * reference[CYCLE_SUMS + i])
-            tally.row[i] = reference[TOTALS + i] + reference[ROUNDED_OFF + i]
+            add_to_total(reference, i, cycles * reference[AT.cycle_sums + i])
+            tally.row[i] = reference[AT.totals + i] + reference[AT.lost + i]
+
+
+# ---- period and impacts of an orbit by recurrence ------------------------------------------------
+
+
+TOLERANCE = 1.0e-6  # of a return, relative to the largest value of each component
+REPEATS = 3  # times a period must fit into the section
+
+
+@jit
+def repeats(section, length, n, count, tolerance):
+    """Return True if the last `count` of the first `length` rows repeat after n periods."""
+    first = max(length - count, n)
+    for c in range(section.shape[1]):
+        scale = 0.0
+        for p in range(first - n, length):
+            scale = max(scale, abs(section[p, c]))
+        for p in range(first, length):
+            if not abs(section[p, c] - section[p - n, c]) <= tolerance * scale:
+                return False
+    return True
+
+
+@jit
+def period_of(section, tolerance):
+    """Return the smallest n for which half the section (periods, components) repeats, or 0."""
+    length = len(section)
+    for n in range(1, length // REPEATS + 1):
+        if repeats(section, length, n, max(2 * n, length // 2), tolerance):
+            return n
+    return 0
+
+
+@jit
+def impacts_of(by_period, wall, n):
+    """Return the impacts k per nT at one wall; for n = 0 those of all periods.
+
+    by_period: counts (periods, 2); wall: 0 near, 1 far. k is the mean, rounded, over as many cycles
+    as fit into the last half of the periods. An impact at the very instant of a section, counted
+    before it or after it, changes the sum by 1 at most, and so not k if there are three cycles.
+    """
+    periods, cycles = len(by_period), 1
+    first = 0
+    if n > 0:
+        cycles = max(1, periods // (2 * n))
+        first = periods - cycles * n
+    total = 0
+    for p in range(first, periods):
+        total += by_period[p, wall]
+    return round(total / cycles)

@@ -1,10 +1,10 @@
 """The flow from section to section, and its derivative along an orbit.
 
 The vector field is continuously differentiable at touch and release, so that the variational
-equation needs no jumps there: exact matrices in flight, the linearized contact in between
-(`inside`, or `taylor` where it is stepped). The derivative of n periods is
-the monodromy matrix of an nT orbit; its determinant is known beforehand, exp(n T tr A), whatever
-the orbit does.
+equation needs no jumps there: variations are propagated by exact matrices in flight and by the
+linearized contact in between (`inside`, or `taylor` for a stepped one). The derivative over n
+periods is the monodromy matrix of an nT orbit. Its determinant is exp(n T tr A) for every orbit, if
+contacts dissipate nothing.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from ..numerics.fours import four, four_at, put_four, sum_of
 from ..numerics.matrices import solve
 from ..scene.codes import OK
 from ..scene.law import SHRUNK
-from ..scene.scene import Ground, OrbitBuffers, Prepared, Span, Structure, joined, scale_of
+from ..scene.scene import Ground, OrbitBuffers, Prepared, Span, Structure, scale_of
 from .orbit import STATE_SIZE, on_ground, run, set_mode
 
 
 class Space(NamedTuple):
-    """The states of one cell and what measures them; handed on where no more of a flow is used."""
+    """The state space of one cell with its energy norm."""
 
     ps: Structure
     damper: Any  # `Damper` or None
-    size: int  # numbers of a state: 4, or 2 without a damper
+    size: int  # components of a state: 4, or 2 without a damper
     rest: float  # x2 - x1 of the unstretched spring [m]
 
 
 class Flow(NamedTuple):
-    """The map of one cell from a section to the next, ready to be applied with its derivative."""
+    """The map of one cell from a section to the next, which `advance_flow` applies."""
 
     prepared: Prepared
     exact_grid: Grid  # of exact flight, which propagates variations whatever the method
@@ -48,43 +48,21 @@ class Flow(NamedTuple):
     slowest: np.ndarray  # (1,) smallest approach speed of an impact so far [m/s]
 
 
-TOGETHER = 4  # periods that are advanced at once, at most
-LEFT_OVER = (
-    1.0e-13  # of a length is round-off: what is left of a variation in no direction of its own
-)
-MUCH = 4.0  # square of a length over that of what is left of it
-
-
-@jit
-def trace_of(ps, damper):
-    """Return tr A [1/s], the constant divergence of the flow: contacts do not add to it."""
-    if damper is None:
-        return -ps.damping
-    return -ps.damping - damper.c2 * damper.inv_mu
-
-
-@jit
-def size_of(damper):
-    if damper is None:
-        return 2
-    return 4
-
-
-@jit
-def rest_of(damper):
-    """Return the rest offset x2 - x1 [m] of the damper's spring, 0 without a damper."""
-    if damper is None:
-        return 0.0
-    return damper.rest
+TOGETHER = 4  # most periods that are advanced in one call
+LEFT_OVER = 1.0e-13  # share of a length that is round-off
+MUCH = 4.0  # ratio of squared lengths, before and after a projection, that asks for another one
 
 
 @jit
 def flow_of(prepared, exact_grid):
-    ps, damper = prepared.ps, joined(prepared.damper)
+    ps, damper = prepared.ps, prepared.damper
+    if damper is None or is_a(damper, Ground):
+        space, trace = Space(ps, None, 2, 0.0), -ps.damping
+    else:
+        space, trace = Space(ps, damper, 4, damper.rest), -ps.damping - damper.c2 * damper.inv_mu
+    counts = np.zeros((TOGETHER, 2), np.int64)
     return Flow(
-        prepared, exact_grid, Space(ps, damper, size_of(damper), rest_of(damper)),
-        trace_of(ps, damper),
-        np.zeros((TOGETHER, 2), np.int64), np.full(1, np.inf), np.full(1, np.inf),
+        prepared, exact_grid, space, trace, counts, np.full(1, np.inf), np.full(1, np.inf)
     )  # fmt: skip
 
 
@@ -93,20 +71,22 @@ def advance_flow(flow, section, periods, tangent, state):
     """Advance `state` (STATE_SIZE,) and four variations `tangent` (16,) by up to TOGETHER periods.
 
     The orbit is that of `run_on`, to the last bit. section: rows for its sections, as far as there
-    is room. flow.by_period then tells of these periods, flow.clearance and flow.slowest of all so
-    far. Returns a status.
+    is room. Fills flow.by_period for these periods, and flow.clearance and flow.slowest with the
+    smallest values of all calls. Returns a status.
     """
     flow.by_period[:periods] = 0
-    noted = (
-        OrbitBuffers(None, section, None, None, None, None, None, None, None)
-        if flow.prepared.scratch is None
-        else OrbitBuffers(
+    if flow.prepared.scratch is None:
+        buffers = OrbitBuffers(None, section, None, None, None, None, None, None, None)
+    else:
+        buffers = OrbitBuffers(
             None, section, flow.by_period, None, None, flow.clearance, flow.slowest, None, None
         )
-    )
-    walls_see(flow.prepared.damper, tangent)
-    status = run(flow.prepared, noted, Span(0, periods, 1), state, tangent, flow.exact_grid)
-    # undo `walls_see`: r and s are x1 and v1 again, and there is no damper
+    # Walls that limit the structure itself see x1 and v1 as r and s, of variations, too.
+    if is_a(flow.prepared.damper, Ground):
+        rows = rows_of(tangent)
+        for i in range(0, 16, 4):
+            rows[i + 2], rows[i + 3] = rows[i], rows[i + 1]
+    status = run(flow.prepared, buffers, Span(0, periods, 1), state, tangent, flow.exact_grid)
     if is_a(flow.prepared.damper, Ground):
         rows = rows_of(tangent)
         for i in range(0, 16, 4):
@@ -116,33 +96,24 @@ def advance_flow(flow, section, periods, tangent, state):
 
 
 @jit
-def walls_see(damper, tangent):
-    """Give variations the r and s that walls see: where they limit the structure, x1 and v1."""
-    if is_a(damper, Ground):
-        rows = rows_of(tangent)
-        for i in range(0, 16, 4):
-            rows[i + 2], rows[i + 3] = rows[i], rows[i + 1]
-
-
-@jit
 def run_on(flow, section, periods, state):
-    """Advance `state` (STATE_SIZE,) alone by so many periods, as a run does; return a status.
+    """Advance `state` (STATE_SIZE,) without variations by so many periods; return a status.
 
     section: rows for the sections, as far as there is room.
     """
-    noted = OrbitBuffers(None, section, None, None, None, None, None, None, None)
-    return run(flow.prepared, noted, Span(0, periods, 1), state, None, None)
+    buffers = OrbitBuffers(None, section, None, None, None, None, None, None, None)
+    return run(flow.prepared, buffers, Span(0, periods, 1), state, None, None)
 
 
 @jit
 def no_section(space):
-    """Return rows for no section."""
+    """Return an array of no sections."""
     return np.empty((0, space.size))
 
 
 @jit
 def place_state(flow, y, state):
-    """Let `state` (STATE_SIZE,) be y (4,) at phase zero, in flight or inside a contact."""
+    """Set `state` (STATE_SIZE,) to y (4,) at phase zero, in flight or inside a contact."""
     state[:] = 0.0
     for i in range(4):
         state[i] = y[i]
@@ -159,7 +130,7 @@ def set_identity(tangent):
 
 @jit
 def norm(space, x):
-    """Return the energy norm of a state or a difference of states: sqrt(2 E) of it."""
+    """Return the energy norm sqrt(2 E) of a state or of a difference of states."""
     return scale_of(space.ps, space.damper, x[0], x[1], x[2], x[3])
 
 
@@ -170,11 +141,11 @@ def distance(space, x, y):
 
 @jit
 def orthonormalize(tangent, size, growth, lost=0.0):
-    """Make the first `size` variations orthonormal (Gram and Schmidt); add to `verdict`.
+    """Make the first `size` variations orthonormal (Gram and Schmidt), and add to growth (4,).
 
-    growth (4,) takes the logarithms of the lengths: their sums are the exponents times the time.
-    A variation that loses much of its length is projected again, as what is left is round-off.
-    One of which no more than `lost` is left, relative, is none any more: zero, its growth -inf.
+    The logarithms of their lengths are added: the sums are the exponents times the time. A
+    variation whose squared length falls by more than a factor MUCH is projected again. One whose
+    length falls below `lost` of what it was becomes zero, and its growth -inf.
     """
     for i in range(size):
         x, stretched, before = four_at(tangent, 4 * i), 1.0, math.inf
@@ -197,7 +168,7 @@ def orthonormalize(tangent, size, growth, lost=0.0):
 
 @jit
 def lost_of(near, far):
-    """Return the share of a length that is round-off; 0 if no damper sticks and none is lost."""
+    """Return LEFT_OVER if a damper may stick, which loses directions, otherwise 0."""
     if says(near, "AT_ONCE") or says(far, "AT_ONCE"):
         return LEFT_OVER
     return 0.0
@@ -205,7 +176,7 @@ def lost_of(near, far):
 
 @jit
 def shrinks(wall):
-    """Return True if contacts with a wall shrink volumes of states: by e^2, or by their damping."""
+    """Return True if contacts with a wall shrink volumes of states: by e^2 or by damping."""
     if wall is None:
         return False
     if says(wall, "AT_ONCE") or says(wall, "LINEAR"):
@@ -215,9 +186,9 @@ def shrinks(wall):
 
 @jit
 def shrunk_in_contacts(near, far, flow, y, n):
-    """Return the logarithm by which contacts shrink volumes in n periods from the section y.
+    """Return the logarithm of the factor by which contacts shrink volumes in n periods from y.
 
-    Damping does so by what it adds to the trace, as long as a contact lasts.
+    For a damped contact it is the integral of what its damping adds to the trace tr A.
     """
     if near is None and far is None:
         return 0.0
@@ -241,23 +212,23 @@ def new_state():
 # --------------------------------------------------------------------------------------------------
 # Periodic orbits as fixed points of the n-fold section map, by Newton's method (shooting).
 #
-# A recurrence only proposes n. What is then believed rests on the orbit itself: a residual at
-# round-off, the smallest n that closes it, and the eigenvalues of its monodromy matrix.
+# A recurrence only proposes n. An orbit is accepted by its residual, which is round-off, by the
+# smallest n that closes it, and by the eigenvalues of its monodromy matrix.
 
 
-MOST_ITERATIONS = 12  # steps of Newton's method: it converges in five, or not at all
+MOST_ITERATIONS = 12  # of Newton's method: it converges in five, or not at all
 CLOSED = 1.0e-9  # relative residual of a closed orbit, if a further step hardly lowers it
 LEAST_RESIDUAL = 2.0e-15  # relative residual that no further step can lower
 LONGEST_CORRECTION = 1.0  # relative to the orbit: a longer one leads to another orbit
-SAME_POINT = 1.0e-8  # relative distance of two section points that are one
+SAME_POINT = 1.0e-8  # relative distance of two section points that are equal
 
 
 @jit
 def trace_cycle(flow, y, points, counts, tangent, state):
-    """Follow an orbit from y for len(points) periods; its matrix ends up in `tangent`.
+    """Follow an orbit from y for n periods; fill `tangent` with its monodromy matrix.
 
-    points (n, 4) take the sections, counts (2,) the impacts by wall. Returns (status, smallest
-    clearance [m], slowest impact [m/s]).
+    Fills points (n, 4) with the sections and counts (2,) with the impacts by wall. Returns (status,
+    smallest clearance [m], slowest impact [m/s]).
     """
     place_state(flow, y, state)
     set_identity(tangent)
@@ -286,7 +257,7 @@ def matrix_of(tangent, size):
 
 @jit
 def span_of(space, points):
-    """Return the largest energy norm of the section points: what is small is small beside it."""
+    """Return the largest energy norm of the section points, the scale of residuals."""
     span = 0.0
     for p in range(len(points)):
         span = max(span, norm(space, points[p]))
@@ -294,27 +265,13 @@ def span_of(space, points):
 
 
 @jit
-def correction(space, matrix, y, image):
-    """Return Newton's correction (I - M)^-1 (image - y), and whether there is one; M is lost."""
-    # I - M, in place
-    # (written out: an expression of arrays takes the compiler as long as the whole of `polish`)
-    for i in range(len(matrix)):
-        for j in range(len(matrix)):
-            matrix[i, j] = (1.0 if i == j else 0.0) - matrix[i, j]
-    right = np.zeros((4, 1))
-    for i in range(space.size):
-        right[i, 0] = image[i] - y[i]
-    regular = solve(matrix, right) != 0.0
-    return right[:, 0], regular
-
-
-@jit
 def polish(flow, y, points, counts, tangent, longest=np.inf):
-    """Move y (4,) onto an orbit of n = len(points) periods, by steps of at most the norm `longest`.
+    """Move y (4,) onto an orbit of n = len(points) periods by Newton's method.
 
-    Returns (residual, clearance [m], slowest impact [m/s]): the residual is the energy norm of what
-    does not close, relative to the orbit's; it is inf where Newton's method does not converge.
-    The other arguments are filled as by `trace_cycle`.
+    A step is dy = (I - M)^-1 (image - y), M the monodromy matrix, and at most `longest` in norm.
+    Returns (residual, clearance [m], slowest impact [m/s]). The residual is the energy norm of
+    image - y, relative to `span_of`; inf if the method does not converge. The other arguments are
+    filled as by `trace_cycle`.
     """
     state, before = new_state(), np.inf
     for _ in range(MOST_ITERATIONS):
@@ -329,10 +286,16 @@ def polish(flow, y, points, counts, tangent, longest=np.inf):
             return residual, clearance, slowest
         if not residual < 2.0 * before:
             break
-        step, found = correction(flow.space, matrix_of(tangent, flow.space.size), y, state)
-        if not found or not norm(flow.space, step) <= min(LONGEST_CORRECTION * span, longest):
+        size = flow.space.size
+        matrix, right = matrix_of(tangent, size), np.zeros((4, 1))
+        for i in range(size):  # written out: expressions of arrays take long to compile
+            right[i, 0] = state[i] - y[i]
+            for j in range(size):
+                matrix[i, j] = (1.0 if i == j else 0.0) - matrix[i, j]
+        is_regular, step = solve(matrix, right) != 0.0, right[:, 0]
+        if not is_regular or not norm(flow.space, step) <= min(LONGEST_CORRECTION * span, longest):
             break
-        for i in range(flow.space.size):
+        for i in range(size):
             y[i] += step[i]
         before = residual
     return np.inf, np.inf, np.inf

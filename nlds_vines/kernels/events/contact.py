@@ -132,22 +132,22 @@ def deepest(side, step):
     lost.
     """
     k = side.k
-    low, high, found = 0.0, 1.0, 0.0
+    low, high, depth = 0.0, 1.0, 0.0
     x = k[OLD + 1] / (k[OLD + 1] - k[NEW + 1])
     for _ in range(MOST_TURNS):
         advance(side, None, part_of(step, x))
         z, weight, ds = motion_at(side, step.phase, int(NEW))
         s = k[NEW + 1]
-        more = -0.5 * s * s / ds if ds < 0.0 else 0.0
-        found = z + more
-        if s == 0.0 or (ds < 0.0 and more <= DEEPEST * z):
+        rise = -0.5 * s * s / ds if ds < 0.0 else 0.0
+        depth = z + rise
+        if s == 0.0 or (ds < 0.0 and rise <= DEEPEST * z):
             break
         if s > 0.0:
             low = x
         else:
             high = x
         x = guarded(x - s / (step.h * weight * ds) if ds < 0.0 else low, low, high)
-    return found
+    return depth
 
 
 @jit
@@ -193,8 +193,8 @@ def to_end(side, phase, left, h):
 def margin(side, positive, row):
     """Return `switching` at a row, or minus it where it has not been positive: negative behind."""
     q, s = side.k[row], side.k[row + 1]
-    found = switching(side.wall, depth_of(side.wall, q), s)
-    return found if positive else -found
+    value = switching(side.wall, depth_of(side.wall, q), s)
+    return value if positive else -value
 
 
 @jit
@@ -241,10 +241,10 @@ def least_margin(side, now, positive, step):
     k = now.k
     f0, a = swing(side, now, step.phase, int(OLD))
     f1, _ = swing(side, now, step.phase, int(NEW))
-    way = 1.0 if positive else -1.0
+    sense = 1.0 if positive else -1.0
     reach = 2.0 * a * max(abs(f0), abs(f1)) * k[NEW + 4]
     least = min(margin(side, positive, int(OLD)), margin(side, positive, int(NEW)))
-    if not (way * f0 < 0.0 and way * f1 > 0.0 and least < reach):
+    if not (sense * f0 < 0.0 and sense * f1 > 0.0 and least < reach):
         return 1.0, 0.0
     set_aside(k)
     low, high, x = 0.0, 1.0, 0.0
@@ -466,7 +466,7 @@ def contact(side, watch, phase, now, stop):
     k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3] = now
     k[OLD + 4] = 0.0
     elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
-    way, saved = 0.0, 0.0  # so far in free impacts; what is left of its shares of doubt
+    passed, saved = 0.0, 0.0  # so far in free impacts; what is left of its shares of doubt
     positive = (
         True if wall.switch is None else switching(wall, depth_of(wall, now[0]), now[1]) > 0.0
     )
@@ -478,7 +478,7 @@ def contact(side, watch, phase, now, stop):
             elapsed = start_at_rest(side, watch, phase)
             phase = after(ps, phase, elapsed)
         # The longest step: a part of the free impact of this depth and speed, as the external
-        # acceleration and the rates of all other motion have it over the way that q can go.
+        # acceleration and the rates of all other motion have it over the distance that q can go.
         external = external_acceleration(side, drive_now(phase))
         q, s = k[OLD], k[OLD + 1]
         reach = reach_of(wall, q, depth_of(wall, q), s)  # of Hertz' law, q^2.5 where it turns
@@ -491,7 +491,7 @@ def contact(side, watch, phase, now, stop):
         swing = max(ps.omega, side.rate) * weight_of(wall, span)
         rate_squared = wall.kappa * cube + pressed(wall, external) + swing * swing
         per_theta = math.sqrt(rate_squared) / wall.whole  # free impacts
-        late, h = 1.0 + way / LONG, 1.0 / (per_theta * steps.per_impact)
+        late, h = 1.0 + passed / LONG, 1.0 / (per_theta * steps.per_impact)
         # What the last terms of the polynomial allow of that.
         at = side_with(side, ps, side.damper, acting(wall, positive), steps)
         expand_if_asked(at, watch, phase, h)
@@ -519,7 +519,7 @@ def contact(side, watch, phase, now, stop):
                 break
         if not inside:
             break
-        way, saved = way + step.h * per_theta, max(share - doubt, 0.0)
+        passed, saved = passed + step.h * per_theta, max(share - doubt, 0.0)
         switches, step = up_to_switch(side, at, positive, step)
         # Note what the step has shown.
         depth = noted(at, watch, step, elapsed, depth)

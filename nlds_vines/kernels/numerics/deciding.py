@@ -96,21 +96,21 @@ def _decided(text: Any, kinds: tuple[Any, ...]) -> bool:
 
     Arguments: the `text`, as Numba represents it; the `kinds` of its arguments.
     """
-    found = False
+    changed = False
     for line in _lines(text):
         answer = _answer(text, kinds, line.value)
         if answer is not None:
-            line.value, found = ir.Const(answer, line.loc), True
+            line.value, changed = ir.Const(answer, line.loc), True
     text._definitions = ir_utils.build_definitions(text.blocks)
     for block in text.blocks.values():
         last = block.body[-1]
         if isinstance(last, ir.Branch):
             asked = _meaning(text, last.cond)
-            known = _meaning(text, asked.args[0]) if _is_call(text, asked, (bool,)) else None
-            if isinstance(known, ir.Const) and isinstance(known.value, bool):
-                way = last.truebr if known.value else last.falsebr
-                block.body[-1], found = ir.Jump(way, last.loc), True
-    return found
+            reply = _meaning(text, asked.args[0]) if _is_call(text, asked, (bool,)) else None
+            if isinstance(reply, ir.Const) and isinstance(reply.value, bool):
+                target = last.truebr if reply.value else last.falsebr
+                block.body[-1], changed = ir.Jump(target, last.loc), True
+    return changed
 
 
 def _lines(text: Any) -> list[Any]:

@@ -123,16 +123,16 @@ def exp(x):
         r2 * (1.0 / 40320.0 + r * (1.0 / 362880.0)) + r4 * tail
     )
     tail = r2 * ((0.5 + r * (1.0 / 6.0)) + (r2 * (1.0 / 24.0 + r * (1.0 / 120.0)) + r4 * tail))
-    found = 1.0 + (r + (lost + tail))
+    value = 1.0 + (r + (lost + tail))
     first = k // 2  # 2^k itself may be no number
-    return found * power_of_two(first) * power_of_two(k - first)
+    return value * power_of_two(first) * power_of_two(k - first)
 
 
 @jit(entry=True)
-def fill_exp(x, found):
+def fill_exp(x, values):
     """Fill an array (n,) with e^x of `x` (n,)."""
     for i in range(len(x)):
-        found[i] = exp(x[i])
+        values[i] = exp(x[i])
 
 
 @jit

@@ -155,10 +155,10 @@ def eigenvalues(matrix):
     The largest modulus first, of a complex pair the one above the axis; NaN where the matrix is
     not finite.
     """
-    found = np.full((len(matrix), 2), np.nan)
+    roots = np.full((len(matrix), 2), np.nan)
     a, k = scaled(matrix)
     if math.isnan(a[0, 0]):
-        return found
+        return roots
     balance(a)
     make_hessenberg(a, 0, len(a) - 1)
     last, steps = len(a) - 1, 0
@@ -166,58 +166,58 @@ def eigenvalues(matrix):
         low = first_of_block(a, last)
         if low < last - 1:
             if steps == MOST_FRANCIS:
-                found[:] = np.nan
-                return found
+                roots[:] = np.nan
+                return roots
             steps += 1
             francis_step(a, low, last, steps % 10 == 0)
             continue
         if low == last:
-            found[last, RE], found[last, IM] = a[last, last], 0.0
+            roots[last, RE], roots[last, IM] = a[last, last], 0.0
         else:
-            found[low, RE], found[low, IM], found[last, RE], found[last, IM] = pair_of_roots(
+            roots[low, RE], roots[low, IM], roots[last, RE], roots[last, IM] = pair_of_roots(
                 a[low, low], a[low, last], a[last, low], a[last, last]
             )
         last, steps = low - 1, 0
-    for i in range(len(found)):
-        found[i, RE] *= power_of_two(k)
-        found[i, IM] *= power_of_two(k)
+    for i in range(len(roots)):
+        roots[i, RE] *= power_of_two(k)
+        roots[i, IM] *= power_of_two(k)
     # Sort by falling modulus; values of one modulus keep their order.
-    for i in range(1, len(found)):
-        re, im = found[i, RE], found[i, IM]
+    for i in range(1, len(roots)):
+        re, im = roots[i, RE], roots[i, IM]
         size, j = hypotenuse(re, im), i
-        while j > 0 and hypotenuse(found[j - 1, RE], found[j - 1, IM]) < size:
-            found[j, RE], found[j, IM] = found[j - 1, RE], found[j - 1, IM]
+        while j > 0 and hypotenuse(roots[j - 1, RE], roots[j - 1, IM]) < size:
+            roots[j, RE], roots[j, IM] = roots[j - 1, RE], roots[j - 1, IM]
             j -= 1
-        found[j, RE], found[j, IM] = re, im
-    return found
+        roots[j, RE], roots[j, IM] = re, im
+    return roots
 
 
 @jit
-def spectral_radius(found):
+def spectral_radius(values):
     """Return the largest modulus of `eigenvalues`; inf where their matrix is not finite."""
-    if math.isnan(found[0, RE]):
+    if math.isnan(values[0, RE]):
         return math.inf
-    return hypotenuse(found[0, RE], found[0, IM])
+    return hypotenuse(values[0, RE], values[0, IM])
 
 
 @jit
-def is_saddle(found):
+def is_saddle(values):
     """Return True if an odd number of `eigenvalues` are real and greater than one."""
     count = 0
-    for i in range(len(found)):
-        if found[i, IM] == 0.0 and found[i, RE] > 1.0:
+    for i in range(len(values)):
+        if values[i, IM] == 0.0 and values[i, RE] > 1.0:
             count += 1
     return count % 2 == 1
 
 
 @jit(entry=True)
-def fill_multipliers(matrices, found):
+def fill_multipliers(matrices, multipliers):
     """Fill `found` (m, n, 3) with the eigenvalues of `matrices` (m, n, n): RE, IM and ln |mu|."""
     for i in range(len(matrices)):
-        values = eigenvalues(matrices[i])
-        for c in range(len(values)):
-            found[i, c, RE], found[i, c, IM] = values[c, RE], values[c, IM]
-            found[i, c, LOG] = log(hypotenuse(values[c, RE], values[c, IM]))
+        one = eigenvalues(matrices[i])
+        for c in range(len(one)):
+            multipliers[i, c, RE], multipliers[i, c, IM] = one[c, RE], one[c, IM]
+            multipliers[i, c, LOG] = log(hypotenuse(one[c, RE], one[c, IM]))
 
 
 # ---- systems of linear equations -----------------------------------------------------------------

@@ -69,7 +69,7 @@ def fill_tones(frequencies, phases, begins, lengths, rows):
     (n,) of the cells [s].
     """
     count, n = len(frequencies), len(begins)
-    w, found = bare(np.empty(TONE * count)), bare(np.empty(COEFFICIENTS + 1))
+    w, sums = bare(np.empty(TONE * count)), bare(np.empty(COEFFICIENTS + 1))
     slack = SAME_CELL * (begins[n - 1] + lengths[n - 1]) if n > 0 else 0.0
     h, since = -1.0, 0
     for j in range(n):
@@ -86,17 +86,17 @@ def fill_tones(frequencies, phases, begins, lengths, rows):
             else:
                 begin(w, TONE * i, turns_after(frequencies[i], begins[j]) + phases[i])
         since = since + 1 if on else 1
-        low, more, odd, rest = four(0.0), four(0.0), four(0.0), four(0.0)
+        even_low, even_high, odd_low, odd_high = four(0.0), four(0.0), four(0.0), four(0.0)
         for i in range(count):
             at = TONE * i
             c, s = w[at + TURNED], w[at + TURNED + 1]
-            low = low + four_at(w, at + SIGNED) * c
-            more = more + four_at(w, at + SIGNED + 4) * c
-            odd = odd + four_at(w, at + SIGNED + 8) * s
-            rest = rest + four_at(w, at + SIGNED + 12) * s
-        put_four(found, 0, low)
-        put_four(found, 4, more)
-        put_four(found, 8, odd)
-        put_four(found, 12, rest)
+            even_low = even_low + four_at(w, at + SIGNED) * c
+            even_high = even_high + four_at(w, at + SIGNED + 4) * c
+            odd_low = odd_low + four_at(w, at + SIGNED + 8) * s
+            odd_high = odd_high + four_at(w, at + SIGNED + 12) * s
+        put_four(sums, 0, even_low)
+        put_four(sums, 4, even_high)
+        put_four(sums, 8, odd_low)
+        put_four(sums, 12, odd_high)
         for k in range(COEFFICIENTS):
-            rows[j, k] = found[k // 2 if k % 2 == 0 else 8 + k // 2]
+            rows[j, k] = sums[k // 2 if k % 2 == 0 else 8 + k // 2]

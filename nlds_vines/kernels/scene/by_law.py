@@ -26,19 +26,19 @@ class Chosen(Inner):
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return Numba's template of a call with arguments of these types."""
-        own = self.own(_sort_of(args[0]))
-        call = super().get_call_template if own is None else own.get_call_template
+        kernel = self.own(_sort_of(args[0]))
+        call = super().get_call_template if kernel is None else kernel.get_call_template
         return call(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
         """Return the entry of what is called with arguments of these types."""
-        own = self.own(_sort_of(sig[0]))
-        return super().get_overload(sig) if own is None else own.get_overload(sig)
+        kernel = self.own(_sort_of(sig[0]))
+        return super().get_overload(sig) if kernel is None else kernel.get_overload(sig)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the kernel from Python."""
-        own = self.own(type(getattr(arguments[0], "wall", arguments[0])))
-        return super().__call__(*arguments) if own is None else own(*arguments)
+        kernel = self.own(type(getattr(arguments[0], "wall", arguments[0])))
+        return super().__call__(*arguments) if kernel is None else kernel(*arguments)
 
 
 def _sort_of(kind: Any) -> Any:
@@ -52,10 +52,10 @@ def _own(law: Any, name: str, general: Any, needed: bool) -> Any:
 
     Raises TypeError where it has none and must have.
     """
-    own = vars(law).get(name) if law else None
-    if law and own is None and needed:
+    kernel = vars(law).get(name) if law else None
+    if law and kernel is None and needed:
         raise TypeError(f"{law.__name__} has no kernel {name!r}, which each law must have")
-    return None if own is general else own  # a law may call what holds in general
+    return None if kernel is general else kernel  # a law may call what holds in general
 
 
 def by_wall(function: Callable[..., Any] | None = None, *, needed: bool = False) -> Any:
@@ -72,7 +72,7 @@ def by_wall(function: Callable[..., Any] | None = None, *, needed: bool = False)
 
     def chosen(*arguments: Any) -> Any:
         law = law_of(type(getattr(arguments[0], "wall", arguments[0])))
-        own = _own(law, function.__name__, chosen, needed)
-        return function(*arguments) if own is None else own(*arguments)
+        kernel = _own(law, function.__name__, chosen, needed)
+        return function(*arguments) if kernel is None else kernel(*arguments)
 
     return chosen

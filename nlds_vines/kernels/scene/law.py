@@ -87,10 +87,10 @@ def term_of(k, column, n):
 @jit
 def column_at(k, column, x):
     """Return the value of a column at a place of that step, from 0 to 1."""
-    found = 0.0
+    total = 0.0
     for n in range(HIGHEST, -1, -1):
-        found = found * x + term_of(k, column, n)
-    return found
+        total = total * x + term_of(k, column, n)
+    return total
 
 
 @jit
@@ -109,14 +109,14 @@ def product(k, a, b, n):
 @jit
 def square(k, a, n):
     """Return coefficient n of the square of a column."""
-    found, i, j = 0.0, SERIES + a, SERIES + COLUMNS * n + a
+    total, i, j = 0.0, SERIES + a, SERIES + COLUMNS * n + a
     for _ in range((n + 1) // 2):
-        found += k[i] * k[j]
+        total += k[i] * k[j]
         i, j = i + COLUMNS, j - COLUMNS
-    found += found
+    total += total
     if n % 2 == 0:
-        found += k[i] * k[j]
-    return found
+        total += k[i] * k[j]
+    return total
 
 
 @jit
@@ -131,11 +131,11 @@ def power_term(k, a, e, out, n):
         return 0.0
     if n == 0:
         return exp(e * log(first))
-    found, i, j = 0.0, SERIES + a + COLUMNS, SERIES + COLUMNS * (n - 1) + out
+    total, i, j = 0.0, SERIES + a + COLUMNS, SERIES + COLUMNS * (n - 1) + out
     for m in range(1, n + 1):
-        found += (e * m - (n - m)) * k[i] * k[j]
+        total += (e * m - (n - m)) * k[i] * k[j]
         i, j = i + COLUMNS, j - COLUMNS
-    return found / (n * first)
+    return total / (n * first)
 
 
 @jit
@@ -149,10 +149,10 @@ def logarithm_term(k, a, out, n):
         return 0.0
     if n == 0:
         return log(first)
-    found = n * k[SERIES + COLUMNS * n + a]
+    total = n * k[SERIES + COLUMNS * n + a]
     for m in range(1, n):
-        found -= m * k[SERIES + COLUMNS * m + out] * k[SERIES + COLUMNS * (n - m) + a]
-    return found / (n * first)
+        total -= m * k[SERIES + COLUMNS * m + out] * k[SERIES + COLUMNS * (n - m) + a]
+    return total / (n * first)
 
 
 # ---- a wall --------------------------------------------------------------------------------------

@@ -272,7 +272,7 @@ class Side(NamedTuple):
     wall: Any
     sign: float  # 1 at a near wall; -1 at a far one, which sees state and phase mirrored
     arc: Any  # `arc.Arc` where its law has short impacts, otherwise None
-    held: Any  # the motion on the wall, as in `Prepared`
+    motion: Any  # the motion on the wall, as in `Prepared`
     steps: Any  # `contact.Steps`
     rate: float  # the bound of `flight.rate_of` [1/s]
     k: Any  # scratch, a bare row (`law.SCRATCH`)
@@ -282,7 +282,7 @@ class Side(NamedTuple):
 def side_with(side, ps, damper, wall, steps):
     """Return a side of which these are others."""
     return Side(
-        side.rk4, ps, damper, wall, side.sign, side.arc, side.held, steps, side.rate, side.k
+        side.rk4, ps, damper, wall, side.sign, side.arc, side.motion, steps, side.rate, side.k
     )
 
 

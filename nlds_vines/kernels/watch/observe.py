@@ -169,6 +169,6 @@ def powers_at(ps, damper, x1, v1, r, s, drive):
 
 
 @jit
-def raise_energies(energy, found):
-    energy[0] = max(energy[0], found[0])
-    energy[1] = max(energy[1], found[1])
+def raise_energies(energy, values):
+    energy[0] = max(energy[0], values[0])
+    energy[1] = max(energy[1], values[1])

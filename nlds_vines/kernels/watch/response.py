@@ -160,7 +160,7 @@ def damper_bound(grid, scale, e2):
     length grows by what the structure gives alone, as the rest only turns or shortens it. So the
     damper's energy is bounded by its own, which may be far less than that of the structure.
     """
-    own, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
+    rate, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
     push = grid.rate * grid.push
     s1 = grid.rate * scale + grid.push  # bounds of the first to third derivatives by time of the
     s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `flight.bounds_of`
@@ -168,10 +168,10 @@ def damper_bound(grid, scale, e2):
     # what the force gives the damper, in units of S: nothing unless the ground moves
     shaken = grid.push if is_a(grid.begun, Loaded) and grid.begun.shaking != 0.0 else 0.0
     u0 = math.sqrt(2.0 * e2) + (pull * scale + shaken) * grid.h
-    u1 = own * u0 + (pull * scale + shaken)
-    u2 = own * u1 + (pull * s1 + grid.rate * shaken)
-    u3 = own * u2 + (pull * s2 + grid.rate * (grid.rate * shaken))
-    u4 = own * u3 + (pull * s3 + grid.rate * (grid.rate * (grid.rate * shaken)))
+    u1 = rate * u0 + (pull * scale + shaken)
+    u2 = rate * u1 + (pull * s1 + grid.rate * shaken)
+    u3 = rate * u2 + (pull * s2 + grid.rate * (grid.rate * shaken))
+    u4 = rate * u3 + (pull * s3 + grid.rate * (grid.rate * (grid.rate * shaken)))
     h2 = grid.h * grid.h
     return (u0 * u4 + 4.0 * u1 * u3 + 3.0 * u2 * u2) * h2 * h2
 
@@ -202,16 +202,16 @@ def record_breakers(damper, energy, grid, bounds, length, before, after):
     The arguments of `may_set_a_record`, which has found it possible.
     """
     h, square = grid.h * length, length * length
-    shorter, found = square * square, 0
+    shorter, breakers = square * square, 0
     p0, p1, fourth = h * before[2], h * after[2], bounds.energy * shorter
     if may_peak(energy[0], before[0], after[0], p0, p1, fourth):
-        found = 1
+        breakers = 1
     if damper is not None:
         p0, p1 = h * before[3], h * after[3]
         fourth = damper_bound(grid, bounds.scale, before[1]) * shorter
         if may_peak(energy[1], before[1], after[1], p0, p1, fourth):
-            found += 2
-    return found
+            breakers += 2
+    return breakers
 
 
 @jit
@@ -376,14 +376,14 @@ def bodies_within(ps, damper, energy, w, end):
     x, v = x + max(abs(y[0]), abs(z[0])), v + max(abs(y[1]), abs(z[1]))
     p += max(abs(y[0] - y[2]), abs(z[0] - z[2]))
     u += max(abs(y[1] - y[3]), abs(z[1] - z[3]))
-    found = 0
+    breakers = 0
     mass, spring = body_of(ps, damper, 0)
     if 0.5 * (mass * v * v + spring * x * x) > energy[0]:
-        found = 1
+        breakers = 1
     mass, spring = body_of(ps, damper, 1)
     if 0.5 * (mass * u * u + spring * p * p) > energy[1]:
-        found += 2
-    return found
+        breakers += 2
+    return breakers
 
 
 @jit
@@ -644,9 +644,9 @@ def shaken(foot, response, row, ps, state, time):
     c1, k1 = ps.m1 * ps.damping, ps.m1 * ps.stiffness
     with_x = omega * (b * row[CX] - a * ((row[CV] - (state[0] - row[BEGIN])) / omega)) / time
     with_v = omega * (b * row[CV] + a * omega * row[CX]) / time
-    own = 0.5 * omega * omega * (a * a + b * b)
+    square = 0.5 * omega * omega * (a * a + b * b)
     response[POWERS] = c1 * row[U2] / time
-    response[POWERS + 3] = c1 * (own - with_v) - k1 * with_x
+    response[POWERS + 3] = c1 * (square - with_v) - k1 * with_x
 
 
 # ---- A motion on a wall that is linear, followed piece by piece to what ends it ------------------

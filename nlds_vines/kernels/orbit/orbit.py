@@ -6,6 +6,8 @@ a section has the same error after a million periods as after one.
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..events.exact import fly
 from ..events.fixed_step import FixedGrid, fly_fixed, phase_in_step
 from ..events.sides import (
@@ -159,7 +161,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     limit_log, energy = bare(buffers.limit_log), bare(buffers.energy)
     clearance, tally = bare(buffers.clearance), bare_tally(buffers.tally)
     if buffers.impacts is None:
-        impacts = None
+        impacts: Any = None
     else:
         data, filled = buffers.impacts.data, bare(buffers.impacts.filled)
         if is_a(buffers.impacts, Touches):

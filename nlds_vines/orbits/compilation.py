@@ -1,8 +1,8 @@
-"""What must be compiled before orbits can be run: told in words, and half of it done beside.
+"""Messages about compiling, and a second process that compiles half of it.
 
-Compiling takes as long as thousands of orbits.  Where there is a second processor, another process
-(`beside`) compiles the verdict while this one compiles the orbit, and leaves it on the disk, where
-this process finds it.  Whatever goes wrong there, this process compiles it itself.
+Compiling takes as long as thousands of orbits.  If there is a second processor, another process
+compiles the verdict while this one compiles the orbit, and leaves it on the disk, from where this
+process loads it.  If the other process fails, this one compiles the verdict itself.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
@@ -23,22 +23,22 @@ from nlds_vines.runs.executors import free_memory, processors, threads_in_use
 from nlds_vines.runs.progress import Clock, Notice, Tell
 
 SECONDS = {"orbit": 12, "verdict": 12, "branches": 12, "entry": 5}
-"""Time [s] that compiling each kernel takes, of an SSul NES; for a message."""
+"""Time [s] to compile each kernel of an SSul NES, for messages."""
 
 EACH = 0.045
-"""Time [s] of one of the functions that a kernel consists of; likewise."""
+"""Time [s] to compile one of the functions of a kernel, for messages."""
 
 LONGEST = 600.0
-"""Seconds to wait for the other process, after which it must have lost its way."""
+"""Longest time [s] to wait for the other process."""
 
 MEMORY = 700_000_000
-"""Bytes that a process takes to compile the kernels of one scan, with what it has loaded."""
+"""Bytes of a process that compiles the kernels of a scan."""
 
-Process = subprocess.Popen[str]
+Process = subprocess.Popen[bytes]
 
 
 class Needed(NamedTuple):
-    """What kernels are compiled for: a scene, by its `key`, a method, and a record."""
+    """What determines the kernels: the `key` of a scene, a method, and a record."""
 
     scene: str
     method: str
@@ -46,45 +46,31 @@ class Needed(NamedTuple):
 
 
 def kernels_of(want: Collection[str]) -> tuple[str, ...]:
-    """Return the names of the kernels that a record needs, in the order of their use.
-
-    `orbit` runs orbits, `verdict` says what they are.
-    """
+    """Return the kernels of a record in the order of their use: "orbit", then "verdict"."""
     judged = not JUDGED.isdisjoint(want)
     return ("orbit", *["verdict"] * judged)
 
 
 def of_lanes() -> Mapping[Callable[..., Any], str]:
-    """Return what is called from Python to run many orbits, and the kernel that it is part of."""
+    """Return the compiled functions that run many orbits, with the names of their kernels."""
     from nlds_vines.kernels.cells import lanes
     from nlds_vines.kernels.numerics import matrices
 
     return {
-        matrices.fill_multipliers: "orbit",  # needed for a verdict, and compiled before it
+        matrices.fill_multipliers: "orbit",  # compiled before the verdict that uses it
         lanes.run_lanes: "orbit",
         lanes.judge_lanes: "verdict",
     }
 
 
-def refuse_without_memory() -> None:
-    """Raise `RequestError` where memory does not suffice to compile."""
-    free = free_memory()
-    if free is not None and free < MEMORY:
-        raise RequestError(
-            f"compiling the kernels takes {MEMORY / 1e9:.2g} GB of memory, "
-            f"{max(free, 0) / 1e9:.2g} GB are free: a run where there is more fills the "
-            "cache"
-        )
-
-
-# ---- what is said --------------------------------------------------------------------------------
+# ---- messages ----
 
 _silent = False
 
 
 @contextmanager
 def silent(quiet: bool) -> Iterator[None]:
-    """Let nothing be told by `notice` within the block, where a command is to be `quiet`."""
+    """Suppress the messages of `notice` within the block if `quiet`."""
     global _silent
     before, _silent = _silent, _silent or quiet
     try:
@@ -94,33 +80,30 @@ def silent(quiet: bool) -> Iterator[None]:
 
 
 def notice(quiet: bool = False) -> Tell | None:
-    """Return what tells a user in Python that something is compiled; None when quiet.
-
-    Beside others, the processes of a pool tell nothing.
-    """
-    beside = multiprocessing.parent_process() is not None
-    return None if quiet or _silent or beside else Notice()
+    """Return a function that prints messages in Python; None if quiet, or in a worker of a pool."""
+    is_worker = multiprocessing.parent_process() is not None
+    return None if quiet or _silent or is_worker else Notice()
 
 
 class _Told:
-    """Tells again and again that something is compiled, and how long it will still take."""
+    """Reports every second that kernels are compiled, with the estimated time left."""
 
     def __init__(self, tell: Tell, scene: str, seconds: float) -> None:
-        """Begin to tell: of a scene, and of so many `seconds` by what is known beforehand."""
+        """Begin with the usual number of `seconds` as the estimate."""
         self._scene, self._seconds, self._done = scene, seconds, 0
         is_abandoned = interrupts.abandoned()
         self._clock = Clock(lambda *args: None if is_abandoned() else tell(*args), self._words)
 
     def note(self, kernel: Any) -> None:
-        """Count a function that is compiled."""
+        """Count a compiled function."""
         self._done += 1
 
     def stop(self) -> None:
-        """Tell that it has ended."""
+        """Report the end."""
         self._clock.stop()
 
     def _words(self, elapsed: float) -> str:
-        """Return what is done, and the rest of the time at the pace of this machine so far."""
+        """Return the message, with the time left at the pace of this machine so far."""
         pace = max(elapsed / (EACH * self._done), 0.2) if self._done > 10 else 1.0
         left = max(self._seconds * pace - elapsed, 1.0)
         return (
@@ -129,42 +112,42 @@ class _Told:
         )
 
 
-# ---- this process --------------------------------------------------------------------------------
+# ---- this process ----
 
 
 class Compilation:
-    """Follows what is compiled for orbits of one scene, one record and one method."""
+    """Reports what is compiled for orbits of one scene, one record and one method.
 
-    waited = 0.0  # seconds that this process has compiled, or waited for another, all in all
+    `tell` receives messages; `helped` lets another process compile the verdict.
+    """
+
+    waited = 0.0  # seconds that this process has compiled, or waited for the other one, in all
 
     def __init__(self, needed: Needed, tell: Tell | None, helped: bool) -> None:
-        """Take what kernels are `needed` for, who is told, and whether another process may help."""
         self._needed, self._tell, self._helped = needed, tell, helped
-        self._began: float | None = None  # when the first kernel was compiled
+        self._began: float | None = None  # time of the first compilation
         self._told: _Told | None = None
         self._other: Process | None = None
 
     @contextmanager
     def followed(self, parts: Mapping[Callable[..., Any], str] | None = None) -> Iterator[None]:
-        """Follow what is compiled within the block; no other process outlives it.
+        """Report what is compiled within the block; the other process ends with it.
 
-        Arguments: `parts`, what is called from Python, with the name of the kernel it is part of;
-        by default `of_lanes`.
+        `parts` are compiled functions with the names of their kernels, by default `of_lanes`.
 
-        Raises `RequestError` where memory does not suffice to compile, and `Stopped` where a signal
-        has asked to stop: at the next of the functions that are compiled.
+        Raises `RequestError` if memory does not suffice, and `Stopped` before the next function if
+        a signal has asked to stop.
         """
-
         from nlds_vines.kernels.numerics.compiling import told_of_compilations
 
-        known = of_lanes() if parts is None else parts
+        kernels = of_lanes() if parts is None else parts
         is_abandoned = interrupts.abandoned()
 
         def begins(kernel: Any) -> None:
             interrupts.check()
-            # of an abandoned call that a kernel still holds, while a later call compiles
-            if self._began is None and kernel in known and not is_abandoned():
-                self._begin(known[kernel])
+            # an abandoned call, whose thread a kernel still holds, hears of later compilations
+            if self._began is None and kernel in kernels and not is_abandoned():
+                self._begin(kernels[kernel])
 
         def ends(kernel: Any) -> None:
             if self._told is not None:
@@ -177,7 +160,7 @@ class Compilation:
             self._end()
 
     def await_verdict(self) -> None:
-        """Wait for the process that compiles the verdict, if there is one."""
+        """Wait for the process that compiles the verdict."""
         other, until = self._other, time.perf_counter() + LONGEST
         while other is not None and time.perf_counter() < until:
             interrupts.check()
@@ -186,74 +169,62 @@ class Compilation:
                 break
 
     def _begin(self, name: str) -> None:
-        """Note that kernels are about to be compiled, from the one of this name on."""
-        refuse_without_memory()
+        """Report that the kernel `name` and those after it are about to be compiled."""
+        free = free_memory()
+        if free is not None and free < MEMORY:
+            raise RequestError(
+                f"compiling the kernels takes {MEMORY / 1e9:.2g} GB of memory, "
+                f"{max(free, 0) / 1e9:.2g} GB are free: a run where there is more fills the cache"
+            )
         self._began = time.perf_counter()
         names = kernels_of(self._needed.want)
         left = list(names[names.index(name) :] if name in names else (name,))
         if "verdict" in left[1:] and self._helped and may_help():
-            self._other = begin(["verdict"], self._needed)
+            self._other = begin(self._needed)
             left.remove("verdict")
         if self._tell is not None:
             seconds = sum(SECONDS[name] for name in left)
             self._told = _Told(self._tell, self._needed.scene, seconds)
 
     def _end(self) -> None:
-        """Tell that nothing is compiled any more; end the other process, if there is one."""
+        """Report the end; end the other process."""
         if self._began is not None:
             Compilation.waited += time.perf_counter() - self._began
         if self._told is not None:
             self._told.stop()
         if self._other is not None:
-            end(self._other)
+            self._other.kill()
+            self._other.communicate()
         self._began = self._told = self._other = None
 
 
-# ---- the other process ---------------------------------------------------------------------------
+# ---- the other process ----
 
 
-def begin(kernels: Iterable[str], needed: Needed) -> Process | None:
-    """Begin to compile kernels in a process of its own; None where there can be none.
+def begin(needed: Needed) -> Process | None:
+    """Start the process that compiles the verdict; None if that fails.
 
-    Arguments: the names of the `kernels`, and what they are `needed` for.
-
-    It ends when its standard input does, so also when this process is killed.
+    It ends when its standard input does, also if this process is killed.
     """
-    scene, method, want = needed
-    words = [",".join(kernels), scene, method, ",".join(want)]
+    program = ("-P", "-W", "ignore", "-m", "nlds_vines.orbits.compiler_process")
     try:
         return subprocess.Popen(
-            [
-                sys.executable,
-                "-P",
-                "-W",
-                "ignore",
-                "-m",
-                "nlds_vines.orbits.compiler_process",
-                *words,
-            ],
+            [sys.executable, *program, needed.scene, needed.method, ",".join(needed.want)],
             stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            text=True,
-            start_new_session=True,  # Ctrl-C is for this process, which then ends that one
+            start_new_session=True,  # Ctrl-C is for this process, which ends the other
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         )
     except (OSError, ValueError):
         return None
 
 
-def end(process: Process) -> None:
-    """End a process that was begun, unless it has ended, and leave nothing of it."""
-    process.kill()
-    process.communicate()
-
-
 def may_help() -> bool:
-    """Tell whether another process may compile beside this one.
+    """Return True if another process may compile beside this one.
 
-    Not on one processor, nor where one thread is asked for; not beside other processes of a pool,
-    which compile, too; and not where memory is short.
+    It must not on one processor or with one thread, in a worker of a pool, whose siblings compile
+    too, or if memory is short.
     """
     free = free_memory()
     return (

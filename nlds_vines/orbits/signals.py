@@ -1,7 +1,7 @@
-"""Forces, energies and relative displacement, computed from the states of an orbit.
+"""Forces, energies and relative displacement from the states of an orbit.
 
-States come as in `Orbit.trajectory`, one row (x1, v1, x2, v2) [m, m/s] each, (x1, v1) without a
-damper; every result has one value a row.
+States are rows (x1, v1, x2, v2) [m, m/s], or (x1, v1) without a damper, as in `Orbit.trajectory`;
+every result has one value per row.
 """
 
 from __future__ import annotations
@@ -30,12 +30,11 @@ def relative_displacement(system: System, states: np.ndarray) -> np.ndarray:
 
 
 def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the contact force on the damper [N] at each wall, by what is struck.
+    """Return the contact force on the damper [N] at each wall, by the name of the struck body.
 
-    That of its law where the approach z > 0, otherwise 0: F = K z^1.5 of Hertz' (equations (2) and
-    (3)).  A force in +x2 is positive: that of a wall on the structure's side, as in SSul; that of a
-    far wall is negative.  The structure feels the opposite.  Empty for a scene without contact
-    forces.
+    It is that of the law if the approach z > 0, F = K z^1.5 for Hertz (equations (2) and (3)),
+    otherwise 0.  It is positive toward +x2, as at the wall of an SSul, and negative at a far wall;
+    the opposite force acts on the structure.  Empty for a scene without contact forces.
     """
     scene, p = system.scene, system.parameters
     if not scene.forces:
@@ -73,8 +72,8 @@ def energy_of_structure(system: System, states: np.ndarray) -> np.ndarray:
 def energy_of_damper(system: System, states: np.ndarray) -> np.ndarray:
     """Return E2 = (m2 v2^2 + k2 w^2) / 2 [J], equation (6).
 
-    w is the damper's absolute displacement from its rest position, V + C for SSul, and not the
-    stretch of its spring.
+    w is the damper's absolute displacement from its rest position, V + C for SSul, not the stretch
+    of its spring.
     """
     p, w = system.parameters, states[:, 2] - system.rest
     return 0.5 * (p["m2"] * states[:, 3] ** 2 + p["k2"] * w**2)
@@ -103,7 +102,7 @@ _OF_DAMPER = ("u", "E2")
 
 
 def signals_of(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the signals that a scene has: no x2 without a damper, for example."""
+    """Return the names of the signals of a scene: no x2 without a damper, for example."""
     without = (() if scene.damper else _OF_DAMPER) + tuple(set(_STATES) - {*scene.components})
     if not scene.forces:
         without += ("force",)
@@ -111,7 +110,7 @@ def signals_of(scene: Scene) -> tuple[str, ...]:
 
 
 def checked_signal(name: object, scene: Scene) -> str:
-    """Return a signal's name; raises `RequestError` for none, and for one that a scene lacks."""
+    """Return the name of a signal, validated for a scene."""
     chosen = choice("signal", name, SIGNALS)
     if chosen not in signals_of(scene):
         raise RequestError(

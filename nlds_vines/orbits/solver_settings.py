@@ -1,4 +1,4 @@
-"""How finely an orbit is computed, and how many periods a verdict may take."""
+"""Methods, their tolerances and steps, and the effort of a verdict."""
 
 from __future__ import annotations
 
@@ -18,51 +18,52 @@ EFFORTS: Mapping[str, tuple[int, ...]] = {
     "standard": (600, 2400),
     "thorough": (600, 2400, 9600, 38400),
 }
-"""Forcing periods that a verdict may add to a scan's own, stage by stage, by name of the effort.
+"""Forcing periods of each stage that a verdict may add to those of a scan, by effort.
 
-A periodic orbit that is found ends the search. Chaos and tori go through all stages: more effort
-can find that they end."""
+A periodic orbit ends the search.  Chaos and tori go through all stages, which may show that they
+end."""
 
 
 def most_watched(transient: int, periods: int, effort: str) -> int:
-    """Return for how many forcing periods an orbit is watched that is not found to be periodic."""
+    """Return the number of forcing periods after which an orbit counts as not periodic."""
     return transient + periods + sum(EFFORTS[effort])
 
 
 TOLERANCES: Mapping[str, float] = {"draft": 1e-6, "standard": 1e-9, "fine": 1e-12}
-"""Presets of the tolerance by name."""
+"""The presets of the tolerance."""
 
 TOLERANCE = TOLERANCES["standard"]
-"""Relative error of a contact, by `exact`, which solves flights to round-off."""
+"""Default relative error of a contact, of `exact`; flights are exact to round-off."""
 
 LEAST_TOLERANCE, MOST_TOLERANCE = 1e-13, 1e-3
-"""Below it is round-off; above it, nothing becomes cheaper."""
+"""Bounds of the tolerance: the errors below are round-off; larger ones save no time."""
 
 MOST_NODES = 60
-"""Most collocation nodes: the tables of a short impact have room for so many."""
+"""Largest number of collocation nodes, the size of the tables of a short impact."""
 
 LEAST_STEPS = 3.0
-"""Steps of a contact that `exact` takes where its tolerance would allow longer ones.
-
-Of a free impact: beyond a third of it, what a step foresees is little."""
+"""Least number of steps of `exact` in a contact, per free impact: a Taylor step predicts no more
+than a third of one."""
 
 PERIOD_STEPS = 512.0
-"""Runge-Kutta steps, of order four, of a forcing period, by `rk4`."""
+"""Default number of Runge-Kutta steps per forcing period."""
 
 STEPS_RATIO = 4.0
-"""By `rk4`: steps of a forcing period for each step of a free impact."""
+"""Steps of `rk4` per forcing period for each step of a free impact."""
 
 SHARE = 0.25
-"""Of the tolerance, what one contact may take: several may follow each other in a period."""
+"""Share of the tolerance that one contact may use, as several may follow in a period."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How finely a method computes: all that it discretizes.
+    """The tolerance and the steps of a method.
 
-    Attributes, of `exact`: relative `tolerance` of each contact; collocation `nodes` of every short
-    impact and `contact_steps` of every other contact, where they are not left to the
-    tolerance.  Of `rk4`: `period_steps` of a forcing period, and `contact_steps`.
+    Attributes:
+        tolerance: of `exact`, relative error of a contact.
+        nodes: of `exact`, collocation nodes of a short impact; None leaves them to the tolerance.
+        contact_steps: of other contacts; None leaves them to the tolerance.
+        period_steps: of `rk4`, per forcing period.
     """
 
     tolerance: float = TOLERANCE
@@ -72,32 +73,32 @@ class Settings:
 
     @classmethod
     def of(cls, method: str, tolerance: float = TOLERANCE) -> Settings:
-        """Return those that a scan uses."""
+        """Return the settings of scans."""
         return cls(tolerance) if method == "exact" else cls.rk4(PERIOD_STEPS)
 
     @classmethod
     def rk4(cls, period_steps: float) -> Settings:
-        """Return those of rk4 with so many steps of a period, and of contacts in proportion."""
+        """Return the settings of rk4, with steps of contacts in proportion."""
         return cls(contact_steps=period_steps / STEPS_RATIO, period_steps=period_steps)
 
     @property
     def contact_tolerance(self) -> float:
-        """Relative error that one contact may have."""
+        """The relative error of one contact."""
         return SHARE * self.tolerance
 
     @property
     def steps(self) -> float:
-        """Steps of a contact, as set, or at least where the tolerance chooses them."""
+        """The steps of a contact, or the least number if the tolerance chooses them."""
         return LEAST_STEPS if self.contact_steps is None else self.contact_steps
 
     @property
     def stepped_to(self) -> float:
-        """Tolerance that a stepped contact is held to; infinite where its steps are set."""
+        """The tolerance of a stepped contact; inf if its steps are set."""
         return self.contact_tolerance if self.contact_steps is None else math.inf
 
 
 def checked_tolerance(tolerance: object) -> float:
-    """Return a tolerance, or that of a preset, otherwise raise `RequestError`."""
+    """Return the value of a tolerance or preset, validated."""
     if isinstance(tolerance, str) and tolerance in TOLERANCES:
         return TOLERANCES[tolerance]
     value = math.nan if isinstance(tolerance, str) else number("tolerance", tolerance)
@@ -113,7 +114,7 @@ _BY_HAND = ("nodes", "contact_steps", "period_steps")
 
 
 def method_setting() -> Any:
-    """Return the setting of a method; another one than that of a file has settings of its own."""
+    """Return the setting of a method; overriding it drops the tolerance and steps of the file."""
     words, gone = "`exact` or `rk4`", ("tolerance", *_BY_HAND)
     return setting(METHODS[0], OneOf(METHODS), "sampling", words, "METHOD", replaces=gone)
 
@@ -129,7 +130,7 @@ def tolerance_setting(table: str, default: float | None = None) -> Any:
 
 
 def checked_steps(name: str, steps: float) -> float:
-    """Return a number of steps that is in range, otherwise raise `RequestError`."""
+    """Return a number of steps, validated."""
     value = number(name, steps)
     if not 4 <= value <= 1e6:
         raise RequestError(f"{name} = {steps!r}; allowed: 4 to 1e6")
@@ -142,33 +143,22 @@ FINENESS: Mapping[str, Callable[[Any], Any]] = {
     "contact_steps": lambda value: checked_steps("contact_steps", value),
     "period_steps": lambda value: checked_steps("period_steps", value),
 }
-"""The checks of what may be given of `Settings`, by name; all but the tolerance is for experts."""
+"""The checks of the fields of `Settings` by name."""
 
 _OF_RK4 = ("period_steps",)
 
 
 def chosen_settings(method: str, options: Mapping[str, Any]) -> Settings:
-    """Return the settings of a method, with the values of `options` that are not None.
+    """Return the settings of a method with the `options` that are not None.
 
-    Raises `RequestError` for one that does not belong to the method, and for what is out of range.
+    Raises `RequestError` for an option of the other method, and for a value out of range.
     """
-    asked = {name: value for name, value in options.items() if value is not None}
-    for name in asked:
+    present = {name: value for name, value in options.items() if value is not None}
+    for name in present:
         if (name in _OF_RK4) != (method == "rk4"):
             owner, other = ("rk4", "tolerance") if name in _OF_RK4 else ("exact", "period_steps")
             raise RequestError(f"{name} is of method {owner!r}; {method!r} has {other}")
-    values = {name: FINENESS[name](value) for name, value in asked.items()}
+    values = {name: FINENESS[name](value) for name, value in present.items()}
     if method == "rk4":
         return Settings.rk4(values.get("period_steps", PERIOD_STEPS))
     return Settings(**values)
-
-
-def laid_over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the entries of two tables [sampling], those above first.
-
-    What is below of `FINENESS` holds for the method it was given for, and what experts set there
-    until a tolerance is asked for.
-    """
-    method = below.get("method", METHODS[0])
-    outdated = FINENESS if "tolerance" in above or above.get("method", method) != method else ()
-    return {name: value for name, value in below.items() if name not in outdated} | dict(above)

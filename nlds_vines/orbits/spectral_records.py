@@ -1,8 +1,8 @@
-"""What a scan records of spectra: amplitudes, the lines of periodic orbits, the broadband share.
+"""The spectral records of scans: amplitudes, lines of periodic orbits, the broadband share.
 
-All of them rest on states at equal steps over the sampled periods, so that a whole period is a
-whole number of samples and every multiple of 1 / periods of the forcing frequency is a bin. Here
-they are described; `spectral_values` has their values.
+They use equidistant states over the sampled periods, a whole number per period, so that each
+multiple of 1 / periods of the forcing frequency is a bin.  `spectral_values` computes them; it
+loads Numba, which this module does not.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.spectrum import TAPERS
 
 LINES = 24
-"""Lines of a periodic orbit that are recorded: m / n of the forcing frequency, m from 1 on."""
+"""Number of recorded lines of an nT orbit, at m / n of the forcing frequency, m = 1, 2, ..."""
 
 USUAL = ("x1", "u", "x")
-"""Signals that are recorded unless others are asked for, as far as a scene has them."""
+"""The default signals, of which a scene has some."""
 
 
 def recordable(scene: Scene) -> tuple[str, ...]:
-    """Return the signals of which scans record spectra: the state, and u = x2 - x1."""
+    """Return the signals whose spectra scans record: the state, and u = x2 - x1."""
     return (*scene.components, *(["u"] if scene.damper else []))
 
 
 def checked_signals(value: object) -> tuple[str, ...]:
-    """Return different names of signals, () for the usual; `RequestError` for anything else."""
+    """Return different names of signals, () for the default ones, validated."""
     if isinstance(value, list | tuple) and not value:
         return ()
     return checked_words("signals", value, SIGNALS, "signal")
@@ -40,17 +40,15 @@ def checked_signals(value: object) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class SpectralRecords:
-    """What is recorded of the spectra of a scan's orbits.
+    """The spectral records of a scan.
 
     Attributes:
-        want: of `records.SPECTRAL`.
+        want: words of `records.SPECTRAL`.
         scene: of the scan.
         signals: of `recordable`; by default those of `USUAL` that the scene has.
-        periods: sampled, `samples` states each.
-        highest: multiple of the forcing frequency up to which bins are kept.
-        window: one of `spectrum.TAPERS`, for amplitudes; the broadband share takes Hann's.
-
-    Raises `RequestError` for a signal that the scene lacks, and for bins beyond the samples.
+        periods: sampled periods of `samples` states each.
+        highest: largest frequency of a bin in multiples of the forcing frequency.
+        window: of `spectrum.TAPERS`, for amplitudes; the broadband share uses Hann.
     """
 
     want: Collection[str]
@@ -77,7 +75,7 @@ class SpectralRecords:
 
     @property
     def bins(self) -> int:
-        """How many bins are kept, that of the mean included."""
+        """The number of bins, including that of the mean."""
         return int(self.highest * self.periods) + 1
 
     @property
@@ -88,14 +86,14 @@ class SpectralRecords:
     # ---- the datasets ----------------------------------------------------------------------------
 
     def lengths(self) -> dict[str, int]:
-        """Return the lengths of the dimensions that there are."""
+        """Return the lengths of the dimensions of these records."""
         sizes = {"signal": len(self.signals)}
         sizes |= {"frequency": self.bins} if "spectrum" in self.want else {}
         return sizes | ({"line": LINES} if "lines" in self.want else {})
 
     def scales(self) -> Iterator[Scale]:
-        """Yield the dimensions that there are, with their values."""
-        yield Scale("signal", np.array(self.signals), "1", "what the spectrum is of")
+        """Yield the dimensions of these records."""
+        yield Scale("signal", np.array(self.signals), "1", "signal of the spectrum")
         if "spectrum" in self.want:
             text = f"frequency over that of the force; {self.window} window"
             yield Scale("frequency", self.order, "1", text)
@@ -104,6 +102,6 @@ class SpectralRecords:
             yield Scale.counted("line", LINES, text, 1)
 
     def in_units(self, dataset: Dataset) -> Dataset:
-        """Return a dataset with the units of the signals, where its own are these."""
+        """Return a dataset with the units of the signals in place of `OF_SIGNALS`."""
         units = ", ".join(dict.fromkeys(SIGNALS[name].unit for name in self.signals))
         return replace(dataset, units=units) if dataset.units == OF_SIGNALS else dataset

@@ -1,4 +1,4 @@
-"""Where the orbits of a scan begin: the policy, given states, and those of random starts."""
+"""The start states of a scan: policies, states of the request, random states."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from nlds_vines.model.scenes.base import Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
 POLICIES = ("rest", "up", "down", "both", "random")
-"""Where orbits may begin, beside a `STATE` that is given."""
+"""The policies of starts besides `STATE`."""
 
 STATE = "state"
-"""The policy of orbits that begin in one given state."""
+"""The policy of orbits that start in a state of the request."""
 
 AT_ANY_PHASE = ("rest", STATE)
-"""The policies that leave it open where orbits begin, state by state, and at which phase."""
+"""The policies whose starts may have initial conditions of their own, and another phase than 0."""
 
 SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
-"""The sweeps along the last axis that a policy makes, in the order of the starts."""
+"""The sweeps of a policy along the last axis, in the order of the starts."""
 
 STRUCTURE_SPREAD = 5.0
 """Largest displacement of the structure in a random start, in static deflections P / k1."""
@@ -33,26 +33,24 @@ DAMPER_SPREAD = 15.0
 """Largest displacement of the damper against the structure, in the same unit."""
 
 ROUND_OFF = 1e-12
-"""Relative depth inside a wall at which a start is taken to be on it."""
+"""Relative depth inside a wall up to which a start counts as on the wall."""
 
 FALLBACK_LENGTH = 0.01
-"""Unit of length [m] where no parameter of the system gives one."""
+"""Unit of length [m] if no parameter of the system gives one."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where the orbits of every cell begin.
+    """The start states of the orbits of every cell, validated.
 
-    Arguments:
-        policy: `rest`; `up` or `down`, which follow the attractor of the neighboring cell to
-            greater or smaller values of the last axis; `both` of these, as two starts, which
-            shows hysteresis; `random`, from `count` states; `state`, from the one that is given.
-        count, seed: for `random` alone; the same count states are drawn for every cell.
-        state: for `state` alone, x1, v1, x2, v2 [m, m/s], or as many numbers as the state has.
-        phase: of the force at the start [rad], for `rest` and `state`; orbits count from the next
-            section on, at phase 0.
-
-    Raises `RequestError` for anything else.
+    Attributes:
+        policy: `rest`; `up` or `down`, from the attractor of the neighboring cell toward greater or
+            smaller values of the last axis; `both`, these as two starts, which shows hysteresis;
+            `random`, `count` states; `state`, the state of the request.
+        count, seed: of `random`; the same states are drawn for every cell.
+        state: of `state`: x1, v1, x2, v2 [m, m/s], or two components without a damper.
+        phase: of the force at the start [rad], for `rest` and `state`; the periods of an orbit
+            count from the next section, at phase 0.
     """
 
     policy: str = setting(
@@ -94,7 +92,7 @@ class Start:
 
     @property
     def sweeps(self) -> tuple[str, ...]:
-        """The sweeps of the last axis, of `up` and `down`; none where every cell is on its own."""
+        """The sweeps along the last axis; none if every cell has starts of its own."""
         return SWEEPS.get(self.policy, ())
 
     @property
@@ -104,21 +102,21 @@ class Start:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the orbits of a cell are called: `rest`, `up`, `down`; `random 0`, `random 1`."""
+        """The names of the orbits of a cell: `rest`, `up`, `down`; `random 0`, `random 1`."""
         if self.policy == "random" and self.count > 1:
             return tuple(f"random {i}" for i in range(self.count))
         return self.sweeps or (self.policy,)
 
 
 def _phase(value: object) -> float:
-    """Return a phase of the force [rad]; `RequestError` for one out of range."""
+    """Return a phase of the force [rad], validated."""
     phase = number("phase", value)
     INITIAL[PHASE].check(np.array([phase]))
     return phase
 
 
 def _numbers(state: object) -> tuple[float, ...]:
-    """Return a state as floats; `RequestError` for anything but a list of finite numbers."""
+    """Return a state as floats, validated."""
     if isinstance(state, str) or not isinstance(state, Sequence) or len(state) not in (0, 2, 4):
         raise RequestError(f"state = {shown(state)} must be a list of 4 numbers, or of 2")
     return tuple(number("state", value) for value in state)
@@ -127,13 +125,12 @@ def _numbers(state: object) -> tuple[float, ...]:
 def given_states(
     cells: np.ndarray, start: Start, initial: Mapping[str, np.ndarray], scene: Scene
 ) -> np.ndarray:
-    """Return the states of the kernels in which orbits begin that are not drawn.
+    """Return the kernels' states (n, 4) of starts that are not random: x1, v1, r, s.
 
-    Arguments: the `cells` (n,); the `start`, at rest or in a given state; the components that are
-    `initial` conditions of their own, each of shape (n,) [m, m/s]; the `scene`.
+    Arguments: the `cells` (n,); the `start`, at rest or in a state of the request; the `initial`
+    conditions by component, (n,) each [m, m/s], which override it; the `scene`.
 
-    Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4), as `simulate` has them of a
-    start.  What is beyond a rigid wall is put on it by the kernels.
+    r = x1 - (x2 - rest), s = v1 - v2.  Kernels put a start beyond a rigid wall on the wall.
     """
     names, states = scene.components, np.zeros((len(cells), 4))
     values = dict(zip(names, start.state, strict=True)) if start.state else {}
@@ -155,10 +152,10 @@ def given_states(
 def starts_inside(
     scene: Scene, parameters: Values, state: Mapping[str, Any], shape: tuple[int, ...] = ()
 ) -> list[str]:
-    """Return a line that counts the starts inside a wall and names the deepest; [] for none.
+    """Return a line with the number of starts inside a wall and the largest depth; [] for none.
 
     Arguments: the `parameters` by name and the `state` by component, floats or arrays that
-    broadcast to `shape`, one start for each element. Components that are missing are at rest.
+    broadcast to `shape`, the shape of the starts.  A missing component is at rest.
     """
     rest = scene.rest(parameters) if scene.rest is not None else 0.0
     r = state.get(scene.components[0], 0.0)
@@ -179,27 +176,23 @@ def starts_inside(
 
 
 def start_states(start: Start) -> np.ndarray:
-    """Return the draws of random starts, the same for each cell of a scan.
+    """Return uniform draws (starts, 4) in [-1, 1) for `random_states`, the same for each cell.
 
-    Returns an array (starts, 4) of numbers uniform in [-1, 1), a function of the seed alone, for
-    `random_states`.  More starts of the same seed begin with the same draws.
+    A larger number of starts with the same seed begins with the same draws.
     """
     generator = np.random.default_rng(start.seed)
-    # the one product in it, by 2, is exact: the same bits on every processor
+    # the only product, by 2, is exact: the same bits on every processor
     return generator.uniform(-1.0, 1.0, size=(start.orbits, 4))
 
 
 def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return the start states that `draws` mean in each cell.
-
-    Arguments: `cells`, of dtype `CELL` and any shape; `draws` (a, b, c, d) of `start_states`,
-    shape (starts, 4); the `scene` of the cells, which says what walls there are.
+    """Return the start states of `draws` (starts, 4) in each of the `cells` of any shape.
 
     Returns x1 [m], v1 [m/s], r = x1 - x2 + rest [m] and s = v1 - v2 [m/s], shape
-    (cells' shape, starts, 4), all finite:
-    x1 = 5 l a, v1 = 5 l omega b, r = 15 l c, s = 15 l omega d with the length l = P / k1,
-    r held between the walls: -far <= r <= near.  Where a scene has a limit, what lies beyond is
-    mirrored at it: a start at the very limit would often be a violation.
+    (cells' shape, starts, 4), all finite, from draws a, b, c, d:
+    x1 = 5 l a, v1 = 5 l omega b, r = 15 l c, s = 15 l omega d with the length l = P / k1, and r
+    clipped to the walls, -far <= r <= near.  If a scene has a limit, r beyond it is mirrored at it,
+    as a start on the limit would often become a violation.
     """
     length = length_unit(cells)[..., np.newaxis]
     speed = length * cells["omega"][..., np.newaxis]
@@ -221,10 +214,9 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
 
 
 def user_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return states of the kernels, (x1, v1, r, s), in the user's coordinates.
+    """Return states of the kernels (n, 4), x1, v1, r, s, in the user's coordinates.
 
-    Arguments: the `cells` (n,) of states (n, 4).  Returns (n, components): x1, v1, x2, v2, or two
-    where there is no damper.
+    Shape (n, components): x1, v1, x2, v2, without a damper x1, v1.
     """
     x1, v1, r, s = np.moveaxis(states, -1, 0)
     if not scene.damper:
@@ -233,32 +225,31 @@ def user_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarr
 
 
 def put_on_walls(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return states of the kernels (n, 4), those beyond a rigid wall put on it, as kernels do."""
-    moved_states = states.copy()
-    moved = [0, 2] if scene.grounded else [2]  # the walls limit x1, or r
+    """Return states of the kernels (n, 4), with those beyond a rigid wall put on it."""
+    result = states.copy()
+    limited = [0, 2] if scene.grounded else [2]  # x1, or r
     for name, sign in (("near", 1.0), ("far", -1.0)):
         if name in scene.walls and scene.law_at(name).instant:
             place = sign * cells[name][:, np.newaxis]
             nearest = np.minimum if sign > 0 else np.maximum
-            moved_states[:, moved] = nearest(moved_states[:, moved], place)
-    return moved_states
+            result[:, limited] = nearest(result[:, limited], place)
+    return result
 
 
 def length_unit(cells: np.ndarray) -> np.ndarray:
     """Return the unit of length [m] of random starts, positive and finite in every cell.
 
-    The static deflection P / k1; where that is 0 or without bound (P = 0 or k1 = 0), the greatest
-    of the deflection P / (m1 omega^2) against inertia and the distances of the walls; where these
-    are 0 too, `FALLBACK_LENGTH`.
+    It is the static deflection P / k1.  If that is 0 or infinite (P = 0 or k1 = 0), it is the
+    largest of P / (m1 omega^2) and the distances of the walls; if these are 0 too,
+    `FALLBACK_LENGTH`.
     """
+
+    def is_length(values: np.ndarray) -> np.ndarray:
+        return (values >= 1e-15) & (values <= 1e6)
+
     with np.errstate(all="ignore"):
         static = cells["P"] / cells["k1"]
         inertial = cells["P"] / (cells["m1"] * cells["omega"] * cells["omega"])
     walls = np.maximum(np.abs(cells["near"]), np.abs(cells["far"]))
-    other = np.maximum(np.where(_is_length(inertial), inertial, 0.0), walls)
-    return np.select([_is_length(static), _is_length(other)], [static, other], FALLBACK_LENGTH)
-
-
-def _is_length(values: np.ndarray) -> np.ndarray:
-    """Tell where a value can be the unit of starts: from 1e-15 m to 1e6 m."""
-    return (values >= 1e-15) & (values <= 1e6)
+    other = np.maximum(np.where(is_length(inertial), inertial, 0.0), walls)
+    return np.select([is_length(static), is_length(other)], [static, other], FALLBACK_LENGTH)

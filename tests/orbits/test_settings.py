@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from nlds_vines import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.solver_settings import (
     FINENESS,
@@ -16,7 +17,6 @@ from nlds_vines.orbits.solver_settings import (
     Settings,
     checked_tolerance,
     chosen_settings,
-    laid_over,
 )
 
 
@@ -72,4 +72,10 @@ def test_contacts_are_granted_a_share_of_the_tolerance():
     ],
 )
 def test_what_is_asked_last_counts(below, above, expected):
-    assert laid_over(below, above) == expected
+    one = {"system": "tmd", "vary": {"omega": {"values": [6.0]}}}
+    scan, other = (
+        load_scan(one | {"sampling": low}, {"sampling": high})
+        for low, high in ((below, above), (expected, {}))
+    )
+    assert scan.document()["sampling"] == other.document()["sampling"]
+    assert (scan.method, scan.settings) == (other.method, other.settings)

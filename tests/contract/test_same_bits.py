@@ -95,7 +95,7 @@ def oldest(tmp_path_factory):
 
 
 def test_libraries_do_not_matter(usual):
-    assert len(usual) > 25
+    assert len(usual) > 12  # a digest of each dataset
     assert of_every_kind(set(usual["usual: labels"]))
     assert differing(run(LIBRARIES, "usual"), usual) == []
 

@@ -4,9 +4,11 @@
     python -m benchmarks.speed --against ../before        ... and their ratios to another's
     python -m benchmarks.speed --only diagram rk4         some of them
 
-Each checkout runs in a process of its own. The two are asked in turn for the same piece of work, so
-that both meet the same load and the same clock; what counts is the median of the ratios of CPU time
-of such pairs. Beside it stands the ratio of the shortest times, which other work leaves alone.
+Each checkout runs in a process of its own, and is asked through public names alone, so that any
+checkout can be compared whose public names are today's. The two are asked in turn for the same
+piece of work, so that both meet the same load and the same clock; what counts is the median of the
+ratios of CPU time of such pairs. Beside it stands the ratio of the shortest times, which other work
+leaves alone.
 """
 
 from __future__ import annotations
@@ -22,18 +24,10 @@ from pathlib import Path
 from statistics import median
 from typing import Any, Self
 
-import numpy as np
-
-from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.bifurcation.run import Computer
-from nlds_vines.continuation.command import continue_branch
-from nlds_vines.model.catalog import load_system
-from nlds_vines.orbits.batch import Batch
-from nlds_vines.orbits.simulation import simulate
+import nlds_vines as nv
 
 HERE = Path(__file__).resolve().parents[1]
-SET6 = load_system("ssul-set6")
+SET6 = nv.load_system("ssul-set6")
 SECTIONS = ("section", "impacts")
 WINDOW = {"start": 7.0, "stop": 7.8}  # [rad/s] irregular orbits among regular ones
 
@@ -42,38 +36,30 @@ def orbit(
     name: str, periods: int, record: tuple[str, ...] = SECTIONS, **settings: Any
 ) -> Callable[[], object]:
     """Return a function that follows one orbit."""
-    system = load_system(name, omega=6.28)
-    return lambda: simulate(system, periods, record=record, **settings)
+    system = nv.load_system(name, omega=6.28)
+    return lambda: nv.simulate(system, periods, record=record, **settings)
 
 
 def orbit_of(**changes: Any) -> Callable[[], object]:
     """Return a function that follows an orbit of Set 6 with some parameters changed."""
     system = SET6.with_(**changes)
-    return lambda: simulate(system, 20_000, record=SECTIONS)
+    return lambda: nv.simulate(system, 20_000, record=SECTIONS)
 
 
 def orbit_under(law: str, **constants: float) -> Callable[[], object]:
     """Return a function that follows an orbit of Set 6 under another contact law."""
-    system = load_system("ssul-set6", law=law, omega=6.28, **constants)
-    return lambda: simulate(system, 20_000, record=SECTIONS)
+    system = nv.load_system("ssul-set6", law=law, omega=6.28, **constants)
+    return lambda: nv.simulate(system, 20_000, record=SECTIONS)
 
 
 def scanned(vary: Any, **tables: object) -> Callable[[], object]:
-    """Return a function that computes a scan without its archive."""
-    scan = load_scan({"system": "ssul-set6", "vary": vary, **tables})
-    computer, blocks = Computer(scan), list(blocks_of(scan))
-    return lambda: [computer.block(block) for block in blocks]
-
-
-def designs() -> Callable[[], object]:
-    """Return a function that evaluates one generation of a search."""
-    cells = np.tile(SET6.cells(), 64)
-    cells["k2"] = np.linspace(300.0, 1500.0, cells.size)
-    batch, starts = Batch(SET6.scene), np.zeros((cells.size, 4))
-    return lambda: batch.run(cells, starts, 200, 60)
+    """Return a function that computes a scan, and writes an archive that is deleted at once."""
+    scan = nv.load_scan({"system": "ssul-set6", "vary": vary, **tables})
+    return lambda: nv.scan(scan, quiet=True)
 
 
 LINE = {"omega": {**WINDOW, "num": 41}}
+DESIGNS = {"k2": {"start": 300.0, "stop": 1500.0, "num": 64}}
 PLANE = {"omega": {**WINDOW, "num": 9}, "P": {"start": 500.0, "stop": 900.0, "num": 5}}
 
 BENCHMARKS: dict[str, Callable[[], Callable[[], object]]] = {
@@ -92,8 +78,10 @@ BENCHMARKS: dict[str, Callable[[], Callable[[], object]]] = {
     "diagram": lambda: scanned(LINE, record={"want": ["section", "impacts", "energy"]}),
     "verdicts": lambda: scanned(LINE, record={"want": ["regime", "lyapunov", "evidence"]}),
     "map": lambda: scanned(PLANE, record={"want": ["regime", "energy"]}),
-    "branch": lambda: lambda: continue_branch(SET6, "omega", (5.0, 9.0), quiet=True),
-    "designs": designs,
+    "branch": lambda: lambda: nv.continue_branch(SET6, "omega", (5.0, 9.0), quiet=True),
+    "designs": lambda: scanned(
+        DESIGNS, sampling={"transient": 200, "periods": 60}, record={"want": ["energy"]}
+    ),
 }
 
 

@@ -247,7 +247,7 @@ def statuses() -> str:
 
 REQUESTS: Mapping[str, tuple[type, ...]] = {
     "scan": (Start, Scan),
-    "page of curves": (Start, Scan, CurveRequest, Panel, Case),
+    "response curves": (Start, Scan, CurveRequest, Panel, Case),
     "tuning": (Tuning, Search, Surface, HistoryRequest, Loading, *ALL.values(), RecordFile),
     "portrait": (Times, PortraitRequest, ColumnEntry),
     "continuation": (Begin, Continuation),

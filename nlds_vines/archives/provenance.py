@@ -15,11 +15,8 @@ from pathlib import Path
 from typing import Protocol
 
 SCAN, TUNING, CONTINUATION = "scan", "tuning", "continuation"
-RESPONSE_CURVES, RESPONSE_HISTORY, PORTRAIT = (
-    "page of response curves",
-    "response history",
-    "portrait",
-)
+RESPONSE_CURVES, RESPONSE_HISTORY = "set of response curves", "response history"
+PORTRAIT = "portrait"
 """The kinds of requests, which an archive names as its `content`."""
 
 

@@ -65,7 +65,7 @@ SCAN = {**SET6, "vary": {"omega": {"values": [6.0, 6.5]}}}
 TUNING = {**SET6, "surface": {"parameters": ["k2", "c2"]}}
 KINDS = {
     "scan": Kind("bifurcation.request", "load_scan", SCAN, "bifurcation"),
-    "page of curves": Kind(
+    "response curves": Kind(
         "bifurcation.response_curves.request", "load_curves", {**SCAN, "curves": [{}]},
         "response-curves",
     ),
@@ -416,7 +416,7 @@ def test_all_files_serve_all_commands(command, path, capsys, here):
     status = main([command, str(path), "--dry-run"])
     err = capsys.readouterr().err
     assert "unknown key" not in err
-    # a page of curves has a system in each curve, and some systems have no damper to tune
+    # response curves has a system in each curve, and some systems have no damper to tune
     assert status == 0 or any(words in err for words in ("system", "damper", "nothing is free"))
 
 

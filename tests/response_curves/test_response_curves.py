@@ -336,7 +336,7 @@ def test_nothing_is_clipped_without_a_sign():
         ),
         (
             {"figure": {"show": ["E1max", "x1_max"]}, "panels": [{}, {"title": "b"}]},
-            "show: several quantities need a page of one panel",
+            "show: several quantities need one panel",
         ),
         ({"start": {"policy": "random", "count": 3}}, "allowed: rest, up, down, both"),
     ],
@@ -411,7 +411,7 @@ def test_python_takes_systems_names_files_and_documents(here):
         (
             "[[panels]]",
             "[figure]\nreduction = true\n[[panels]]",
-            "reduction = true needs a page of one",
+            "reduction = true needs one panel",
         ),
         ("[sampling]", '[start]\npolicy = "random"\ncount = 2\n[sampling]', "begins 2 orbits"),
         ('color = "blue"', 'color = "blu"', "did you mean 'blue'"),

@@ -113,7 +113,7 @@ class Case:
     label: str = setting(
         "", Text(), "[curves]", "in the legend", usual="what it sets, or its system"
     )
-    system: Any = setting(None, _SYSTEM, "[curves]", "its system", usual="the page's")
+    system: Any = setting(None, _SYSTEM, "[curves]", "its system", usual="the panel's")
     settings: Mapping[str, Any] | None = setting(
         None, ParameterTable(), "[curves]", "parameters of it", key="set"
     )
@@ -187,9 +187,9 @@ class CurveRequest(Request):
         string("title", self.title)
         check_settings(self)
         if self.reduction and len(self.panels) > 1:
-            raise RequestError("reduction = true needs a page of one panel: leave out [[panels]]")
+            raise RequestError("reduction = true needs one panel: leave out [[panels]]")
         if len(self.show) > 1 and len(self.panels) > 1:
-            raise RequestError("show: several quantities need a page of one panel")
+            raise RequestError("show: several quantities need one panel")
         for case in self.cases:
             (axis, *_), start = case.scan.axes, case.scan.start
             if axis.name != self.axis or not np.array_equal(axis.values, self.values):
@@ -285,7 +285,7 @@ class CurveRequest(Request):
 # ---- from a file, a document or systems ----------------------------------------------------------
 
 FORM = Form(
-    "page of curves",
+    "response curves",
     (Start, Scan, CurveRequest),
     whole=("vary",),
     rows={"panels": Panel, "curves": Case},

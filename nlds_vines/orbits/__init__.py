@@ -12,6 +12,7 @@ In reading order:
     batch             many orbits in one call of the kernels, datasets of verdicts
     simulation        `nv.simulate`
     classification    `nv.classify`
+    exponents         the Lyapunov spectrum of one orbit
     load_flight       orbits under loads in time
     signals           forces, energies, relative displacement
     spectrum          `nv.spectrum`, window functions

@@ -15,6 +15,7 @@ from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import notice
+from nlds_vines.orbits.exponents import LyapunovSpectrum, lyapunov_spectrum
 from nlds_vines.orbits.records import OK, USUAL
 from nlds_vines.orbits.simulation import IntegrationError, start_state
 from nlds_vines.orbits.solver_settings import EFFORTS, METHODS, chosen_settings
@@ -54,7 +55,9 @@ class Regime(Outlined):
     E1max, E2max : float
         Largest energies [J] of structure and damper in the sampled periods.
     point : (4,) ndarray
-        A section point x1, v1, x2, v2 [m, m/s] of the periodic orbit, which starts on it.
+        A section point x1, v1, x2, v2 [m, m/s] of the periodic orbit; None without a period.
+    state : (4,) ndarray
+        `point`, or the state x1, v1, x2, v2 [m, m/s] at the end of the sampled periods.
     clearance : float
         Smallest distance [m] of a pass of the periodic orbit that misses a wall; inf without any.
     softest : float
@@ -83,6 +86,7 @@ class Regime(Outlined):
     E1max: float
     E2max: float
     point: np.ndarray | None
+    state: np.ndarray
     clearance: float
     softest: float
     settling: int
@@ -107,7 +111,51 @@ class Regime(Outlined):
             moduli = ", ".join(f"{abs(mu):.6g}" for mu in self.multipliers)
             yield "Floquet multipliers", f"moduli {moduli}; residual {self.residual:.2g}"
         width = f" +- {self.lyapunov_width:.2g}" if self.lyapunov_width else ""
-        yield "largest Lyapunov exponent", f"{self.lyapunov:.6g}{width} 1/s"
+        others = "".join(f"; {value:.4g}" for value in self.exponents[1:].tolist())
+        yield "Lyapunov exponents [1/s]", f"{self.lyapunov:.6g}{width}{others}"
+
+    def lyapunov_spectrum(self, periods: int = 3200, *, quiet: bool = False) -> LyapunovSpectrum:
+        """Follow the orbit further and return all Lyapunov exponents with their convergence.
+
+        Parameters
+        ----------
+        periods : int
+            Number of forcing periods, >= 16; 100 periods before align the variations.
+        quiet : bool
+            Whether to suppress the message about compiling.
+
+        Returns
+        -------
+        LyapunovSpectrum
+            Exponents, their 99 % intervals, running means, and the mean divergence.
+
+        Raises
+        ------
+        RequestError
+            If the number of periods is wrong.
+        IntegrationError
+            If the integration fails.
+
+        Notes
+        -----
+        The variations are orthonormalized after each period [1]_.  Once compiled, 3200 periods of
+        an SSul NES take 0.4 s.
+
+        References
+        ----------
+        .. [1] Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980) 9 and 21.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> regime = nv.classify("ssul-set6", omega=5.5, quiet=True)
+        >>> spectrum = regime.lyapunov_spectrum(320, quiet=True)
+        >>> bool(abs(spectrum.exponents - regime.exponents).max() < 1 / spectrum.times[-1])
+        True
+        >>> bool(abs(spectrum.exponents.sum() - spectrum.divergence) < 1e-9)
+        True
+        """
+        return lyapunov_spectrum(self.system, self.state, periods, quiet)
 
     @property
     def least_lifetime(self) -> float:
@@ -189,6 +237,7 @@ def classify(
     if code != OK:
         raise IntegrationError.of(system, code)
     assert outputs.energy is not None
+    assert outputs.section is not None
     evidence = {name: values[0, 0] for name, values in outputs.verdicts(cells).items()}
     E1max, E2max = outputs.energy[0, 0].tolist()
     periodic, pairs = evidence["periodicity"] > 0, evidence["multipliers"]
@@ -208,6 +257,7 @@ def classify(
         E1max=E1max,
         E2max=E2max,
         point=evidence["orbit_point"] if periodic else None,
+        state=evidence["orbit_point"] if periodic else outputs.section[0, 0, -1].copy(),
         clearance=float(evidence["orbit_clearance"]),
         softest=float(evidence["softest_impact"]),
         settling=int(evidence["settling"]),

@@ -183,7 +183,7 @@ def test_a_regime_says_in_a_few_lines_what_it_is():
     assert lines[2].startswith("  orbit: 1 impact per T; settled after ")
     assert [line.split(":")[0] for line in lines[3:]] == [
         "  Floquet multipliers",
-        "  largest Lyapunov exponent",
+        "  Lyapunov exponents [1/s]",
     ]
     chaotic = str(classify("ssul-set6", omega=7.42))
     assert "not periodic; not settled in 3720 forcing periods" in chaotic

@@ -18,6 +18,7 @@ from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, unknown, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import INITIAL, PHASE, component_of
+from nlds_vines.model.ratios import ratios_in
 from nlds_vines.orbits.starts import (
     given_states,
     put_on_walls,
@@ -230,6 +231,7 @@ class CellOrbit:
             violation=whole_orbit.violation,
             trajectory=states.reshape(count * samples, -1),
             time=time,
+            transient=begin,
         )
 
 
@@ -310,15 +312,20 @@ def _record(cells: np.ndarray, place: Place) -> Any:
 
 def _place(where: object, scan: Scan, values: Mapping[str, float]) -> Place:
     """Return the index of the cell nearest to `values` of the varied parameters."""
-    names = [axis.name for axis in scan.axes]
+    axes = {axis.name: axis for axis in scan.axes}
+    for name, ratio in ratios_in(scan.system.scene).items():  # as f in place of omega
+        if name in values and ratio.gives in axes and axes.keys().isdisjoint(ratio.needs):
+            unit = ratio.unit_of(scan.system.parameters)
+            axes[ratio.gives] = Axis(name, axes[ratio.gives].values / unit)
+    names = [axis.name for axis in axes.values()]
     for name in values:
         if name not in names:
             raise unknown(f"varied parameter of {where}:", name, names)
-    missing = [axis.name for axis in scan.axes if axis.name not in values and axis.values.size > 1]
+    missing = [n for n, a in axes.items() if a.name not in values and a.values.size > 1]
     if missing:
-        spans = ", ".join(f"{axis.name} from {_span(axis)}" for axis in scan.axes)
+        spans = ", ".join(f"{axis.name} from {_span(axis)}" for axis in axes.values())
         raise RequestError(f"{where} varies {spans}: {', '.join(missing)} is missing")
-    return tuple(_nearest(axis, values.get(axis.name, axis.values[0])) for axis in scan.axes)
+    return tuple(_nearest(axis, values.get(axis.name, axis.values[0])) for axis in axes.values())
 
 
 def _span(axis: Axis) -> str:

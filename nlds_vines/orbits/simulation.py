@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,10 @@ from nlds_vines.orbits.records import IMPACT, STATUS, Violation, refuse_impossib
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
 from nlds_vines.orbits.starts import ROUND_OFF
 from nlds_vines.runs.interrupts import stoppable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 """The records of `simulate`."""
@@ -95,6 +100,8 @@ class Orbit(Outlined):
         `samples` equidistant states of each period, the last one at its end.
     time : (periods samples,) ndarray
         Their times [s] from the start of the transient.
+    transient : int
+        Forcing periods before those that are recorded.
 
     Examples
     --------
@@ -117,6 +124,7 @@ class Orbit(Outlined):
     response: Mapping[str, Any] | None = None
     trajectory: np.ndarray | None = None
     time: np.ndarray | None = None
+    transient: int = 0
 
     def heading(self) -> str:
         """Return the name of the system."""
@@ -138,6 +146,38 @@ class Orbit(Outlined):
             others |= {"violations": self.violation.number, "depth [m]": self.violation.depth}
         if others:
             yield "limits", numbers(others)
+
+    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
+        """Draw the orbit with the panels of `nlds_vines.orbit_portrait`; nothing is computed.
+
+        Parameters
+        ----------
+        show : str, optional
+            Names of panels, separated by commas.  By default displacement, relative displacement,
+            section and section at impact, as far as the orbit records them.
+        ax : matplotlib.axes.Axes, optional
+            Axes for one panel.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The picture, or the figure of `ax`.  Without a trajectory, histories are the states at
+            t = nT.
+
+        Raises
+        ------
+        RequestError
+            If the orbit records neither section nor trajectory, or not what `show` names.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> orbit = nv.simulate("ssul-set6", 9, transient=200, omega=5.5, quiet=True)
+        >>> [axes.get_label() for axes in orbit.plot().axes]
+        ['displacement', 'relative', 'section', 'impact-section']
+        """
+        figure: Figure = import_module("nlds_vines.portrait.picture").draw_orbit(self, show, ax)
+        return figure
 
     def to_dataframe(self) -> Any:
         """Return the trajectory as a table; needs the extra `xarray`.
@@ -379,7 +419,7 @@ class _Buffers(NamedTuple):
         x1, v1, r, s = state[:4].tolist()
         damped = system.scene.damper
         last = np.array([x1, v1, x1 - r + rest, v1 - s] if damped else [x1, v1])
-        return Orbit(system, last, **results)
+        return Orbit(system, last, **results, transient=transient)
 
 
 def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:

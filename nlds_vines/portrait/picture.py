@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from math import ceil
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -20,6 +20,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.errors import choice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import (
     SIGNALS,
@@ -29,22 +30,27 @@ from nlds_vines.orbits.signals import (
     harmonic_force,
     relative_displacement,
 )
-from nlds_vines.plotting.chosen_panels import Picture
+from nlds_vines.plotting.chosen_panels import Picture, several_panels
 from nlds_vines.plotting.notation import power_of_ten, typeset
 from nlds_vines.plotting.page import (
     TWO_COLUMNS,
     Page,
     add_legend,
     finish,
+    into,
     letter,
     new_figure,
     size_of,
     styled,
 )
+from nlds_vines.plotting.save import let_figures_be_shown
 from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, SHADES
-from nlds_vines.portrait.request import PANELS, PLANES, PortraitRequest, panels_of
+from nlds_vines.portrait.request import PANELS, PLANES, PortraitRequest, described, panels_of
 from nlds_vines.portrait.result import portrait_in
 from nlds_vines.portrait.window_view import View
+
+if TYPE_CHECKING:
+    from nlds_vines.orbits.simulation import Orbit
 
 STRUCTURE, DAMPER, OBSTACLE = "#7a7a7a", HUES["black"], HUES["vermillion"]
 """Colors of the bodies and the walls, near the paper's gray, black and red."""
@@ -89,6 +95,11 @@ _LINE = 0.8  # points, width of a curve
 OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1", "energy2")
 """The panels whose horizontal axis is time."""
 
+_OF_SECTIONS = (
+    *("displacement", "velocity", "relative", "energy", "energy1", "energy2"),
+    *("section", "section1", "impact-section"),
+)  # panels that need states at t = nT alone
+
 _CROWD = 2  # the most columns with headings of one line and full labels
 _TIME, _SPECTRUM = 2.5, 3.4  # cm, heights of a panel over time and of a spectrum
 _PLANE, _TALLEST = 0.7, 4.8  # height of a phase plane over its width, and in cm at most
@@ -122,9 +133,13 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
 def fill(axes: Axes, view: ArchiveView, panel: str) -> None:
     """Draw one panel of an archive's first window into axes."""
     result = portrait_in(view.path)
-    place = Place(panel, result.views[0], axes, first=True, last=True)
-    _PANELS[panel](place, result.drawn_from)
-    _finish(place, [place], result.drawn_from)
+    _fill(axes, result.drawn_from, result.views[0], panel)
+
+
+def _fill(axes: Axes, request: PortraitRequest, view: View, panel: str) -> None:
+    place = Place(panel, view, axes, first=True, last=True)
+    _PANELS[panel](place, request)
+    _finish(place, [place], request)
     if panel == "spectrum":
         _limit_spectra([place])
 
@@ -169,6 +184,32 @@ def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_C
         place.axes.set_title(_heading(place.view, joint), loc="left", fontsize=8, pad=3)
     finish(figure, grid, request.title)
     return figure
+
+
+def draw_orbit(orbit: Orbit, show: str | None = None, ax: Axes | None = None) -> Figure:
+    """Return the picture of an orbit; arguments and errors as `Orbit.plot`."""
+    from nlds_vines.portrait.run import view_of_orbit  # imports kernels
+
+    view = view_of_orbit(orbit)
+    scene, is_sampled = orbit.system.scene, view.samples > 1
+    allowed = [name for name in panels_of([scene]) if is_sampled or name in _OF_SECTIONS]
+    if orbit.impacts is None and "impact-section" in allowed:
+        allowed.remove("impact-section")
+    if show is None:
+        usual = ("displacement", "relative", "section", "impact-section")
+        names = [name for name in usual if name in allowed]
+    else:
+        names = [choice("show", word.strip(), allowed) for word in show.split(",")]
+    shown = PortraitRequest.show if is_sampled else len(view.section)
+    request = PortraitRequest(
+        described(orbit.system), (view.column,), tuple(dict.fromkeys(names)), show=shown
+    )
+    let_figures_be_shown()
+    if ax is None:
+        return portrait(request, [view])
+    if show is not None and len(names) > 1:
+        raise several_panels(show, dict.fromkeys(allowed))
+    return into(ax, lambda: _fill(ax, request, view, names[0]))
 
 
 # ---- the page ------------------------------------------------------------------------------------
@@ -382,9 +423,15 @@ def _shown(view: View, request: PortraitRequest) -> tuple[np.ndarray, np.ndarray
 
 
 def _over_time(place: Place, label: str, curves: Iterable[tuple[Any, Any, dict[str, Any]]]) -> None:
-    """Draw curves (times, values, settings of the line) and label the ordinate."""
+    """Draw curves (times, values, settings of the line) and label the ordinate.
+
+    Values at t = nT alone are dots.
+    """
+    usual: dict[str, Any] = {"linewidth": _LINE}
+    if place.view.samples == 1:
+        usual = {**DOT, "markersize": _SMALL}
     for across, values, look in curves:
-        place.axes.plot(across, values, **{"linewidth": _LINE, **look})
+        place.axes.plot(across, values, **{**usual, **look})
     place.axes.set_ylabel(label)
 
 
@@ -418,7 +465,7 @@ def _displacement(place: Place, request: PortraitRequest) -> None:
     for name, u in _boundaries(place.view).items():
         if place.view.column.system.scene.grounded:
             place.axes.axhline(u, label=_words(name), **BOUNDARIES[name])
-        elif name != "structure":  # which is drawn as a body
+        elif name != "structure" and place.view.samples > 1:  # the structure is drawn as a body
             place.axes.plot(across, states[:, 0] + u, label=_words(name), **BOUNDARIES[name])
 
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from nlds_vines.cli.running import RunOptions
+from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.records import IMPACT
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.simulation import Orbit, simulate
-from nlds_vines.orbits.spectrum import spectrum_of
-from nlds_vines.portrait.request import Column, PortraitRequest, span
+from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
+from nlds_vines.portrait.request import Column, PortraitRequest, Window, described, span
 from nlds_vines.portrait.view_table import contents
 from nlds_vines.portrait.window_view import View
 from nlds_vines.runs.interrupts import check, stoppable
@@ -54,7 +56,7 @@ def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     for run in request.runs():
         check()
         orbit = followed(request, run, quiet=quiet)
-        views |= {id(column): _view(request, run, orbit, column) for column in run}
+        views |= {id(column): _view(request, orbit, column, request.samples) for column in run}
     return [views[id(column)] for column in request.columns]
 
 
@@ -76,37 +78,60 @@ def followed(request: PortraitRequest, run: Sequence[Column], *, quiet: bool = F
     )
 
 
-def _view(request: PortraitRequest, run: Sequence[Column], orbit: Orbit, column: Column) -> View:
-    """Return the window of an orbit that a column shows, with its period and its spectrum."""
+def view_of_orbit(orbit: Orbit) -> View:
+    """Return all recorded periods of an orbit; without a trajectory, its states at t = nT.
+
+    Raises `RequestError` if the orbit has neither section nor trajectory.
+    """
+    system, states, time, samples = orbit.system, orbit.trajectory, orbit.time, 1
+    if states is not None and time is not None and len(time):
+        samples = round(system.period / (time[0] - orbit.transient * system.period))
+    elif orbit.section is not None and len(orbit.section):
+        states, count = orbit.section, len(orbit.section)
+        time = system.period * (orbit.transient + 1 + np.arange(count))
+    else:
+        raise RequestError(
+            "the orbit has nothing to draw: simulate it with section or trajectory in record"
+        )
+    window = Window(orbit.transient, orbit.transient + len(states) // samples)
+    request = PortraitRequest(described(system), (Column(system, window),))
+    orbit = replace(orbit, trajectory=states, time=time)
+    return _view(request, orbit, request.columns[0], samples)
+
+
+def _view(request: PortraitRequest, orbit: Orbit, column: Column, samples: int) -> View:
+    """Return the window of an orbit that a column shows, with its period and its spectrum.
+
+    `samples` states of each period are in the orbit's trajectory.
+    """
     assert orbit.trajectory is not None
     assert orbit.time is not None
     system = column.system
-    begin, end = (count - span(run).begin for count in column.window)
-    part = slice(begin * request.samples, end * request.samples)
+    begin, end = (count - orbit.transient for count in column.window)
+    part = slice(begin * samples, end * samples)
     states = orbit.trajectory[part]
-    section = np.ascontiguousarray(states[request.samples - 1 :: request.samples])
+    section = np.ascontiguousarray(states[samples - 1 :: samples])
     n = int(period_of(section, TOLERANCE))
     impacts = np.empty(0, IMPACT)
     if orbit.impacts is not None:
         first, last = (count * system.period for count in column.window)
         touches = orbit.impacts["touch"]
         impacts = orbit.impacts[(touches > first) & (touches <= last)]
-    # the spectrum covers the last periods, as many as the comb divides
     comb, signal = request.comb or max(n, 1), SIGNALS[request.signal]
-    usable = len(states) - len(states) % (comb * request.samples)
-    spectrum = spectrum_of(
-        signal.of(system, states[len(states) - usable :]),
-        request.samples,
-        system.parameters["omega"],
-        window=request.taper,
-        quantity=request.signal,
-        unit=signal.unit,
-    )
+    omega = system.parameters["omega"]
+    about = {"window": request.taper, "quantity": request.signal, "unit": signal.unit}
+    if samples > 1:  # of the last periods, as many as the comb divides
+        usable = len(states) - len(states) % (comb * samples)
+        values = signal.of(system, states[len(states) - usable :])
+        spectrum = spectrum_of(values, samples, omega, **about)
+    else:
+        none = np.empty(0)
+        spectrum = Spectrum(none, none, none, omega, samples, 0, **about)
     return View(
         column=column,
         time=orbit.time[part],
         states=states,
-        samples=request.samples,
+        samples=samples,
         contacts=impacts,
         period=n,
         tolerance=TOLERANCE,

@@ -284,9 +284,13 @@ def test_kernels_know_numbers_only(name):
     imported = imports(MODULES[name], PACKAGE)
     outside = {full.split(".")[0] for full in imported} - {"nlds_vines", "__future__"}
     if name not in COMPILING:
-        of_types = {"collections", "llvmlite", "operator"} if name in TYPES | CHOOSING else set()
+        of_types = (
+            {"orbits.simulation", "collections", "llvmlite", "operator"}
+            if name in TYPES | CHOOSING
+            else set()
+        )
         if name in PREPARED:
-            of_types = {"collections", "dataclasses", "functools", "itertools"}
+            of_types = {"orbits.simulation", "collections", "dataclasses", "functools", "itertools"}
         assert outside <= {"numba", "numpy", "math", "typing"} | of_types
     if name != "kernels.numerics.stored_code":
         tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
@@ -307,6 +311,7 @@ def test_only_the_archive_imports_h5py():
 
 def test_only_pictures_import_matplotlib():
     types = {
+        "orbits.simulation",
         "bifurcation.result",
         "plotting.drawable",
         "upkeep.plot",

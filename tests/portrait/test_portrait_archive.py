@@ -192,6 +192,10 @@ def test_the_orbit_of_a_cell_names_its_scan(here, refusal, ask):
         assert np.array_equal(archive.views[0].section, view["section"][1, 0])
     assert "portrait SCAN.h5 --at omega=7.2 --start rest" in refusal("rerun", "cell.h5")
     ask("plot", "cell.h5")
+    ask("portrait", "scan.h5", "--at", f"f={7.2 / 2 / np.pi}", "-o", "hertz.h5", "--quiet")
+    assert nv.open_archive("hertz.h5").views[0].column.system.parameters["omega"] == 7.2
+    assert nv.orbit_of("scan.h5", f=7.2 / 2 / np.pi).system.parameters["omega"] == 7.2
+    assert "f = 2.0 lies outside" in refusal("portrait", "scan.h5", "--at", "f=2")
 
 
 def test_a_full_disk_is_one_line_that_claims_no_parts(here, monkeypatch, refusal):
@@ -203,3 +207,38 @@ def test_a_full_disk_is_one_line_that_claims_no_parts(here, monkeypatch, refusal
     monkeypatch.setattr(os, "posix_fallocate", full)
     line = refusal("portrait", "--set", "omega=7.45", "--transient", "20", "-o", "p.h5", "--quiet")
     assert line.endswith("error: cannot write p.h5: No space left on device\n")
+
+
+def panels(figure):
+    return [axes.get_label() for axes in figure.axes]
+
+
+def test_an_orbit_draws_what_it_records(error_of):
+    """Without a trajectory, the states at t = nT are dots."""
+    orbit = nv.simulate("ssul-set6", 9, transient=30, omega=7.45, quiet=True)
+    figure = orbit.plot()
+    assert panels(figure) == ["displacement", "relative", "section", "impact-section"]
+    (_, damper), *_ = (axes.lines for axes in figure.axes)
+    np.testing.assert_array_equal(damper.get_ydata(), orbit.section[:, 2])
+    np.testing.assert_allclose(damper.get_xdata(), np.arange(31, 40))
+    assert damper.get_linestyle() == "None"
+    assert panels(orbit.plot("section")) == ["section"]
+    axes = Figure().add_subplot()
+    assert orbit.plot("relative", ax=axes) is axes.figure
+    assert "phase2" in error_of(orbit.plot, "phase2")
+    assert "several panels" in error_of(orbit.plot, "section,relative", axes)
+
+
+@pytest.mark.kernels
+def test_an_orbit_with_a_trajectory_draws_curves(error_of):
+    record = ["trajectory", "impacts"]
+    orbit = nv.simulate("ssul-set6", 20, transient=30, omega=7.45, record=record, samples=64)
+    figure = orbit.plot("displacement,phase2,spectrum")
+    (body, damper, _), plane, spectrum = (axes.lines for axes in figure.axes)
+    np.testing.assert_array_equal(damper.get_ydata(), orbit.trajectory[: 12 * 64, 2])
+    assert figure.axes[0].get_xlim() == (30, 42)
+    assert body.get_linestyle() == "-"
+    assert len(plane[0].get_xdata()) > 64
+    assert spectrum
+    nothing = nv.simulate("ssul-set6", 2, transient=0, record=["energy"], quiet=True)
+    assert "nothing to draw" in error_of(nothing.plot)

@@ -31,7 +31,6 @@ from nlds_vines.orbits.simulation import IntegrationError
 
 BOTH = ("section", "impacts")
 FULL = (*BOTH, "energy", "clearance")
-LINEAR = ("section", "energy")
 METHODS: dict[str, dict[str, Any]] = {
     "exact": {"method": "exact"},
     "rk4": {"method": "rk4", "period_steps": 4096.0},

@@ -85,9 +85,3 @@ def run_python(code, **keywords):
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         **keywords,
     )
-
-
-def flip(path, place, bit=3):
-    content = bytearray(path.read_bytes())
-    content[place] ^= 1 << bit
-    path.write_bytes(content)

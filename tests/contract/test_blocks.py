@@ -49,10 +49,6 @@ def computed(path, scan, **how):
     return computed_blocks
 
 
-def folders(path):
-    return sorted(one.name for one in path.parent.iterdir() if one.is_dir())
-
-
 # ---- what exists ---------------------------------------------------------------------------------
 
 

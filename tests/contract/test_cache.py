@@ -153,9 +153,19 @@ DAMAGES = [cut, flip, empty, nonsense, remove]
 
 @pytest.mark.kernels
 @pytest.mark.slow("two processes for each way")
-@pytest.mark.parametrize("damage", DAMAGES)
-@pytest.mark.parametrize("which", ["lanes.run_lanes", "flight."])
-def test_a_damaged_cache_heals_itself(copy, damage, which):
+@pytest.mark.parametrize(
+    ("which", "damage"),
+    [
+        *(("lanes.run_lanes", damage) for damage in DAMAGES),
+        *(("flight.", damage) for damage in (cut, remove)),
+        # one function reads the files of entries and of inner kernels
+        *(
+            pytest.param("flight.", damage, marks=pytest.mark.long)
+            for damage in (flip, empty, nonsense)
+        ),
+    ],
+)
+def test_a_damaged_cache_heals_itself(copy, which, damage):
     files = [path for path in (copy / "cache").rglob(f"{which}*") if path.is_file()]
     assert files
     entries = {path.name: path for path in (copy / "cache").rglob("lanes.run_lanes*")}

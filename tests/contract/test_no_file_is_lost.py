@@ -51,7 +51,6 @@ WRITERS = {  # what writes a file that is no archive: the command, and the file'
     "curves, their picture": ["response-curves", "-o", "n.h5", "--plot", "{}.png"],
 }
 ARCHIVERS = ("bifurcation", "transients", "tuning", "continuation", "response-curves")
-WRITTEN = ("report", "plot", "export", "portrait", *ARCHIVERS)
 
 
 def named(command, stem):

@@ -20,7 +20,8 @@ from nlds_vines.model.loads.loading import ALL
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
 from nlds_vines.model.loads.record import Record
 from nlds_vines.model.loads.record_files import RecordFile
-from nlds_vines.model.parameters import INITIAL, LAWS, PARAMETERS
+from nlds_vines.model.parameters import INITIAL, LAWS, PARAMETERS, RATIOS
+from nlds_vines.model.samples import FILE
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
     Check,
@@ -140,6 +141,7 @@ def schema() -> Schema:
             "systems": {"type": "array", "items": {"anyOf": [names, own]}},
             "set": settings,
             "vary": named((*PARAMETERS, *INITIAL), table(AXIS), loads=True),
+            "samples": named((*PARAMETERS, *INITIAL, *RATIOS, FILE), {"type": ["array", "string"]}),
             "over": named(PARAMETERS, table(AXIS), loads=True),
             "uncertain": named(PARAMETERS, {"anyOf": [*SPREADS, spread]}, loads=True),
             "free": named(PARAMETERS, interval),

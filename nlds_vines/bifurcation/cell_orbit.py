@@ -69,6 +69,8 @@ class CellStart(NamedTuple):
 
 def values_at(scan: Scan, place: Place) -> dict[str, float]:
     """Return the varied parameters and initial conditions of a cell by name [SI units]."""
+    if scan.sampled is not None:
+        return {name: float(column[place[0]]) for name, column in scan.sampled.columns.items()}
     pairs = zip(scan.axes, place, strict=True)
     return {axis.name: float(axis.values[i]) for axis, i in pairs}
 
@@ -78,8 +80,7 @@ def system_at(scan: Scan, place: Place, settings: Mapping[str, float] | None = N
 
     Raises `RequestError` if the system refuses these.
     """
-    values = values_at(scan, place)
-    varied = {axis.name: values[axis.name] for axis in scan.parameters}
+    varied = {name: v for name, v in values_at(scan, place).items() if name not in INITIAL}
     return scan.system.with_(**{**varied, **(settings or {})})
 
 

@@ -22,13 +22,14 @@ from nlds_vines.bifurcation.blocks import (
     share_in_words,
     work_bytes,
 )
-from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities
+from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities, sample_panels
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, VARY, Option, numbers
 from nlds_vines.cli.running import RunOptions, add_run_options
-from nlds_vines.errors import RequestError, from_text
+from nlds_vines.errors import RequestError, choice, from_text
+from nlds_vines.model.samples import FILE, samples_of
 from nlds_vines.model.system import System, parameters_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -71,6 +72,7 @@ def scan(
     scheduler: str | None = None,
     executor: Executor | None = None,
     quiet: bool = False,
+    samples: Any = None,
     **tables: Any,
 ) -> ScanArchive:
     """Compute a scan: orbits over one parameter or two, or over a plane of initial conditions.
@@ -92,6 +94,9 @@ def scan(
         Its workers compute blocks of orbits: processes, MPI, submitit.
     quiet : bool
         Hide the progress bar.
+    samples : mapping of arrays, DataFrame or path of a CSV file, optional
+        Sets of parameters, one a row, in place of `vary`; results have the dimension `sample`.
+        A column is a parameter, a ratio or an initial condition.
     **tables
         Tables of a scan file that override the source: `vary={"omega": {"start": 5.0, "stop": 8.0,
         "num": 1201}}`, `sampling={"transient": 600}`; `record` may be a list of names, `start` the
@@ -121,6 +126,8 @@ def scan(
     [492.3, 413.8]
     """
     document = dict(tables)
+    if samples is not None:
+        document["samples"] = samples_of(samples).columns
     if isinstance(document.get("record"), list | tuple):
         document["record"] = {"want": list(document["record"])}
     if isinstance(document.get("start"), str):
@@ -147,7 +154,13 @@ class Job(commands.Job):
             datasets = self.request.table.datasets
             spectral = self.request.spectral
             signals = () if spectral is None else spectral.signals
+            sampled = self.request.sampled
             recorded = quantities(datasets.values(), self.request.system.scene.components, signals)
+            if sampled is not None:
+                panels = sample_panels(recorded, sampled.names, "label" in datasets)
+                for word in self.show.split(","):
+                    choice("show", word.strip(), panels)
+                return
             values = [axis.values for axis in self.request.axes]
             check_show(self.show, values, self.request.starts, recorded, "label" in datasets)
 
@@ -193,7 +206,7 @@ class Job(commands.Job):
         share = [] if self.how.shard is None else [share_in_words(scan, self.how.shard)]
         return [
             scan.title,
-            f"system:   {parameters_in_words(scan.system, [axis.name for axis in scan.axes])}",
+            f"system:   {parameters_in_words(scan.system, scan.varied)}",
             f"orbits:   {scan.lanes} ({grid} cells, {counted(scan.starts, 'start')} each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
             f"results:  {size(result_bytes(scan))} before compression",
@@ -205,8 +218,7 @@ class Job(commands.Job):
     def lines(self, results: Report) -> list[str]:
         lines = [results.summary(), *results.remarks()]
         if self.request.system.scene.walls and results.tally.labels.keys() == {"T,0"}:
-            varied = [axis.name for axis in self.request.axes]
-            values = parameters_in_words(self.request.system, varied)
+            values = parameters_in_words(self.request.system, self.request.varied)
             lines.append(f"no orbit has an impact; {values}")  # they may not be as expected
         if "spectra_agree" in self.request.table.datasets and not results.missing:
             from nlds_vines.archives.archive import read
@@ -225,8 +237,15 @@ class Job(commands.Job):
 
 
 def _can_be_drawn(scan: Scan) -> bool:
-    """Return True unless a map records only sections."""
+    """Return True unless a map or samples record only sections."""
+    if scan.sampled is not None:
+        return bool({*scan.want} - {"section"})
     return not is_map([axis.values for axis in scan.axes]) or scan.want != ("section",)
+
+
+def table_of_samples(text: str) -> dict[str, Any]:
+    """Return the document of --samples."""
+    return {"samples": {FILE: text}}
 
 
 def start_of(text: str) -> dict[str, Any]:
@@ -256,6 +275,7 @@ COMMAND = commands.of_task(
         SYSTEM,
         SET,
         VARY,
+        Option("--samples", "FILE.csv", "sets of parameters, one a row", table_of_samples),
         Option(
             "--start",
             "POLICY",

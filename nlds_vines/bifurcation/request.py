@@ -35,6 +35,7 @@ from nlds_vines.model.parameters import (
 )
 from nlds_vines.model.quantities import Quantity, recorded
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, ratios_in, refuse_twice
+from nlds_vines.model.samples import SAMPLE, Samples, sample_scale, samples_of
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
@@ -129,7 +130,12 @@ class ScanContents:
 
     def scales(self) -> tuple[Scale, ...]:
         """Return every dimension that a dataset may have, with its values."""
-        varied = (described(axis.name).scale(axis.values) for axis in self.axes)
+        varied = (
+            sample_scale(axis.values.size)
+            if axis.name == SAMPLE
+            else described(axis.name).scale(axis.values)
+            for axis in self.axes
+        )
         scene, cycle = self.scene, "sampled forcing period, counted after the transient"
         walls, starts = struck(scene), np.array(self.start.names, dtype=np.str_)
         return (
@@ -207,11 +213,13 @@ class Scan(Request):
     system : System
         The parameters that do not vary [SI units].
     axes : tuple of Axis
-        One or two varied parameters, or initial conditions.
+        One or two varied parameters, or initial conditions; with `sampled` the numbers of samples.
     want : tuple of str
         The records; nothing else is computed, stored or compiled.
     start : Start
         The initial states of each cell's orbits.
+    sampled : Samples, optional
+        A table of parameters, one set a row, in place of axes.
 
     The other fields are settings of a scan file, described there (`docs/keys.md`).
 
@@ -267,12 +275,16 @@ class Scan(Request):
     nodes: int | None = _for_experts("nodes", "collocation nodes of a short impact")
     contact_steps: float | None = _for_experts("contact_steps", "steps of a contact")
     period_steps: float | None = _for_experts("period_steps", "steps of a period by `rk4`")
+    sampled: Samples | None = None
 
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
+        if self.sampled is not None:
+            rows = np.arange(1.0, self.sampled.count + 1.0)
+            object.__setattr__(self, "axes", (Axis(SAMPLE, rows),))
         object.__setattr__(self, "axes", tuple(self.axes))
-        object.__setattr__(self, "system", self.system.with_axes(axis.name for axis in self.axes))
+        object.__setattr__(self, "system", self.system.with_axes(self.varied))
         check_settings(self)
         settings = self.settings
         if self.method == "exact":
@@ -285,9 +297,29 @@ class Scan(Request):
                 f"want {ATTRACTOR!r}: policy {self.start.policy!r} follows the orbits of other "
                 "cells; allowed: rest, random:N, a state, or axes of initial conditions"
             )
+        if self.sampled is not None and (ATTRACTOR in self.want or self.start.sweeps):
+            what = f"want {ATTRACTOR!r}" if ATTRACTOR in self.want else "a sweep"
+            raise RequestError(
+                f"{what} follows attractors from cell to cell; samples have no order"
+            )
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The names of all parameters, ratios and initial conditions that vary."""
+        names = tuple(axis.name for axis in self.axes)
+        return names if self.sampled is None else self.sampled.names
 
     def _check_axes(self) -> None:
-        names = [axis.name for axis in self.axes]
+        names = self.varied
+        refuse_twice(self.system.scene, names)
+        settable = (*self.system.scene.allowed, *ratios_in(self.system.scene))
+        self._check_initial([name for name in names if name not in settable])
+        if self.sampled is not None:
+            for name in {*names} & {*INITIAL}:
+                INITIAL[name].check(self.sampled.columns[name])
+            self.cells()
+            refuse_too_many(self.shape, self.starts)
+            return
         if not 1 <= len(names) <= 2 or len(set(names)) < len(names):
             raise RequestError(
                 f"varied parameters: {', '.join(names) or 'none'}; allowed: one, or two different"
@@ -295,9 +327,6 @@ class Scan(Request):
         for axis in self.axes:
             if axis.name in INITIAL:
                 INITIAL[axis.name].check(axis.values[[0, -1]])
-        refuse_twice(self.system.scene, names)
-        settable = (*self.system.scene.allowed, *ratios_in(self.system.scene))
-        self._check_initial([name for name in names if name not in settable])
         # ranges are intervals and K is monotonic in each constant: the corners cover the grid
         self._grid([axis.values[[0, -1]] for axis in self.axes])
         refuse_too_many(self.shape, self.starts)
@@ -324,7 +353,9 @@ class Scan(Request):
                 continue  # the system says what it has in place of it
             if name not in INITIAL:
                 conditions = [entry for entry in INITIAL if component_of(entry) in allowed]
-                raise unknown("axis", name, [*self.system.scene.allowed, *conditions])
+                ratios = [] if self.sampled is None else ratios_in(self.system.scene)
+                names = [*self.system.scene.allowed, *ratios, *conditions]
+                raise unknown("axis" if self.sampled is None else "column", name, names)
             if component_of(name) not in allowed:
                 raise RequestError(
                     f"{name}: kind {self.system.kind!r} has the state {', '.join(components)}"
@@ -345,6 +376,9 @@ class Scan(Request):
 
         `where` are the places (n,) of cells along each axis.
         """
+        if self.sampled is not None:
+            columns = self.sampled.columns.items()
+            return {component_of(k): v[where[0]] for k, v in columns if k in INITIAL}
         return {
             component_of(axis.name): axis.values[places]
             for axis, places in zip(self.axes, where, strict=True)
@@ -363,9 +397,14 @@ class Scan(Request):
             last = self.axes[-1]
             ends = [0 if name == "up" else -1 for name in self.start.sweeps]
             values[last.name] = last.values[ends]
-        grid = np.meshgrid(*values.values(), indexing="ij", sparse=True)
+        grid: Sequence[np.ndarray] = np.meshgrid(*values.values(), indexing="ij", sparse=True)
+        if self.sampled is not None:
+            values = dict(self.sampled.columns)
+            grid = [*values.values()]
         places = dict(zip(values, grid, strict=True))
-        state = dict(zip(self.system.scene.components, self.start.state, strict=False))
+        state: dict[str, Any] = dict(
+            zip(self.system.scene.components, self.start.state, strict=False)
+        )
         state |= {component_of(name): places[name] for name in values if name in INITIAL}
         shape = np.broadcast_shapes(*(part.shape for part in grid))
         parameters = {**self.system.parameters, **places}
@@ -376,6 +415,8 @@ class Scan(Request):
         yield "system", self.system.heading()
         starts = f"{self.starts} starts" if self.starts > 1 else "one start"
         axes = " x ".join(axis.heading() for axis in self.axes)
+        if self.sampled is not None:
+            axes = f"{self.sampled.count} samples of {', '.join(self.varied)}"
         yield "varied", f"{axes}; {starts} each ({self.start.policy}): {self.lanes} orbits"
         how = f"method {self.method}, effort {self.effort}"
         yield "periods", f"{self.transient} passed over, {self.periods} sampled; {how}"
@@ -403,7 +444,10 @@ class Scan(Request):
 
     def cells(self) -> np.ndarray:
         """Return the numbers for kernels: an array of dtype `CELL` and shape `shape`."""
-        return self._grid([axis.values for axis in self.axes])
+        if self.sampled is None:
+            return self._grid([axis.values for axis in self.axes])
+        columns = {k: v for k, v in self.sampled.columns.items() if k not in INITIAL}
+        return np.broadcast_to(self.system.cells(columns), self.shape)
 
     @cached_property
     def spectral(self) -> SpectralRecords | None:
@@ -440,10 +484,16 @@ class Scan(Request):
             start["state"] = list(self.start.state)
         if self.start.phase:
             start["phase"] = self.start.phase
+        if self.sampled is None:
+            varied: dict[str, Any] = {
+                "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes}
+            }
+        else:
+            varied = {"samples": self.sampled.document()}
         return {
             "title": self.title,
             "system": self.system.to_table(),
-            "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes},
+            **varied,
             "start": start,
             "sampling": entries(self, "sampling"),
             "record": {"want": list(self.want)},
@@ -453,14 +503,13 @@ class Scan(Request):
     @property
     def about(self) -> dict[str, Value]:
         """The attributes of its archive beside the request itself: system, parameters, seed."""
-        varied = [axis.name for axis in self.axes]
-        return {**self.system.attributes(varied), "seed": self.start.seed}
+        return {**self.system.attributes(self.varied), "seed": self.start.seed}
 
 
 FORM = Form(
     "scan",
     (Start, Scan),
-    whole=("vary",),
+    whole=("vary", "samples"),
     systems=False,
     sources="a path, a name, a table, a System or a Scan",
 )
@@ -513,13 +562,18 @@ def load_scan(
         if (changes or {}).get("system"):
             del source["set"]  # what the default scan sets is meant for its own system
     request = FORM.read(source, changes, changes_from, where)
-    system = request.as_set(request.system(), dict.fromkeys(request.table("vary"), "vary"))
+    sampled = _samples(request)
+    kind = "vary" if sampled is None else "samples"
+    varied = request.table("vary") if sampled is None else sampled.columns
+    system = request.as_set(request.system(), dict.fromkeys(varied, kind))
     start = _start(request)
-    with at(request.place("vary")):
-        shape = announced(request.table("vary"))
-        if len(shape) == 2 and max(shape) <= MOST_VALUES:
-            refuse_too_many(shape, start.orbits)
-    axes = request.axes("vary")
+    axes: tuple[Axis, ...] = ()
+    if sampled is None:
+        with at(request.place("vary")):
+            shape = announced(varied)
+            if len(shape) == 2 and max(shape) <= MOST_VALUES:
+                refuse_too_many(shape, start.orbits)
+        axes = request.axes("vary")
     want = _want(request, system.scene)
     with at(request.place("sampling")):
         sampling = request.values.get("sampling", {})
@@ -530,16 +584,34 @@ def load_scan(
         changing = meant_by(system.scene, [axis.name for axis in axes])
         changing += system.following(changing)
         axes = axes_of_parameters(axes, system.scene, system.parameters, changing)
-    title = request.title("system", "set", "vary")
+    title = request.title("system", "set", "vary", "samples")
+    if title is None:
+        names = [axis.name for axis in axes] if sampled is None else sampled.names
+        count = "" if sampled is None else f"{sampled.count} samples of "
+        title = _made_up_title(request, system, names, count)
     return request.make(
         Scan,
-        request.place("vary"),
+        request.place(kind),
         **request.of(Scan) | {"want": want},
-        title=_made_up_title(request, system, axes) if title is None else title,
+        title=title,
         system=system,
         axes=axes,
         start=start,
+        sampled=sampled,
     )
+
+
+def _samples(request: Merged) -> Samples | None:
+    """Return the table of samples, if the uppermost layer that varies anything has one."""
+    tables = [name for name in ("vary", "samples") if request.document.get(name)]
+    if len(tables) == 2:
+        tables = [name for name in tables if request.is_changed(name)]
+        if len(tables) != 1:
+            raise RequestError(f"{request.place('samples')} beside [vary]: give one of them")
+    if tables != ["samples"]:
+        return None
+    with at(request.origin("samples")):
+        return samples_of(request.document["samples"])
 
 
 def _start(request: Merged) -> Start:
@@ -562,11 +634,11 @@ def _want(request: Merged, scene: Scene) -> tuple[str, ...]:
         return possible
 
 
-def _made_up_title(request: Merged, system: System, axes: tuple[Axis, ...]) -> str:
+def _made_up_title(request: Merged, system: System, varied: Sequence[str], count: str) -> str:
     """Return a title of the system, the parameters that are set, and those that vary."""
-    varied = [axis.name for axis in axes]
     system = system.with_axes(varied)  # without a force, where the ground's motion varies
     settings = {name for _, layer in request.layers for name in layer.get("set", {})}
     names = {*settings, *meant_by(system.scene, settings)} & system.statements.keys()
     words = [setting_in_words(n, system.statements[n]) for n in sorted(names - {*varied})]
-    return f"{', '.join([system_in_words(system), *words])}: {', '.join(map(symbol_of, varied))}"
+    symbols = ", ".join(map(symbol_of, varied))
+    return f"{', '.join([system_in_words(system), *words])}: {count}{symbols}"

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.archives import archive, provenance
-from nlds_vines.archives.dataset import Dataset
+from nlds_vines.archives.dataset import Dataset, Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.bifurcation.blocks import Block, block_bytes, blocks_of, share_in_words
 from nlds_vines.bifurcation.cell_orbit import STEP, own_states
@@ -530,6 +530,10 @@ def writer_of(scan: Scan, store: Blocks, blocks: Sequence[Block]) -> Write:
         assert ends is not None
         attractors = AttractorTable(ends, saved(), interrupts.check)
         table, scales = attractors.joined(), attractors.scales()
+    columns = [] if scan.sampled is None else [*scan.sampled.contents()]
+    if columns:
+        datasets = [*table.datasets.values(), *(entry for entry, _ in columns)]
+        table = Table.of(datasets, table.length)
 
     def pieces() -> Iterator[archive.Piece]:
         for block, arrays in saved():
@@ -538,6 +542,7 @@ def writer_of(scan: Scan, store: Blocks, blocks: Sequence[Block]) -> Write:
                 yield name, block.selection, array
         if attractors is not None:
             yield from attractors.pieces()
+        yield from archive.whole(columns)
 
     def attributes() -> dict[str, provenance.Value]:
         return provenance.attributes(scan, scan.about | store.spent)

@@ -6,6 +6,7 @@ In reading order:
     scenes/          the kinds of systems, a file each
     quantities       recorded numbers: unit, meaning, where they are stored, how they are drawn
     axis             a parameter with its values, or with its bounds
+    samples          tables of parameter sets, one a row
     ratios           damping ratios, mass ratio and Hz in place of parameters
     system           a kind with its parameters, validated
     catalog          the named systems, and the files that come with the program

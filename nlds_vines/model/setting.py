@@ -249,8 +249,8 @@ LENT = ("title", "system", "set", "sampling")
 """The keys of a file that a command for other kinds of request uses."""
 
 MARKS = (
-    "vary", "record", "spectrum", "free", "over", "surface", "uncertain", "along", "plane",
-    "portrait", "column", "figure", "panels", "curves", "systems", "load",
+    "vary", "samples", "record", "spectrum", "free", "over", "surface", "uncertain", "along",
+    "plane", "portrait", "column", "figure", "panels", "curves", "systems", "load",
 )  # fmt: skip
 """Keys that only some kinds of request have at the top of their files."""
 

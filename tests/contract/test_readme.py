@@ -92,7 +92,9 @@ def test_the_scan_file_means_what_its_comments_say(scan_file):
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
 
 
-RUN = ("archive.md", "python.md", "branches.md", "loads-in-time.md", "response-curves.md")
+RUN = (
+    "archive.md", "python.md", "branches.md", "loads-in-time.md", "response-curves.md", "scans.md",
+)  # fmt: skip
 
 
 @pytest.mark.kernels
@@ -148,6 +150,7 @@ def test_every_command_is_understood(scan_file):
     assert {words[0] for words in listed} == COMPUTE
     for record in ("quake.csv", "elcentro_chopra.csv"):
         Path(record).write_text("time [s], acceleration [g]\n0.00, 0.01\n0.02, -0.03\n")
+    Path("table.csv").write_text("k1,C\n4e4,0.05\n")
     for words in listed:
         if not ARCHIVES & set(words):
             assert console([*words, "--dry-run"]) == 0, words

@@ -7,5 +7,6 @@ In reading order:
     diagram           over one parameter: strips; panels of dots, curves, spectra
     regime_map        two varied parameters: regimes, and how many coexist, by color
     basin_map         basins of attraction, and their shares along a parameter
+    sample_panels     samples: histograms, exceedance, scatter against parameters
     drawing           what draws the archive of a scan: diagrams, maps, basins
 """

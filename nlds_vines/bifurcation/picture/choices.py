@@ -289,6 +289,34 @@ def _not_recorded(show: str, allowed: Sequence[str]) -> RequestError:
     return unknown("show", show, allowed)
 
 
+EXCEEDANCE = "exceedance"
+"""The panel of samples with the share that lies above each value, `E1max:exceedance`."""
+
+_USUAL_PANELS = 8  # of samples: two of the first quantity alone, the others against columns
+
+
+def sample_panels(
+    recorded: Mapping[str, Quantity], columns: Sequence[str], labeled: bool
+) -> dict[str, str]:
+    """Return the meaning of each panel of a picture of samples by name."""
+    numbers = {name: one for name, one in recorded.items() if one.single}
+    first = [name for name in NUMBERS if name in numbers]
+    panels = {}
+    for name in dict.fromkeys([*first, *numbers]):
+        words = numbers[name].long_name
+        panels[name] = f"histogram of {words}"
+        panels[f"{name}:{EXCEEDANCE}"] = f"share of samples above each value of {words}"
+        panels |= {f"{name}:{column}": f"{words} against {column}" for column in columns}
+    return panels | ({REGIMES: "share of samples in each final regime"} if labeled else {})
+
+
+def usual_sample_panels(panels: Mapping[str, str]) -> list[str]:
+    """Return the panels of samples that are drawn by default: those of the first quantity."""
+    first = next(iter(panels), "")
+    chosen = [name for name in panels if name == first or name.startswith(f"{first}:")]
+    return chosen[:_USUAL_PANELS] + [REGIMES] * (REGIMES in panels and first != REGIMES)
+
+
 def in_legend(label: str, view: ArchiveView) -> str:
     """Return the text of a label in a legend: chaos with the forcing periods it was watched for."""
     if label != CHAOS:

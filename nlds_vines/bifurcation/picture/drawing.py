@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.picture import basin_map
+from nlds_vines.bifurcation.picture import basin_map, sample_panels
 from nlds_vines.bifurcation.picture.choices import (
     BASINS,
     REGIMES,
@@ -26,6 +26,7 @@ from nlds_vines.bifurcation.picture.regime_map import (
     regime_map,
 )
 from nlds_vines.errors import RequestError
+from nlds_vines.model.samples import SAMPLE
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.chosen_panels import Drawing
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, into
@@ -44,6 +45,8 @@ class ScanPicture(Drawing):
 
     def names(self, view: ArchiveView) -> Mapping[str, str]:
         """Return the recorded numbers, and the codes of maps, with their units."""
+        if SAMPLE in view.axes:
+            return sample_panels.PICTURE.names(view)
         maps = is_map([view[name] for name in view.axes])
         shown = {n: one for n, one in quantities_in(view).items() if maps or not one.coded}
         units = {n: f" [{one.units}]" if one.units != "1" else "" for n, one in shown.items()}
@@ -62,6 +65,8 @@ class ScanPicture(Drawing):
         `regimes` for the strips alone; of a map: see `regime_map`; `basins` if attractors are
         recorded.
         """
+        if SAMPLE in view.axes:
+            return sample_panels.PICTURE.figure(view, show, page, ax)
         for name in view.axes:
             refuse_undrawable(name, view[name])
         values = [view[name] for name in view.axes]

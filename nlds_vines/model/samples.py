@@ -1,0 +1,191 @@
+"""Tables of samples: sets of parameters, one a row, which are computed one after the other.
+
+A table is a mapping of arrays, a DataFrame, or a CSV file whose first line names the columns.
+Values are in SI units.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.model.axis import MOST_VALUES
+from nlds_vines.model.parameters import described
+
+SAMPLE = "sample"
+"""The dimension of results of samples."""
+
+FILE = "file"
+"""The key of a table `[samples]` that names a CSV file in place of columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A table of samples; `columns` are read-only arrays (n,) of finite numbers by name."""
+
+    columns: Mapping[str, np.ndarray]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the columns: parameters, ratios, initial conditions."""
+        return tuple(self.columns)
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return next(iter(self.columns.values())).size
+
+    def document(self) -> dict[str, list[float]]:
+        """Return the table `[samples]` of a request file."""
+        return {name: values.tolist() for name, values in self.columns.items()}
+
+    def contents(self) -> Iterator[tuple[Dataset, np.ndarray]]:
+        """Yield the columns as datasets of an archive."""
+        for name, values in self.columns.items():
+            yield described(name).dataset((SAMPLE,)), values
+
+    def __eq__(self, other: object) -> bool:
+        """Return True for equal columns in the same order."""
+        return isinstance(other, Samples) and list(self.document().items()) == list(
+            other.document().items()
+        )
+
+    def __hash__(self) -> int:
+        """Hash by names and values."""
+        return hash(tuple((name, values.tobytes()) for name, values in self.columns.items()))
+
+
+def sample_scale(count: int) -> Scale:
+    """Return the dimension of `count` samples."""
+    return Scale.counted(SAMPLE, count, "row of the table of samples, from 1", 1)
+
+
+def samples_of(source: Any) -> Samples:
+    """Read a table of samples.
+
+    Parameters
+    ----------
+    source : Samples, mapping, DataFrame or path
+        Arrays of one length by name; anything with `columns` as a DataFrame has them; a CSV file,
+        or the mapping `{"file": path}`.  The cells of a CSV file are separated by commas, tabs or
+        semicolons (which permit decimal commas); lines that begin with # are comments.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    RequestError
+        For a column of other lengths, text, NaN, an empty table; the message names column and row.
+
+    Examples
+    --------
+    >>> table = samples_of({"k1": [4e4, 5e4], "C": [0.05, 0.06]})
+    >>> table.names, table.count
+    (('k1', 'C'), 2)
+    """
+    if isinstance(source, Samples):
+        return source
+    if isinstance(source, Mapping) and source.keys() == {FILE}:
+        source = source[FILE]
+    if isinstance(source, str | os.PathLike):
+        with at(f"samples {str(source)!r}"):
+            return _checked(_read_csv(Path(source)))
+    if hasattr(source, "columns") and not isinstance(source, Mapping):
+        source = {name: np.asarray(source[name]) for name in source.columns}
+    if not isinstance(source, Mapping):
+        text = "must be arrays by name, a DataFrame or the path of a CSV file"
+        raise RequestError(f"samples = {shown(source)} {text}")
+    with at("samples"):
+        return _checked(source)
+
+
+def _checked(table: Mapping[Any, Any]) -> Samples:
+    """Return the table if its columns have one length and finite numbers."""
+    if not table:
+        raise RequestError("the table has no column")
+    columns: dict[str, np.ndarray] = {}
+    for name, values in table.items():
+        if not isinstance(name, str):
+            raise RequestError(f"column {shown(name)} must be named by a string")
+        try:
+            array = np.asarray(values)
+            if array.dtype.kind in "US":  # numbers beside text became text, too
+                array = np.asarray(values, dtype=object)
+        except ValueError:  # lists of different lengths
+            array = np.zeros((0, 0))
+        if array.ndim != 1:
+            raise RequestError(f"column {name} must be a list of numbers")
+        columns[name] = _numbers(name, array)
+    counts = {name: column.size for name, column in columns.items()}
+    if len({*counts.values()}) > 1:
+        words = ", ".join(f"{name} {count}" for name, count in counts.items())
+        raise RequestError(f"columns of different lengths: {words}; all must have as many values")
+    if not 1 <= min(counts.values()) <= MOST_VALUES:
+        raise RequestError(
+            f"the table has {min(counts.values())} rows; allowed: 1 to {MOST_VALUES}"
+        )
+    return Samples(columns)
+
+
+def _numbers(name: str, values: np.ndarray) -> np.ndarray:
+    """Return a read-only copy of a column (n,) as floats; refuse text and what is not finite."""
+    if values.dtype.kind not in "iuf":
+        is_number = [isinstance(v, int | float | np.number) and not isinstance(v, bool | np.bool_)
+                     for v in values.tolist()]  # fmt: skip
+        if not all(is_number):
+            row = is_number.index(False)
+            value = values.tolist()[row]
+            raise RequestError(f"{name} = {shown(value)} in row {row + 1} must be a number")
+    column = values.astype(np.float64) + 0.0  # -0.0 becomes 0.0; a copy
+    wrong = np.flatnonzero(~np.isfinite(column))
+    if wrong.size:
+        row = int(wrong[0])
+        raise RequestError(f"{name} = {column[row]!s} in row {row + 1} must be a finite number")
+    column.setflags(write=False)
+    return column
+
+
+def _read_csv(path: Path) -> dict[str, np.ndarray]:
+    """Return the columns of a CSV file; a cell that is no number is refused with its line."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text (UTF-8)"
+        raise RequestError(f"cannot be read: {reason}") from None
+    lines = text.splitlines()
+    numbered = [(i, x) for i, x in enumerate(lines, 1) if x.strip() and not x.startswith("#")]
+    if not numbered:
+        raise RequestError("the file is empty; its first line must name the columns")
+    separator = max(",;\t", key=numbered[0][1].count)
+    heading, *rows = csv.reader((line for _, line in numbered), delimiter=separator)
+    names = [name.strip() for name in heading]
+    if "" in names:
+        raise RequestError(
+            f"column {names.index('') + 1} has no name; pandas writes its index so: "
+            "to_csv(..., index=False)"
+        )
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise RequestError(f"column {shown(twice)} occurs twice")
+    values = np.empty((len(rows), len(names)))
+    for i, row in enumerate(rows):
+        line = numbered[i + 1][0]
+        if len(row) != len(names):
+            raise RequestError(f"line {line} has {len(row)} cells, the heading {len(names)}")
+        for j, cell in enumerate(row):
+            try:
+                values[i, j] = float(cell.replace(",", ".") if separator == ";" else cell)
+            except ValueError:
+                place = f"{names[j]} = {shown(cell)} in line {line}"
+                raise RequestError(f"{place} must be a number") from None
+    return dict(zip(names, values.T, strict=True))

@@ -1,0 +1,190 @@
+"""Tables of samples: sets of parameters in place of axes, from arrays, frames and CSV files."""
+
+import numpy as np
+import pytest
+from configurations import USUAL
+from matplotlib import pyplot
+
+import nlds_vines as nv
+from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.blocks import blocks_of
+from nlds_vines.bifurcation.picture.drawing import PICTURE
+from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.run import Computer
+from nlds_vines.model.samples import samples_of
+
+SAMPLING = {"transient": 8, "periods": 6, "effort": "quick"}
+COLUMNS = {
+    "k1": [4.0e4, 4.2e4, 3.8e4, 4.0e4],
+    "zeta2": [0.02, 0.05, 0.03, 0.02],
+    "f": [1.0, 1.1, 0.95, 1.05],
+    "x1_0": [0.0, 0.1, 0.0, -0.1],
+}
+
+
+def scan_of(columns=COLUMNS, **changes):
+    document = {"system": "ssul-set6", "samples": columns, "sampling": SAMPLING}
+    return load_scan({**document, "record": {"want": list(USUAL)}, **changes})
+
+
+def written(path, text):
+    path.write_text(text)
+    return path
+
+
+def test_each_sample_is_the_scan_of_its_own_parameters():
+    scan = scan_of()
+    assert scan.shape == (4,)
+    (block,) = blocks_of(scan)
+    results = Computer(scan).block(block)
+    for i in range(4):
+        row = {name: float(values[i]) for name, values in COLUMNS.items()}
+        start = row.pop("x1_0")
+        system = nv.load_system("ssul-set6").with_(**row)
+        orbit = nv.simulate(
+            system, 6, transient=8, start=(start, 0.0, system.rest, 0.0), quiet=True
+        )
+        assert np.array_equal(orbit.section, results["section"][i, 0])
+
+
+def test_the_archive_has_the_table_and_gives_back_each_orbit(tmp_path):
+    scan = nv.scan(
+        "ssul-set6", samples=COLUMNS, record=list(USUAL), sampling=SAMPLING, quiet=True,
+        to=tmp_path / "draws.h5",
+    )  # fmt: skip
+    with scan.read() as view:
+        assert view.axes == ("sample",)
+        assert view["sample"].tolist() == [1, 2, 3, 4]
+        for name, values in COLUMNS.items():
+            assert view[name].tolist() == values
+            assert view.dims(name) == ("sample",)
+        assert view.units("f") == "Hz"
+        sections = view["section"]
+    orbit = nv.orbit_of(scan, sample=3, quiet=True)
+    assert np.array_equal(orbit.section, sections[2, 0])
+    assert orbit.system.ratios["f"] == pytest.approx(0.95)
+    assert scan.request == scan_of(title=scan.request.title)
+
+
+def test_values_are_part_of_the_hash():
+    other = {**COLUMNS, "k1": [4.0e4, 4.2e4, 3.8e4, 4.0e4 + 1e-9]}
+    assert scan_of().hash == scan_of(title="another").hash != scan_of(other).hash
+
+
+def test_blocks_and_threads_change_nothing(tmp_path, monkeypatch):
+    whole = nv.scan("ssul-set6", samples=COLUMNS, record=list(USUAL), sampling=SAMPLING, quiet=True)
+    monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 14)
+    assert len(blocks_of(scan_of())) == 4
+    parts = nv.scan(
+        "ssul-set6", samples=COLUMNS, record=list(USUAL), sampling=SAMPLING, quiet=True, threads=2
+    )
+    with whole.read() as one, parts.read() as other:
+        assert all(np.array_equal(one[name], other[name]) for name in ("section", "E1max"))
+
+
+def test_files_frames_and_arrays_mean_the_same(tmp_path):
+    class Frame:
+        columns = ("k1", "C")
+
+        def __getitem__(self, name):
+            return {"k1": [4e4, 5e4], "C": [0.05, 0.0625]}[name]
+
+    comma = written(tmp_path / "a.csv", "# drawn by hand\nk1,C\n4e4,0.05\n5e4,0.0625\n\n")
+    semicolon = written(tmp_path / "b.csv", "\ufeffk1; C\n40000;0,05\n50000;0,0625\n")
+    tabs = written(tmp_path / "c.csv", "k1\tC\n4e4\t0.05\n5e4\t0.0625\n")
+    usual = samples_of({"k1": np.array([40000, 50000]), "C": [0.05, 0.0625]})
+    for source in (Frame(), comma, str(semicolon), {"file": str(tabs)}, usual):
+        assert samples_of(source) == usual
+    assert hash(samples_of(comma)) == hash(usual)
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ({}, "no column"),
+        ({"k1": []}, "0 rows"),
+        ({"k1": [1.0, 2.0], "C": [1.0]}, "different lengths: k1 2, C 1"),
+        ({"k1": [4e4, float("nan")]}, "k1 = nan in row 2 must be a finite number"),
+        ({"k1": [4e4, np.inf]}, "k1 = inf in row 2"),
+        ({"k1": [4e4, "much"]}, "k1 = 'much' in row 2 must be a number"),
+        ({"k1": ["4e4", 5e4]}, "k1 = '4e4' in row 1 must be a number"),
+        ({"k1": [True, False]}, "k1 = True in row 1 must be a number"),
+        ({"k1": 4e4}, "k1 must be a list of numbers"),
+        ({"k1": [[4e4], [5e4]]}, "k1 must be a list of numbers"),
+        ({3: [4e4]}, "column 3 must be named"),
+        (5, "must be arrays by name, a DataFrame or the path of a CSV file"),
+    ],
+)
+def test_faulty_tables_are_refused(columns, words, error_of):
+    assert words in error_of(samples_of, columns)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "the file is empty"),
+        ("k1,C\n", "0 rows"),
+        ("k1,C\n4e4\n", "line 2 has 1 cells, the heading 2"),
+        ("k1,C\n4e4,\n", "C = '' in line 2 must be a number"),
+        ("# a\nk1,C\n4e4,0.05\n5e4,x\n", "C = 'x' in line 4 must be a number"),
+        ("k1,C\n4e4,nan\n", "C = nan in row 1 must be a finite number"),
+        (",k1\n0,4e4\n", "to_csv(..., index=False)"),
+        ("k1,k1\n4e4,4e4\n", "column 'k1' occurs twice"),
+    ],
+)
+def test_faulty_files_are_refused(text, words, tmp_path, error_of):
+    line = error_of(samples_of, written(tmp_path / "t.csv", text))
+    assert words in line
+    assert "t.csv" in line
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"samples": {"kk1": [4e4]}}, "unknown column 'kk1'; did you mean 'k1'"),
+        ({"samples": {"k1": [4e4, -1.0]}}, "k1 = -1.0"),
+        ({"samples": {"k2": [1.0], "c2": [1.0], "zeta2": [0.1]}}, "c2 beside zeta2"),
+        ({"samples": {"phase": [0.1]}, "start": {"policy": "up"}}, "phase is varied"),
+        ({"samples": {"k1": [4e4]}, "start": {"policy": "up"}}, "a sweep follows attractors"),
+        ({"record": {"want": ["attractor"]}}, "samples have no order"),
+        ({"set": {"k1": 4e4}}, "k1 is varied by"),
+        ({"vary": {"omega": {"values": [5.0]}}}, "beside [vary]: give one of them"),
+        ({"samples": {"file": "nowhere.csv"}}, "nowhere.csv': cannot be read: No such file"),
+    ],
+)
+def test_tables_that_do_not_fit_are_refused(changes, words, error_of):
+    assert words in error_of(scan_of, **changes)
+
+
+def test_options_replace_the_axes_of_a_file_and_its_samples():
+    axes = {"vary": {"omega": {"values": [5.0, 6.0]}}}
+    assert load_scan("tmd", {"samples": {"k1": [4e4]}}).varied == ("k1",)
+    assert load_scan(load_scan("tmd", axes), {"samples": {"k1": [4e4]}}).varied == ("k1",)
+    assert load_scan(scan_of(), axes).varied == ("omega",)
+
+
+def test_the_command_computes_and_draws_a_file(here, answer, refusal):
+    written(here / "draws.csv", "k1,f\n4e4,1.0\n4.1e4,1.1\n3.9e4,1.05\n")
+    words = ["bifurcation", "--system", "ssul-set6", "--samples", "draws.csv", "--transient", 8]
+    words += ["--periods", 6, "--record", ",".join(USUAL), "-o", "s.h5"]
+    plan = answer(*words, "--dry-run")
+    assert "3 samples of k₁, f" in plan
+    assert not (here / "s.h5").exists()
+    assert "unknown show 'E1max:C'" in refusal(*words, "--plot", "s.png", "--show", "E1max:C")
+    answer(*words, "--plot", "s.png", "--show", "E1max,E1max:k1")
+    assert (here / "s.png").stat().st_size > 10_000
+    answer(*words, "--resume")
+    with read("s.h5") as view:
+        panels = PICTURE.names(view)
+        assert [*panels][:4] == ["E1max", "E1max:exceedance", "E1max:f", "E1max:k1"]
+        assert "regimes" in panels
+        figure = PICTURE.figure(view)
+        try:
+            assert len(figure.axes) == 5
+            share = figure.axes[1].lines[0].get_ydata()
+            assert share.tolist() == pytest.approx([1.0, 2 / 3, 1 / 3])
+            dots = figure.axes[3].lines
+            along = np.concatenate([line.get_xdata() for line in dots])
+            assert sorted(along.tolist()) == [3.9e4, 4.0e4, 4.1e4]
+        finally:
+            pyplot.close(figure)

@@ -15,7 +15,7 @@ import numpy as np
 from nlds_vines import load_system
 from nlds_vines.kernels.cells import cells
 from nlds_vines.kernels.events import exact
-from nlds_vines.kernels.numerics.linking import all_called
+from nlds_vines.kernels.numerics.compiling import all_called
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Span

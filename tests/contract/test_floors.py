@@ -267,7 +267,6 @@ TYPES = {"kernels.numerics.fours"}
 COMPILING = {
     "kernels.numerics.compiling",
     "kernels.numerics.deciding",
-    "kernels.numerics.linking",
     "kernels.numerics.stored_code",
 }
 """Modules on how kernels are compiled, and kept."""

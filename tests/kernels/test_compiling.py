@@ -166,11 +166,14 @@ def test_what_others_compile_is_their_business():
 
 PLAIN = """
 import hashlib, sys
-from nlds_vines.kernels.numerics import linking
+from numba.core.compiler import CompileResult
 if sys.argv[1] == "plain":
-    linking.EXPECTED = ((linking.codegen.JITCodeLibrary, ("no such name",)),)
-import nlds_vines as nv
+    private = vars(CompileResult)["_rebuild"]
+    del CompileResult._rebuild
 from nlds_vines.kernels.numerics import compiling
+if sys.argv[1] == "plain":
+    CompileResult._rebuild = private
+import nlds_vines as nv
 assert compiling.LINKED == (sys.argv[1] == "linked")
 compiled = []
 with compiling.told_of_compilations(compiled.append):

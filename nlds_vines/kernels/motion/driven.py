@@ -1,17 +1,14 @@
 """Variations that parameters drive: the derivatives of an orbit by the numbers of its cell.
 
-A variation w obeys w' = A w. What changes of a state z at a given phase where a parameter p does is
-driven as well:
+A variation w obeys w' = A w. The derivative of the state at a given phase by a parameter p obeys
 
     w' = A w + df/dp,    f = (v1, dv1/dt, s, ds/dt) of eq. (5)
 
-The frequency is a parameter like others: at a given phase, time runs slower by d(omega)/omega, and
-so does all motion, df/domega = -f / omega. What a parameter does to the place of a wall is what the
-difference of r does, with the other sign: so a touch is later by (gap' - r) / s, and where f jumps
-there, as with a dashpot, or the state does, as of rigid bodies, the jumps know of both.
-
-Walls see states mirrored by a `sign`; variations are not mirrored, so what drives them is computed
-from a mirrored state and multiplied by `sign`.
+At a given phase, a change of the frequency slows down time and with it all motion:
+df/domega = -f / omega. A change of the gap acts as one of r with the other sign: a touch is later
+by (gap' - r) / s, which also enters the jumps of f, as with a dashpot, and of the state, as of
+rigid bodies. Walls see states mirrored by a `sign`; variations are not mirrored, so df/dp is
+computed from a mirrored state and multiplied by `sign`.
 """
 
 from __future__ import annotations
@@ -43,20 +40,20 @@ from ..scene.law import RATES as VARIED_RATES
 from ..scene.scene import Ground, accelerations, near_constants, unloaded
 from .flight import ORDER, propagate, turned
 
-# Columns of the rates of a parameter, the derivatives of what kernels know of a cell:
-#   SLOWER         -1/omega of the frequency         INV_M1, INV_MU, SHARE     of `scene.Damper`
-#   STIFFNESS ... LOAD, K2, C2   as they are called   NEAR, FAR  from there on those of a wall:
+# Columns of the rates of a parameter, its derivatives of the numbers of a cell:
+#   SLOWER         -1/omega for the frequency        INV_M1, INV_MU, SHARE     of `scene.Damper`
+#   STIFFNESS ... LOAD, K2, C2   as their names say   NEAR, FAR  from there on those of a wall:
 #   its GAP, then the constants of its law
 SLOWER, STIFFNESS, DAMPING, FORCING, LOAD, K2, C2, INV_M1, INV_MU, SHARE = range(10)
-GAP, MOST_CONSTANTS = 0, 6  # at most so many of a law
+GAP, MOST_CONSTANTS = 0, 6  # MOST_CONSTANTS: of a law
 NEAR, FAR, RATE_COLUMNS = 10, 11 + MOST_CONSTANTS, 12 + 2 * MOST_CONSTANTS
 
 
 class Driven(NamedTuple):
-    """Four variations, of which the first are driven by parameters, one each."""
+    """Four variations, each of the first driven by one parameter."""
 
-    rows: Any  # (16,) one after the other
-    rates: Any  # (parameters, RATE_COLUMNS) the columns above
+    rows: Any  # (16,) one variation after the other
+    rates: Any  # (parameters, RATE_COLUMNS)
 
 
 @jit
@@ -68,18 +65,18 @@ def rows_of(tangent):
 
 @jit
 def count_of(tangent):
-    """Return the count of numbers of the variations."""
+    """Return the number of values of the variations that are carried along."""
     if is_a(tangent, Driven):
         return 4 * len(tangent.rates)
     return 16
 
 
-# ---- what a parameter changes --------------------------------------------------------------------
+# ---- the rates of a parameter --------------------------------------------------------------------
 
 
 @jit
 def fill_rates(parts, ps, damper, change, rates):
-    """Fill the rates of a parameter (RATE_COLUMNS,); change: derivatives of a cell's numbers."""
+    """Fill the rates (RATE_COLUMNS,) of a parameter; change: derivatives of the cell's numbers."""
     rates[SLOWER] = -change.omega / ps.omega
     rates[STIFFNESS] = (change.k1 - ps.stiffness * change.m1) / ps.m1
     rates[DAMPING] = (change.c1 - ps.damping * change.m1) / ps.m1
@@ -92,7 +89,7 @@ def fill_rates(parts, ps, damper, change, rates):
 
 @jit
 def fill_damper(damper, ps, change, rates):
-    """Fill the rates of the damper, or of what stands for it."""
+    """Fill the rates of the damper, or of the ground."""
     if damper is None:
         return None
     if is_a(damper, Ground):
@@ -106,7 +103,7 @@ def fill_damper(damper, ps, change, rates):
 
 @jit
 def fill_wall(sort, change, gap, rates, at):
-    """Fill the rates of a wall of a sort, from column `at` on; gap: that of its place."""
+    """Fill the rates of a wall of a sort, from column `at` on; gap: derivative of its gap."""
     if sort is None:
         return None
     rates[at + GAP] = gap
@@ -115,45 +112,46 @@ def fill_wall(sort, change, gap, rates, at):
 
 @jit
 def wall_at(sign):
-    """Return the column at which the rates of the near (sign 1) or of the far wall begin."""
+    """Return the first column of the rates of the near (sign 1) or of the far wall."""
     return NEAR if sign > 0.0 else FAR
 
 
 @jit
 def constants_of(sign):
-    """Return the column at which the constants of the law of that wall begin."""
+    """Return the first column of the constants of that wall's law."""
     return wall_at(sign) + 1
 
 
-# ---- what drives a variation ---------------------------------------------------------------------
+# ---- the source of a variation, df/dp ------------------------------------------------------------
 
 
 @jit
 def source_of(ps, damper, by, sign, constant, motion, drive, pushes):
-    """Return df/dp of eq. (5), which a parameter p adds to the rates of a variation (x1, v1, r, s).
+    """Return df/dp of eq. (5), not mirrored, in the components (x1, v1, r, s).
 
-    Per unit of p, not mirrored. by: rates (RATE_COLUMNS,); motion: the state (x1, v1, r, s) and its
-    (dv1/dt, ds/dt), which with drive are as the wall sees them; pushes: (push, pushed), its force
-    [N] as it sees it, and what p itself changes of that, times `sign`: not mirrored. constant: 1,
-    or 0 for Taylor coefficients of a motion but the first.
+    by: the rates (RATE_COLUMNS,) of p; motion: the state (x1, v1, r, s) and its (dv1/dt, ds/dt),
+    which like drive are as the wall sees them; pushes: the wall's force [N] as it sees it, and
+    `sign` times its derivative by p itself; constant: 1, but 0 for all Taylor coefficients of a
+    motion except the first.
     """
     ((x1, v1, r, s), (dv, ds)), (push, pushed), pace = motion, pushes, sign * by[SLOWER]
-    own = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]
+    alone = (
+        sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]
+    )
     if damper is None:
-        return pace * v1, own + pace * dv, pace * s, pace * ds
+        return pace * v1, alone + pace * dv, pace * s, pace * ds
     pull = sign * (damper.k2 * r + damper.c2 * s + push)
     pulled = sign * (by[K2] * r + by[C2] * s) + pushed
-    b = own - (pulled * damper.inv_m1 + pull * by[INV_M1])
-    d = own - (pulled * damper.inv_mu + pull * by[INV_MU])
+    b = alone - (pulled * damper.inv_m1 + pull * by[INV_M1])
+    d = alone - (pulled * damper.inv_mu + pull * by[INV_MU])
     return pace * v1, b + pace * dv, pace * s, d + pace * ds
 
 
 @jit
 def drive_terms(side, tangent, n):
-    """Add what parameters drive to coefficient n of the rates of variations in a stepped contact.
+    """Add df/dp to coefficient n of the rates of variations in a stepped contact.
 
-    The series stand in the scratch (`law`), those of motion and force as the wall sees
-    them.
+    The series are in the scratch (`law`), those of motion and force as the wall sees them.
     """
     ps, damper, wall, k, row = side.ps, side.damper, side.wall, side.k, SERIES + COLUMNS * n
     sign, at, constant = side.sign, wall_at(side.sign), 1.0 if n == 0 else 0.0
@@ -175,7 +173,7 @@ def drive_terms(side, tangent, n):
 
 @jit
 def columns_of(tangent):
-    """Return x1, v1, r and s of four variations, a four of each."""
+    """Return x1, v1, r and s of four variations, each as a four."""
     return (
         four_of(tangent[0], tangent[4], tangent[8], tangent[12]),
         four_of(tangent[1], tangent[5], tangent[9], tangent[13]),
@@ -186,7 +184,7 @@ def columns_of(tangent):
 
 @jit
 def put_columns(tangent, columns):
-    """Write x1, v1, r and s, a four of each, into four variations."""
+    """Write x1, v1, r and s, each as a four, into four variations."""
     x1, v1, r, s = columns
     for k in range(4):
         tangent[4 * k], tangent[4 * k + 1] = number_of(x1, k), number_of(v1, k)
@@ -195,11 +193,11 @@ def put_columns(tangent, columns):
 
 @jit
 def carried(columns, field, late):
-    """Return variations, a four of each of x1, v1, r and s, `late` [s] further along the orbit.
+    """Return variations (x1, v1, r, s), each a four, `late` [s] further along the orbit.
 
-    field: how fast the orbit's x1, v1, r and s change; late: a four, of each variation its own.
-    This is the rule at a wall: a variation meets it later by t0 = -r / s. It is carried there by
-    the motion before; what changes at once, changes; the motion after carries it back by t0.
+    field: the rates of the orbit's x1, v1, r and s; late: a four, one time for each variation.
+    At a wall, which a variation meets later by t0 = -r / s, the motion before carries it by t0 to
+    the wall, its jump acts, and the motion after carries it back by t0.
     """
     x1, v1, r, s = columns
     a, b, c, d = field
@@ -207,18 +205,18 @@ def carried(columns, field, late):
 
 
 @jit
-def seen_from_wall(tangent, sign, way):
-    """Count r of driven variations from the wall, `way` 1, or from the former origin, -1."""
+def seen_from_wall(tangent, sign, direction):
+    """Count r of driven variations from the wall, `direction` 1, or again from its origin, -1."""
     if is_a(tangent, Driven):
         for i in range(len(tangent.rates)):
-            tangent.rows[4 * i + 2] -= way * sign * tangent.rates[i, wall_at(sign) + GAP]
+            tangent.rows[4 * i + 2] -= direction * sign * tangent.rates[i, wall_at(sign) + GAP]
 
 
 @jit
 def drive_start(side, tangent, state, c, t, first):
-    """Add to the variations k[first:] what is driven in a time t [s] so short that all is steady.
+    """Add t df/dp to the variations k[first:], t [s] being so short that df/dp is constant.
 
-    state (x1, v1, r, s) and c, cos of the phase, as the wall sees them, which does not push yet.
+    state (x1, v1, r, s) and c, cos of the phase, are as the wall sees them, which does not push.
     """
     if is_a(tangent, Driven):
         ps, damper, sign, k = side.ps, side.damper, side.sign, side.k
@@ -231,37 +229,37 @@ def drive_start(side, tangent, state, c, t, first):
 
 
 # --------------------------------------------------------------------------------------------------
-# Variations that parameters drive, along a flight or a motion on a wall that is linear, too.
+# Driven variations along a flight, or along a linear motion on a wall.
 #
-# Motion and variation are Taylor polynomials over cells, as those of `flight`: of their
-# coefficients each pair follows from the one before.
+# Motion and variation are Taylor polynomials over cells, as in `flight`; each pair of coefficients
+# follows from the one before.
 
 
 class Linear(NamedTuple):
-    """A motion that is linear: a flight, or one on a wall with a linear law or a rigid one."""
+    """A linear motion: a flight, or a contact with a linear or a rigid wall."""
 
     wall: Any  # None in flight
     ps: Any  # `scene.Structure`, this and the next as the wall sees them
     damper: Any
     sign: float  # of the wall, 1 in flight
-    grid: Any  # whose cells are short enough for Taylor polynomials
+    grid: Any  # with cells short enough for Taylor polynomials
 
 
 @by_wall
 def push_of(wall, constant, r, s, c, d):
-    """Return the force of what is linear on a wall, r and s as it sees them; and of a variation."""
+    """Return the linear force of a wall on a motion (r, s), as it sees it, and on a variation."""
     return (0.0, 0.0)
 
 
 @by_wall
 def push_changed(wall, by, sign, constant, r, s):
-    """Return the derivative of that force by the parameter itself."""
+    """Return the derivative of that force by the parameter at a fixed motion."""
     return 0.0
 
 
 @jit
 def under_once(load, constant, alone):
-    """Return an acceleration with that of a constant load, as far as it is constant."""
+    """Return an acceleration with that of a constant load; constant: 1 or 0, as below."""
     if load is None:
         return alone
     return alone + constant * load
@@ -269,10 +267,10 @@ def under_once(load, constant, alone):
 
 @by_wall
 def terms_on(linear, by, constant, state, drive, variation):
-    """Return (dv1/dt, ds/dt) of a motion, and of a variation driven along it, by terms of both.
+    """Return (dv1/dt, ds/dt) of a motion and the rates of a variation driven along it.
 
-    The motion is a flight, or on a wall that pushes by `push_of`. constant: 1, or 0 for Taylor
-    coefficients but the first.
+    The motion is a flight, or one on a wall that pushes by `push_of`. constant: 1, but 0 for all
+    Taylor coefficients except the first.
     """
     wall, ps, damper, sign = linear.wall, linear.ps, linear.damper, linear.sign
     free = unloaded(ps)
@@ -292,9 +290,9 @@ def terms_on(linear, by, constant, state, drive, variation):
 
 @jit
 def drive_cell(linear, by, h, phase, state, variation):
-    """Return a motion and a variation driven along it, a time h later, by Taylor polynomials.
+    """Return a motion and a variation driven along it a time h [s] later, by Taylor polynomials.
 
-    phase: (cos, sin) of the forcing's at the beginning; h as for the cells of `flight`.
+    phase: (cos, sin) of the forcing's phase at the beginning; h: at most a cell of `flight`.
     """
     omega = linear.ps.omega
     x1, v1, r, s = state
@@ -317,10 +315,10 @@ def drive_cell(linear, by, h, phase, state, variation):
 
 @jit
 def drive_along(driven, linear, place, state, time):
-    """Carry driven variations along a flight, or a motion on a wall, of `time` [s].
+    """Carry driven variations along a `Linear` motion of `time` [s].
 
-    state (x1, v1, r, s) at its beginning, as the wall sees it; place: share of the period of the
-    `grid` that is over then.
+    state: (x1, v1, r, s) at its beginning, as the wall sees it; place: its beginning, as a share of
+    the period of the grid.
     """
     grid, sign = linear.grid, linear.sign
     if not time > 0.0:
@@ -338,7 +336,7 @@ def drive_along(driven, linear, place, state, time):
 
 @jit
 def carry(tangent, linear, place, state, time):
-    """Carry variations along a `Linear` motion of `time` [s], driven ones as `drive_along`."""
+    """Carry variations along a `Linear` motion of `time` [s] (arguments as of `drive_along`)."""
     if is_a(tangent, Driven):
         drive_along(tangent, linear, place, state, time)
     else:

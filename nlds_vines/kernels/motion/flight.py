@@ -1,14 +1,13 @@
 """Flight is linear, so it is exact.
 
-A forcing period is cut into `n` equal cells. Over one cell the state is advanced by a constant
-matrix and a forced response tabulated by phase: sixteen multiplications and no rounding beyond
-them. The numbers of the matrix are rounded, always the same way: an undamped oscillator at a linear
-stop changes its energy by 1.6e-10 in 1e5 periods. Inside a cell every motion is a Taylor polynomial
-whose remainder lies below round-off, so that any instant can be reached and any question about the
-path between samples answered.
+A forcing period is cut into `n` equal cells. A constant matrix and a forced response tabulated by
+phase advance the state over a cell: sixteen multiplications, and no error but round-off. The
+matrix is rounded, always in the same way: an undamped oscillator at a linear stop changes its
+energy by 1.6e-10 in 1e5 periods. Inside a cell every motion is a Taylor polynomial with a
+remainder below round-off, so that any instant can be reached.
 
-Nothing here needs eigenvectors or a steady amplitude: a defective damper pair and an undamped
-structure driven at resonance are flights like any other.
+Neither eigenvectors nor a steady amplitude are needed: a defective damper pair and an undamped
+structure driven at resonance are no special cases.
 """
 
 from __future__ import annotations
@@ -24,15 +23,14 @@ from ..numerics.fours import bare, four, four_at, number_of, put_four
 from ..scene.scene import accelerations, greatest_push, joined, under, unloaded
 
 # --------------------------------------------------------------------------------------------------
-# How fast the linear motion may change: bounds on which the cells and their certificates rest.
+# Bounds of the linear motion, on which the length of cells and the certificates of touches rest.
 #
 # In energy coordinates (sqrt(k1) x1, sqrt(m1) v1, sqrt(k2) r, sqrt(m2) v2) the motion without
-# forcing never grows, so that what the energy is tells how far derivatives may go
-# (`scene.scale_of`).
+# forcing never grows, so that the energy bounds all derivatives (`scene.scale_of`).
 
 
 REACH = 0.7  # longest cell in units of 1/rate: 0.7^15 / 15! = 4e-15, and the rate is a bound
-SHORT = 0.4  # the same in a scene where all is linear, below round-off: 0.4^15 / 15! = 8e-19
+SHORT = 0.4  # the same if contacts are linear, too, below round-off: 0.4^15 / 15! = 8e-19
 FEWEST_CELLS = 8  # in a period: cheap, and short enough for the proofs of `touch` to succeed often
 MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status is TOO_STIFF
 
@@ -94,45 +92,46 @@ def dampers_share(ps, damper):
 def damper_rates(ps, damper):
     """Return (a, b) with |du/dt| <= a |u| + b S, u = (sqrt(m2) v2, sqrt(k2) x2), E2 = u u / 2.
 
-    m2 dv2/dt = -k2 x2 - c2 v2 + (k2 x1 + c2 v1) by eq. (5): what the structure does to the damper,
-    the last part, is at most b S, S being the energy scale of `scale_of`. x2 counts from the rest.
+    m2 dv2/dt = -k2 x2 - c2 v2 + (k2 x1 + c2 v1) by eq. (5): the last part, by which the structure
+    acts on the damper, is at most sqrt(m2) b S, S being the energy scale of `scale_of`. x2 counts
+    from the rest.
     """
     if damper is None:
         return 0.0, 0.0
     pulls = damper.c2 * damper.c2 / ps.m1
     if damper.k2 > 0.0:  # a structure without a spring may be anywhere
         pulls += damper.k2 * damper.k2 / ps.k1
-    own = math.sqrt(damper.k2 / damper.m2) + damper.c2 / damper.m2
-    return own, math.sqrt(pulls / damper.m2)
+    alone = math.sqrt(damper.k2 / damper.m2) + damper.c2 / damper.m2
+    return alone, math.sqrt(pulls / damper.m2)
 
 
 @jit
 def cells_of(ps, damper):
-    """Return the number of cells in a period: enough for the Taylor polynomials, or -1."""
+    """Return the number of cells in a period that the Taylor polynomials need; -1: too many."""
     period = 2.0 * math.pi / ps.omega
     need = period * rate_of(ps, joined(damper)) / REACH
-    if not need <= MOST_CELLS:  # infinite or NaN too, which no integer could tell
+    if not need <= MOST_CELLS:  # or infinite, or NaN
         return -1
     return max(FEWEST_CELLS, math.ceil(need))
 
 
 class Bounds(NamedTuple):
-    """Bounds of motions over some cells: derivatives by the place in a cell."""
+    """Bounds of derivatives by the place in a cell, over some cells."""
 
     bend: float  # of the second derivative of r [m]
     jerk: float  # of the third of r [m]
     fourth: float  # of the fourth of r [m]
     energy: float  # of the fourth derivative of E1 [J]
-    scale: float  # of the energy scale S [J^0.5], which the others rest on
+    scale: float  # of the energy scale S [J^0.5], from which the others follow
 
 
 @jit
 def bounds_of(ps, grid, scale):
     """Return the `Bounds` of motions of at most the energy scale S.
 
-    E1 is half the square of a part of the scaled state u; by Leibniz' rule its fourth derivative is
-    u u + 4 u + 3 u'' u''. Each derivative of u is at most `rate` times the one before and
-    what the forcing adds.
+    E1 is u u / 2 of a part u of the scaled state; by Leibniz' rule its fourth derivative is
+    u d4u + 4 du d3u + 3 d2u d2u. Each derivative of u is at most `rate` times the one before, plus
+    that of the forcing.
     """
     first = grid.rate * scale + grid.push
     push = grid.rate * grid.push  # bounds the derivative of the forcing: omega <= rate
@@ -156,7 +155,7 @@ ORDER = 14  # of the Taylor polynomials
 TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
 
 
-# The table w of a grid: one array, since each array of a tuple costs every call that hands it on.
+# The table w of a grid: one array, since each array in a tuple slows down calls that pass it on.
 #
 #   from      numbers       what
 #   STEP      16            transition matrix over a cell, column by column: w[4 column + row]
@@ -165,13 +164,13 @@ TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
 #   FACTOR    ORDER + 1     scratch: Taylor coefficients of a factor over a cell (`response`)
 #   COEF      TERMS         scratch: those of the state over a cell, power by power:
 #                           w[COEF + 4 power + component], components x1, v1, r, s
-#   TAYLOR    6 TERMS       the state's if one of (x1, v1, r, s, cos, sin) is 1 at the cell's start
-#                           and the others 0: w[TAYLOR + TERMS input + 4 power + component]
+#   TAYLOR    6 TERMS       those of the state if one of (x1, v1, r, s, cos, sin) is 1 at the cell's
+#                           start and the others 0: w[TAYLOR + TERMS input + 4 power + component]
 #   DRIVE     ORDER + 1     cos(a x + b) = sum_k w[DRIVE + k] x^k (cos b, sin b)[k % 2], a the angle
 #                           of the forcing's phase over a cell
 #   CELLS     6 (n + 1)     for each cell j, and for the start of the next period:
 #                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
-#   grid.load  TERMS        the state's that a constant load alone would move, where there is one
+#   grid.load  TERMS        those of the state that a constant load alone moves, if there is one
 STEP = 0
 OF_E2 = 16
 FACTOR = 24
@@ -182,18 +181,18 @@ CELLS = DRIVE + ORDER + 1
 
 
 class Begun(NamedTuple):
-    """Where in the forcing's period the cells of a grid begin, and what share of it they are."""
+    """The part of the forcing's period that the cells of a grid cover."""
 
     phase: float  # share of the period before the first cell
-    share: float  # 1 for as many periods as there are from there to there
+    share: float  # share of the period that the cells last
 
 
 PERIOD = Begun(0.0, 1.0)
-"""A whole one, from phase zero on."""
+"""The whole period from phase zero on."""
 
 
 class Grid(NamedTuple):
-    """One period of flight, prepared: everything that depends on the parameters alone."""
+    """One period of flight: all that depends on the parameters alone."""
 
     n: int  # cells in a period
     h: float  # length of a cell [s]
@@ -202,7 +201,7 @@ class Grid(NamedTuple):
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
-    load: Any  # place in the table of what a constant load does; None where there is none
+    load: Any  # index in the table of the motion by a constant load, or None
     begun: Any = PERIOD  # or `load_cells.Loaded`
 
 
@@ -218,8 +217,8 @@ def bare_grid(grid):
 def expand(ps, damper, h, inputs, out, first):
     """Write the Taylor coefficients of a flight into out[first : first + TERMS].
 
-    inputs: x1, v1, r, s and the phase's cos and sin at its start; the time counts in units of h:
-    y(x h) = sum_k out[first + 4 k + component] x^k.
+    inputs: x1, v1, r, s, cos and sin of the phase at its start; y(x h) = sum_k out[first + 4 k +
+    component] x^k.
     """
     x1, v1, r, s, cosine, sine = inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5]
     out[first], out[first + 1], out[first + 2], out[first + 3] = x1, v1, r, s
@@ -236,10 +235,10 @@ def expand(ps, damper, h, inputs, out, first):
 
 @jit
 def cell_polynomial(grid, x1, v1, r, s, cosine, sine):
-    """Fill COEF with the Taylor coefficients of the flight that starts at a state.
+    """Fill COEF with the Taylor coefficients of the flight from a state.
 
-    The same polynomial as by `expand`, as one product with the prepared responses: no coefficient
-    waits for the one before.
+    It is the polynomial of `expand` as a product with the prepared responses, in which no
+    coefficient waits for the one before.
     """
     w = grid.table
     for k in range(0, TERMS, 4):
@@ -254,7 +253,7 @@ def cell_polynomial(grid, x1, v1, r, s, cosine, sine):
 
 @jit
 def move_on(load, w):
-    """Add to the polynomial in COEF what a constant load does, where there is one."""
+    """Add the motion by a constant load to the polynomial in COEF."""
     if load is not None:
         for k in range(TERMS):
             w[COEF + k] += w[load + k]
@@ -262,17 +261,13 @@ def move_on(load, w):
 
 @jit
 def pair(w, k, x):
-    """Return c_k + c_(k+1) x of the coefficients in COEF, four components at once."""
+    """Return c_k + c_(k+1) x for the four components of COEF."""
     return four_at(w, COEF + 4 * k) + four_at(w, COEF + 4 * k + 4) * x
 
 
 @jit
 def at(w, x):
-    """Return (x1, v1, r, s) at x cells after the start of the polynomial in COEF of `w`.
-
-    Pairs of terms, pairs of these, and so on (Estrin's scheme): few of the operations wait for
-    others.
-    """
+    """Return (x1, v1, r, s) at place x of the polynomial in COEF of `w`, by Estrin's scheme."""
     x2 = x * x
     x4 = x2 * x2
     low = (pair(w, 0, x) + pair(w, 2, x) * x2) + (pair(w, 4, x) + pair(w, 6, x) * x2) * x4
@@ -283,34 +278,34 @@ def at(w, x):
 
 @jit
 def grid_of(ps, damper, n):
-    """Prepare one period of flight in `n` cells (see `cells_of`)."""
+    """Return the `Grid` of one period in n cells (`cells_of`)."""
     return grid_from(ps, damper, n, PERIOD)
 
 
 @jit
 def grid_from(ps, damper, n, begun):
-    """Prepare the share of a period that is `begun` in n cells."""
+    """Return the `Grid` of a `Begun` in n cells."""
     return grid_with(ps, damper, length_of_cell(ps, n, begun), n, n, begun)
 
 
 @jit
 def length_of_cell(ps, n, begun):
-    """Return the length [s] of n cells in the share of a period that is `begun`."""
+    """Return the length [s] of a cell of n in a `Begun`."""
     return begun.share * (2.0 * math.pi / ps.omega) / n
 
 
 @jit
 def grid_with(ps, damper, h, n, tabulated, begun):
-    """Prepare flight by cells of h [s], n in what is `begun`, so many of them `tabulated`."""
+    """Return the `Grid` of n cells of h [s] in a `Begun`, the first of which are `tabulated`."""
     load = None if ps.load is None else (CELLS + 6 * tabulated + 6)
-    w = np.zeros(CELLS + 6 * tabulated + 6 + room_for_load(load))
+    w = np.zeros(CELLS + 6 * tabulated + 6 + (0 if ps.load is None else TERMS))
     unit = np.zeros(6)
     for i in range(6):
         unit[i] = 1.0
         expand(unloaded(ps), damper, h, unit, w, TAYLOR + i * TERMS)
         unit[i] = 0.0
     fill_drive(ps, h, w)
-    response = np.zeros(24)  # what each of the six unit inputs becomes after a whole cell
+    response = np.zeros(24)  # of the six unit inputs at the end of a cell
     for i in range(6):
         put_sum(w, TAYLOR + i * TERMS, response, 4 * i)
     for i in range(16):
@@ -323,13 +318,19 @@ def grid_with(ps, damper, h, n, tabulated, begun):
         w[at_cell + 4], w[at_cell + 5] = cosine, sine
         for c in range(4):
             w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine
-    fill_load(load, ps, damper, h, tabulated, w)
-    own = joined(damper)
-    w[OF_E2] = dampers_share(ps, own)
-    w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
+    if ps.load is not None:
+        expand(ps, damper, h, np.zeros(6), w, load)
+        moved = np.zeros(4)
+        put_sum(w, load, moved, 0)
+        for j in range(tabulated):
+            for c in range(4):
+                w[CELLS + 6 * j + c] += moved[c]
+    body = joined(damper)
+    w[OF_E2] = dampers_share(ps, body)
+    w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, body)
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
     turn = begun.share / n
-    return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, begun)
+    return Grid(n, h, turn, rate_of(ps, body), push, bend_of(ps, damper), w, load, begun)
 
 
 @jit
@@ -356,30 +357,8 @@ def turned(begun, share):
 
 
 @jit
-def room_for_load(load):
-    """Return the count of numbers in the table for a constant load."""
-    if load is None:
-        return 0
-    return TERMS
-
-
-@jit
-def fill_load(load, ps, damper, h, n, w):
-    """Fill in what a constant load does, where there is one: of its own, and over each cell."""
-    if load is None:
-        return
-    expand(ps, damper, h, np.zeros(6), w, load)
-    for c in range(4):
-        response = 0.0
-        for k in range(ORDER, -1, -1):
-            response += w[load + 4 * k + c]
-        for j in range(n):
-            w[CELLS + 6 * j + c] += response
-
-
-@jit
 def step(damper, w, j, x1, v1, r, s):
-    """Return the state one cell later, starting at the beginning of cell j (`w` the table)."""
+    """Return the state at the end of cell j from that at its beginning; w: the table."""
     f = CELLS + 6 * j
     if damper is None:
         return (
@@ -398,9 +377,9 @@ def step(damper, w, j, x1, v1, r, s):
 
 @jit
 def coarse_map(ps, damper, grid, stops):
-    """Return the table whose `stops` cells are equal shares of a period without contact.
+    """Return a table whose `stops` cells are equal shares of a period.
 
-    A scene without walls needs no more for its sections: one product for each of them.
+    Without walls, one product with it gives each section.
     """
     coarse, silent, y = np.zeros(CELLS + 6 * stops), grid.table.copy(), np.zeros(4)
     silent[CELLS:] = 0.0
@@ -442,8 +421,7 @@ def times_matrix(a, b, c, d, tangent):
 def propagate(grid, tangent, time):
     """Propagate four variations (16,), one after the other, along a flight of `time` [s].
 
-    y' = A y + forcing, so that a variation of y obeys the same equation without forcing wherever
-    the flight is.
+    A variation obeys y' = A y, wherever the flight is.
     """
     w = grid.table
     cells = int(time / grid.h)
@@ -461,9 +439,8 @@ def propagate(grid, tangent, time):
 def phase_at(grid, j, x):
     """Return (cos, sin) of the forcing's phase at place x of cell j, 0 <= x <= 1.
 
-    That at its start, tabulated, turned by an angle a, |a| <= REACH. The series of cos and sin are
-    Taylor's, whose rests are below 0.7^17 / 17! = 7e-18. What is added to the tabulated numbers is
-    less than they can be, and so are its errors.
+    The tabulated phase at its start is turned by an angle a, |a| <= REACH, by Taylor polynomials
+    with remainders below 0.7^17 / 17! = 7e-18.
     """
     at_cell = CELLS + 6 * j
     c, d = grid.table[at_cell + 4], grid.table[at_cell + 5]

@@ -1,23 +1,23 @@
 """Flight under a load: any force on the structure that is a polynomial over each cell.
 
 With f = sum_k f_k x^k over a cell, x from 0 to 1, the Taylor coefficients of the state are
-c_(k+1) = h (A c_k + b f_k) / (k + 1). What a power of x makes of bodies at rest is tabulated once
-for all cells of a length, so that the polynomial of a cell is a sum of products, as it is under a
-harmonic force; and so is what all of f adds to the state over a cell.
+c_(k+1) = h (A c_k + b f_k) / (k + 1). The motion from rest under a force x^m is tabulated for all
+cells of equal length, so that the polynomial of a cell is a sum of products, as under a harmonic
+force, and so is the state at its end.
 
-A certificate needs no more than bounds of the force and of its derivatives: over some cells they
-are those of a harmonic force at the rate of the bodies, the `majorant_of` the load.
+Certificates of touches use bounds of the force and of its derivatives over some cells: those of a
+harmonic force at the rate of the bodies, which replaces the load there (`pushed_over`).
 
-Cells of one length in a row are a `Stretch`, and have one grid. Behind the table of a grid without
-forcing (`flight`) there stand, from the places in `grid.begun` on,
+Equal cells in a row are a `Stretch` with one grid. Its table is that of a grid without forcing
+(`flight`) and, from the indices in `grid.begun` on,
 
-    powers    ORDER TERMS       the polynomial of a state that a force x^m moves, m = 0, 1, ...
-    ends      4 (ORDER + 2)     its value at the end of a cell, and what a constant load adds there
-    weights   4                 of a cell's bounds of the force and three of its derivatives
+    powers    ORDER TERMS       the polynomials of the motion from rest by x^m, m = 0, 1, ...
+    ends      4 (ORDER + 2)     their values at the end of a cell, and that by a constant load
+    weights   4                 factors of a cell's bounds of the force and three of its derivatives
 
-What a load's certificate and its energies need of a cell is the same for every system, and found
-once for all of its orbits (`sums_of`): OF_CELL numbers, of which the first four are the sums of
-|f_k| k! / (k - i)!, i = 0 ... 3, and number END is the force at its end.
+The load's certificates and energies use numbers of each cell that are the same for every system
+(`sums_of`): OF_CELL numbers, of which the first four are the sums of |f_k| k! / (k - i)!,
+i = 0 ... 3, number END is the force at the end, and number HIGHEST_POWER its degree.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ from .flight import (
 
 LOAD_ROW = ORDER + 1  # numbers of a cell: the coefficients of the force [N]
 OF_CELL, END, HIGHEST_POWER = 8, 4, 5
-LEAST_RATE = 0.1  # least bound of a rate in units of 1/h: a slower one would tell less of the force
+LEAST_RATE = 0.1  # least rate of the replacing harmonic force, in units of 1/h
 
 
 class Stretch(NamedTuple):
-    """Cells of one length in a row."""
+    """Equal cells in a row."""
 
     rows: Any  # (LOAD_ROW n,) coefficients of the force [N] cell by cell, a bare row
     sums: Any  # (OF_CELL n,) of `sums_of`, a bare row
@@ -66,17 +66,17 @@ class Stretch(NamedTuple):
 
 
 class Loaded(NamedTuple):
-    """Of a grid under a load, in place of a `flight.Begun`."""
+    """The load of a grid, in place of a `flight.Begun`."""
 
     begin: float  # [s], from which times count
     rows: Any  # this and the next two as of the stretch
     sums: Any
     degree: int
-    powers: int  # this and the next two are places in the table
+    powers: int  # this and the next two are indices in the table
     ends: int
     weights: int
-    root: float  # of the mass [kg^0.5] that the force accelerates
-    shaking: float  # acceleration [m/s^2] of the ground by 1 N, 0 where it stands still
+    root: float  # square root of the mass that the force accelerates [kg^0.5]
+    shaking: float  # acceleration [m/s^2] of the ground by 1 N, 0 if it stands still
 
 
 # ---- a load --------------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ class Loaded(NamedTuple):
 
 @jit
 def sums_of(rows):
-    """Return OF_CELL numbers for each cell of the rows (LOAD_ROW n,) of a load, see above."""
+    """Return the OF_CELL numbers of each cell of the rows (LOAD_ROW n,) of a load, see above."""
     n = len(rows) // LOAD_ROW
     sums = np.zeros(OF_CELL * n)
     for j in range(n):
@@ -108,8 +108,8 @@ def sums_of(rows):
 def grid_under(ps, damper, h, n, stretch):
     """Return the `Grid` of n cells of h [s] under a load, with `powers`, `ends` and `weights`.
 
-    h may be less than that of the stretch: `polynomial_from` rescales the force, `end_under` holds
-    for equal h alone. c_(k+1) takes f_k, so f_ORDER moves nothing, and has to be round-off.
+    h may be less than that of the stretch: `polynomial_from` rescales the force, `end_of_cell`
+    holds for equal h alone. c_(k+1) takes f_k, so f_ORDER moves nothing and has to be round-off.
     `push` is for a force of 1 N: `pushed_over` returns that of the load.
     """
     free, degree = grid_with(ps, damper, h, 1, 0, PERIOD), stretch.degree
@@ -119,16 +119,15 @@ def grid_under(ps, damper, h, n, stretch):
     w = np.zeros(weights + 4)
     w[:powers] = free.table
     for k in range(ORDER + 1):
-        w[DRIVE + k] = 0.0  # above the degree they stay so
+        w[DRIVE + k] = 0.0  # stays 0 above the degree
     for m in range(min(degree + 1, ORDER)):
         expand_push(unloaded(ps), damper, h, m, w, powers + m * TERMS)
         put_sum(w, powers + m * TERMS, w, ends + 4 * m)
     if ps.load is not None:
         put_sum(w, free.load, w, ends + 4 * (ORDER + 1))
     rate = max(free.rate, LEAST_RATE / h)
-    # The weights with which a cell's sums bound the force and its derivatives over the cell. The
-    # i-th derivative by the place is at most the sum of |f_k| k! / (k - i)!, as x is at most 1;
-    # that of a harmonic force is its amplitude times (rate h)^i.
+    # The i-th derivative of the force by the place is at most the sum of |f_k| k! / (k - i)!, as x
+    # is at most 1; that of a harmonic force is its amplitude times (rate h)^i.
     weight = 1.0
     for i in range(4):
         w[weights + i] = weight
@@ -142,7 +141,7 @@ def grid_under(ps, damper, h, n, stretch):
 
 @jit
 def expand_push(ps, damper, h, power, out, first):
-    """Write the Taylor coefficients of bodies at rest that a force x^power [N] moves (`expand`)."""
+    """Write the Taylor coefficients of the motion from rest by a force x^power [N] (`expand`)."""
     dv, ds = accelerations(ps, damper, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     g = h / (power + 1.0)
     x1, v1, r, s = 0.0, dv * g, 0.0, ds * g
@@ -156,9 +155,10 @@ def expand_push(ps, damper, h, power, out, first):
 
 @jit
 def pushed_over(ps, grid, j, last):
-    """Return (structure, grid) that bound the motion over the cells from j to before `last`.
+    """Return (structure, grid) whose bounds hold over the cells from j to before `last`.
 
-    Of a load, as its majorant would move them.
+    Under a load, their force is harmonic, with an amplitude that bounds the load and three of its
+    derivatives.
     """
     if is_a(grid.begun, Loaded):
         begun, w, most = grid.begun, grid.table, four(0.0)
@@ -169,17 +169,10 @@ def pushed_over(ps, grid, j, last):
         return (
             Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, force, grid.rate, ps.load, ps.shaken),
             Grid(
-                grid.n,
-                grid.h,
-                grid.turn,
-                grid.rate,
-                push,
-                grid.bend,
-                grid.table,
-                grid.load,
+                grid.n, grid.h, grid.turn, grid.rate, push, grid.bend, grid.table, grid.load,
                 grid.begun,
             ),
-        )
+        )  # fmt: skip
     return ps, grid
 
 
@@ -188,7 +181,7 @@ def pushed_over(ps, grid, j, last):
 
 @jit
 def phase_of(grid, j, x):
-    """Return the instant at place x of cell j: `phase_at`, tabulated at the ends of a cell."""
+    """Return the instant at place x of cell j: `phase_at`, or the tabulated one at its ends."""
     if is_a(grid.begun, Loaded):
         begun, last = grid.begun, min(j, grid.n - 1)  # its end is that of the last cell
         return Moment(begun.rows, LOAD_ROW * last, begun.degree, x + (j - last), grid.h, 1.0)
@@ -202,7 +195,7 @@ def phase_of(grid, j, x):
 
 @jit
 def drive_then(grid, j, x):
-    """Return the force at place x of cell j, in units of P; at its end, before it may jump."""
+    """Return the force at place x of cell j, in units of P; at its end, that before a jump."""
     if is_a(grid.begun, Loaded):
         return grid.begun.sums[OF_CELL * j + END] if x == 1.0 else drive_now(phase_of(grid, j, x))
     return drive_now(phase_of(grid, j, x))
@@ -218,18 +211,18 @@ def began_at(grid, period):
 
 @jit
 def end_of_cells(grid, j, stop):
-    """Return up to which cell a force is the same function as in cell j: of a load its end."""
+    """Return the cell before which the force is the same function as in cell j."""
     if is_a(grid.begun, Loaded):
         return j + 1
     return stop
 
 
-# ---- a cell --------------------------------------------------------------------
+# ---- a cell --------------------------------------------------------------------------------------
 
 
 @jit
 def end_of_cell(grid, damper, j, y):
-    """Return the state at the end of cell j, at whose beginning it is y."""
+    """Return the state at the end of cell j from the state y at its beginning."""
     if is_a(grid.begun, Loaded):
         w, begun, row = grid.table, grid.begun, LOAD_ROW * j
         ends = begun.ends
@@ -249,9 +242,9 @@ def end_of_cell(grid, damper, j, y):
 
 @jit
 def polynomial_from(grid, y, phase):
-    """Fill COEF with the Taylor coefficients of the flight from a state y and an instant.
+    """Fill COEF with the Taylor coefficients of the flight from a state y at an instant.
 
-    Of a load the rows DRIVE, too, with those of the force.
+    Under a load, also DRIVE with those of the force.
     """
     if is_a(phase, Moment):
         w, powers, degree = grid.table, grid.begun.powers, phase.degree
@@ -262,7 +255,7 @@ def polynomial_from(grid, y, phase):
             free = (four_at(w, i) * y[0] + four_at(w, i + TERMS) * y[1]) + (
                 four_at(w, i + 2 * TERMS) * y[2] + four_at(w, i + 3 * TERMS) * y[3]
             )
-            # the first powers of x at once, which are all that most loads have
+            # the first four powers of x at once: most loads have no others
             forced = (four_at(w, j) * f0 + four_at(w, j + TERMS) * f1) + (
                 four_at(w, j + 2 * TERMS) * f2 + four_at(w, j + 3 * TERMS) * f3
             )
@@ -276,11 +269,10 @@ def polynomial_from(grid, y, phase):
 
 @jit
 def fill_drive_from(w, moment, h):
-    """Fill the rows DRIVE of a table, whose cells are h [s] long, with the force from a moment on.
+    """Fill DRIVE up to the degree of the force: its Taylor coefficients from a moment on.
 
-    Those above its degree are left as they are.
-
-    By Horner's rule again and again, and powers of the ratio of both lengths.
+    A Taylor shift by repeated synthetic division, and powers of the ratio of h [s], the length of
+    the table's cells, to that of the moment.
     """
     degree, x, row = moment.degree, moment.x, moment.row
     for k in range(degree + 1):

@@ -1,8 +1,7 @@
-"""What a response is made of: sums and maxima over the sampled periods, in one row of numbers.
+"""The row of numbers from which a response is computed: sums and maxima over the sampled periods.
 
-What is summed up is an integral over time of products of the state. What is largest is so in
-absolute value, at an instant, not at a sample (`response`). Positions of the damper are counted
-from where its spring rests: the spring's shortening r.
+Sums are integrals over time of products of the state. Maxima are of absolute values, at any
+instant and not at samples (`response`). The damper's position is the shortening r of its spring.
 """
 
 from __future__ import annotations
@@ -23,14 +22,14 @@ from .flight import FACTOR
 #   MOST_FORCE       largest force [N] at the near and the far wall
 #   IMPULSE     largest impulse [N s] there, of rigid bodies
 #   BEGIN       x1 at the beginning
-#   PLACE       where the maximum belongs that is looked for
+#   PLACE       place of the maximum that is searched for
 #   JUMPS       work of jumps of v1 [J], under a load
 #   FACTOR      scratch: Taylor coefficients of a quantity over a cell, as in a grid's table
-#   BEFORE      scratch: all up to BEGIN as it was before an impact
+#   BEFORE      scratch: the places up to BEGIN before an impact
 X2, V2, A2, R2, S2, CV, CX, LOSS, Y2, U2 = range(10)
 SUMS = 10
 MOST, MOST_FORCE, IMPULSE, BEGIN, PLACE, JUMPS = 10, 15, 17, 19, 20, 21
-OF_X, OF_V, OF_A, OF_R, OF_FOOT, OF_FORCE = range(6)  # what may be largest
+OF_X, OF_V, OF_A, OF_R, OF_FOOT, OF_FORCE = range(6)  # the quantities of maxima
 BEFORE = FACTOR + 16
 SIZE = BEFORE + BEGIN
 
@@ -54,11 +53,11 @@ class Foot(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """What is summed up of an orbit."""
+    """The sums and maxima of an orbit."""
 
     row: Any  # (SIZE,), see above
     foot: Any  # `Foot` where it moves, or None
-    ground: Any  # where positions count from a moving ground, the force per mass [m/s^2]; or None
+    ground: Any  # force per mass [m/s^2] if positions count from a moving ground, else None
 
 
 @jit
@@ -92,15 +91,10 @@ def in_absolute(ground, rate):
 
 @jit
 def from_foot(foot, x1, v1, phase):
-    """Return (x1 - y, its rate); (0, 0) where the foot does not move."""
+    """Return (x1 - y, its rate); (0, 0) if the foot does not move."""
     if foot is None:
         return (0.0, 0.0)
-    return gone_from(foot, x1, v1, phase[0], phase[1])
-
-
-@jit
-def gone_from(foot, x1, v1, cosine, sine):
-    """Return (x1 - y, its rate)."""
+    cosine, sine = phase
     return (
         x1 - (foot.cosine * cosine + foot.sine * sine),
         v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine),
@@ -109,7 +103,7 @@ def gone_from(foot, x1, v1, cosine, sine):
 
 @jit
 def beside(phase, x1, s):
-    """Return the factor of the force in CX: x1, under a load s."""
+    """Return the factor of the force in CX: x1, or s under a load."""
     if is_a(phase, Moment):
         return s
     return x1
@@ -123,7 +117,7 @@ def raise_to(row, place, value):
 
 @jit
 def place_of_largest(which, sign):
-    """Return the place of the largest of a quantity; sign: of the wall that a force belongs to."""
+    """Return the place of the maximum of a quantity; sign: of the wall, for a force."""
     if which == OF_FORCE:
         return MOST_FORCE + (0 if sign > 0.0 else 1)
     return MOST + which
@@ -131,9 +125,9 @@ def place_of_largest(which, sign):
 
 @jit
 def add_state(row, dt, y, a1, drive, phase):
-    """Add `dt` [s] in a state (x1, v1, r, s) to the integrals, and what the foot has to do with.
+    """Add `dt` [s] in a state y = (x1, v1, r, s) to the integrals.
 
-    a1: the absolute acceleration; drive: the force at the instant; phase: that instant.
+    a1: the absolute acceleration; drive: the force at the instant `phase`.
     """
     x1, v1, r, s = y
     row[X2] += dt * x1 * x1
@@ -147,6 +141,6 @@ def add_state(row, dt, y, a1, drive, phase):
 
 @jit
 def add_from_foot(row, dt, gone, rate):
-    """Add `dt` [s] of a motion from the foot, x1 - y, and of its rate."""
+    """Add `dt` [s] of the motion relative to the foot, x1 - y, and of its rate."""
     row[Y2] += dt * gone * gone
     row[U2] += dt * rate * rate

@@ -1,4 +1,4 @@
-"""A contact as Taylor polynomials in theta, in which it is smooth at touch and at release alike.
+"""A contact as Taylor polynomials in theta, in which it is smooth at touch and at release.
 
 The Hertz force z^(3/2) is only once differentiable at z = 0, so a method in time loses its order
 at every touch and every release. With q = sqrt(z) and the fictitious time dt = q dtheta, eq. (5)
@@ -7,15 +7,14 @@ becomes
     dq/dtheta  = s / 2                    dx1/dtheta = q v1
     ds/dtheta  = q (external - kappa q^3) dv1/dtheta = q (...)       dt/dtheta = q
 
-a polynomial in all its unknowns, so that coefficients of their Taylor polynomials follow one from
-the other by products of series alone (`law`). Other laws: `law`. The release is a root
-of the polynomial of q.
+polynomials in all unknowns, so that their Taylor coefficients follow one from the other by products
+of series (`law`, also for other laws). The release is a root of the polynomial of q.
 
-A step's polynomial is judged by the equation itself: what is missing to it where the step ends,
-its defect, grows like h^N of a polynomial of power N, and the step errs by h / (N + 1) of it. It
-is taken by the law's own force and not by its series, so that a wrong series is doubted, too.
+The error of a step comes from its defect, the residual of the equation at its end, which grows like
+h^N for a polynomial of degree N: the step errs by h / (N + 1) of it. The defect uses the law's
+force and not its series, so that it also shows a wrong series.
 
-For a wall that pushes towards -x2 the mirrored state and forcing are handed in: eq. (5) is odd.
+A wall that pushes towards -x2 gets the mirrored state and forcing: eq. (5) is odd.
 """
 
 from __future__ import annotations
@@ -76,10 +75,10 @@ from .driven import Driven, drive_terms
 from .flight import COEF
 
 # --------------------------------------------------------------------------------------------------
-# A step of a contact by the classical Runge-Kutta method: of rk4, in the variables of `taylor`.
+# A step of a contact by the classical Runge-Kutta method, for method rk4.
 #
-# In theta the equations are smooth from touch to release, so that the method keeps its order four
-# there. It knows no series: what is asked within a step is another step, as long as that.
+# In theta the equations are smooth from touch to release, so that the method has its order four.
+# It has no series: a state within a step is the end of a shorter step.
 
 
 @jit
@@ -118,13 +117,13 @@ def runge_kutta(side, step):
 # ---- Taylor polynomials --------------------------------------------------------------------------
 
 
-MOST_NEWTON = 80  # of the search for a release: it needs some five
-NEAREST = 2.0e-16  # error of its place
+MOST_NEWTON = 80  # iterations in the search for a release: it needs some five
+NEAREST = 2.0e-16  # relative error of the place of a release
 
 
 @jit
 def order_of(rk4):
-    """Return the highest power of theta: by rk4 that of variations, which is the order of steps."""
+    """Return the degree in theta; under rk4, where only variations have series, its order."""
     if rk4 is None:
         return HIGHEST
     return ORDER_OF_RK4
@@ -132,22 +131,20 @@ def order_of(rk4):
 
 @jit
 def expand_contact(side, tangent, phase, h):
-    """Fill the series of steps from row Y; phase: (cos, sin) of the forcing's there.
+    """Fill the series from row OLD on, at the instant `phase`, in units for steps of about h.
 
-    Their terms are of the size of what they sum to where steps are about h long.
-
-    With `tangent`, those of four variations (x1, v1, r, s) at fixed time, too: they obey the
-    equation linearized, with the contact's stiffness, of Hertz' law 3/2 K sqrt(z) = 3/2 K q, as
-    polynomial as the rest, and what drives them (`driven`).
+    With `tangent`, also those of four variations (x1, v1, r, s) at fixed time. They obey the
+    linearized equation with the contact's stiffness, for Hertz' law 3/2 K sqrt(z) = 3/2 K q, which
+    is a polynomial, too, and their source (`driven`).
     """
     k = side.k
     k[UNIT] = power_of_two(min(max(exponent_of(h), LEAST_UNIT), LARGEST_UNIT))
     k[SERIES + AT_Q], k[SERIES + AT_S] = k[OLD], k[OLD + 1]
     k[SERIES + AT_X], k[SERIES + AT_V] = k[OLD + 2], k[OLD + 3]
     k[SERIES + TAU] = 0.0
-    # The first coefficient of the force's series.
+    # the first coefficient of the force's series
     if is_a(phase, Moment):
-        # The load's polynomial in the time from this instant on, by Horner's scheme.
+        # the load's polynomial in the time from this instant on: a Taylor shift
         top, at = phase.degree, SERIES + LOADED
         for j in range(HIGHEST + 1):
             k[at + j] = phase.sign * phase.w[phase.row + j] if j <= top else 0.0
@@ -175,7 +172,7 @@ def expand_contact(side, tangent, phase, h):
 
 @jit
 def fill_terms(side, n):
-    """Fill coefficient n of the contact's terms and of what is multiplied by dt/dtheta."""
+    """Fill coefficient n of the contact's terms, of the force and of the accelerations."""
     ps, damper, wall, k, row = side.ps, side.damper, side.wall, side.k, SERIES + COLUMNS * n
     contact_terms(wall, k, n)
     force = wall.K * damped_term(wall, k, int(ELASTIC), n)
@@ -183,14 +180,14 @@ def fill_terms(side, n):
     z, s = k[row + DEPTH], k[row + AT_S]
     if n == 0:
         dv, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, force)
-    else:  # what is constant has no higher powers
+    else:  # constants have no higher powers
         dv, ds = accelerations(unloaded(ps), damper, x1, v1, z, s, drive, force)
     k[row + FORCE], k[row + DS], k[row + DV] = force, ds, dv
 
 
 @jit
 def integrate_term(side, phase, n):
-    """Fill coefficient n + 1 of the motion: that of dt/dtheta times its rate, over n + 1."""
+    """Fill coefficient n + 1 of the motion from coefficient n of dt/dtheta times its rate."""
     k, row = side.k, SERIES + COLUMNS * n
     i, j, sums, others, sine = SERIES + WEIGHT, row + DS, four(0.0), four(0.0), 0.0
     rates = four_of(k[j], k[j + 1], k[j + 2], k[j + 3])  # four_at waits until they are in memory
@@ -214,7 +211,7 @@ def integrate_term(side, phase, n):
 
 @jit
 def fill_variations(side, tangent, n):
-    """Fill coefficient n of the rates of variations, and n + 1 of these and of their volumes."""
+    """Fill coefficient n of the rates of variations and n + 1 of variations and of ln(volume)."""
     wall, k, row = side.wall, side.k, SERIES + COLUMNS * n
     k[row + STEEP] = steep_term(wall, k, n)
     k[row + STIFF] = damped_term(wall, k, int(STEEP), n)
@@ -264,9 +261,9 @@ def along_series(side, step):
 
 @jit
 def advance(side, tangent, step):
-    """Write row NEW where a `Step` ends, with `tangent` variations, too.
+    """Write the end of a `Step` into row NEW, with `tangent` variations, too.
 
-    By the series; by rk4, which has them for variations alone, a step of Runge and Kutta.
+    By the series, or by a Runge-Kutta step under rk4, where only variations have series.
     """
     k = side.k
     if side.rk4 is None:
@@ -293,7 +290,7 @@ def advance(side, tangent, step):
 
 @jit
 def slopes(side, h):
-    """Return the derivatives of q, s, x1, tau (as a four) and of v1 by theta at a place h."""
+    """Return the derivatives by theta of (q, s, x1, tau), as a four, and of v1 at theta = h."""
     k, n = side.k, 1.0 * order_of(side.rk4)
     row = SERIES + COLUMNS * order_of(side.rk4)
     motion, v = n * four_at(k, row), n * k[row + AT_V]
@@ -308,9 +305,8 @@ def slopes(side, h):
 def defect_of(side, drive, h, scales):
     """Return the error of a step h to row NEW, relative to scales of speed, depth and q.
 
-    drive: cos of the forcing's phase there. What is missing to eq. (5) at its end, by the force
-    of the law itself, is (N + 1) / h of what the polynomial errs by. The error of q is that of the
-    depth, that of tau of the time.
+    It is h / (N + 1) of the defect of eq. (5) there, with the force of the law itself. drive: the
+    force on the structure there.
     """
     ps, wall, k, (fast, deep, root) = side.ps, side.wall, side.k, scales
     q, s = k[NEW], k[NEW + 1]
@@ -326,13 +322,13 @@ def defect_of(side, drive, h, scales):
 
 @jit
 def length_of(side, h, tolerance, fast):
-    """Return the length of a step, at most h, of which the last two terms are a tolerance.
+    """Return the length of a step, at most h, whose last two terms are at most a tolerance.
 
-    Of all velocities, in parts of fast [m/s]. Variations, whose polynomials have the same radius of
-    convergence, have no say: they change nothing of an orbit.
+    They are those of the velocities, in units of `fast` [m/s]. Variations, whose polynomials have
+    the same radius of convergence, do not count: they must not change an orbit.
     """
     k, n = side.k, order_of(side.rk4)
-    less, x = 0.0, h / k[UNIT]  # the logarithm of what is left of h
+    less, x = 0.0, h / k[UNIT]  # less: the logarithm of the share of h
     for m in range(n - 1, n + 1):
         row = SERIES + COLUMNS * m
         last = max(abs(k[row + AT_S]), abs(k[row + AT_V])) * whole_power(x, m) / fast
@@ -343,10 +339,7 @@ def length_of(side, h, tolerance, fast):
 
 @jit
 def to_release(side, step):
-    """Return the step cut short where q falls through zero, q being less than 0 at its end.
-
-    Row NEW is there.
-    """
+    """Return the step cut short at the root of q, which is negative at its end; fill row NEW."""
     k, low, high, x = side.k, 0.0, step.h, step.h
     for _ in range(MOST_NEWTON):
         advance(side, None, Step(step.phase, False, x))
@@ -367,9 +360,9 @@ def to_release(side, step):
 
 @jit
 def piece_of(side, h):
-    """Return the step h from row Y as a `StepPiece`.
+    """Return the step h from row OLD as a `StepPiece`.
 
-    Of the rates, too, the last coefficient is filled, which the step itself has no need of.
+    This also fills the last coefficient of the rates, which the step itself does not need.
     """
     k, sign = side.k, side.sign
     fill_terms(side, order_of(side.rk4))
@@ -392,13 +385,13 @@ def part_of(step, x):
 
 @jit
 def set_aside(k):
-    """Keep row NEW in row SAVE."""
+    """Copy row NEW to row SAVE."""
     for i in range(ROW):
         k[SAVE + i] = k[NEW + i]
 
 
 @jit
 def restore(k):
-    """Write what was kept into row NEW again."""
+    """Copy row SAVE to row NEW."""
     for i in range(ROW):
         k[NEW + i] = k[SAVE + i]

@@ -2,10 +2,9 @@
 
 In reading order:
 
-    stored_code   what was compiled, on the disk
-    linking       how an entry and all that it calls become one piece of machine code
+    stored_code   compiled kernels on the disk
     deciding      branches that the types of arguments decide: what is absent, which law
-    compiling     how kernels are compiled
+    compiling     how kernels are compiled and linked, and what that relies on in Numba
     fours         rows of numbers: bare, and four numbers at a time
     elementary    sine, exponential, logarithm, roots and powers: the same bits everywhere
     tones         sums of many tones as polynomials over cells of time

@@ -1,47 +1,283 @@
-"""How kernels are compiled: what all other kernels stand on.
+"""How kernels are compiled, linked and stored.
 
-Strict floating point (no fastmath, no contraction) so that results are bit-identical from run to
-run and to the uncompiled code; NumPy's error model, so that no division raises inside a kernel.
-`linking` makes one piece of machine code of an entry and all that it calls; `stored_code` keeps
-what was compiled for other processes.
+Floating point is strict (no fastmath, no contraction), so that results have the same bits from run
+to run and without compiling, and NumPy's error model holds, so that no division raises in a kernel.
 
-Where Numba's inside is not what `linking` takes it for, entries are compiled plainly, with all that
-they call, to the same bits but in twice the time; Numba's own cache keeps them (`cached_by_numba`).
+Numba optimizes each function with all that it calls, once on each level of calls, and makes machine
+code of each. Here an inner kernel stays LLVM code of its own text. An entry, which Python calls, is
+linked with all inner kernels below it, each once, and optimized once: half the time (16 instead of
+31 s for one orbit), the same bits. `stored_code` keeps the results on the disk. Inner kernels of
+several processes are linked together, so `symbol` names a function by its text and types alone.
+
+This module relies on private parts of Numba: dispatchers (`registry.CPUDispatcher` and its
+`_compiler`, `_cache`, `overloads`), libraries (`codegen.JITCodeLibrary` and its `_final_module`,
+`_linking_libraries`), the passes of `compiler.CompilerBase`, `_reduce` and `_rebuild` of
+`CompileResult`, `targetctx.subtarget` and `_dynfunc.make_function`. If one of EXPECTED is missing,
+entries are compiled as Numba does it, to the same bits in twice the time, and Numba's own cache
+stores them.
 """
 
 from __future__ import annotations
 
 import gc
+import hashlib
 import importlib
+import pickle
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
-from types import FunctionType
-from typing import Any
+from types import CodeType, FunctionType
+from typing import Any, ClassVar, NamedTuple
 
+import llvmlite.binding as llvm
 import numba
-from numba.core import registry, sigutils, types, typing
+from numba import _dynfunc  # type: ignore[attr-defined] # written in C
+from numba.core import (
+    codegen,
+    compiler,
+    itanium_mangler,
+    registry,
+    serialize,
+    sigutils,
+    types,
+    typing,
+)
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.environment import Environment
 
-from . import linking, stored_code
+from . import stored_code
 from .deciding import DecidingCompiler, laws_among
 
-LINKED = linking.as_expected()
-"""Whether entries are linked from inner kernels; otherwise Numba compiles as it does by itself."""
+EXPECTED = (
+    (codegen.JITCodeLibrary, ("finalize", "_finalize_dynamic_globals", "_get_module_for_linking")),
+    (codegen.CPUCodegen, ("create_library",)),
+    (compiler.CompilerBase, ("_compile_bytecode", "compile_extra", "define_pipelines")),
+    (compiler.CompileResult, ("_reduce", "_rebuild")),
+    (_dynfunc, ("make_function",)),
+)
+"""Private parts of Numba without which entries are not linked."""
 
 
-STACK_PLACES = 1 << 16  # places for values
+def as_expected() -> bool:
+    return all(hasattr(owner, name) for owner, names in EXPECTED for name in names)
+
+
+LINKED = as_expected()
+
+
+# ---- names and libraries -------------------------------------------------------------------------
+
+
+def text_of(function: Any) -> str:
+    """Return the code of a function in a form that is the same in each process and at each line."""
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    names = [getattr(value, "__qualname__", repr(value)) for value in cells]
+    return repr((_plain(function.__code__), names))
+
+
+def _plain(code: CodeType) -> tuple[object, ...]:
+    """Return the parts of a code object that do not depend on its place in the file."""
+    constants = [_plain(one) if isinstance(one, CodeType) else one for one in code.co_consts]
+    return code.co_code, code.co_names, code.co_varnames, constants
+
+
+def symbol(name: str, function: Any, kinds: tuple[Any, ...]) -> str:
+    """Return the name of a compiled function, the same in each process that compiles it.
+
+    name: with that of its module; kinds: the types of the arguments.
+    """
+    key = "\n".join([text_of(function) if "<" in name else "", *map(str, kinds)])
+    digest = hashlib.sha256(key.encode()).hexdigest()[:24]
+    return itanium_mangler.mangle(name, (), abi_tags=(digest,))
+
+
+class Need(NamedTuple):
+    """An inner kernel that another one calls, as any process finds it."""
+
+    module: str
+    name: str  # of the kernel in its module, or of the function whose body it is
+    kinds: tuple[Any, ...]  # types of the arguments
+    symbol: str
+
+
+def set_linkage(module: Any, before: tuple[Any, ...], after: str) -> None:
+    """Change the linkage of the functions of a module.
+
+    `weak_odr` functions survive linking, also before they are called. `internal` ones vanish if
+    nothing calls them, and lose arguments that they do not use: orbits get 15 % faster.
+    """
+    for function in module.functions:
+        if not function.is_declaration and function.linkage in before:
+            function.linkage = after
+
+
+class InnerLibrary(codegen.JITCodeLibrary):
+    """The LLVM code of an inner kernel: not optimized with what it calls, no machine code."""
+
+    need: Need | None = None  # None if other processes cannot find it by name
+
+    @property
+    def called(self) -> list[InnerLibrary]:
+        """The inner kernels that this one calls itself."""
+        libraries = dict.fromkeys(self._linking_libraries)
+        return [library for library in libraries if isinstance(library, InnerLibrary)]
+
+    def finalize(self) -> None:
+        """Link all but inner kernels into the code, and leave it as it is."""
+        self._raise_if_finalized()
+        self._finalized = True
+        for library in dict.fromkeys(self._linking_libraries):
+            if not isinstance(library, InnerLibrary):
+                self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalize_dynamic_globals()
+        linkages = llvm.Linkage.external, llvm.Linkage.linkonce_odr
+        set_linkage(self._final_module, linkages, "weak_odr")
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0: there is no machine code."""
+        self._ensure_finalized()
+        return 0
+
+
+def all_called(library: Any, seen: dict[InnerLibrary, None]) -> Iterator[InnerLibrary]:
+    """Yield all inner kernels below a library, each once and after one that calls it."""
+    for other in library._linking_libraries:
+        if isinstance(other, InnerLibrary) and other not in seen:
+            seen[other] = None
+            yield other
+            yield from all_called(other, seen)
+
+
+class EntryLibrary(codegen.JITCodeLibrary):
+    """The code of an entry, linked with all inner kernels below it, then optimized as a whole."""
+
+    def finalize(self) -> None:
+        """Link, optimize, and make machine code."""
+        self._raise_if_finalized()
+        self.linked = list(all_called(self, {}))
+        for library in self.linked:
+            self._final_module.link_in(library._final_module, preserve=True)
+        others = self._linking_libraries
+        self._linking_libraries = [one for one in others if not isinstance(one, InnerLibrary)]
+        set_linkage(self._final_module, (llvm.Linkage.weak_odr,), "internal")
+        super().finalize()
+
+
+# ---- Numba's passes ------------------------------------------------------------------------------
+
+
+LEFT_OUT = ("InlineClosureLikes", "NopythonRewrites", "AnnotateTypes")
+"""Passes for closures, array expressions and printed types, which kernels lack: 6 % of the time."""
+
+
+class _Pipeline(DecidingCompiler):
+    """Numba's passes, with names that are the same in each process."""
+
+    library: type[codegen.JITCodeLibrary]
+    changes: ClassVar[dict[str, Any]] = {}
+    """Fields of the target context that differ."""
+
+    def _compile_bytecode(self) -> Any:
+        state = self.state
+        function, kinds = state.func_id.func, state.args
+        state.func_id.unique_name = state.func_id.func_qualname
+        state.func_id.unique_id = None
+
+        def mangler(name: str, types: Any, **_: Any) -> str:
+            return symbol(name, function, kinds)
+
+        state.targetctx = state.targetctx.subtarget(mangler=mangler, **self.changes)
+        state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
+        return super()._compile_bytecode()
+
+    def define_pipelines(self) -> list[Any]:
+        (passes,) = super().define_pipelines()
+        passes.passes = [one for one in passes.passes if one[0].__name__ not in LEFT_OUT]
+        return [passes]
+
+
+class EntryPipeline(_Pipeline):
+    """The passes of an entry, whose object code can be stored."""
+
+    library = EntryLibrary
+
+    def define_pipelines(self) -> list[Any]:
+        self.state.library.enable_object_caching()
+        return super().define_pipelines()
+
+
+def not_executable(library: Any, fndesc: Any, env: Any) -> Any:
+    """Return a stand-in for the machine code of an inner kernel."""
+    library._ensure_finalized()
+    name = fndesc.qualname.split(".")[-1]
+    return _dynfunc.make_function(fndesc.lookup_module(), name, "", 0, env, (library,))
+
+
+class InnerPipeline(_Pipeline):
+    """The passes of an inner kernel, which only other kernels call."""
+
+    library = InnerLibrary
+    changes: ClassVar = {"get_executable": not_executable}
+
+
+# ---- results as bytes ----------------------------------------------------------------------------
+
+
+def to_bytes(result: Any) -> bytes | None:
+    """Return a result of compiling as bytes, or None if it cannot be stored.
+
+    That of an entry holds machine code; that of an inner kernel, its own code and the names of the
+    inner kernels that it calls.
+    """
+    library = result.library
+    if library.has_dynamic_globals:
+        return None
+    if not isinstance(library, InnerLibrary):
+        return bytes(serialize.dumps(result._reduce()))
+    needs = [other.need for other in library.called]
+    if None in needs:
+        return None
+    descriptor = result.fndesc
+    descriptor.typemap = descriptor.calltypes = None
+    text = library._final_module.as_bitcode()
+    return bytes(serialize.dumps((result.signature, descriptor, library.name, text, needs)))
+
+
+def from_bytes(data: bytes, context: Any, inner: bool) -> Any:
+    """Return a result of compiling from its bytes; damaged ones may raise anything.
+
+    context: Numba's target; inner: whether it is of an inner kernel.
+    """
+    if not inner:
+        return compiler.CompileResult._rebuild(context, *pickle.loads(data))
+    signature, descriptor, name, text, needs = pickle.loads(data)
+    library = InnerLibrary(context.codegen(), name)
+    library._final_module = llvm.parse_bitcode(text)
+    library._linking_libraries = [
+        getattr(importlib.import_module(need.module), need.name).library(need) for need in needs
+    ]
+    library._finalized = True
+    entry = not_executable(library, descriptor, Environment.from_fndesc(descriptor))
+    return compiler.compile_result(
+        target_context=context, typing_context=context.typing_context, library=library,
+        entry_point=entry, fndesc=descriptor, signature=signature, objectmode=False, lifted=(),
+    )  # fmt: skip
+
+
+# ---- kernels -------------------------------------------------------------------------------------
+
+
+STACK_PLACES = 1 << 16  # values
 
 
 def with_room(function: Any) -> Any:
-    """Give a function, and all that it calls, room for values of their own.
+    """Let a function start a new piece of Python's stack that holds all that it calls.
 
-    Python keeps the values of running functions in pieces of memory of 2,048 places, which it asks
-    the system for, and gives back, as calls cross from one to the next. Calls that do so again and
-    again cost a sixth of the time of compiling. A function that says it needs much gets one piece
-    for itself and all below it; memory that nobody touches costs nothing.
+    Python keeps the values of running functions in pieces of 2,048, which it allocates and frees as
+    calls cross from one to the next: a sixth of the time of compiling. A function that declares a
+    large stack gets a piece of its own; memory that is not touched costs nothing.
     """
     function.__code__ = function.__code__.replace(co_stacksize=STACK_PLACES)
     return function
@@ -57,30 +293,24 @@ class Kernel(_Dispatcher):
     """Module and name under which other processes find it, or the function whose body it is."""
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return Numba's template of a call with arguments of these types.
-
-        A number that is known when compiling is a number like any other.
-        """
+        """Return Numba's template of a call with arguments of these types; literals are numbers."""
         signature, folded = self.fold_argument_types(args, kws)
         kinds = tuple(types.unliteral(kind) for kind in folded)
         self.compile(kinds)
-        found = [self.overloads[kinds].signature]
+        signatures = [self.overloads[kinds].signature]
         name = self.py_func.__name__
-        return typing.make_concrete_template(name, name, found), signature, kinds, {}
+        return typing.make_concrete_template(name, name, signatures), signature, kinds, {}
 
     def compile(self, sig: Any) -> Any:
-        """Compile the kernel for arguments of these types, unless it is; return its entry."""
+        """Return the entry for arguments of these types, loaded or compiled."""
         kinds = tuple(sigutils.normalize_signature(sig)[0])
         with global_compiler_lock:
             if kinds not in self.overloads:
                 self.add_overload(self._loaded(kinds) or self._compiled(kinds))
             return self.overloads[kinds].entry_point
 
-    def library(self, need: linking.Need) -> Any:
-        """Return the library of an inner kernel that another one is linked with.
-
-        Raises LookupError where it is another one now.
-        """
+    def library(self, need: Need) -> Any:
+        """Return the library of an inner kernel; LookupError if it no longer is what was needed."""
         self.compile(need.kinds)
         library = self.overloads[need.kinds].library
         if library.need != need:
@@ -89,65 +319,58 @@ class Kernel(_Dispatcher):
 
     @with_room
     def _compiled(self, kinds: tuple[Any, ...]) -> Any:
-        """Compile the kernel for arguments of these types, and store what comes of it."""
+        """Compile the kernel for arguments of these types, and store the result."""
         with _watch.compiling(self), self._compiling_counter:
             result = self._compiler.compile(kinds, None)
         if not LINKED:
             self._cache.save_overload(kinds, result)
         else:
             self._note(kinds, result)
-            data, file = linking.to_bytes(result), self.file(kinds)
+            data, file = to_bytes(result), self.file(kinds)
             if data is not None and file is not None:
                 stored_code.save(file, data)
         return result
 
     def _loaded(self, kinds: tuple[Any, ...]) -> Any:
         """Return the stored result for arguments of these types, or None."""
-        if not LINKED:
+        if LINKED:
+            file = self.file(kinds)
+            data = None if file is None else stored_code.load(file)
+            if data is None:
+                return None
+            self.targetctx.refresh()
+            try:
+                result = from_bytes(data, self.targetctx, isinstance(self, Inner))
+            except Exception:  # whatever damaged data, or those of other sources, lead to
+                stored_code.say_damaged()
+                return None
+            self._note(kinds, result)
+        else:
             result = self._cache.load_overload(kinds, self.targetctx)
-            if result is not None:
-                self.targetctx.insert_user_function(
-                    result.entry_point, result.fndesc, [result.library]
-                )
-            return result
-        file = self.file(kinds)
-        data = None if file is None else stored_code.load(file)
-        if data is None:
-            return None
-        inner = isinstance(self, Inner)
-        self.targetctx.refresh()
-        try:
-            result = linking.from_bytes(data, self.targetctx, inner, _library)
-        except Exception:  # whatever damaged data, or those of other sources, lead to
-            stored_code.say_damaged()
-            return None
-        self._note(kinds, result)
-        self.targetctx.insert_user_function(result.entry_point, result.fndesc, [result.library])
+        if result is not None:
+            self.targetctx.insert_user_function(result.entry_point, result.fndesc, [result.library])
         return result
 
     def _note(self, kinds: tuple[Any, ...], result: Any) -> None:
         """Note in the library of an inner kernel how other processes ask for it."""
         module, name = self.place
         if isinstance(self, Inner) and hasattr(sys.modules.get(module), name):
-            result.library.need = linking.Need(module, name, kinds, result.fndesc.mangled_name)
+            result.library.need = Need(module, name, kinds, result.fndesc.mangled_name)
 
     def file(self, kinds: tuple[Any, ...]) -> str | None:
-        """Return the file of what is compiled for arguments of these types; None: none."""
+        """Return the file name of the result for these types; None for code without a source."""
         source = Path(self.py_func.__code__.co_filename)
         if not source.exists():
             return None
         name = self.py_func.__qualname__
-        symbol = linking.symbol(name, self.py_func, kinds)
         processor = self.targetctx.codegen().magic_tuple()
         laws = {Path(law.__file__) for law in laws_among(kinds)}
-        return stored_code.file_name([source, *sorted(laws)], name, f"{symbol} {processor}")
+        key = f"{symbol(name, self.py_func, kinds)} {processor}"
+        return stored_code.file_name([source, *sorted(laws)], name, key)
 
 
 class Inner(Kernel):
-    """A kernel without the wrapper through which Python calls: without one, a call would crash.
-
-    Python that calls it all the same gets there by its `entry`.
-    """
+    """A kernel without the wrapper through which Python calls; Python calls its `entry` instead."""
 
     @cached_property
     def entry(self) -> Any:
@@ -165,19 +388,13 @@ class Inner(Kernel):
         return self.entry(*arguments)
 
 
-def _library(need: linking.Need) -> Any:
-    """Return the library of an inner kernel that is needed, found by its name."""
-    return getattr(importlib.import_module(need.module), need.name).library(need)
-
-
 def jit(
     function: Callable[..., Any] | None = None, *, entry: bool = False, inlined: bool = False
 ) -> Any:
-    """Compile a kernel: nopython, kept on the disk, strict floating point, for other kernels.
+    """Compile a kernel that other kernels call.
 
-    `entry=True` is for what only Python calls, and often.
-    `inlined=True` is for small functions in the hottest loops, which take or return fours: a call
-    would hand these on in memory.
+    entry: Python calls it, and often. inlined: for small functions in the hottest loops that take
+    or return fours, which a call would pass in memory.
 
     With the environment variable NUMBA_DISABLE_JIT=1 the function is returned as it is: slow,
     readable, debuggable, and equal to the last bit.
@@ -187,46 +404,41 @@ def jit(
     options: Any = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
     options |= {} if entry else {"no_cpython_wrapper": True}
     options |= {"forceinline": True} if inlined else {}
-    pipeline = linking.EntryPipeline if entry else linking.InnerPipeline
+    pipeline = EntryPipeline if entry else InnerPipeline
     options["pipeline_class"] = pipeline if LINKED else DecidingCompiler
     kernel: Any = numba.njit(**options)(function)
     if isinstance(kernel, _Dispatcher):  # none without compilation
         kernel.__class__ = Kernel if entry else Inner
         kernel.place = function.__module__, function.__qualname__
-        if entry and not LINKED:
-            cached_by_numba(kernel)
+        folder = stored_code.folder_of_numba() if entry and not LINKED else None
+        if folder is not None:
+            # Numba compares the source of the entry alone, so the folder belongs to all sources.
+            config: Any = numba.config
+            before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
+            try:
+                kernel.enable_caching()
+            finally:
+                config.CACHE_DIR = before
     return kernel
 
 
-def cached_by_numba(kernel: Any) -> None:
-    """Let Numba's own cache keep an entry, in a folder that belongs to the sources as they are.
-
-    Numba compares the file of the entry alone with what it was, not those of the kernels it calls.
-    """
-    config: Any = numba.config
-    folder, before = stored_code.folder_of_numba(), config.CACHE_DIR
-    if folder is not None:
-        config.CACHE_DIR = str(folder)
-        try:
-            kernel.enable_caching()
-        finally:
-            config.CACHE_DIR = before
+# ---- who is told of compilations -----------------------------------------------------------------
 
 
 class _Watch:
-    """Sees what is compiled, and lets the garbage collector rest until nested compilations end.
+    """Tells of compilations, and switches the garbage collector off until nested ones end.
 
-    It would look again and again through all that the compiler holds.
+    The collector would look again and again through all that the compiler holds.
     """
 
     def __init__(self) -> None:
-        self.told: list[Callable[[Any], object]] = []
-        self.ended: list[Callable[[Any], object]] = []
+        self.before: list[Callable[[Any], object]] = []
+        self.after: list[Callable[[Any], object]] = []
 
     @contextmanager
     def compiling(self, kernel: Any) -> Iterator[None]:
-        """Tell of a kernel before it is compiled in the block, and after it."""
-        for tell in tuple(self.told):
+        """Call the listeners before and after a kernel is compiled in the block."""
+        for tell in tuple(self.before):
             tell(kernel)
         outermost = gc.isenabled()
         gc.disable()
@@ -235,7 +447,7 @@ class _Watch:
         finally:
             if outermost:
                 gc.enable()
-            for tell in tuple(self.ended):
+            for tell in tuple(self.after):
                 tell(kernel)
 
 
@@ -246,15 +458,15 @@ _watch = _Watch()
 def told_of_compilations(
     tell: Callable[[Any], object], ended: Callable[[Any], object] = lambda kernel: None
 ) -> Iterator[None]:
-    """Call `tell(kernel)` before a kernel is compiled, not where the cache has it, in the block.
+    """Call `tell(kernel)` before each compilation in the block, and `ended(kernel)` after it.
 
-    What `tell` raises ends the compilation before it begins. After it, also one that has failed,
-    `ended(kernel)` is called.
+    A kernel that is loaded from the disk is not compiled. An exception raised by `tell` cancels the
+    compilation; `ended` is also called after one that failed.
     """
-    _watch.told.append(tell)
-    _watch.ended.append(ended)
+    _watch.before.append(tell)
+    _watch.after.append(ended)
     try:
         yield
     finally:
-        _watch.told.remove(tell)
-        _watch.ended.remove(ended)
+        _watch.before.remove(tell)
+        _watch.after.remove(ended)

@@ -1,14 +1,12 @@
-"""Compiled kernels on the disk: where they lie, and for which sources they hold.
+"""Compiled kernels on the disk: their folder, their files, and the sources for which these hold.
 
 Each specialization of a kernel is a file of its own, written whole, so that any number of processes
-may read and write.  A file that is damaged counts as not there, and is written anew.  What is read
-is run, so a file also counts as not there if another user but root owns it or its folder, or may
-write to them.
+may read and write. A damaged file is compiled and written anew. Files are run, so one is not read
+if another user than root owns it or its folder, or may write to them.
 
-What a file holds for is told by a stamp: of the syntax tree of the kernel's module, without
-comments and docstrings, and of all modules of the kernels that it imports; and of the laws of the
-walls among its arguments, which it need not know (`by_law`).  So a docstring may be changed, or a
-verdict, or another law, and no flight is compiled again.
+The stamp in a file's name is a hash of the syntax trees, without docstrings, of the kernel's module
+and of all kernel modules that it imports, and of the laws of the walls among its arguments, which
+it need not import (`by_law`). A change of a docstring or a verdict compiles no flight again.
 """
 
 from __future__ import annotations
@@ -36,16 +34,15 @@ CACHE_OF = (
     "nlds_vines: neither its own folder nor the cache of the user can be written: compiled kernels "
     "{where}; set NUMBA_CACHE_DIR to a folder that can be written, and is kept"
 )
-"""What is said where compiled kernels have no lasting place."""
 
 
 @cache
 def say_once(text: str) -> None:
-    """Say a line on standard error, once in a process."""
+    """Write a line to standard error, once in a process."""
     sys.stderr.write(text + "\n")
 
 
-# ---- where ---------------------------------------------------------------------------------------
+# ---- folders -------------------------------------------------------------------------------------
 
 
 NOT_TRUSTED = (
@@ -55,9 +52,9 @@ NOT_TRUSTED = (
 
 
 def _trusted(info: os.stat_result) -> bool:
-    """Return True if nobody but this user and root can have written a file or folder.
+    """Return True if only this user and root can have written a file or folder.
 
-    Where files have no such owner and mode, as on Windows, a user's folders are the user's alone.
+    On Windows, where files have no such owner and mode, a user's folders are the user's alone.
     """
     if not hasattr(os, "getuid"):
         return True
@@ -65,7 +62,7 @@ def _trusted(info: os.stat_result) -> bool:
 
 
 def _read(path: Path) -> bytes | None:
-    """Return the bytes of a file of a cache; None if it is not there, or not trusted."""
+    """Return the bytes of a file; None if it does not exist or is not trusted."""
     with suppress(OSError):
         if _trusted(path.parent.stat()):
             with path.open("rb") as file:
@@ -76,30 +73,23 @@ def _read(path: Path) -> bytes | None:
     return None
 
 
-def _private(folder: Path) -> bool:
-    """Return True if a folder is this user's, and nobody else's."""
-    found = folder.lstat()
-    private = stat.S_ISDIR(found.st_mode) and not stat.S_IMODE(found.st_mode) & 0o077
-    return not hasattr(os, "getuid") or (private and found.st_uid == os.getuid())
-
-
 def temporary_folder() -> Path:
-    """Return a folder of this user alone among the temporary ones, made if it is not there.
-
-    What lies in it is run, so a folder that others can write to is not taken.
-    Raises OSError where there is none that can be written.
-    """
+    """Return a temporary folder that only this user can read or write; OSError if there is none."""
     folder = Path(tempfile.gettempdir(), f"nlds_vines-{getattr(os, 'getuid', str)()}")
     with suppress(FileExistsError):
         folder.mkdir(mode=0o700)
-    return folder if _private(folder) else Path(tempfile.mkdtemp(prefix="nlds_vines-"))
+    info = folder.lstat()
+    is_private = stat.S_ISDIR(info.st_mode) and not stat.S_IMODE(info.st_mode) & 0o077
+    if not hasattr(os, "getuid") or (is_private and info.st_uid == os.getuid()):
+        return folder
+    return Path(tempfile.mkdtemp(prefix="nlds_vines-"))
 
 
 def _places() -> Iterator[Path]:
-    """Yield the lasting folders that may hold compiled kernels, the best one first.
+    """Yield the permanent folders that may hold compiled kernels, by preference.
 
-    The cache of the user is that of the XDG Base Directory Specification, which says to ignore a
-    relative path; a user without a home has none.
+    The user's cache is that of the XDG Base Directory Specification, which ignores relative paths;
+    a user without a home has none.
     """
     name = f"kernels-{hashlib.sha256(str(KERNELS).encode()).hexdigest()[:16]}"
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
@@ -112,7 +102,7 @@ def _places() -> Iterator[Path]:
 
 
 def _writable(folder: Path) -> bool:
-    """Return True if a folder is trusted and can be written; make it if it is not there."""
+    """Return True if a folder, made if it does not exist, can be written and is trusted."""
     try:
         folder.mkdir(mode=0o755, parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
@@ -123,7 +113,7 @@ def _writable(folder: Path) -> bool:
 
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
-    """Return the folder where this process keeps compiled kernels; None where there is none."""
+    """Return the folder to which this process writes compiled kernels, or None."""
     for place in _places():
         if _writable(place):
             return place
@@ -137,49 +127,35 @@ def folder() -> Path | None:
 
 @lru_cache(maxsize=1)
 def folder_of_numba() -> Path | None:
-    """Return the folder in which Numba keeps what it compiled from all sources as they are now.
-
-    Those of other sources are removed.
-    """
+    """Return the folder of Numba's own cache for the present sources; remove those of others."""
     place = folder()
     if place is None:
         return None
     sources = hashlib.sha256()
     for path in sorted(KERNELS.rglob("*.py")):
         sources.update(path.read_bytes())
-    own = place / f"numba-{sources.hexdigest()[:24]}"
+    present = place / f"numba-{sources.hexdigest()[:24]}"
     for stale in place.glob("numba-*"):
-        if stale != own:
+        if stale != present:
             shutil.rmtree(stale, ignore_errors=True)
-    return own
+    return present
 
 
-# ---- for which sources ---------------------------------------------------------------------------
-
-
-class _WithoutDocstrings(ast.NodeTransformer):
-    """Removes docstrings from a syntax tree."""
-
-    def generic_visit(self, node: ast.AST) -> ast.AST:
-        """Remove that of a node, and those below it."""
-        super().generic_visit(node)
-        body = getattr(node, "body", None)
-        if isinstance(body, list) and body and _is_text(body[0]):
-            del body[0]
-        return node
+# ---- sources -------------------------------------------------------------------------------------
 
 
 def _is_text(statement: ast.AST) -> bool:
-    return isinstance(getattr(getattr(statement, "value", None), "value", None), str) and (
-        isinstance(statement, ast.Expr)
-    )
+    value = getattr(statement, "value", None)
+    return isinstance(statement, ast.Expr) and isinstance(getattr(value, "value", None), str)
 
 
 def read_source(text: bytes) -> tuple[str, list[str]]:
-    """Return a hash of what a module does, and the names of those beside it that it may import."""
-    tree = _WithoutDocstrings().visit(ast.parse(text))
+    """Return a hash of a module's code without docstrings, and the kernel modules it may import."""
+    tree = ast.parse(text)
     beside = set()
     for node in ast.walk(tree):
+        if isinstance(body := getattr(node, "body", None), list):
+            node.body = [one for one in body if not _is_text(one)]  # type: ignore[attr-defined]
         if isinstance(node, ast.ImportFrom):
             module = f".{node.module or ''}" if node.level > 0 else node.module or ""
             if node.level > 0 or module.startswith("nlds_vines.kernels"):
@@ -190,20 +166,22 @@ def read_source(text: bytes) -> tuple[str, list[str]]:
 @cache
 def _source(path: Path) -> tuple[str, list[str]]:
     text = path.read_bytes()
-    noted, key = _notes(), f"{path.stem} {sys.version} {hashlib.sha256(text).hexdigest()}"
-    if key not in noted:
-        stale = [old for old in noted if old.startswith(f"{path.stem} ")]
-        for old in stale:
-            del noted[old]
-        noted[key] = read_source(text)
-        _write_notes()
-    code, beside = noted[key]
+    notes, key = _notes(), f"{path.stem} {sys.version} {hashlib.sha256(text).hexdigest()}"
+    if key not in notes:
+        for old in [old for old in notes if old.startswith(f"{path.stem} ")]:
+            del notes[old]
+        notes[key] = read_source(text)
+        place = folder()
+        if place is not None:
+            with suppress(OSError):
+                _write_whole(place / "sources.json", json.dumps(notes).encode())
+    code, beside = notes[key]
     return str(code), list(beside)
 
 
 @lru_cache(maxsize=1)
 def _notes() -> dict[str, tuple[str, list[str]]]:
-    """Return the notes on sources: reading a syntax tree takes longer than a hash."""
+    """Return the stored results of `read_source`, which takes longer than a hash."""
     place = folder()
     data = _read(place / "sources.json") if place else None
     with suppress(ValueError):
@@ -211,37 +189,29 @@ def _notes() -> dict[str, tuple[str, list[str]]]:
     return {}
 
 
-def _write_notes() -> None:
-    """Keep what is known of sources."""
-    place = folder()
-    if place is not None:
-        with suppress(OSError):
-            _write_whole(place / "sources.json", json.dumps(_notes()).encode())
-
-
 def modules() -> dict[str, Path]:
-    """Return the files of all kernels by their names, which are used once."""
+    """Return the files of all kernel modules by their names, each of which occurs once."""
     return {path.stem: path for path in KERNELS.rglob("*.py") if path.stem != "__init__"}
 
 
 @cache
 def stamp_of(*paths: Path) -> str:
-    """Return a hash of what the compiled code of a kernel depends on.
+    """Return a hash of all that the compiled code of a kernel depends on.
 
-    These are its module and those of its laws, those of the kernels that they import, and theirs;
-    the versions of Python and of the compiler, and how much it is to optimize.
+    paths: its module and those of its laws. Included are the kernel modules that they import,
+    directly or not, the versions of Python and of the compiler, and its levels of optimization.
     """
     config = numba.config
     options = config.OPT, config.LOOP_VECTORIZE, config.SLP_VECTORIZE  # type: ignore[attr-defined]
     versions = sys.version, numba.__version__, llvmlite.__version__
     digest = hashlib.sha256(repr((versions, options)).encode())
-    there, left, known = modules(), [*paths], {*paths}
+    files, left, seen = modules(), [*paths], {*paths}
     while left:
         code, beside = _source(left.pop())
         digest.update(code.encode())
-        found = sorted({there[name] for name in beside if name in there} - known)
-        left += found
-        known |= {*found}
+        further = sorted({files[name] for name in beside if name in files} - seen)
+        left += further
+        seen |= {*further}
     return digest.hexdigest()
 
 
@@ -249,10 +219,7 @@ def stamp_of(*paths: Path) -> str:
 
 
 def _write_whole(path: Path, data: bytes) -> None:
-    """Write a file that other processes see whole or not at all.
-
-    Its mode is that of the umask, but for writing: `_read` does not trust what others may write to.
-    """
+    """Write a file that other processes see whole or not at all, and only this user may write."""
     draft = path.with_name(f"{path.name}.{secrets.token_hex(8)}")
     number = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
     try:
@@ -267,15 +234,14 @@ def _write_whole(path: Path, data: bytes) -> None:
 def load(name: str) -> bytes | None:
     """Return the bytes that `save` has stored by this name, or None.
 
-    A file is the SHA-256 of the data (32 bytes), then the data; a damaged one is said, and the next
-    place is tried.  For which sources it holds, its name tells.  Places: the folder this process
-    writes to, then the other lasting ones, which may be read-only, as in an image of a container.
-    Of these, a folder that the user has chosen (NUMBA_CACHE_DIR) is the only one.
+    A file is the SHA-256 of the data (32 bytes), then the data. The folder that this process writes
+    to comes first, then the other permanent ones, which may be read-only as in a container's image.
+    With NUMBA_CACHE_DIR that folder is the only one.
     """
-    own, others = folder(), [*_places()]
+    chosen, others = folder(), [*_places()]
     if os.environ.get("NUMBA_CACHE_DIR"):
         others = others[:1]
-    for place in dict.fromkeys([*([own] if own else []), *others]):
+    for place in dict.fromkeys([*([chosen] if chosen else []), *others]):
         data = _read(place / name)
         if data is not None:
             if hashlib.sha256(data[32:]).digest() == data[:32]:
@@ -289,7 +255,7 @@ def say_damaged() -> None:
 
 
 def save(name: str, data: bytes) -> None:
-    """Keep data in a file, and remove what the same kernels were for other sources."""
+    """Store data in a file; remove files of the same modules for other sources."""
     place = folder()
     if place is not None:
         with suppress(OSError):
@@ -299,12 +265,11 @@ def save(name: str, data: bytes) -> None:
 
 @lru_cache(maxsize=1)
 def _remove_stale(place: Path) -> None:
-    """Remove from a folder what holds for other sources of these modules."""
-    there = modules()
+    files = modules()
     for path in place.glob(f"*{SUFFIX}"):
         names = path.name.partition(".")[0].split("+")
-        if all(name in there for name in names):
-            stamp = stamp_of(*(there[name] for name in names))
+        if all(name in files for name in names):
+            stamp = stamp_of(*(files[name] for name in names))
             if not path.name.endswith(f"-{stamp[:16]}{SUFFIX}"):
                 path.unlink(missing_ok=True)
 
@@ -313,7 +278,7 @@ SUFFIX = ".compiled"
 
 
 def file_name(sources: Sequence[Path], name: str, key: str) -> str:
-    """Return the name of the file of a kernel: of its `name`, for a `key`.
+    """Return the file name of a kernel of this `name` for a `key` of its types and processor.
 
     sources: its module, then the laws of the walls among its arguments.
     """

@@ -4,16 +4,15 @@ The kind `ssbl` without impacts on the structure: the design has to prevent them
 reported as a violation.
 """
 
-from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
 from nlds_vines.model.scenes.base import Scene
-from nlds_vines.model.scenes.ssbl import obstacle, rest, to_obstacle, to_structure
+from nlds_vines.model.scenes.ssbl import SCENE as SSBL
 
 SCENE = Scene(
     kind="ssvi-b",
     meaning="single-sided NES: strikes an obstacle, must not reach the structure (x1 < x2)",
-    own=(*STRUCTURE, *DAMPER, "C", "D", *FORCING),
-    rest=rest,
-    gap_far=to_obstacle,
-    limit=to_structure,
-    obstacle=obstacle,
+    own=SSBL.own,
+    rest=SSBL.rest,
+    gap_far=SSBL.gap_far,
+    limit=SSBL.gap_near,
+    obstacle=SSBL.obstacle,
 )

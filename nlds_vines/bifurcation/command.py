@@ -207,6 +207,7 @@ class Job(commands.Job):
         return [
             scan.title,
             f"system:   {parameters_in_words(scan.system, scan.varied)}",
+            *(f"axis:     {axis.heading()}" for axis in scan.axes),
             f"orbits:   {scan.lanes} ({grid} cells, {counted(scan.starts, 'start')} each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
             f"results:  {size(result_bytes(scan))} before compression",

@@ -230,7 +230,8 @@ class Job(commands.Job):
         }
         return [
             request.title,
-            f"along:    {along.name} from {along.low:g} to {along.high:g}",
+            f"along:    {along.heading()}",
+            *([] if request.plane is None else [f"plane:    {request.plane.heading()}"]),
             f"start:    {starts[begin.policy]}"
             + ("" if begin.policy == "orbits" else f", at {along.name} = {request.value:g}"),
             f"branches: and those of {request.doublings} period doublings one after another",

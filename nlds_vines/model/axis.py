@@ -12,7 +12,7 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import Reordered, RequestError, choice, number, shown, string, table, whole
-from nlds_vines.model.parameters import PARAMETERS, RATIOS, described
+from nlds_vines.model.parameters import PARAMETERS, RATIOS, described, ends_in_words
 
 LINEAR, LOG = "linear", "log"
 """Scales of a range: values at equal distances, or at equal ratios."""
@@ -54,7 +54,8 @@ class Axis(Outlined):
     def heading(self) -> str:
         """Return the parameter, the ends and the number of its values."""
         values = self.values
-        return f"{self.name} = {values[0]:g} to {values[-1]:g} ({values.size} values)"
+        ends = ends_in_words(self.name, float(values[0]), float(values[-1]))
+        return f"{self.name} = {ends}, {values.size} value{'s' * (values.size > 1)}"
 
     def outline(self) -> Rows:
         """Return nothing else."""
@@ -190,6 +191,10 @@ class Interval:
             raise RequestError(
                 f"{self.name} from {self.low!r} to {self.high!r}: the first must be the lesser"
             )
+
+    def heading(self) -> str:
+        """Return the parameter and its ends."""
+        return f"{self.name} from {ends_in_words(self.name, self.low, self.high)}"
 
     def nearest(self, value: float) -> float:
         """Return a value if it lies in the interval, otherwise the nearest end."""

@@ -326,6 +326,15 @@ def with_unit(name: str, text: str) -> str:
     return text if unit == "1" else f"{text} {unit}"
 
 
+def ends_in_words(name: str, low: float, high: float) -> str:
+    """Return the ends of a range with their unit, those of a frequency in rad/s and in Hz."""
+    factor, other = {"rad/s": (0.5 / pi, "Hz"), "Hz": (2.0 * pi, "rad/s")}.get(
+        DESCRIBED[name].unit if name in DESCRIBED else "1", (0.0, "")
+    )
+    text = with_unit(name, f"{low:g} to {high:g}")
+    return f"{text} ({low * factor:.4g} to {high * factor:.4g} {other})" if other else text
+
+
 def setting_in_words(name: str, value: float) -> str:
     """Return a parameter with its value and unit as text: K = 2.5e+07 N/m^1.5."""
     return f"{symbol_of(name)} = {with_unit(name, f'{value:g}')}"

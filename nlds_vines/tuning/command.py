@@ -163,7 +163,7 @@ class Job(commands.Job):
         orbits = tuning.case_count * (tuning.draws + 1)
         records = [] if history is None else history.load.records_in_words(history.duration)
         bounds = [
-            f"free:     {item.name} from {item.low:g} to {item.high:g}"
+            f"free:     {item.heading()}"
             f"{', logarithmic' if item.logarithmic else ''}"
             f"{' (does not enter the dynamics: shifts pictures only)' if item.inert else ''}"
             for item in tuning.free
@@ -176,6 +176,7 @@ class Job(commands.Job):
             *(f"draws:    {one.words()}" for one in tuning.uncertain),
             f"objective: {tuning.objective_in_words}",
             f"judged:   by the {tuning.judged}: {cases_in_words}{from_rest}",
+            *(f"axis:     {axis.heading()}" for axis in tuning.over),
             f"search:   {search.method}, {search.population} designs in each of at most "
             f"{search.generations + 1} generations, seeds {search.seed} to {search.all_seeds[-1]}",
             f"designs:  at most {tuning.most_evaluations}, {orbits} orbits each",

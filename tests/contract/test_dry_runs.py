@@ -13,8 +13,17 @@ TOLD = {
     ],
     "portrait --start -0.03,0.1,.2,0": ["from (-0.03, 0.1, 0.2, 0.0)"],
     "portrait --start -.03,0.1,0,0": ["from (-0.03, 0.1, 0.0, 0.0)"],
-    "tuning --band 5:8:61 --plot a.png": ["61 values of omega", "k2 from 10 to 10000, logarithmic"],
-    "tuning --free V": ["V from 0 to 0.5 (does not enter the dynamics"],
+    "tuning --band 5:8:61 --plot a.png": [
+        "61 values of omega", "k2 from 10 to 10000 N/m, logarithmic",
+        "omega = 5 to 8 rad/s (0.7958 to 1.273 Hz), 61 values",
+    ],
+    "tuning --free V": ["V from 0 to 0.5 m (does not enter the dynamics"],
+    "bifurcation --vary f=5:8:3": ["omega = 31.4159 to 50.2655 rad/s (5 to 8 Hz), 3 values"],
+    "bifurcation --vary f1=1:2:3": ["f1 = 1 to 2 Hz (6.283 to 12.57 rad/s), 3 values"],
+    "response-curves": ["omega = 4.5 to 8 rad/s (0.7162 to 1.273 Hz), 351 values"],
+    "continuation --along f=0.8:1.2 --plane P=500:900": [
+        "omega from 5.02655 to 7.53982 rad/s (0.8 to 1.2 Hz)", "P from 500 to 900 N"
+    ],
 }  # fmt: skip
 """What a command line says, by its words."""
 

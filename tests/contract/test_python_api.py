@@ -141,7 +141,13 @@ def test_a_repr_has_five_lines_at_most(objects):
 @pytest.mark.kernels
 def test_a_repr_says_what_matters(objects):
     text = "\n".join(map(repr, objects))
-    for word in ("ssul-set6", "m1 = 1000", "ssvi-c", "omega = 5 to 8 (1201 values)", "E1max = "):
+    for word in (
+        "ssul-set6",
+        "m1 = 1000",
+        "ssvi-c",
+        "omega = 5 to 8 rad/s (0.7958 to 1.273 Hz), 1201 values",
+        "E1max = ",
+    ):
         assert word in text, word
 
 

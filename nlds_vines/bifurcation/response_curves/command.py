@@ -126,6 +126,7 @@ class Job(commands.Job):
         return [
             request.title,
             *(f"curve:    {name}, {scan.lanes} orbits" for name in request.names),
+            *(f"axis:     {axis.heading()}" for axis in scan.axes),
             f"periods:  {scan.transient} + {scan.periods} each, {request.lanes * each} in all",
             f"archive:  {self.archive}",
             *([] if self.plot is None else [f"picture:  {self.plot}"]),

@@ -119,7 +119,7 @@ class Bounds:
 
 
 def at_value(section_map: SectionMap, place: np.ndarray, n: int, value: float) -> Cycle | None:
-    """Return the nT orbit near a place at a value of the parameter; None if there is none."""
+    """Return the nT orbit near a place at a value of the parameter; None if no orbit closes."""
     row = np.zeros(len(place))
     row[-1] = 1.0
     start = place.copy()
@@ -216,7 +216,9 @@ def _append(
     a = arm.points[-1]
     if not bounds.contains(b.value):
         value = bounds.low if b.value < bounds.low else bounds.high
-        cycle = at_value(section_map, _between(a, b, value), b.cycle.n, value)
+        share = (value - a.value) / (b.value - a.value)
+        place = a.cycle.place + share * (b.cycle.place - a.cycle.place)
+        cycle = at_value(section_map, place, b.cycle.n, value)
         end = None if cycle is None else point_of(section_map, cycle, a.tangent, bounds.lengths)
         arm.end = "bound"
         if end is None:
@@ -226,7 +228,7 @@ def _append(
         arm.end = "long"
     elif _is_back(arm, b):
         arm.end = "closed"
-    elif _passes_shorter(section_map, arm, b):
+    elif _passes_shorter(arm, b):
         arm.end = "shorter"
     elif followed is not None and followed(b):
         arm.end = "known"
@@ -256,12 +258,6 @@ def _drop_turn_at_branch_point(arm: Arm) -> None:
         arm.specials[-2:] = [special for special in last if special.kind == "BP"]
 
 
-def _between(a: Point, b: Point, value: float) -> np.ndarray:
-    """Interpolate the place between two points linearly to a value of the parameter."""
-    share = (value - a.value) / (b.value - a.value)
-    return a.cycle.place + share * (b.cycle.place - a.cycle.place)
-
-
 # ---- why a branch ends ----
 
 
@@ -282,7 +278,7 @@ def _is_back(arm: Arm, b: Point) -> bool:
     return False
 
 
-def _passes_shorter(section_map: SectionMap, arm: Arm, b: Point) -> bool:
+def _passes_shorter(arm: Arm, b: Point) -> bool:
     """Return True if an orbit of even n becomes one of n / 2 between the last point and b."""
     a = arm.points[-1]
     if b.cycle.n % 2 or len(arm.points) < 2:
@@ -311,22 +307,21 @@ def _shorter_orbit(section_map: SectionMap, arm: Arm, b: Point) -> Point:
     return b if cycle is None else replace(b, cycle=cycle)
 
 
-def _distances_to_grazing(a: Point, b: Point) -> list[float]:
-    """Extrapolate linearly how far from b the clearance and the softest impact speed vanish."""
-    step, distances = step_between(a, b), []
+def _longest_step_to_grazing(section_map: SectionMap, arm: Arm) -> float:
+    """Return the longest step: if impacts are rigid, a fraction of the distance to a grazing.
+
+    The distances at which the clearance and the softest approach speed vanish are extrapolated
+    linearly.
+    """
+    if not shoots_from_flights(section_map.scene) or len(arm.points) < 2:
+        return math.inf
+    a, b = arm.points[-2:]
+    step, distance = step_between(a, b), math.inf
     for name in ("clearance", "slowest"):
         before, now = getattr(a.cycle, name), getattr(b.cycle, name)
         if math.isfinite(before) and math.isfinite(now) and before > now and step > 0.0:
-            distances.append(step * now / (before - now))
-    return distances
-
-
-def _longest_step_to_grazing(section_map: SectionMap, arm: Arm) -> float:
-    """Return the longest step: if impacts are rigid, a fraction of the distance to a grazing."""
-    if not shoots_from_flights(section_map.scene) or len(arm.points) < 2:
-        return math.inf
-    distances = _distances_to_grazing(*arm.points[-2:])
-    return max(NEARER * min(distances, default=math.inf), LEAST_STEP * 1.0e-3)
+            distance = min(distance, step * now / (before - now))
+    return max(NEARER * distance, LEAST_STEP * 1.0e-3)
 
 
 def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
@@ -357,7 +352,8 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
         cycle = replace(
             point.cycle, state=place[:-1], values=place[-1:], points=there.points, **grazes
         )
-        wall = "both" if both else _wall(section_map)
+        walls = section_map.scene.walls
+        wall = "both" if both else walls[0] if len(walls) == 1 else ""
         label, beyond = label_of_cycle(cycle), name_of(cycle.n, sum(cycle.counts) + change)
         end, index = replace(point, cycle=cycle), len(arm.points) - 1
         arm.best_grazing = Special("GR", end, label, beyond, error, width, wall, index)
@@ -416,12 +412,6 @@ def _knots(name: str, points: list[Point]) -> list[tuple[float, np.ndarray]]:
         if not knots or now > KNOT_RATIO * knots[-1][0]:
             knots.append((now, cycle.place))
     return knots[::-1]
-
-
-def _wall(section_map: SectionMap) -> str:
-    """Return the wall of a grazing if the scene has one wall, otherwise ""."""
-    walls = section_map.scene.walls
-    return walls[0] if len(walls) == 1 else ""
 
 
 def _is_beyond(section_map: SectionMap, point: Point) -> bool:

@@ -248,11 +248,6 @@ class Tracer:
         """Return the section map at the phase of a point."""
         return self.section_map.shot(point.cycle.since)
 
-    def at_best(self, point: Point) -> Point:
-        """Return a point at the phase that is best to go on from (`better_map`)."""
-        better = better_map(self.map_of(point), point.cycle)
-        return point if better is None else self.seen_by(better, point) or point
-
     def seen_by(self, after: SectionMap, point: Point) -> Point | None:
         """Return a point of the curve in the map `after`; None if its orbit is lost."""
         if after.since == point.cycle.since:
@@ -280,7 +275,11 @@ class Tracer:
         while len(points) < MOST_POINTS:
             a = points[-1]
             b, ratio = self.along(a, step)
-            worst = math.inf if b is None else self._worst(a, b, ratio)
+            worst = math.inf  # the factor by which the step is too long
+            if b is not None:
+                # the gradient of a GR's equation has a kink, so its contraction does not count
+                bent = 0.0 if self.kind == "GR" else math.sqrt(ratio / CONTRACTION)
+                worst = max(bent, angle_of(a, b) / ANGLE)
             if b is None or (worst > SHARPEST and step > 2.0 * LEAST_STEP):
                 step *= 0.5
                 if step < LEAST_STEP:
@@ -294,7 +293,8 @@ class Tracer:
                     points.append(end)
                 return points, meetings, "bound"
             meetings.extend(self.meetings(a, b, step))
-            points.append(self.at_best(b))
+            better = better_map(self.map_of(b), b.cycle)
+            points.append(b if better is None else self.seen_by(better, b) or b)
             if self.kind == "NS" and not is_torus(b.cycle):
                 return points, meetings, "neutral"
             if self._is_back(points):
@@ -322,24 +322,23 @@ class Tracer:
         """Return a point of the curve at phase zero; None if its orbit is lost on the way there."""
         return self.seen_by(self.section_map, point)
 
-    def _worst(self, a: Point, b: Point, ratio: float) -> float:
-        """Return the factor by which a step is too long, by contraction and by angle.
-
-        The gradient of a GR's equation has a kink, so its contraction does not count.
-        """
-        bent = 0.0 if self.kind == "GR" else math.sqrt(ratio / CONTRACTION)
-        return max(bent, angle_of(a, b) / ANGLE)
-
     def meetings(self, a: Point, b: Point, step: float) -> list[Meeting]:
         """Return the points of codimension two between two points."""
         meetings = [] if self.kind == "GR" else self._touches(a, b, step)
         for name, condition in CONDITIONS[self.kind].items():
-            test = self._condition(condition)
-            before, after = test(a), test(b)
-            if not before * after < 0.0:
+
+            def test(point: Point, condition: str = condition) -> float:
+                if condition == "cusp":
+                    return self._bend(point)
+                return other_condition(self.kind, condition, point.cycle)
+
+            if not test(a) * test(b) < 0.0:
                 continue
             place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
-            if place is not None and self._is_true(name, place[1]):
+            if place is None:
+                continue
+            mu = place[1].cycle.multipliers.tolist()
+            if name != "GR-NS" or any(abs(m.imag) > 1.0e-6 for m in mu):  # no neutral saddle
                 meetings.append(Meeting(name, place[1]))
         return meetings
 
@@ -354,12 +353,6 @@ class Tracer:
 
         place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
         return [] if place is None else [Meeting(f"GR-{self.kind}", place[1])]
-
-    def _condition(self, condition: str) -> Callable[[Point], float]:
-        """Return the test function of a condition, as a function of a point."""
-        if condition == "cusp":
-            return self._bend
-        return lambda point: other_condition(self.kind, condition, point.cycle)
 
     def _bend(self, point: Point) -> float:
         """Return the quadratic coefficient of the map along the null vector of a fold."""
@@ -378,12 +371,6 @@ class Tracer:
         bend = images[0] + images[1] - 2.0 * cycle.points[-1, :size]
         sign = 1.0 if float((left * right).sum()) >= 0.0 else -1.0
         return sign * float((left * bend).sum()) / (unit * unit)
-
-    def _is_true(self, name: str, point: Point) -> bool:
-        """Return False for a GR-NS whose multipliers are all real: a neutral saddle."""
-        if name == "GR-NS":
-            return any(abs(mu.imag) > 1.0e-6 for mu in point.cycle.multipliers.tolist())
-        return True
 
     def _is_back(self, points: list[Point]) -> bool:
         """Return True if the curve is back at its first point, at any phase of the orbit."""

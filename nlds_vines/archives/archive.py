@@ -14,6 +14,7 @@ import csv
 import io
 import math
 import os
+import secrets
 import shutil
 import tempfile
 import weakref
@@ -67,9 +68,14 @@ def write(
         pieces: the results, in any order; cells without a piece have their fill value.
         attributes: returns the attributes of the file; called after the last piece was taken.
 
-    One piece of numbers is in memory at a time, and all strings: their length is that of the
-    longest.  Raises OSError or (from HDF5) RuntimeError if the file cannot be written.
+    An archive without a name (`ArchivePath.named` is None) stays in memory.  Of a file, one piece
+    of numbers is in memory at a time, and all strings: their length is that of the longest.
+
+    Raises OSError or (from HDF5) RuntimeError if the file cannot be written.
     """
+    if isinstance(path, ArchivePath) and path.unnamed is not None:
+        path.unnamed.memory = Memory.of(table, scales, pieces, attributes)
+        return
     import h5py
 
     with path.open("wb") as trial:  # HDF5 may crash if the disk fills while it writes
@@ -157,6 +163,74 @@ def chunk_shape(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
 # ---- reading -------------------------------------------------------------------------------------
 
 
+class Memory:
+    """An archive in memory.
+
+    Attributes: the `table` of its datasets, its `scales`, its `arrays` by name, its `attributes`,
+    which are made when they are first asked for, and the `request`, if it is there as an object.
+    """
+
+    def __init__(
+        self,
+        table: Table,
+        scales: Mapping[str, Scale],
+        arrays: Mapping[str, np.ndarray],
+        attributes: Callable[[], Mapping[str, Value]],
+        request: Any = None,
+    ) -> None:
+        self.table, self.scales, self.arrays, self.request = table, scales, arrays, request
+        self._attributes = attributes
+
+    @classmethod
+    def of(
+        cls,
+        table: Table,
+        scales: Iterable[Scale],
+        pieces: Iterable[Piece],
+        attributes: Callable[[], Mapping[str, Value]],
+    ) -> Memory:
+        """Return the archive that `write` would write."""
+        used = {dim for entry in table.datasets.values() for dim in entry.dims}
+        arrays: dict[str, np.ndarray] = {}
+        for name, where, values in pieces:
+            entry, shape = table.datasets[name], table.shape(name)
+            dtype = np.dtype(object if entry.dtype == "str" else entry.dtype)
+            if values.shape == shape:
+                arrays[name] = np.asarray(values, dtype)
+                continue
+            if name not in arrays:
+                arrays[name] = np.full(shape, entry.fill, dtype)
+            arrays[name][where] = values
+        for name, entry in table.datasets.items():
+            if name not in arrays:
+                dtype = np.dtype(object if entry.dtype == "str" else entry.dtype)
+                arrays[name] = np.full(table.shape(name), entry.fill, dtype)
+        return cls(table, {one.name: one for one in scales if one.name in used}, arrays, attributes)
+
+    @cached_property
+    def attributes(self) -> dict[str, Value]:
+        return dict(self._attributes())
+
+    def save(self, path: Path) -> None:
+        """Write it to a file."""
+        datasets = self.table.datasets
+        pieces = whole((datasets[name], values) for name, values in self.arrays.items())
+        write(path, self.table, self.scales.values(), pieces, lambda: self.attributes)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle it without its request, which is in the attributes."""
+        return _restored, (self.table, self.scales, self.arrays, self.attributes)
+
+
+def _restored(
+    table: Table,
+    scales: Mapping[str, Scale],
+    arrays: Mapping[str, np.ndarray],
+    attributes: Mapping[str, Value],
+) -> Memory:
+    return Memory(table, scales, arrays, lambda: attributes)
+
+
 def read(path: str | os.PathLike[str]) -> ArchiveView:
     """Open an archive for reading, with or without a `with` statement.
 
@@ -195,6 +269,8 @@ def read(path: str | os.PathLike[str]) -> ArchiveView:
     if not isinstance(path, str | os.PathLike):
         raise RequestError(f"archive = {shown(path)} must be the path of a file")
     path = ArchivePath.of(path)
+    if path.unnamed is not None and path.unnamed.memory is not None:
+        return _MemoryView(path, path.unnamed.memory)
     try:
         open_regular(path).close()  # HDF5 would wait for a pipe
     except FileNotFoundError:
@@ -291,9 +367,11 @@ class ArchiveView(Outlined):
             if not isinstance(i, slice):
                 length = shape[entry.dims.index(dim)]
                 index[dim] = whole_number(f"{dim} of {name}", i, -length, length - 1)
-        where = tuple(index.get(dim, slice(None)) for dim in entry.dims)
-        with self._damage(f"dataset {name}"):
-            dataset = self._file[name]
+        return self._values(entry, tuple(index.get(dim, slice(None)) for dim in entry.dims))
+
+    def _values(self, entry: Dataset, where: tuple[int | slice, ...]) -> np.ndarray:
+        with self._damage(f"dataset {entry.name}"):
+            dataset = self._file[entry.name]
             return dataset.asstr()[where] if entry.dtype == "str" else dataset[where]
 
     @cached_property
@@ -367,7 +445,7 @@ class ArchiveView(Outlined):
     def to_xarray(self) -> Any:
         """Return all of it as an `xarray.Dataset`, in memory; needs the extra `xarray`."""
         with library("xarray").open_dataset(
-            self.path, engine="h5netcdf", decode_times=False
+            os.fspath(self.path), engine="h5netcdf", decode_times=False
         ) as dataset:
             return dataset.load()
 
@@ -446,6 +524,61 @@ class ArchiveView(Outlined):
         return columns
 
 
+class _MemoryView(ArchiveView):
+    """An archive in memory, which is read as a file is."""
+
+    def __init__(self, path: ArchivePath, memory: Memory) -> None:
+        self.path, self._memory, self.names = path, memory, tuple(sorted(memory.arrays))
+
+    def close(self) -> None:
+        pass
+
+    def heading(self) -> str:
+        return self.text("title")
+
+    def outline(self) -> Rows:
+        yield "dimensions", ", ".join(self._memory.scales)
+        yield "datasets", ", ".join(self.names)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._memory.arrays or name in self._memory.scales
+
+    def _values(self, entry: Dataset, where: tuple[int | slice, ...]) -> np.ndarray:
+        name, memory = entry.name, self._memory
+        values = memory.arrays[name] if name in memory.arrays else memory.scales[name].values
+        return np.array((values.astype(object) if values.dtype.kind == "U" else values)[where])
+
+    @cached_property
+    def attrs(self) -> dict[str, Any]:
+        return dict(self._memory.attributes)
+
+    @property
+    def content(self) -> str:
+        request = self._memory.request
+        return str(self.attrs["content"] if request is None else request.content)
+
+    def request(self, content: str, load: Callable[[dict[str, Any]], Read]) -> Read:
+        request: Read | None = self._memory.request
+        if request is None or self.content != content:
+            return super().request(content, load)
+        return request
+
+    def describe(self, name: str) -> Dataset:
+        if name in self._memory.arrays:
+            return self._memory.table.datasets[name]
+        if name not in self:
+            raise unknown(f"dataset of {self.path}:", name, self.names)
+        _, values, units, long_name = self._memory.scales[name]
+        is_text = values.dtype.kind in "OU"
+        dtype = "str" if is_text else str(values.dtype)
+        fill = "" if is_text else values.dtype.type(0).item()
+        return Dataset(name, (name,), dtype, units, long_name, fill)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        dims = self.describe(name).dims
+        return tuple(self._memory.table.length[dim] for dim in dims)
+
+
 def _described(name: str, dataset: h5py.Dataset) -> Dataset:
     """Return the description of a dataset or scale of an archive."""
     is_text, attrs, flags = dataset.dtype.kind in "OS", dataset.attrs, None
@@ -476,37 +609,49 @@ def _first_line(error: Exception) -> str:
 # ---- paths of archives ---------------------------------------------------------------------------
 
 
-class _Folder:
-    """A folder that is removed with the last reference to this object."""
+class Unnamed:
+    """An archive without a name: in memory, and in a temporary file once its path is used."""
 
-    def __init__(self) -> None:
-        self.path = Path(tempfile.mkdtemp(prefix="nlds_vines-"))
-        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+    def __init__(self, stem: str) -> None:
+        folder = Path(tempfile.gettempdir(), f"nlds_vines-{secrets.token_hex(8)}")
+        self.path = folder / f"{stem}.h5"
+        self.memory: Memory | None = None
+        self._is_saved = False
+
+    def file(self) -> str:
+        """Return the path of the file, which is removed with the last reference to this object."""
+        if self.memory is not None and not self._is_saved:
+            self.path.parent.mkdir(mode=0o700)
+            weakref.finalize(self, shutil.rmtree, self.path.parent, ignore_errors=True)
+            self.memory.save(self.path)
+            self._is_saved = True
+        return str(self.path)
 
 
 class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Path alone is abstract
     """The path of an archive; it can be used like any other path.
 
-    An archive without a name (no `to=`) lies in a temporary folder, which is removed with the last
-    path that refers to it.  Pickling such a path includes the content of the archive.
+    An archive without a name (no `to=`) is in memory.  If something opens its path, it is written
+    to a temporary file, which is removed with the last path that refers to it.  Pickling such a
+    path includes the content of the archive.
     """
 
-    _folder: _Folder | None = None
+    unnamed: Unnamed | None = None
 
     @classmethod
     def of(cls, path: str | os.PathLike[str]) -> ArchivePath:
         """Return a path as that of an archive."""
         result = cls(path)
-        result._folder = getattr(path, "_folder", None)
+        result.unnamed = getattr(path, "unnamed", None)
         return result
 
     @classmethod
     def for_result(
         cls, to: str | os.PathLike[str] | None, stem: str, *options: bool
     ) -> ArchivePath:
-        """Return the path of a result: the user's file `to`, or a temporary one if it is None.
+        """Return the path of a result: the user's file `to`, or one in memory if it is None.
 
-        Arguments: the file; `stem`, the name of a temporary one; `options` that need a file, as
+        Arguments: the file; `stem`, the name of one in memory; `options` that need a file, as
         resume and overwrite: `RequestError` for such an option without one.
         """
         if to is not None and not isinstance(to, str | os.PathLike):
@@ -515,15 +660,21 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
             return cls.of(to)
         if any(options):
             raise RequestError("resume and overwrite belong to an archive: name it by to=")
-        folder = _Folder()
-        result = cls(folder.path / f"{stem}.h5")
-        result._folder = folder
+        return cls._in_memory(Unnamed(stem))
+
+    @classmethod
+    def _in_memory(cls, unnamed: Unnamed) -> ArchivePath:
+        result = cls(unnamed.path)
+        result.unnamed = unnamed
         return result
+
+    def __fspath__(self) -> str:
+        return str(self) if self.unnamed is None else self.unnamed.file()
 
     @property
     def named(self) -> ArchivePath | None:
         """The path itself; None for an archive without a name."""
-        return self if self._folder is None else None
+        return self if self.unnamed is None else None
 
     def read(self) -> ArchiveView:
         """Open it, as `nlds_vines.read` does."""
@@ -541,15 +692,15 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the path; of an archive without a name, its content."""
-        if self._folder is None:
+        if self.unnamed is None:
             return type(self), (str(self),)
-        return _unpickled, (type(self), self.stem, self.read_bytes())
+        return _unpickled, (type(self), self.stem, self.unnamed.memory)
 
 
-def _unpickled(kind: type[ArchivePath], stem: str, content: bytes) -> ArchivePath:
-    result = kind.for_result(None, stem)
-    result.write_bytes(content)
-    return result
+def _unpickled(kind: type[ArchivePath], stem: str, memory: Memory | None) -> ArchivePath:
+    unnamed = Unnamed(stem)
+    unnamed.memory = memory
+    return kind._in_memory(unnamed)
 
 
 class Archived:

@@ -51,16 +51,16 @@ LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py")
 _PACKAGE = Path(__file__).parent.parent
 
 
-def attributes(request: Request, about: Mapping[str, Value]) -> dict[str, Value]:
+def attributes(request: Request, about: Mapping[str, Value], time: str = "") -> dict[str, Value]:
     """Return the attributes of an archive: the request, the time, the program, and `about`.
 
     Arguments: the request; `about`, attributes of this kind of archive, which override others of
-    the same name.
+    the same name; the `time` of the run, by default now.
     """
     return {
         "Conventions": "CF-1.10",
         "title": request.title,
-        "history": f"{now()} {about.get('command', _command())}",
+        "history": f"{time or now()} {about.get('command', _command())}",
         "schema": SCHEMA,
         "scan": request.to_toml(),
         "scan_hash": request.hash,

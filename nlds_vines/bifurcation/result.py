@@ -36,7 +36,7 @@ class ScanArchive(ArchivePath):
     @property
     def request(self) -> Scan:
         """The scan; computed again, it gives the same numbers."""
-        if not self.is_file():
+        if self.named is not None and not self.is_file():
             raise RequestError(f"{shown(str(self))}: there is no such file")
         with self.read() as view:
             return scan_of(view)

@@ -544,7 +544,9 @@ def writer_of(scan: Scan, store: Blocks, blocks: Sequence[Block]) -> Write:
             yield from attractors.pieces()
         yield from archive.whole(columns)
 
+    spent, when = store.spent, provenance.now()
+
     def attributes() -> dict[str, provenance.Value]:
-        return provenance.attributes(scan, scan.about | store.spent)
+        return provenance.attributes(scan, scan.about | spent, when)
 
     return lambda path: archive.write(path, table, scales, pieces(), attributes)

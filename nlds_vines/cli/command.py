@@ -37,6 +37,7 @@ from nlds_vines.cli.running import (
     refuse_begun,
     refuse_existing,
     refuse_replacing,
+    refuse_same,
     request_path,
     run_options,
 )
@@ -216,7 +217,10 @@ class Job:
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for files that cannot be written, and what cannot be drawn."""
-        check_output(self.archive, self.source, self.plot, *self.others())
+        if ArchivePath.of(self.archive).named is None:  # in memory
+            refuse_same(self.source, self.plot, *self.others())
+        else:
+            check_output(self.archive, self.source, self.plot, *self.others())
         if self.plot is not None:
             check_plot(self.plot)
             with at(f"--plot {shown(str(self.plot))}"):
@@ -257,7 +261,8 @@ class Job:
     def refuse(self, dry_run: bool = False) -> None:
         """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
         refuse_existing(self.archive, self.how)
-        refuse_replacing("picture", self.plot, self.how, self.request.hash)
+        if self.plot is not None:
+            refuse_replacing("picture", self.plot, self.how, self.request.hash)
         if dry_run:
             refuse_begun(self.archive, self.request, self.how)
 

@@ -14,7 +14,7 @@ import os
 import warnings
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, TypeVar
@@ -181,6 +181,11 @@ def setting(
 
 def settings_of(owner: Any, table: str | None = None) -> dict[str, Setting]:
     """Return the settings of a class by field; those of one `table`, by default all."""
+    return dict(_settings_of(owner if isinstance(owner, type) else type(owner), table))
+
+
+@cache
+def _settings_of(owner: Any, table: str | None) -> dict[str, Setting]:
     settings = {}
     for item in fields(owner):
         entry = item.metadata.get("setting")

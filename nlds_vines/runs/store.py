@@ -20,6 +20,7 @@ import time
 import zipfile
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
+from functools import cached_property
 from glob import escape
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ import numpy as np
 from nlds_vines.archives import archive, files
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.archives.provenance import Value, attributes, makers
+from nlds_vines.archives.provenance import Value, attributes, makers, now
 from nlds_vines.errors import RequestError, printable
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import threads_in_use
@@ -55,12 +56,17 @@ class Blocks:
     def __init__(self, path: Path, request: Any) -> None:
         """Choose the folder; nothing is written before the first block is saved."""
         self.path, self.request = ArchivePath.of(path), request
-        identity = json.dumps([request.content, request.hash, makers()], sort_keys=True)
-        digest = hashlib.sha256(identity.encode()).hexdigest()[:16]
-        self.folder = Path(self.path.parent, f"{self.path.name}.{digest}.blocks")
+        self._in_memory: dict[object, Arrays] | None = {} if self.path.named is None else None
         self.keys: Sequence[object] | None = None
         self._seconds: dict[object, float] = {}
         self._forced = -math.inf
+
+    @cached_property
+    def folder(self) -> Path:
+        """The folder of the blocks, whose name has a hash of all that may change a bit of them."""
+        identity = json.dumps([self.request.content, self.request.hash, makers()], sort_keys=True)
+        digest = hashlib.sha256(identity.encode()).hexdigest()[:16]
+        return Path(self.path.parent, f"{self.path.name}.{digest}.blocks")
 
     def file(self, key: object) -> Path:
         """Return the file of a block."""
@@ -68,6 +74,8 @@ class Blocks:
 
     def missing(self, keys: Iterable[Any]) -> list[Any]:
         """Return the keys that have no block yet."""
+        if self._in_memory is not None:
+            return [key for key in keys if key not in self._in_memory]
         return [key for key in keys if not self.file(key).exists()]
 
     def save(self, key: object, arrays: Arrays, seconds: float = 0.0) -> None:
@@ -80,6 +88,10 @@ class Blocks:
         """
         if interrupts.abandoned()():
             raise interrupts.Stopped
+        self._seconds[key] = seconds
+        if self._in_memory is not None:
+            self._in_memory[key] = arrays
+            return
         temporary, now = _temporary(self.folder), time.monotonic()
         is_due = now - self._forced > FORCE_EVERY
         with files.in_one_line(f"write a block in {self.folder}"):
@@ -97,10 +109,11 @@ class Blocks:
             finally:
                 with suppress(OSError):
                     temporary.unlink()
-        self._seconds[key] = seconds
 
     def load(self, key: object) -> dict[str, np.ndarray] | None:
         """Return the arrays of a block; None without one, and, with a line, if it is damaged."""
+        if self._in_memory is not None:
+            return dict(self._in_memory[key]) if key in self._in_memory else None
         file = self.file(key)
         try:
             with files.open_regular(file) as opened:
@@ -140,6 +153,8 @@ class Blocks:
         Raises `RequestError` if another archive is there that is not to be replaced, or blocks of
         an earlier run that is not to be resumed.
         """
+        if self._in_memory is not None:
+            return False
         goes_on = how.resume or how.shard is not None
         with files.in_one_line(f"write {self.path}"):
             if not how.overwrite and self.path.exists():
@@ -211,6 +226,12 @@ class Blocks:
 
         If another process was first, its archive stays.
         """
+        if self._in_memory is not None and self.path.unnamed is not None:
+            write(self.path)
+            assert self.path.unnamed.memory is not None
+            self.path.unnamed.memory.request = self.request
+            self._in_memory.clear()  # the attributes may refer to this object
+            return
         temporary = _temporary(self.folder)
         intact = " (the blocks are intact, use --resume)" if any(self.folder.glob("*.npz")) else ""
         with files.in_one_line(f"write {self.path}{intact}"):
@@ -258,9 +279,12 @@ class Blocks:
         table = Table.of(
             (entry for entry, _ in filled), {scale.name: scale.values.size for scale in scales}
         )
-        about = {**request.about, "content": request.content, **self.spent, **about}
-        attrs = {k: v for k, v in attributes(request, about).items() if k not in free}
-        return lambda path: archive.write(path, table, scales, archive.whole(filled), lambda: attrs)
+        about, when = {**request.about, "content": request.content, **self.spent, **about}, now()
+
+        def attrs() -> dict[str, Value]:
+            return {k: v for k, v in attributes(request, about, when).items() if k not in free}
+
+        return lambda path: archive.write(path, table, scales, archive.whole(filled), attrs)
 
 
 def _temporary(folder: Path) -> Path:

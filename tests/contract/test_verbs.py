@@ -25,6 +25,8 @@ def test_a_scan_in_memory_leaves_no_file(here):
     request = scan()
     assert os.listdir(here) == []
     assert request.request.axes[0].values.tolist() == [6.0, 6.1, 6.2]
+    assert request.read()["E1max"].shape == (3, 1)
+    assert not os.path.lexists(str(request.parent))  # nothing is written before a file is needed
     assert list(request.to_xarray()["label"].values.ravel()) == ["T,1"] * 3
     assert request.to_dataframe()["E1max"].gt(0).all()
     assert request.plot().axes
@@ -48,6 +50,26 @@ def test_a_file_has_what_memory_has(here):
     with pytest.raises(nv.RequestError, match=r"scan\.h5' exists"):
         scan(to="scan.h5")
     assert scan(to="scan.h5", resume=True) == named
+
+
+def test_an_archive_in_memory_is_read_as_its_file(here):
+    nameless = scan()
+    with nameless.read() as memory, nv.read(os.fspath(nameless)) as file:
+        assert sorted(memory.names) == sorted(file.names)
+        for name in (*memory.names, "omega", "component"):
+            assert str(memory.describe(name)) == str(file.describe(name))  # nan is not nan
+            assert memory.shape(name) == file.shape(name)
+            np.testing.assert_array_equal(memory[name], file[name])
+            assert memory[name].dtype == file[name].dtype
+        assert {**memory.attrs, "hdf5_version": file.attrs["hdf5_version"]} == file.attrs
+        assert (memory.content, memory.axes) == (file.content, file.axes)
+        values = memory["E1max"]
+        values[:] = 0.0  # a copy
+        assert memory.take("E1max", omega=1)[0] > 0.0
+        for call in (lambda view: view["x9"], lambda view: view.take("E1max", omega=9)):
+            for view in (memory, file):
+                with pytest.raises(nv.RequestError):
+                    call(view)
 
 
 @pytest.mark.parametrize("name", ["resume", "overwrite"])

@@ -32,6 +32,8 @@ class Numbers:
         if not isinstance(value, list | tuple) or not 2 <= len(value) <= MOST_SAMPLES:
             allowed = f"a list of 2 to {MOST_SAMPLES} numbers"
             raise RequestError(f"{name} = {shown(value)} must be {allowed}")
+        if set(map(type, value)) == {float} and np.isfinite(samples := np.array(value)).all():
+            return tuple((samples + 0.0).tolist())  # -0.0 becomes 0.0, as in `number`
         return tuple(number(f"{name}, sample {i},", one) for i, one in enumerate(value, 1))
 
 

@@ -73,8 +73,14 @@ def pytest_xdist_make_scheduler(config, log):
     return FilesAndTests(config, log)
 
 
-def pytest_collection_modifyitems(items):
-    """Put the files of `FIRST` first, then those of many tests; pytest-xdist hands out files."""
+def pytest_collection_modifyitems(config, items):
+    """Leave tests marked `plain` to a process without the compiler, and order the others.
+
+    The files of `FIRST` come first, then those of many tests; pytest-xdist hands out files.
+    """
+    if os.environ.get("NUMBA_DISABLE_JIT") != "1":
+        config.hook.pytest_deselected(items=[one for one in items if is_plain(one)])
+        items[:] = [item for item in items if not is_plain(item)]
     if missing := [name for name in FIRST if not (TESTS / name).exists()]:
         raise pytest.UsageError(f"{__file__} names files that are not there: {missing}")
     rank = {TESTS / name: place for place, name in enumerate(FIRST)}
@@ -86,6 +92,10 @@ def pytest_collection_finish(session):
     """Compile what the default tier needs, where many of its tests are to run."""
     if sum(not in_a_tier(item) for item in session.items) > MANY:
         shared_files()
+
+
+def is_plain(item):
+    return item.get_closest_marker("plain") is not None
 
 
 def in_a_tier(item):

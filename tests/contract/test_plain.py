@@ -1,4 +1,4 @@
-"""The files `plain_*.py` hold tests of kernels that run without the compiler.
+"""The files `plain_*.py`, and tests marked `plain`, run kernels without the compiler.
 
 They note what no other test notes of a scene, or call kernels one by one: to compile that would
 take minutes, and plain Python, equal to the last bit, takes seconds.
@@ -41,6 +41,12 @@ LONG = (
 LONGEST = ("tests/orbits/plain_kept_state.py", "tests/property/plain_load_frames.py")
 """Those that take a minute or more: all kinds under all laws."""
 
+MARKED = [
+    path.relative_to(REPO).as_posix()
+    for path in sorted(REPO.glob("tests/**/test_*.py"))
+    if "@pytest.mark.plain\n" in path.read_text("utf-8")
+]
+
 SHORT = [file for file in FILES if file not in LONG + LONGEST]
 
 
@@ -54,6 +60,7 @@ def test_the_long_ones_exist():
     [
         *(pytest.param(SHORT[i::2], id=f"short {i}") for i in range(2)),
         pytest.param(LONG[:1], id="methods", marks=pytest.mark.kernels),
+        pytest.param(["-m", "plain", *MARKED], id="marked", marks=pytest.mark.kernels),
         *(pytest.param(LONG[i::3], id=f"long {i}", marks=pytest.mark.kernels) for i in (1, 2, 3)),
         *(pytest.param([file], id=file, marks=pytest.mark.long) for file in LONGEST),
     ],

@@ -113,6 +113,7 @@ def test_a_blow_the_other_way_is_the_mirror_image_without_walls():
     np.testing.assert_array_equal(one.E1, other.E1)
 
 
+@pytest.mark.plain
 @pytest.mark.kernels
 def test_contacts_that_dissipate_take_their_share():
     system = nv.load_system("ssul-set6", law="restitution", e=0.7)
@@ -412,6 +413,7 @@ def test_a_blow_that_brakes_counts_from_the_energy_before_it():
     assert fall.numbers["damping_ratio"] == pytest.approx(ratio, rel=1e-14)
 
 
+@pytest.mark.plain
 @pytest.mark.kernels
 def test_a_mass_without_a_spring_is_followed_for_one_cell_at_least():
     p = nv.load_system("bouncing-ball").parameters
@@ -601,6 +603,7 @@ def test_what_does_not_move_is_said_to_be_at_rest(here, monkeypatch):
     assert [*scan.lines()][-1].endswith("from 1 to 1 in 1 of 2 orbits")
 
 
+@pytest.mark.plain
 @pytest.mark.kernels
 def test_the_ground_accelerates_structure_and_damper():
     """z' = A z - a (0, 1, 0, 1) in coordinates from the ground: z = (exp(A t) - 1) A^-1 b."""
@@ -616,6 +619,7 @@ def test_the_ground_accelerates_structure_and_damper():
     assert fall.numbers["balance"] < 1e-12
 
 
+@pytest.mark.plain
 @pytest.mark.kernels
 def test_the_ground_s_acceleration_and_impacts_balance():
     load = {"half_sine": {"peak": 0.3, "length": 0.5, "unit": "g", "repeat": 3, "every": 1.0}}

@@ -21,6 +21,7 @@ pytestmark = pytest.mark.kernels
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 
 
+@pytest.mark.plain
 @every_law
 def test_as_the_twin_finds_it(law):
     """Notices: a force, a release or a saltation that is not the law's."""
@@ -49,6 +50,7 @@ def oscillator(numbers):
     return System("oscillator", numbers, law="linear"), Model(m, k, c, P, omega, walls=(stop,))
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("cc", [0.0, 1.5])
 def test_a_linear_stop(cc):
     numbers = {"m": 1.0, "k": 1.0, "c": 0.1, "C": 0.5, "P": 0.7, "omega": 1.3, "kc": 40.0, "cc": cc}
@@ -116,6 +118,7 @@ def test_a_wall_pushes_again_before_the_mass_is_out():
 # ---- powers --------------------------------------------------------------------------------------
 
 
+@pytest.mark.plain
 def test_the_power_three_halves_is_hertz():
     """To the tolerance; by rk4, whose steps differ in the units of a free contact, to its error."""
     hertz = load_system("ssul-set6", K=STEEP)
@@ -128,6 +131,7 @@ def test_the_power_three_halves_is_hertz():
         np.testing.assert_allclose(one.impacts["force"], other.impacts["force"], rtol=100 * bound)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("n", [1.0, 1.2, 2.0, 3.0])
 def test_fixed_steps_keep_their_order(n):
     law = LAWS[f"n = {n:g}"]
@@ -143,6 +147,7 @@ def test_fixed_steps_keep_their_order(n):
 # ---- variations ----------------------------------------------------------------------------------
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("name", ["damped", "hunt-crossley"])
 def test_what_contacts_take_of_volumes_is_known(name):
     """The determinant of a period: that of the flight, and what contacts take.
@@ -167,6 +172,7 @@ def test_what_contacts_take_of_volumes_is_known(name):
     assert math.log(regime.multipliers.prod().real) == pytest.approx(free + shrunk, rel=1e-6)
 
 
+@pytest.mark.plain
 def test_a_damped_contact_never_attracts():
     """A damper that is torn off the wall by its spring feels no force as it leaves."""
     law = {"K": 1e6, "hunt_crossley": 5.0}

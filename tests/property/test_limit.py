@@ -263,6 +263,7 @@ def lanes(policy, values):
     return scan, computed(scan)
 
 
+@pytest.mark.plain
 def test_a_lane_with_violations_is_reported_and_has_not_failed():
     scan, arrays = lanes("rest", {"omega": [5.0, 6.0, 6.3, 12.0]})
     assert (arrays["status"] == OK).all()
@@ -275,6 +276,7 @@ def test_a_lane_with_violations_is_reported_and_has_not_failed():
     assert (arrays["violations"][:, 0] > 0).tolist() == [True, True, True, False]
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("policy", ["up", "down"])
 def test_a_sweep_that_carries_a_state_beyond_the_limit_says_so(policy):
     """The state at the end of a cell may violate the next cell's constraint at once."""

@@ -7,6 +7,7 @@ take minutes, and plain Python, equal to the last bit, takes seconds.
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from support import REPO
@@ -15,6 +16,7 @@ FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/**
 
 LONG = (
     "tests/property/plain_methods.py",
+    "tests/continuation/plain_derivatives.py",
     "tests/kernels/plain_response.py",
     "tests/orbits/plain_repetition.py",
     "tests/kernels/plain_peaks.py",
@@ -28,7 +30,6 @@ LONG = (
     "tests/kernels/plain_speeds.py",
     "tests/kernels/plain_verdict.py",
     "tests/kernels/plain_contact_laws.py",
-    "tests/continuation/plain_derivatives.py",
     "tests/continuation/plain_limits.py",
     "tests/kernels/plain_impact_under_load.py",
     "tests/kernels/plain_eigenvalues.py",
@@ -44,7 +45,7 @@ LONGEST = ("tests/orbits/plain_kept_state.py", "tests/property/plain_load_frames
 MARKED = [
     path.relative_to(REPO).as_posix()
     for path in sorted(REPO.glob("tests/**/test_*.py"))
-    if "@pytest.mark.plain\n" in path.read_text("utf-8")
+    if path != Path(__file__) and "pytest.mark.plain" in path.read_text("utf-8")
 ]
 
 SHORT = [file for file in FILES if file not in LONG + LONGEST]

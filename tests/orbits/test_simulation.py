@@ -37,6 +37,17 @@ both_methods = pytest.mark.parametrize(
 )
 
 
+exact_plain = pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param({}, id="exact", marks=pytest.mark.plain),
+        pytest.param(METHODS["rk4"], id="rk4"),
+    ],
+)
+"""For scenes that no other test follows so: by fixed steps it is faster to compile, by exact flight
+it is not."""
+
+
 def assert_as_twin(numbers, start, periods, options, bound=1e-8):
     """Compare sections and impacts with the twin's; return the orbit."""
     orbit = follow_ssul(numbers, start, periods, **options)
@@ -293,7 +304,7 @@ def of_two_walls(numbers, kind="ssbl"):
 
 
 @pytest.mark.kernels
-@both_methods
+@exact_plain
 @pytest.mark.parametrize("K", [3e8, 1e9, 1e10])
 def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
     """The depth is as good as the speed, and the force with it. Notices: nodes of the whole arc."""
@@ -309,7 +320,7 @@ def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
 
 
 @pytest.mark.kernels
-@both_methods
+@exact_plain
 @pytest.mark.parametrize(
     ("kind", "changes"),
     [

@@ -284,7 +284,10 @@ def test_branch_points_are_located_and_shared():
     assert not any("unresolved" in line for line in path.lines())
 
 
-@pytest.mark.parametrize(("kind", "c"), [("oscillator-2", 0.05), ("oscillator", 0.1)])
+@pytest.mark.parametrize(
+    ("kind", "c"),
+    [pytest.param("oscillator-2", 0.05, marks=pytest.mark.long), ("oscillator", 0.1)],
+)
 def test_no_branch_of_rigid_bodies_steps_over_a_grazing(kind, c):
     """A step across one gave a doubling that is none, and points located to 1e-4 only."""
     numbers = {**TWO_STOPS, "c": c, "C": 0.5, "e": 0.8, "omega": 0.7}

@@ -60,8 +60,7 @@ HAS = {
     "tmd": {"a damper", "section"},
     "ssul": {"a damper", "a wall", "section"},
     "ssul energy": {"a damper", "a wall", "energy"},
-    "ssul response": {"a damper", "a wall", "response"},
-    "ssbl": {"a damper", "a wall", "section"},
+    "ssbl": {"a damper", "a wall", "response"},
     "ssvi-b": {"a damper", "a wall", "a limit", "impacts"},
 }
 """What the cases of `machine_code.py` have of that, by the exact method."""

@@ -164,6 +164,7 @@ def followed(flow, y, periods):
     return state[:4].copy(), tangent.reshape(4, 4).T.copy()
 
 
+@pytest.mark.plain
 @pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 @pytest.mark.parametrize("case", RIGID_CASES)

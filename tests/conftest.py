@@ -31,19 +31,21 @@ TESTS = Path(__file__).parent
 
 FIRST = (
     "contract/test_plain.py",
-    "continuation/test_branches.py",
-    "kernels/test_contact_laws.py",
     "contract/test_specialization.py",
     "property/test_no_missed_impact.py",
-    "property/test_limit.py",
+    "continuation/test_branches.py",
     "contract/test_resumed_after_kill.py",
-    "continuation/test_closed_forms.py",
     "contract/test_compile.py",
-    "contract/test_cache.py",
     "contract/test_same_bits.py",
     "contract/test_readme.py",
+    "property/test_limit.py",
+    "portrait/test_portrait.py",
+    "continuation/test_closed_forms.py",
     "contract/test_response_history.py",
+    "kernels/test_variations.py",
+    "contract/test_cache.py",
     "orbits/test_classification.py",
+    "contract/test_determinism.py",
 )
 """Files below `tests` that take longest, in whatever tier: they run first."""
 

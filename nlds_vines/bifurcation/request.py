@@ -486,7 +486,7 @@ class Scan(Request):
             start["phase"] = self.start.phase
         if self.sampled is None:
             varied: dict[str, Any] = {
-                "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes}
+                "vary": {name: entry for axis in self.axes for name, entry in axis.entry().items()}
             }
         else:
             varied = {"samples": self.sampled.document()}
@@ -588,7 +588,9 @@ def load_scan(
     if title is None:
         names = [axis.name for axis in axes] if sampled is None else sampled.names
         count = "" if sampled is None else f"{sampled.count} samples of "
-        title = _made_up_title(request, system, names, count)
+        stated = names if sampled is not None else [(axis.stated or axis).name for axis in axes]
+        symbols = count + ", ".join(map(symbol_of, stated))
+        title = _made_up_title(request, system, names, symbols)
     return request.make(
         Scan,
         request.place(kind),
@@ -634,11 +636,10 @@ def _want(request: Merged, scene: Scene) -> tuple[str, ...]:
         return possible
 
 
-def _made_up_title(request: Merged, system: System, varied: Sequence[str], count: str) -> str:
-    """Return a title of the system, the parameters that are set, and those that vary."""
+def _made_up_title(request: Merged, system: System, varied: Sequence[str], symbols: str) -> str:
+    """Return a title of the system, the parameters that are set, and the symbols of the varied."""
     system = system.with_axes(varied)  # without a force, where the ground's motion varies
     settings = {name for _, layer in request.layers for name in layer.get("set", {})}
     names = {*settings, *meant_by(system.scene, settings)} & system.statements.keys()
     words = [setting_in_words(n, system.statements[n]) for n in sorted(names - {*varied})]
-    symbols = ", ".join(map(symbol_of, varied))
-    return f"{', '.join([system_in_words(system), *words])}: {count}{symbols}"
+    return f"{', '.join([system_in_words(system), *words])}: {symbols}"

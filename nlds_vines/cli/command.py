@@ -42,7 +42,8 @@ from nlds_vines.cli.running import (
     run_options,
 )
 from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, ended, program, say
-from nlds_vines.errors import LeftAside, RequestError, at, from_text, refuse_bytes, shown
+from nlds_vines.errors import LeftAside, RequestError, at, choice, from_text, refuse_bytes, shown
+from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
 from nlds_vines.runs import interrupts
 
@@ -198,6 +199,7 @@ class Job:
             replaced.
         archive, plot: the files to write; None for no picture.
         how: how the run goes.
+        frequency: the unit of axes of the frequency; None for that of the request.
 
     A subclass says in words what its task would do (`plan`) and what has failed (`failure`); its
     further fields are options of the command.  `TASKS` has what computes, reads and draws.
@@ -214,9 +216,12 @@ class Job:
     archive: Path
     plot: Path | None = None
     how: RunOptions = field(default_factory=RunOptions)
+    frequency: str | None = None
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for files that cannot be written, and what cannot be drawn."""
+        if self.frequency is not None:
+            choice("--frequency", self.frequency, UNITS)
         if ArchivePath.of(self.archive).named is None:  # in memory
             refuse_same(self.source, self.plot, *self.others())
         else:
@@ -285,7 +290,8 @@ class Job:
 
     def draw(self, plot: Path, results: Any) -> None:
         """Draw the picture of the results."""
-        TASKS[self.request.content].picture.save(self.archive, plot)
+        picture = TASKS[self.request.content].picture
+        picture.save(self.archive, plot, frequency=self.frequency)
 
     def plan(self) -> list[str]:
         """Return the facts that --dry-run prints, one a line."""
@@ -346,6 +352,9 @@ def of_task(
         for option in options:
             option.add(group)
         add_settings(group, *owners, but=but, usual=usual)
+        if not any("frequency" in settings_of(owner) for owner in owners):
+            words = f"of axes of the frequency: {', '.join(UNITS)} [as stated]"
+            parser.add_argument("--frequency", metavar="UNIT", help=words)
         add_run(parser)
 
     def carry_out(chosen: argparse.Namespace) -> int:

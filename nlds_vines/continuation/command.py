@@ -209,7 +209,7 @@ class Job(commands.Job):
     def draw(self, plot: Path, results: Continued) -> None:
         from nlds_vines.continuation.picture import picture
 
-        picture(self.over).save(self.archive, plot)
+        picture(self.over).save(self.archive, plot, frequency=self.frequency)
 
     def lines(self, results: Continued) -> list[str]:
         return [*results.lines(), *self.border_lines(results)]

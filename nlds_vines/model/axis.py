@@ -30,12 +30,14 @@ class Axis(Outlined):
     Attributes:
         name: of the parameter, the initial condition or the ratio.
         values: one or more different values (n,) [SI], which are sorted and made read-only.
+        stated: the axis of a ratio from which this one follows, as f [Hz] for omega.
 
     Raises `RequestError` for no values, too many, equal ones, and anything but finite numbers.
     """
 
     name: str
     values: np.ndarray
+    stated: Axis | None = None
 
     def __post_init__(self) -> None:
         """Check, sort and freeze the values."""
@@ -53,13 +55,19 @@ class Axis(Outlined):
 
     def heading(self) -> str:
         """Return the parameter, the ends and the number of its values."""
-        values = self.values
-        ends = ends_in_words(self.name, float(values[0]), float(values[-1]))
-        return f"{self.name} = {ends}, {values.size} value{'s' * (values.size > 1)}"
+        axis = self.stated or self
+        values = axis.values
+        ends = ends_in_words(axis.name, float(values[0]), float(values[-1]))
+        return f"{axis.name} = {ends}, {values.size} value{'s' * (values.size > 1)}"
 
     def outline(self) -> Rows:
         """Return nothing else."""
         return ()
+
+    def entry(self) -> dict[str, dict[str, list[float]]]:
+        """Return the entry of a request file, along the ratio if one was stated."""
+        axis = self.stated or self
+        return {axis.name: {"values": axis.values.tolist()}}
 
     @classmethod
     def spaced(

@@ -28,6 +28,10 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import PARAMETERS, Parameter
 from nlds_vines.model.scenes import Scene
 
+RAD, HZ, RATIO = "rad/s", "Hz", "ratio"
+UNITS = (RAD, HZ, RATIO)
+"""The units of frequency axes: omega [rad/s], f [Hz], omega / omega0."""
+
 
 @dataclass(frozen=True)
 class Ratio:
@@ -241,5 +245,6 @@ def axes_of_parameters(
             result.append(axis)
             continue
         ratio.what.check(axis.values)
-        result.append(Axis(ratio.gives, axis.values * ratio.unit_of(values)))
+        stated = None if ratio.needs else axis  # f remains f whatever else is set
+        result.append(Axis(ratio.gives, axis.values * ratio.unit_of(values), stated))
     return tuple(result)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, into
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, count_in, into
 from nlds_vines.plotting.save import check_format, drawn, let_figures_be_shown, save_figure
 
 
@@ -46,18 +46,22 @@ class Drawing(ABC):
         """Return the figure of the archive at a path, on the default page; see `figure`."""
         let_figures_be_shown()
         with read(path) as view:
-            return drawn(view, lambda opened: self.figure(opened, show, ax=ax))
+            figure = drawn(view, lambda opened: self.figure(opened, show, ax=ax))
+            count_in(figure, None, view)
+            return figure
 
     def save(
         self,
         archive_path: str | os.PathLike[str],
         plot_path: str | os.PathLike[str],
         show: str | None = None,
+        frequency: str | None = None,
     ) -> Path:
         """Draw the archive at a path, save the picture and return the picture's path.
 
-        The suffix of `plot_path` chooses one of `plotting.save.FORMATS`.  The metadata have the
-        hash of the request.  Equal archives give equal bytes.
+        The suffix of `plot_path` chooses one of `plotting.save.FORMATS`, `frequency` the unit of
+        axes of the frequency (`count_in`).  The metadata have the hash of the request.  Equal
+        archives give equal bytes.
 
         Raises `RequestError` for another suffix, for an archive that cannot be read or drawn, and
         for a path that cannot be written.
@@ -66,6 +70,7 @@ class Drawing(ABC):
         check_format(path)
         with read(archive_path) as view:
             figure = drawn(view, lambda opened: self.figure(opened, show))
+            count_in(figure, frequency, view, strict=False)
             title, scan_hash = view.text("title"), view.text("scan_hash")
         return save_figure(figure, path, title, ("scan_hash", scan_hash))
 

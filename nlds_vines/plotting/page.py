@@ -28,13 +28,14 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.gridspec import GridSpec, GridSpecBase
-from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.layout_engine import ConstrainedLayoutEngine, PlaceHolderLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.textpath import TextPath
 from matplotlib.ticker import (
     AutoLocator,
     FixedLocator,
     FuncFormatter,
+    Locator,
     LogLocator,
     MaxNLocator,
     NullFormatter,
@@ -43,9 +44,9 @@ from matplotlib.ticker import (
 from matplotlib.transforms import offset_copy
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.archives.files import open_regular
+from nlds_vines.archives.files import open_regular, parse_toml
 from nlds_vines.errors import RequestError, choice, shown
-from nlds_vines.model.ratios import RATIOS
+from nlds_vines.model.ratios import HZ, RAD, RATIO, RATIOS, UNITS
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label
 
@@ -324,52 +325,70 @@ def size_of(axes: Axes) -> tuple[float, float]:
 # ---- the frequency in Hz, or over that of the structure, in place of rad/s -----------------------
 
 
-RAD, HZ, RATIO = "rad/s", "Hz", "ratio"
-UNITS = (RAD, HZ, RATIO)
-"""In what a frequency axis may count: omega [rad/s], f [Hz], omega over omega0."""
-
 _LABELS = {HZ: r"frequency of the force $f$ [Hz]", RATIO: r"frequency ratio $\omega/\omega_0$"}
 _RATIOS = {HZ: "f", RATIO: "omega_ratio"}
 _SYMBOLS = {HZ: r"$f$ [Hz]", RATIO: r"$\omega/\omega_0$"}
 
 
-class _Scaled(AutoLocator):
-    """Ticks at round numbers of the values times a factor."""
+class _Scaled(Locator):
+    """Ticks where another locator has them for the values times a factor."""
 
-    def __init__(self, factor: float) -> None:
-        super().__init__()
-        self._factor = factor
+    def __init__(self, locator: Locator, factor: float) -> None:
+        self._locator, self._factor = locator, factor
+
+    def set_axis(self, axis: Any) -> None:
+        """Set the axis of both locators."""
+        super().set_axis(axis)
+        self._locator.set_axis(axis)
+
+    def __call__(self) -> Sequence[float]:
+        """Return the places of the ticks in the view [rad/s]."""
+        assert self.axis is not None
+        return self.tick_values(*self.axis.get_view_interval())
 
     def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
-        """Return the places of the ticks [rad/s]."""
-        places = super().tick_values(vmin * self._factor, vmax * self._factor)
+        """Return the places of the ticks between two values [rad/s]."""
+        places = self._locator.tick_values(vmin * self._factor, vmax * self._factor)
         return [float(place) / self._factor for place in places]
 
 
-def count_in(figure: Figure, unit: str, view: ArchiveView) -> None:
+def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: bool = True) -> None:
     """Let the frequency axes of an archive's figure count in a unit of `UNITS`.
 
-    A ratio needs m1 and k1 of the archive, or m and k of an oscillator, the same everywhere in it.
+    None means Hz if the request states the frequency as f [Hz], and rad/s otherwise.  A ratio needs
+    m1 and k1 of the archive, or m and k of an oscillator, the same everywhere in it.
 
-    Raises `RequestError` where there is no such axis, where it is logarithmic, and for a ratio
-    without one frequency of the structure.
+    Raises `RequestError` for a ratio without one frequency of the structure and, if `strict`, for a
+    unit of a figure without such an axis.
     """
+    if unit is None:
+        tables = parse_toml(view.text("scan"), "the attribute scan").values()
+        unit = HZ if any("f" in table for table in tables if isinstance(table, dict)) else RAD
+        strict = False
     if choice("frequency", unit, UNITS) == RAD:
         return
-    factor = 1.0 / _unit(view, _RATIOS[unit])
     labeled = list(_labeled(figure))
+    if not (labeled or strict):
+        return
+    factor = 1.0 / _unit(view, _RATIOS[unit])
     if not labeled:
         raise RequestError(f"frequency = {unit!r}: the picture has no axis of the frequency omega")
     for axis, along in labeled:
-        if axis.get_scale() != "linear":
-            raise RequestError(f"frequency = {unit!r}: the axis of omega is logarithmic")
         short = axis.get_label_text() != axis_label("omega")
         axis.set_label_text((_SYMBOLS if short else _LABELS)[unit])
         ends = axis.get_view_interval()
         for other in along:
-            if _has_such_ticks(other, ends):
-                other.set_major_locator(_Scaled(factor))
+            # a panel with the same range, unless its ticks are fixed
+            is_fixed = isinstance(other.get_major_locator(), FixedLocator | NullLocator)
+            if not is_fixed and np.array_equal(other.get_view_interval(), ends):
+                is_linear = other.get_scale() == "linear"
+                ticks = AutoLocator() if is_linear else _WrittenOut(other)
+                other.set_major_locator(_Scaled(ticks, factor))
                 other.set_major_formatter(FuncFormatter(lambda value, _: f"{value * factor:.6g}"))
+                other.set_minor_formatter(NullFormatter())
+    spec = figure.axes[0].get_subplotspec()
+    if isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine) and spec is not None:
+        fit(figure, spec.get_topmost_subplotspec().get_gridspec())  # other numbers, other widths
 
 
 def _unit(view: ArchiveView, name: str) -> float:
@@ -385,14 +404,14 @@ def _unit(view: ArchiveView, name: str) -> float:
 
 
 def _only(view: ArchiveView, name: str) -> float:
-    """Return the value that a parameter has everywhere in an archive; NaN where it has none."""
+    """Return the value that a parameter has everywhere in an archive, NaN if it has several."""
     values = view[name] if name in view else np.asarray(view.attrs.get(name, np.nan))
     first = float(np.ravel(values)[0])
     return first if (values == first).all() else np.nan
 
 
 def _labeled(figure: Figure) -> Iterator[tuple[Axis, Sequence[Axis]]]:
-    """Yield axes that are labeled as the frequency omega, and all others along or up the page."""
+    """Yield the axes labeled as omega, each with all axes in its direction."""
     whole = axis_label("omega")
     across: list[Axis] = [frame.xaxis for frame in figure.axes]
     up: list[Axis] = [frame.yaxis for frame in figure.axes]
@@ -400,9 +419,3 @@ def _labeled(figure: Figure) -> Iterator[tuple[Axis, Sequence[Axis]]]:
         for axis in along:
             if axis.get_label_text() in (whole, whole.rpartition("force ")[2]):
                 yield axis, along
-
-
-def _has_such_ticks(other: Axis, ends: tuple[float, float]) -> bool:
-    """Tell whether the axis of another panel has the range of a labeled one, and ticks."""
-    fixed = isinstance(other.get_major_locator(), FixedLocator | NullLocator)
-    return not fixed and np.array_equal(other.get_view_interval(), ends)

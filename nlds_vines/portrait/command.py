@@ -180,7 +180,7 @@ class Job(commands.Job):
         """Return a job; without a named archive, it replaces its own earlier picture."""
         if archive is None:
             how = replace(how, resume=not how.overwrite)
-        return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv)
+        return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv=csv)
 
     @classmethod
     def asked(cls, request: PortraitRequest, options: argparse.Namespace) -> Job:
@@ -277,6 +277,8 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRe
         from nlds_vines.bifurcation.cell_orbit import cell_orbit
 
         cell = cell_orbit(str(source), values or {}, changes.pop("start", "0"))
+        if "f" in (values or {}):
+            changes["portrait"] = {"frequency": "Hz", **changes.get("portrait", {})}
         return portrait_of(cell, changes, changes_from)
     if values is not None:
         raise RequestError(f"--at {shown(values)}: give the archive of a scan, FILE.h5, with it")

@@ -21,6 +21,7 @@ from matplotlib.ticker import MaxNLocator
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import choice
+from nlds_vines.model.ratios import HZ
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import (
     SIGNALS,
@@ -711,9 +712,12 @@ def _draw_spectrum(place: Place, request: PortraitRequest) -> None:
         heights = np.maximum(spectrum.decibels(), ZERO)
     width = 0.5 if spectrum.periods <= FINE else 0.3
     axes.plot(spectrum.order[1:], heights[1:], color="black", linewidth=width)
-    force = rf"$\omega$ = {view.column.system.parameters['omega']:g} rad/s"
+    omega = view.column.system.parameters["omega"]
+    is_hz = request.frequency == HZ
+    force = f"$f$ = {omega / (2 * np.pi):g} Hz" if is_hz else rf"$\omega$ = {omega:g} rad/s"
     is_narrow = size_of(axes)[0] < _NARROW
-    words = rf"$\Omega/\omega$, {force}" if is_narrow else f"frequency [multiples of {force}]"
+    ratio = "$F/f$" if is_hz else r"$\Omega/\omega$"
+    words = f"{ratio}, {force}" if is_narrow else f"frequency [multiples of {force}]"
     axes.set_xlabel(words)
     name, unit = spectrum.quantity, SIGNALS[spectrum.quantity].unit
     plain = name if len(name) == 1 else f"{name[0]}_{name[1:]}"

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from math import pi
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from nlds_vines.archives.files import toml_text
@@ -24,6 +25,7 @@ from nlds_vines.errors import (
     whole,
 )
 from nlds_vines.model.parameters import setting_in_words
+from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
@@ -163,6 +165,10 @@ class PortraitRequest(Request):
         "phase of the force at which sections are taken, in turns: 0.25 where P cos(omega t) falls "
         "through zero; the nearest sample",
     )  # fmt: skip
+    frequency: str = setting(
+        RAD, OneOf((RAD, HZ)), "portrait", "unit of the forcing frequency on the page", "UNIT",
+        usual="rad/s, or Hz if f is set",
+    )  # fmt: skip
     tolerance: float | str | None = tolerance_setting("sampling")
     cell: CellOrbit | None = None
 
@@ -300,6 +306,7 @@ class PortraitRequest(Request):
         words = ("title", "samples", "method", "show", "signal", "taper", "comb")
         settings = {name: getattr(self, name) for name in words}
         settings |= {} if self.tolerance is None else {"tolerance": self.tolerance}
+        settings |= {"frequency": self.frequency} if self.frequency != RAD else {}
         settings |= {"section_phase": self.section_phase} if self.section_phase else {}
         start: Any = "rest" if self.start is None else list(self.start)
         if self.cell is not None:
@@ -338,11 +345,13 @@ def checked_window(what: str, value: object) -> Window:
     return Window(begin, whole(f"end of {what}", pair[1], begin + 1))
 
 
-def described(system: System) -> str:
+def described(system: System, frequency: str = RAD) -> str:
     """Return a system in one line: title, parameters set by the user, forcing frequency."""
     changed = (name for name, text in system.sources.items() if text == "set by the user")
     names = dict.fromkeys([*(name for name in changed if name != "omega"), "omega"])
-    settings = (setting_in_words(name, system.parameters[name]) for name in names)
+    settings = [setting_in_words(name, system.parameters[name]) for name in names]
+    if frequency == HZ:
+        settings[-1] = setting_in_words("f", system.parameters["omega"] / (2.0 * pi))
     return ", ".join([system_in_words(system), *settings])
 
 
@@ -435,13 +444,17 @@ def load_portrait(
             raise RequestError(f"{place}: {names[0]} beside {names[1]}: give one of them")
     columns = tuple(_columns(request, Times(**times)))
     title, system = request.title("system", "set"), columns[0].system
+    settings = request.of(PortraitRequest)
+    if any("f" in layer.get("set", {}) for _, layer in request.layers):
+        settings = {"frequency": HZ, **settings}
     if title is None:
         is_one = all(column.system == system for column in columns)
-        title = described(system) if is_one else system_in_words(system)
+        unit = settings.get("frequency", RAD)
+        title = described(system, unit) if is_one else system_in_words(system)
     return request.make(
         PortraitRequest,
         request.layers[0][0],
-        **request.of(PortraitRequest),
+        **settings,
         title=title,
         columns=columns,
         start=times.get("state"),
@@ -467,7 +480,9 @@ def portrait_of(
     start = f", start {cell.start}" if scan.starts > 1 else ""
     regime = f"; in the scan: {cell.label}" if cell.label else ""
     usual = {"transient": scan.transient, "periods": scan.periods, "method": scan.method}
-    document = {"title": described(system) + start + regime, "system": system, "sampling": usual}
+    unit = changes.get("portrait", {}).get("frequency", RAD)
+    title = described(system, unit) + start + regime
+    document = {"title": title, "system": system, "sampling": usual}
     return replace(load_portrait(document, changes, changes_from), cell=cell)
 
 

@@ -151,7 +151,7 @@ class Job(bifurcation.Job):
     def draw(self, plot: Path, results: Report) -> None:
         from nlds_vines.transients.picture import picture
 
-        picture(self.delay).save(self.archive, plot)
+        picture(self.delay).save(self.archive, plot, frequency=self.frequency)
 
     def lines(self, results: Report) -> list[str]:
         from nlds_vines.transients.ensemble import ensemble_of

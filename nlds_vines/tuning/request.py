@@ -469,7 +469,7 @@ class Tuning(Request):
             "title": self.title,
             "system": self.system.to_table(),
             "free": {item.name: {"low": item.low, "high": item.high} for item in self.free},
-            "over": {axis.name: {"values": axis.values.tolist()} for axis in self.over},
+            "over": {name: entry for axis in self.over for name, entry in axis.entry().items()},
             "sampling": entries(self.history or self, "sampling"),
             "search": entries(self.search, "search"),
         }

@@ -53,7 +53,7 @@ def plot(
     style: str | None = None,
     marks: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
     manifold: bool = False,
-    frequency: str = "rad/s",
+    frequency: str | None = None,
 ) -> Figure:
     """Return the picture of an archive as a matplotlib figure; nothing is computed or written.
 
@@ -77,8 +77,9 @@ def plot(
     manifold : bool
         Whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a map of
         omega and another parameter.
-    frequency : {'rad/s', 'Hz', 'ratio'}
-        The unit of axes of the frequency: omega, f, or omega over sqrt(k1 / m1).
+    frequency : {'rad/s', 'Hz', 'ratio'}, optional
+        The unit of axes of the frequency: omega, f, or omega over sqrt(k1 / m1).  By default the
+        one in which the request states the frequency, rad/s or Hz.
 
     Returns
     -------
@@ -194,9 +195,8 @@ def _declare(parser: Parser) -> None:
     )
     add(
         "--frequency",
-        default="rad/s",
         metavar="UNIT",
-        help="of axes of the frequency: rad/s, Hz, or ratio, over that of the structure [rad/s]",
+        help="of axes of the frequency: rad/s, Hz, or ratio to the structure's [as stated]",
     )
     add("--overwrite", action="store_true", help="replace a picture")
 

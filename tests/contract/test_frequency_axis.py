@@ -64,3 +64,41 @@ def test_what_has_no_such_axis_is_refused(diagram, tmp_path):
         nv.plot(path, frequency="Hz")
     with pytest.raises(RequestError, match="needs one frequency"):
         nv.plot(path, frequency="ratio")
+
+
+def test_a_frequency_that_is_stated_in_hz_is_drawn_and_told_in_hz(tmp_path):
+    """The request keeps f, from which the bits of omega follow again."""
+    path, vary = tmp_path / "hertz.h5", {"f": {"start": 0.9, "stop": 1.1, "num": 4}}
+    nv.scan("ssul-set6", vary=vary, sampling=SHORT, record=RECORD, to=path, quiet=True)
+    archive = nv.open_archive(path)
+    (axis,) = archive.request.axes
+    np.testing.assert_array_equal(axis.values, 2 * pi * np.linspace(0.9, 1.1, 4))
+    assert axis.heading().startswith("f = 0.9 to 1.1 Hz (5.655 to 6.912 rad/s)")
+    assert archive.request.document()["vary"] == {"f": {"values": axis.stated.values.tolist()}}
+    assert archive.request.title.endswith(": f")
+    assert labeled(nv.plot(path)).get_xlabel() == "frequency of the force $f$ [Hz]"
+    assert labeled(archive.plot()).get_xlabel() == "frequency of the force $f$ [Hz]"
+    assert "rad/s" in labeled(nv.plot(path, frequency="rad/s")).get_xlabel()
+
+
+def test_every_drawing_command_has_a_unit_of_the_frequency(here, ask, refusal, monkeypatch):
+    from nlds_vines.plotting import chosen_panels
+
+    drawn = []
+    monkeypatch.setattr(chosen_panels, "save_figure", lambda figure, *_: drawn.append(figure))
+    words = ["--transient", "10", "--periods", "8", "--quiet", "--plot", "a.png"]
+    ask("bifurcation", "--vary", "omega=5.5:7:4", *words, "--frequency", "Hz")
+    assert labeled(drawn.pop()).get_xlabel() == "frequency of the force $f$ [Hz]"
+    for name in ("bifurcation", "response-curves", "continuation", "tuning", "transients",
+                 "response-history --impulse 1", "portrait"):  # fmt: skip
+        assert "kHz" in refusal(*name.split(), "--frequency", "kHz")
+
+
+def test_a_logarithmic_axis_has_round_numbers_of_hz(tmp_path):
+    path = tmp_path / "log.h5"
+    vary = {"f": {"start": 0.5, "stop": 5.0, "num": 4, "scale": "log"}}
+    nv.scan("ssul-set6", vary=vary, sampling=SHORT, record=RECORD, to=path, quiet=True)
+    frame = labeled(nv.plot(path))
+    if frame.get_xscale() == "log":
+        places = np.array(frame.get_xticks()) / (2 * pi)
+        assert {1.0, 2.0} <= {*np.round(places, 9)}

@@ -504,3 +504,12 @@ def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, ask):
     assert err.count("\n") == 1
     assert "too_stiff" in err
     assert not (folder / "good.png").exists()
+
+
+def test_a_frequency_that_is_set_in_hz_is_told_in_hz():
+    request = load_portrait(None, {"set": {"f": 1.0}, "portrait": {"panels": ["spectrum"]}})
+    assert request.title.endswith("f = 1 Hz")
+    assert request.frequency == "Hz"
+    assert load_portrait(request.document()).hash == request.hash
+    other = load_portrait(None, {"set": {"f": 1.0}, "portrait": {"frequency": "rad/s"}})
+    assert other.title.endswith("ω = 6.28319 rad/s")

@@ -14,7 +14,7 @@ from nlds_vines.archives.representation import Outlined
 from nlds_vines.bifurcation.response_curves.request import CurveRequest, load_curves
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.linear_response import energy_alone
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import described
 from nlds_vines.plotting.drawable import Drawable
 
 
@@ -114,9 +114,12 @@ class ResponseCurves(Drawable):
     def lines(self) -> Iterator[str]:
         """Yield the title and a line for each curve: its peak, and the reduction of the peak."""
         yield self.request.title
-        axis, unit = self.request.axis, PARAMETERS[self.request.axis].unit
+        axis = self.request.cases[0].scan.axes[0]
+        stated = axis.stated or axis  # f [Hz] in place of omega, if the request has it
+        unit, factor = described(stated.name).unit, stated.values[-1] / axis.values[-1]
         for curve in self.curves:
-            text = f"{curve.name}: peak {curve.peak:.5g} J at {axis} = {curve.peak_at:g}"
+            at = factor * curve.peak_at
+            text = f"{curve.name}: peak {curve.peak:.5g} J at {stated.name} = {at:g}"
             text += f" {unit}" if unit != "1" else ""
             if np.isfinite(curve.peak_reduction):
                 lower = "lower" if curve.peak_reduction >= 0 else "higher"

@@ -97,9 +97,28 @@ def unknown(what: str, value: object, allowed: Iterable[str]) -> RequestError:
     Arguments: `what` kind of name it is, the name as `given`, and the names that are `allowed`.
     """
     names = list(allowed)
-    near = difflib.get_close_matches(str(value)[:60], names, n=1, cutoff=0.5)
-    hint = f"; did you mean {near[0]!r}?" if near else ";"
+    near = _nearest(str(value)[:60], names)
+    hint = f"; did you mean {near!r}?" if near else ";"
     return RequestError(f"unknown {what} {shown(value)}{hint} allowed: {', '.join(names)}")
+
+
+def _nearest(text: str, names: Sequence[str]) -> str:
+    """Return the name that was probably meant; "" if none is near.
+
+    It begins with the text or resembles it.  Symbols of one to three letters resemble those of the
+    same length with the same first letter: f2 may be f1, and is not f.
+    """
+    word = text.lstrip("-")
+    longer = [name for name in names if len(word) > 1 and name.lstrip("-").startswith(word)]
+    if longer:
+        return longer[0]
+    if len(word) > 3:
+        by_word = {name.lstrip("-"): name for name in reversed(names)}
+        near = difflib.get_close_matches(word, by_word, n=1, cutoff=0.6)
+        return by_word[near[0]] if near else ""
+    first, length = word[:1].lower(), len(word)
+    alike = [name for name in names if len(name) == length and name[:1].lower() == first]
+    return (difflib.get_close_matches(word, alike, n=1, cutoff=0.3) or [""])[0]
 
 
 def number(what: str, value: object) -> float:

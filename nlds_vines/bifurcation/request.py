@@ -353,8 +353,8 @@ class Scan(Request):
                 continue  # the system says what it has in place of it
             if name not in INITIAL:
                 conditions = [entry for entry in INITIAL if component_of(entry) in allowed]
-                ratios = [] if self.sampled is None else ratios_in(self.system.scene)
-                names = [*self.system.scene.allowed, *ratios, *conditions]
+                scene = self.system.scene
+                names = [*scene.allowed, *ratios_in(scene), *conditions]
                 raise unknown("axis" if self.sampled is None else "column", name, names)
             if component_of(name) not in allowed:
                 raise RequestError(

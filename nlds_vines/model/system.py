@@ -544,7 +544,7 @@ def refuse_contradiction(names: Collection[str]) -> None:
         raise RequestError(f"K beside {', '.join(beside)}: give K or the contact constants")
 
 
-def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
+def refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
     """Raise `RequestError` for the first of `names` that the scene does not have, if any."""
     name = next((name for name in names if name not in scene.allowed), None)
     if name is None:
@@ -600,7 +600,7 @@ def _merge(
     that it replaces, and for missing parameters.
     """
     changes = without_ratios(scene, before, _without_table(changes), ratios)
-    _refuse_foreign(scene, changes)
+    refuse_foreign(scene, changes)
     refuse_contradiction(changes)
     constants = [name for name in CONTACT if name in changes]
     merged: dict[str, Any] = {**before, **changes}

@@ -209,17 +209,25 @@ def _bounds(option: str, text: str) -> dict[str, float]:
 
 
 def _band(text: str) -> dict[str, Any]:
-    return {"over": {"omega": spaced("--band", text, "LOW:HIGH:NUM")}}
+    name, _, band = text.rpartition("=")
+    return {"over": {name or "omega": spaced("--band", band, "LOW:HIGH:NUM")}}
+
+
+def _over(option: str, text: str) -> dict[str, Any]:
+    return spaced(option, text) if ":" in text else {"values": numbers(option, text)}
 
 
 OPTIONS = (
     SYSTEM,
     SET,
     Option("--free", "NAME[=LOW:HIGH]", "tune this too, or within these bounds", _free, True),
-    Option("--band", "LOW:HIGH:NUM", "minimize the peak over these omega [rad/s]", _band),
+    Option(
+        "--band", "[f=]LOW:HIGH:NUM",
+        "minimize the peak over these omega [rad/s], or f [Hz]; under a load, of its tone", _band,
+    ),
     named(
-        "--over", "NAME=A,B,...", "minimize the worst over these values; several combine", "over",
-        lambda option, text: {"values": numbers(option, text)},
+        "--over", "NAME=A,B,...",
+        "minimize the worst over these values, or START:STOP:NUM; several combine", "over", _over,
     ),
     named(
         "--uncertain", "NAME=SPREAD[:LAW]",

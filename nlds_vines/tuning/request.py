@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, replace
 from itertools import product
-from math import prod
+from math import pi, prod
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -24,7 +24,13 @@ from nlds_vines.loads.request import (
 )
 from nlds_vines.model.axis import Axis, announced
 from nlds_vines.model.loads.loading import ALL, Loading
-from nlds_vines.model.parameters import DESCRIBED, range_in_words, setting_in_words, symbol_of
+from nlds_vines.model.parameters import (
+    DESCRIBED,
+    PARAMETERS,
+    range_in_words,
+    setting_in_words,
+    symbol_of,
+)
 from nlds_vines.model.quantities import BY_NAME as QUANTITIES
 from nlds_vines.model.quantities import OF_LOADS_BY_NAME as NUMBERS
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, refuse_twice
@@ -45,7 +51,7 @@ from nlds_vines.model.setting import (
     settings_of,
 )
 from nlds_vines.model.slow_manifold import slow_manifold
-from nlds_vines.model.system import System
+from nlds_vines.model.system import System, refuse_foreign
 from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.tuning.design_space import (
@@ -363,6 +369,7 @@ class Tuning(Request):
             if one.name in over:
                 raise RequestError(f"{one.name} is uncertain and has values of its own: not both")
             if not self._of_load(one.name):
+                refuse_foreign(self.system.scene, [one.name] if one.name in PARAMETERS else [])
                 allowed = (*self.system.parameters, *self.system.ratios)
                 choice("uncertain parameter", one.name, allowed)
         uncertain = [one.name for one in self.uncertain if not self._of_load(one.name)]
@@ -540,6 +547,7 @@ def load_tuning(
     varied = dict.fromkeys(entries, "free") | dict.fromkeys(request.table("over"), "over")
     system = request.as_set(system, varied)
     with at(request.place("free")):
+        refuse_foreign(system.scene, [name for name in entries if name in PARAMETERS])
         for name in entries:
             choice("free parameter", name, tunable(system.scene))
         free = tuple(Free.of(n, entries[n]) for n in tunable(system.scene) if n in entries)
@@ -614,6 +622,8 @@ def _over(
         if cases > MOST_LANES:
             raise RequestError(f"every design has {cases} cases; allowed: up to {MOST_LANES}")
     axes = request.axes("over")
+    if history is not None and not history.load.harmonic and len(history.load.tone) == 1:
+        axes = tuple(map(_of_tone, axes))
     with at(request.place("over")):
         refuse_twice(scene, [axis.name for axis in axes])
         of_load = tuple(axis for axis in axes if history is not None and is_of_load(axis.name))
@@ -621,6 +631,12 @@ def _over(
         names = meant_by(scene, [*changing, *(axis.name for axis in others)])
         names += system.following(names)
         return (*axes_of_parameters(others, scene, system.parameters, names), *of_load)
+
+
+def _of_tone(axis: Axis) -> Axis:
+    """Return an axis of the forcing frequency as that of the only tone; any other as it is."""
+    factor = {"omega": 1.0, "f": 2.0 * pi}.get(axis.name)
+    return axis if factor is None else Axis("tone.omega", axis.values * factor)
 
 
 def _made_up_title(

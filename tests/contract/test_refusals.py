@@ -150,6 +150,17 @@ UNREADABLE = {
 
 # what else is wrong on a command line -> what the line must name
 LINES = {
+    "bifurcation --frequency Hz": ["unknown option '--frequency'; allowed:"],
+    "bifurcation --recrod energy": ["did you mean '--record'?"],
+    "portrait --record energy": ["unknown option '--record'; allowed:"],
+    "bifurcation --record sections": ["did you mean 'section'?"],
+    "bifurcation --set f3=1": ["did you mean 'f1'?"],
+    "bifurcation --vary f2=1:2:3": ["unknown axis 'f2'; did you mean 'f1'?"],
+    "bifurcation --set zeta=0.1": ["did you mean 'zeta1'?"],
+    "bifurcation --set e=0.7": ["law 'hertz' has no parameter 'e'", "law = 'restitution' has it"],
+    "bifurcation --vary e=0.1:0.9:3": ["law = 'restitution' has it"],
+    "tuning --free e=0.1:0.9": ["law = 'restitution' has it"],
+    "tuning --uncertain e=5%": ["law = 'restitution' has it"],
     "bifurcate": ["unknown command 'bifurcate'; did you mean 'bifurcation'?"],
     "bifurcation --over": ["'--over'", "--overwrite"],
     "bifurcation --set omega=6": ["omega", "figure8.toml: [vary]"],

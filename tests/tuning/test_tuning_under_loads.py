@@ -133,6 +133,32 @@ def test_a_wrong_request_is_one_line(changes, message, error_of):
     assert message in error_of(load_tuning, "tmd", changes)
 
 
+@pytest.mark.parametrize("band", [{"omega": [5.0, 6.0, 7.0]}, {"f": [5 / 6, 1.0, 7 / 6]}])
+def test_a_band_under_a_tone_is_that_of_the_tone(band):
+    tone = {"load": {"tone": {"amplitude": 3.0, "omega": 6.0}}, "over": band}
+    (axis,) = load_tuning("tmd", tone).over
+    factor = 1.0 if "omega" in band else 2 * math.pi
+    assert axis.name == "tone.omega"
+    assert axis.values == pytest.approx([factor * one for one in next(iter(band.values()))])
+    harmonic = {**tone, "load": {**tone["load"], "harmonic": True}}
+    assert load_tuning("tmd", harmonic).over[0].name == "omega"
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("--band 5:8:4", "omega = 5 to 8 rad/s (0.7958 to 1.273 Hz), 4 values"),
+        ("--band f=0.8:1.2:5", "omega = 5.02655 to 7.53982 rad/s (0.8 to 1.2 Hz), 5 values"),
+        ("--over f=0.8:1.2:5", "omega = 5.02655 to 7.53982 rad/s (0.8 to 1.2 Hz), 5 values"),
+        ("--over P=600:1000:3 --band 5:8:4", "P = 600 to 1000 N, 3 values"),
+        ("--load tone:amplitude=3,omega=6 --band 5:8:4", "tone.omega = 5 to 8, 4 values"),
+    ],
+)
+def test_bands_and_ranges_in_hertz_and_of_tones(words, line, capsys):
+    assert main(["--system", "tmd", *words.split(), "--dry-run"]) == 0
+    assert line in capsys.readouterr().out
+
+
 def test_walls_bring_objectives_of_their_own():
     of_contacts = {"impact_count", "force_max"}
     assert of_contacts <= load_tuning("ssul-set6", BLOW).objectives.keys()

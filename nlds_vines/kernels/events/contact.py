@@ -1,14 +1,15 @@
 """One contact from touch to release, stepped: any depth, any duration, any external force.
 
-Each step is a Taylor polynomial (`taylor`), taken as far as its last terms allow, and never
-farther than some part of a free impact of the motion at hand, so that soft rubber, steel, a slow
-pressed touch and a damper resting on its obstacle for many periods are covered alike.
+Each step is a Taylor polynomial (`taylor`). Its length follows from the last terms, and is at most
+a part of a free impact with the present depth, speed and external acceleration, so that soft
+rubber, steel, a slow pressed touch and a damper that rests on its obstacle for many periods are
+covered alike.
 
-Then it is verified: what it misses of the equation of motion at its end is, in parts of the scales
-of the motion at hand, its doubt. Doubt is granted in proportion to the way through a free impact:
-`tolerance` for the first one, less for each further oscillation of a damper that stays in contact,
-whose errors add up. What a step leaves of its share, later ones may use. A step of which more is
-doubted is taken less far along the same polynomial.
+Each step is verified: its doubt is the defect of the equation of motion at its end, relative to the
+scales of the motion. The tolerated doubt is proportional to the part of a free impact that the step
+covers: `tolerance` in all for the first free impact, less for each further oscillation of a damper
+that stays in contact, whose errors add up. What a step leaves of its share, later steps may use. A
+step with a larger doubt is shortened along the same polynomial.
 
 A wall that pushes towards -x2 sees state, phase and load mirrored: eq. (5) is odd.
 """
@@ -20,6 +21,7 @@ from typing import NamedTuple
 
 from ..motion.driven import constants_of, count_of, drive_start, rows_of
 from ..motion.flight import FACTOR, ORDER
+from ..motion.load_cells import Loaded, phase_of
 from ..motion.response_sums import absolute, add_from_foot, add_state, from_foot
 from ..motion.taylor import (
     advance,
@@ -34,10 +36,23 @@ from ..motion.taylor import (
     to_release,
 )
 from ..numerics.compiling import jit
+from ..numerics.deciding import is_a, same_sort, says
 from ..numerics.elementary import exp, log, whole_power
 from ..numerics.roots import guarded, narrowed, secant
 from ..scene.by_law import by_wall
-from ..scene.codes import EXHAUSTED, RELEASED, STOPPED
+from ..scene.codes import (
+    ASTRAY,
+    CLEARED,
+    EXHAUSTED,
+    LEAVING_FAR,
+    LEAVING_NEAR,
+    RELEASED,
+    RETURNED,
+    SECTION,
+    STOPPED,
+    TOUCH_FAR,
+    TOUCH_NEAR,
+)
 from ..scene.drive import after, drive_now, mirrored
 from ..scene.law import (
     COLUMNS,
@@ -55,6 +70,7 @@ from ..scene.law import (
     acting,
     depth_of,
     faint,
+    force_at,
     force_of,
     pressed,
     rate_of_q,
@@ -66,34 +82,27 @@ from ..scene.law import (
     turn_of,
     weight_of,
 )
-from ..scene.scene import Step, accelerations, mirrored_load, side_with
-from ..watch.observe import note_force
-from ..watch.response import (
-    OfPush,
-    bend_in,
-    note_roots,
-    push_now,
-    tally_push,
-    watch_piece,
-)
+from ..scene.scene import Ground, Step, accelerations, mirrored_load, side_with
+from ..watch.observe import BEYOND, LIMIT, ORIGIN, note_force
+from ..watch.response import OfPush, bend_in, note_roots, push_now, tally_push, watch_piece
 
 # --------------------------------------------------------------------------------------------------
-# Where a step of a contact ends, and what is found within it: all on the step's own polynomial.
+# Places within a step of a contact, found on its polynomial.
 #
-# Its end is the release, an instant that is asked for, or the place where the force becomes another
-# function (`law.switching`). Within it is the deepest point.
+# A step ends at the release, at a prescribed instant, or where the force becomes another function
+# (`law.switching`). Within it lies the deepest point.
 
 
-MOST_TURNS = 60  # of a search in a step: some five find a deepest point, some thirty a switch
+MOST_TURNS = 60  # iterations in a step: a deepest point needs about 5, a switch about 30
 NEAR_TURN = 1.0e-6  # error of the place of a turn in a step
-DEEPEST = 1.0e-10  # part of the depth that a parabola may add to it, which errs by its power 3/2
-NEAR_SWITCH = 1.0e-13  # error of the place of a switch in a step, where largest values have corners
-SLIGHT = 1.0e-14  # of `switching`: it has not changed its sign
+DEEPEST = 1.0e-10  # largest correction of a depth by a parabola, relative; it errs by its power 3/2
+NEAR_SWITCH = 1.0e-13  # error of the place of a switch, where maxima have corners
+SLIGHT = 1.0e-14  # round-off of `switching`
 
 
 @jit
 def step_to_stop(side, step, left):
-    """Write row NEW at the instant `left` after row Y, within a step; return the step to it."""
+    """Write row NEW at the instant `left` after row OLD, within a step; return its length."""
     k, h = side.k, step.h
     low, high, size = 0.0, h, h
     for _ in range(80):
@@ -113,7 +122,7 @@ def step_to_stop(side, step, left):
 
 @jit
 def motion_at(side, phase, row):
-    """Return (z, dt/dtheta, ds/dt) of a row within a step, phase being that at row Y."""
+    """Return (z, dt/dtheta, ds/dt) at a row within a step, phase being that at row OLD."""
     wall, k = side.wall, side.k
     q, s = k[row], k[row + 1]
     z = depth_of(wall, q)
@@ -128,8 +137,8 @@ def motion_at(side, phase, row):
 def deepest(side, step):
     """Return the greatest depth [m] within a step over which s changes sign from + to -.
 
-    Where s vanishes but for an error e it is greater by a parabola, and but for e^3. Row NEW is
-    lost.
+    At a place where s is not quite 0 a parabola gives the maximum, with an error of third order in
+    s. Row NEW is overwritten.
     """
     k = side.k
     low, high, depth = 0.0, 1.0, 0.0
@@ -152,7 +161,7 @@ def deepest(side, step):
 
 @jit
 def up_to_turn(side, step):
-    """Cut a step short where the contact is least deep, unless it is in contact there."""
+    """Cut a step short at the minimum of q within it, if q is not positive there."""
     k = side.k
     part = part_of(step, -k[OLD + 1] / (k[NEW + 1] - k[OLD + 1]))
     for _ in range(MOST_TURNS):
@@ -172,15 +181,15 @@ def up_to_turn(side, step):
 
 @jit
 def to_end(side, phase, left, h):
-    """Step from row Y to row NEW, which need not lie in the contact; return (step, stopped).
+    """Step from row OLD to row NEW, which may lie outside the contact; return (step, stopped).
 
-    By h, or to the release (the `Step` is landing, then), or to the instant `left` if that comes
-    first (`stopped`).
+    The step ends after h, at the release (then the `Step` is landing), or at the instant `left`
+    (then `stopped` is True), whichever comes first.
     """
     k = side.k
     step = Step(phase, False, h)
     advance(side, None, step)
-    if k[NEW] > 0.0 and k[OLD + 1] < 0.0 and k[NEW + 1] > 0.0:  # back by now: was it out?
+    if k[NEW] > 0.0 and k[OLD + 1] < 0.0 and k[NEW + 1] > 0.0:  # it may have been out in between
         step = up_to_turn(side, step)
     if not k[NEW] > 0.0 and k[OLD] > 0.0 and k[NEW + 1] <= 0.0:
         step = to_release(side, step)
@@ -191,7 +200,7 @@ def to_end(side, phase, left, h):
 
 @jit
 def margin(side, positive, row):
-    """Return `switching` at a row, or minus it where it has not been positive: negative behind."""
+    """Return `switching` at a row, times its former sign: negative after a switch."""
     q, s = side.k[row], side.k[row + 1]
     value = switching(side.wall, depth_of(side.wall, q), s)
     return value if positive else -value
@@ -199,9 +208,9 @@ def margin(side, positive, row):
 
 @jit
 def up_to_switch(side, now, positive, step):
-    """Cut a step short where the force of a wall becomes another function; row NEW is there.
+    """Cut a step short where the force of a wall becomes another function, at row NEW.
 
-    positive: what `switching` is at row Y, and the wall of `now` takes for granted in all of the
+    positive: the sign of `switching` at row OLD, for which the wall of `now` acts in all of the
     step. Returns (switches, step).
     """
     if side.wall.switch is None:
@@ -227,16 +236,16 @@ def up_to_switch(side, now, positive, step):
 
 @jit
 def swing(side, now, phase, row):
-    """Return `rate_of_switching` at a row within a step, phase being that at row Y."""
+    """Return `rate_of_switching` at a row within a step, phase being that at row OLD."""
     _, _, ds = motion_at(now, phase, row)
     return rate_of_switching(side.wall, side.k[row + 1], ds)
 
 
 @jit
 def least_margin(side, now, positive, step):
-    """Return (place, `margin`) where that is least within a step, or (1, 0): row NEW is kept.
+    """Return the place and value of the least `margin` within a step; row NEW is kept.
 
-    Only where the margin may become negative by its rates at the ends, twice as large.
+    (1, 0) if the margin cannot become negative at twice the rates of the ends.
     """
     k = now.k
     f0, a = swing(side, now, step.phase, int(OLD))
@@ -261,37 +270,36 @@ def least_margin(side, now, positive, step):
 
 
 # --------------------------------------------------------------------------------------------------
-# Variations along a contact that is stepped: they change nothing of the orbit that they go with.
+# Variations along a contact that is stepped. They do not change the orbit.
 #
-# Their polynomials (`taylor`) have the radius of convergence of the orbit's, but not its last
-# terms: near the touch a force K z^n does little to an orbit, and its stiffness n K z^(n - 1) much
-# to variations. So they take the orbit's step in parts, where their own last terms ask for that,
-# from states that its polynomial has in between; the orbit goes on from where it was.
+# Their polynomials (`taylor`) have the radius of convergence of the orbit's, but larger last terms:
+# near the touch a force K z^n has little effect on an orbit, and its stiffness n K z^(n - 1) a
+# large one on variations. So they take the orbit's step in parts if their last terms ask for it,
+# each from the state that the orbit's polynomial has there.
 
 
 MOST_PARTS = 100  # of a step; a few are needed where a force begins with a fractional power
-MORE = 10.0  # what the last terms may be, in units of what an orbit is granted
+MORE = 10.0  # largest last terms, in units of those granted to the orbit
 
 
 @jit
-def last_of_variations(k, row, pace):
-    """Return the largest share that terms of a row of series are of a variation's own size."""
-    most, first = 0.0, SERIES + VARIED
-    for j in range(4):
-        size = abs(k[first + 4 + j]) + abs(k[first + 12 + j])
-        size += pace * (abs(k[first + j]) + abs(k[first + 8 + j]))
-        last = max(abs(k[row + VARIED + 4 + j]), abs(k[row + VARIED + 12 + j]))
-        if last > most * size and size > 0.0:
-            most = last / size
-    return most
+def part_for(side, h, granted, pace):
+    """Return the length that variations may go along a polynomial, at most h.
 
-
-@jit
-def part_for(side, tangent, h, granted, pace):
-    """Return how far variations may go along a polynomial, at most h; granted: to the orbit."""
+    Their last two terms may be MORE times `granted`, relative to the size of each variation, where
+    pace [1/s] turns displacements into velocities.
+    """
     k, n, less, x = side.k, order_of(side.rk4), 0.0, h / side.k[UNIT]
+    first = SERIES + VARIED
     for m in range(n - 1, n + 1):
-        last = last_of_variations(k, SERIES + COLUMNS * m, pace) * whole_power(x, m)
+        row, most = SERIES + COLUMNS * m, 0.0
+        for j in range(4):
+            size = abs(k[first + 4 + j]) + abs(k[first + 12 + j])
+            size += pace * (abs(k[first + j]) + abs(k[first + 8 + j]))
+            last = max(abs(k[row + VARIED + 4 + j]), abs(k[row + VARIED + 12 + j]))
+            if last > most * size and size > 0.0:
+                most = last / size
+        last = most * whole_power(x, m)
         if last > MORE * granted:
             less = min(less, log(MORE * granted / last) / m)
     return exp(less) * h
@@ -299,10 +307,10 @@ def part_for(side, tangent, h, granted, pace):
 
 @jit
 def ride(side, tangent, step, granted, scales):
-    """Carry variations over the step from row Y to row NEW, of which the series stand in k.
+    """Carry variations over the step from row OLD to row NEW, whose series are in k.
 
-    granted: of its last terms to an orbit, infinite where its steps are as they are; scales of
-    speed, depth and q. Row Y and the series are lost.
+    granted: tolerance of the orbit's last terms, infinite if steps are not checked; scales: of
+    speed, depth and q. Row OLD and the series are overwritten.
     """
     k, wall, (fast, deep, root) = side.k, side.wall, scales
     left, phase = step.h, step.phase
@@ -310,7 +318,7 @@ def ride(side, tangent, step, granted, scales):
     for part in range(MOST_PARTS):
         h = left
         if granted < math.inf and part < MOST_PARTS - 1:
-            h = part_for(side, tangent, h, granted, fast / deep)
+            h = part_for(side, h, granted, fast / deep)
             if k[OLD] == 0.0 and k[OLD + 1] > 0.0:
                 far = smooth_up_to(wall, tangent, constants_of(side.sign), granted)
                 h = min(h, root * far / rate_of_q(wall, k[OLD + 1]))
@@ -334,14 +342,14 @@ def ride(side, tangent, step, granted, scales):
 # ---- a contact from touch to release -------------------------------------------------------------
 
 
-MOST_STEPS = 1_000_000  # steps of one contact between two sections: beyond it, EXHAUSTED
-MOST_ATTEMPTS = 60  # of a step that leaves the contact; numbers beyond all bounds need more
-MOST_REPEATS = 20  # of a step that is doubted: what is doubted of a smaller one is round-off
-LEAST_GRANTED = 1.0e-14  # of a tolerance: below it is round-off
-LONG = 1.0  # free impacts after which a contact is granted half as much doubt for each further one
-LAST_TERMS = 0.25  # of a step, in units of what is granted: errors of contacts add up, with a sign
-LEAST_DOUBT = 1.0e-15  # doubt of a step that means nothing
-FAINT = 1.0e-16  # Hertz acceleration, as a share of the external one, that is round-off
+MOST_STEPS = 1_000_000  # of one contact between two sections: beyond it, EXHAUSTED
+MOST_ATTEMPTS = 60  # at a step that leaves the contact; only an overflow needs more
+MOST_REPEATS = 20  # of a step with too large a doubt, after which the doubt is round-off
+LEAST_GRANTED = 1.0e-14  # least tolerance, round-off
+LONG = 1.0  # free impacts after which the doubt granted to a further one is halved
+LAST_TERMS = 0.25  # of a step, in units of the tolerance: errors of contacts have a sign and add up
+LEAST_DOUBT = 1.0e-15  # doubt of a step that is round-off
+FAINT = 1.0e-16  # acceleration by the contact, relative to the external one, that is round-off
 SOON = 1.0e-7  # time in units of 1/rate for which an external acceleration is constant
 
 
@@ -354,10 +362,10 @@ class Steps(NamedTuple):
 
 @jit
 def start_at_rest(side, watch, phase):
-    """Move row Y past a touch without speed, which theta alone could not leave; return the time.
+    """Move row OLD past a touch without speed, which steps in theta cannot leave; return the time.
 
-    Under an external acceleration a the depth grows as a t^2 / 2; until the Hertz force or a change
-    of a is felt at round-off, that is exact. phase: the instant (`drive`).
+    Under an external acceleration a the depth grows as a t^2 / 2, exact to round-off until the
+    contact's force or a change of a exceeds round-off. phase: the instant (`drive`).
     """
     ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
     q, s, x1, v1 = k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3]
@@ -375,7 +383,7 @@ def start_at_rest(side, watch, phase):
     k[OLD], k[OLD + 1] = root_of(wall, depth), speed
     k[OLD + 2], k[OLD + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
     if watch.tangent is not None:
-        # The variations of row Y move on by the time t.
+        # The variations of row OLD move on by the time t.
         for i in range(WIDTH + OLD, WIDTH + OLD + count_of(watch.tangent), 4):
             side.k[i] += t * side.k[i + 1]
             side.k[i + 2] += t * side.k[i + 3]
@@ -392,7 +400,7 @@ def start_at_rest(side, watch, phase):
 
 @jit
 def external_acceleration(side, c):
-    """Return d2r/dt2 [m/s^2] of row Y without the Hertz force, at phase cosine c."""
+    """Return d2r/dt2 [m/s^2] at row OLD without the contact's force; c: the force (`drive_now`)."""
     wall, k = side.wall, side.k
     r = wall.gap + depth_of(wall, k[OLD])
     x1, v1, s = k[OLD + 2], k[OLD + 3], k[OLD + 1]
@@ -401,16 +409,10 @@ def external_acceleration(side, c):
 
 
 @jit
-def shrunk_by(doubt, share):
-    """Return the factor that shortens a step whose doubt exceeds its share."""
-    return max(0.3, 0.9 * exp(log(share / doubt) / HIGHEST))
-
-
-@jit
 def noted(side, watch, step, elapsed, depth):
-    """Note what is wanted of the step from row Y to row NEW; return the greatest depth so far [m].
+    """Record the step from row OLD to row NEW; return the greatest depth so far [m].
 
-    `depth`, that of the steps before, is raised to the greatest depth within the step, if s changes
+    `depth`, that of the steps before, is raised to the greatest depth within the step if s changes
     sign there from + to -.
     """
     k, wall = side.k, side.wall
@@ -439,34 +441,18 @@ def noted(side, watch, step, elapsed, depth):
 
 
 @jit
-def expand_if_asked(side, watch, phase, h):
-    """Fill the series of steps (`expand_contact`) if the method or what watches asks for them.
-
-    By rk4 that of energies, a limit, a response, variations, or a force under damping.
-    """
-    if (
-        side.rk4 is not None
-        and (watch.energy is None and watch.limit_log is None and watch.tally is None)
-        and watch.tangent is None
-        and (watch.impacts is None or side.wall.damping is None)
-    ):
-        return
-    expand_contact(side, watch.tangent, phase, h)
-
-
-@jit
 def contact(side, watch, phase, now, stop):
     """Follow a contact from `now` = (q = sqrt(z), s, x1, v1) to its release or for `stop` [s].
 
-    phase: (cos, sin) of the forcing's at the start; all is as the wall of the `Side` sees it.
-    Returns (event, q, s, x1, v1, elapsed [s], depth [m]) with event RELEASED, STOPPED or EXHAUSTED
-    (too many steps); the depth is that reached only if impacts are watched (`Watch`).
+    phase: the instant of the start (`drive`). State and phase are as the wall sees them. Returns
+    (event, q, s, x1, v1, elapsed [s], depth [m]) with event RELEASED, STOPPED or EXHAUSTED (too
+    many steps); the depth is the greatest only if the `Watch` has impacts.
     """
     ps, wall, k, tangent, steps = side.ps, side.wall, side.k, watch.tangent, side.steps
     k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3] = now
     k[OLD + 4] = 0.0
     elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
-    passed, saved = 0.0, 0.0  # so far in free impacts; what is left of its shares of doubt
+    passed, saved = 0.0, 0.0  # free impacts so far; doubt that steps have left of their shares
     positive = (
         True if wall.switch is None else switching(wall, depth_of(wall, now[0]), now[1]) > 0.0
     )
@@ -477,30 +463,39 @@ def contact(side, watch, phase, now, stop):
         if count == 0:
             elapsed = start_at_rest(side, watch, phase)
             phase = after(ps, phase, elapsed)
-        # The longest step: a part of the free impact of this depth and speed, as the external
-        # acceleration and the rates of all other motion have it over the distance that q can go.
+        # The longest step: a part of the free impact of this depth and speed, with the external
+        # acceleration and the rates of all other motion over the distance that q can go.
         external = external_acceleration(side, drive_now(phase))
         q, s = k[OLD], k[OLD + 1]
         reach = reach_of(wall, q, depth_of(wall, q), s)  # of Hertz' law, q^2.5 where it turns
-        if not 0.95 * seen < reach < 1.05 * seen:  # powers are dear: a new one if it has changed
-            if reach == 0.0 and external <= 0.0:  # no number is as small as what holds it
+        if not 0.95 * seen < reach < 1.05 * seen:  # powers cost much: only if it has changed
+            if reach == 0.0 and external <= 0.0:  # the force underflows
                 return RELEASED, 0.0, s, k[OLD + 2], k[OLD + 3], elapsed, depth
             cube, root = turn_of(wall, reach)
             seen = reach
-        span = min(root, 2.0 * max(q, root_of(wall, abs(s) / side.rate)))  # others may stop it
+        span = min(root, 2.0 * max(q, root_of(wall, abs(s) / side.rate)))  # of q
         swing = max(ps.omega, side.rate) * weight_of(wall, span)
         rate_squared = wall.kappa * cube + pressed(wall, external) + swing * swing
-        per_theta = math.sqrt(rate_squared) / wall.whole  # free impacts
+        per_theta = math.sqrt(rate_squared) / wall.whole  # free impacts per unit of theta
         late, h = 1.0 + passed / LONG, 1.0 / (per_theta * steps.per_impact)
-        # What the last terms of the polynomial allow of that.
+        # The length that the last terms of the polynomial allow.
         at = side_with(side, ps, side.damper, acting(wall, positive), steps)
-        expand_if_asked(at, watch, phase, h)
+        # (by rk4 the series serve records and variations alone)
+        if (
+            side.rk4 is None
+            or watch.energy is not None
+            or watch.limit_log is not None
+            or watch.tally is not None
+            or watch.tangent is not None
+            or (watch.impacts is not None and side.wall.damping is not None)
+        ):
+            expand_contact(at, tangent, phase, h)
         fast, deep = max(wall.speed * seen, abs(s)), depth_of(wall, root)
         granted = max(steps.tolerance, LEAST_GRANTED) / late
         if steps.tolerance < math.inf:
             h = length_of(at, h, LAST_TERMS * granted, fast)
-        # Step to the release, to the end of the time or by h, until it ends inside the contact and
-        # no more of it is doubted than is granted.
+        # Step to the release, to the end of the time or by h; shorten the step until it ends inside
+        # the contact with a doubt within its share.
         step, stopped, inside, doubt, share = Step(phase, False, h), False, False, 0.0, 0.0
         end = phase
         for attempt in range(MOST_ATTEMPTS):
@@ -514,14 +509,14 @@ def contact(side, watch, phase, now, stop):
                 doubt = defect_of(at, drive_now(end), step.h, (fast, deep, root))
                 if not doubt > share or attempt > MOST_REPEATS:
                     break
-                h = step.h * shrunk_by(doubt, share)
+                h = step.h * max(0.3, 0.9 * exp(log(share / doubt) / HIGHEST))
             else:
                 break
         if not inside:
             break
         passed, saved = passed + step.h * per_theta, max(share - doubt, 0.0)
         switches, step = up_to_switch(side, at, positive, step)
-        # Note what the step has shown.
+        # Record the step.
         depth = noted(at, watch, step, elapsed, depth)
         elapsed += k[NEW + 4]
         if tangent is not None:
@@ -542,25 +537,32 @@ def contact(side, watch, phase, now, stop):
     return EXHAUSTED, k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3], elapsed, depth
 
 
-# ---- as the time loop asks for it ----------------------------------------------------------------
+# ---- a contact as the time loop follows it ------------------------------------------------------
 
 
 @jit
 def as_seen(side, now, phase):
     """Return a side, a state (q, s, x1, v1) and a phase as the wall sees them.
 
-    A wall that pushes towards -x2 sees them mirrored, and the constant load.
+    A wall that pushes towards -x2 sees them and the constant load mirrored.
     """
     ps, sign = mirrored_load(side.ps.load, side.ps, side.sign), side.sign
     seen = side_with(side, ps, side.damper, side.wall, side.steps)
     return seen, (now[0], sign * now[1], sign * now[2], sign * now[3]), mirrored(phase, sign)
 
 
+@jit
+def mirrored_back(side, result):
+    """Return a result of `contact` with the state not mirrored."""
+    event, q, s, x1, v1, took, depth = result
+    return event, q, side.sign * s, side.sign * x1, side.sign * v1, took, depth
+
+
 @by_wall
 def follow(side, watch, phase, place, left, now):
     """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
 
-    phase: (cos, sin) of the forcing's; place: share of the period that is over; `Watch` and result
+    phase: the instant (`drive`); place: share of the period that is over; `Watch` and result
     (event, q, s, x1, v1, elapsed, depth) as of `contact`.
     """
     return stepped(side, watch, phase, left, now)
@@ -568,13 +570,113 @@ def follow(side, watch, phase, place, left, now):
 
 @jit
 def stepped(side, watch, phase, left, now):
-    """Follow a contact by steps (arguments and result of `follow`)."""
+    """Follow a contact by steps; arguments and result as of `follow`."""
     seen, start, wave = as_seen(side, now, phase)
     return mirrored_back(side, contact(seen, watch, wave, start, left))
 
 
 @jit
-def mirrored_back(side, result):
-    """Return a result of `contact` with the state as it is, not as the wall sees it."""
-    event, q, s, x1, v1, took, depth = result
-    return event, q, side.sign * s, side.sign * x1, side.sign * v1, took, depth
+def structure_at(damper, x1, v1, r, s):
+    """Return (x1, v1), which are r and s if the walls limit the structure itself.
+
+    Both pairs are integrated; taking one keeps round-off from separating them.
+    """
+    if is_a(damper, Ground):
+        return (r, s)
+    return (x1, v1)
+
+
+@jit
+def follow_side(side, watch, begun, left, now):
+    """Follow a contact to its release or for the time `left` [s].
+
+    begun: its time [s], the instant (`drive`), and the share of the period that is over; now: (q,
+    s, x1, v1). Returns (event, q, (x1, v1, r, s), time [s], (depth [m], greatest force [N])).
+    """
+    wall, (time, phase, place) = side.wall, begun
+    # The log of a limit counts from the touch; at the far wall r is at most -gap.
+    if watch.limit_log is not None:
+        watch.limit_log[ORIGIN] = time
+        if side.sign < 0.0 and -wall.gap <= watch.limit_log[LIMIT]:
+            watch.limit_log[BEYOND] = 0.0
+    event, q, s, x1, v1, took, depth = follow(side, watch, phase, place, left, now)
+    r = side.sign * (wall.gap + depth_of(wall, q))
+    x1, v1 = structure_at(side.damper, x1, v1, r, s)
+    return event, q, (x1, v1, r, s), took, (depth, force_at(wall, depth))
+
+
+@jit
+def follow_at(near, far, mode, watch, begun, left, now):
+    """Follow a contact at the near or the far side, by its `mode`; an absent side is None.
+
+    Arguments and result as of `follow_side`.
+    """
+    if near is None:
+        return follow_side(far, watch, begun, left, now)
+    if far is None:
+        return follow_side(near, watch, begun, left, now)
+    if same_sort(near, far):  # one call for both
+        side = near if mode == TOUCH_NEAR else far
+        return follow_side(side, watch, begun, left, now)
+    if mode == TOUCH_NEAR:
+        return follow_side(near, watch, begun, left, now)
+    return follow_side(far, watch, begun, left, now)
+
+
+# ---- leaving a wall whose force has vanished -----------------------------------------------------
+
+
+@jit
+def may_leave(near, far):
+    """Return True if a wall may let go of a damper that is still beyond the place of touch."""
+    return says(near, "LINEAR") or says(far, "LINEAR")
+
+
+@jit
+def leaves(near, far, mode):
+    """Return True if an orbit is leaving a wall whose force has vanished."""
+    return may_leave(near, far) and mode in (LEAVING_NEAR, LEAVING_FAR)
+
+
+@by_wall
+def leave(side, watch, phase, place, left, now):
+    """Fly from a depth at which the wall does not push, to z = 0 or for the time `left` [s].
+
+    Arguments as of `follow`. Returns (event, q, s, x1, v1, time [s]) with event CLEARED at z = 0,
+    RETURNED if the wall pushes again before, STOPPED or EXHAUSTED.
+    """
+    return CLEARED, now[0], now[1], now[2], now[3], 0.0
+
+
+@jit
+def leave_wall(near, far, mode, watch, grid, stop, begun, now):
+    """Leave the place of a contact whose force has vanished, at the near or the far side.
+
+    begun: (cell, place in it); now: (q, x1, v1, r, s). Returns (event, j, x, q, x1, v1, r, s):
+    CLEARED if the damper is out, otherwise as `exact.fly`.
+    """
+    (q, x1, v1, r, s), (j, x) = now, begun
+    place, left, inner = (j + x) / grid.n, (stop - j - x) * grid.h, (q, s, x1, v1)
+    event, took, gap, sign = CLEARED, 0.0, 0.0, 1.0
+    phase = phase_of(grid, j, x) if is_a(grid.begun, Loaded) else None
+    if near is not None and mode == LEAVING_NEAR:
+        event, q, s, x1, v1, took = leave(near, watch, phase, place, left, inner)
+        gap = near.wall.gap
+    if far is not None and mode == LEAVING_FAR:
+        event, q, s, x1, v1, took = leave(far, watch, phase, place, left, inner)
+        gap, sign = far.wall.gap, -1.0
+    at_place = j + x + took / grid.h
+    r = sign * (gap + q)
+    if near is not None:
+        x1, v1 = structure_at(near.damper, x1, v1, r, s)
+    else:
+        x1, v1 = structure_at(far.damper, x1, v1, r, s)
+    j = min(int(at_place), stop - 1)
+    x = at_place - j
+    if event == EXHAUSTED:
+        return ASTRAY, j, x, q, x1, v1, r, s
+    if event == STOPPED:
+        return SECTION, stop, 0.0, q, x1, v1, r, s
+    if event == RETURNED:
+        event = TOUCH_NEAR if mode == LEAVING_NEAR else TOUCH_FAR
+    return event, j, x, q, x1, v1, r, s

@@ -29,14 +29,14 @@ from ..watch.touch import (
     touch_of,
 )
 
-SPAN = 4  # cells over which one bound of the motion is used: it costs a square root
+SPAN = 4  # cells that share one bound of the motion, which costs a square root
 
 
 @jit
 def touch_in(near, far, grid, end, y, bounds):
-    """Return (place, event) of the first touch in [0, end] of the expanded cell, y its state there.
+    """Return (place, event) of the first touch in [0, end] of the expanded cell.
 
-    Without one the event is SECTION.
+    The event is SECTION without a touch. y: the state at `end`.
     """
     place, event = NOWHERE, SECTION
     if near is not None:
@@ -54,9 +54,9 @@ def touch_in(near, far, grid, end, y, bounds):
 
 @jit
 def ends_prove_no_touch(near, far, y, z, length, bounds):
-    """Prove from the states y and z at its ends that a piece holds no touch (False: look closer).
+    """Return True if the states y and z at its ends prove that a piece holds no touch.
 
-    length [s] of the piece, which is a cell or less.
+    length: of the piece [s], at most that of a cell.
     """
     proven = True
     if near is not None:
@@ -70,7 +70,10 @@ def ends_prove_no_touch(near, far, y, z, length, bounds):
 
 @jit
 def proves_no_touch(near, far, r0, r1, slack):
-    """Prove from its two ends that a cell holds no touch (False: look closer)."""
+    """Return True if r at its two ends proves that a cell holds no touch.
+
+    slack: M h^2 / 8, M >= |d2r/dt2|.
+    """
     proven = True
     if near is not None:
         proven = max(r0, r1) + slack < near.gap
@@ -81,7 +84,7 @@ def proves_no_touch(near, far, r0, r1, slack):
 
 @jit
 def may_hold_a_miss(near, far, clearance, r0, r1, slack):
-    """Return True if the cell between r0 and r1 could hold a closer miss than seen so far."""
+    """Return True if the cell between r0 and r1 may hold a closer miss than those so far."""
     possible = False
     if near is not None:
         possible = max(r0, r1) + slack > near.gap - clearance[0]
@@ -94,7 +97,8 @@ def may_hold_a_miss(near, far, clearance, r0, r1, slack):
 def note_misses(near, far, clearance, grid, end, bounds, touches):
     """Lower the smallest near miss to those in [0, end] of the expanded cell.
 
-    It is clear, or `touches` a wall at its end: the other may have been missed, or the same before.
+    touches: whether a wall is touched at the end. The other wall may have been missed, or the same
+    one before.
     """
     bend, jerk = tightened(grid.table, bounds.bend, bounds.jerk)
     if near is not None:
@@ -111,32 +115,18 @@ def note_misses(near, far, clearance, grid, end, bounds, touches):
 
 @jit
 def fill(grid, phase, y, filled):
-    """Fill COEF with the polynomial of the flight from y and its instant `phase`; return True.
-
-    filled: whether it is there already.
-    """
+    """Fill COEF with the flight from y at the instant `phase` unless `filled`; return True."""
     if not filled:
         polynomial_from(grid, y, phase)
     return True
 
 
 @jit
-def work_anew(ps, damper, grid, j, x, y, before):
-    """Return `work_at` the beginning of a piece: that of the last one's end, `before`.
-
-    Between two cells a load may jump.
-    """
-    if is_a(grid.begun, Loaded):
-        return work_at(ps, damper, y, drive_now(phase_of(grid, j, x)))
-    return before
-
-
-@jit
 def fly(flight, watch, begun, stop, y):
     """Fly from `begun` = (cell j, place x in it) to the next touch or the start of the cell `stop`.
 
-    Returns (event, j, x, x1, v1, r, s) with event SECTION, TOUCH_NEAR or TOUCH_FAR, or ASTRAY where
-    a touch could not be told from a miss. y: the state (x1, v1, r, s) at the beginning.
+    y: the state (x1, v1, r, s) at the beginning. Returns (event, j, x, x1, v1, r, s) with event
+    SECTION, TOUCH_NEAR or TOUCH_FAR, or ASTRAY if a touch could not be told from a miss.
     """
     ps, damper, near, far = flight.ps, flight.damper, flight.near, flight.far
     limit_log, energy, clearance = watch.limit_log, watch.energy, watch.clearance
@@ -155,7 +145,7 @@ def fly(flight, watch, begun, stop, y):
         bounds = bounds_of(pushed, bound, scale)
         slack = 0.125 * bounds.bend
         while j < last and event == SECTION:
-            # The state at the end of the cell, as if nothing happened before.
+            # The state at the end of the cell without a touch.
             now, phase = (x1, v1, r, s), phase_of(grid, j, x)
             end, filled = 1.0 - x, False
             if x > 0.0:
@@ -175,9 +165,10 @@ def fly(flight, watch, begun, stop, y):
                     place = end
                 else:
                     y = at(grid.table, place)
-            # Note what is wanted up to the touch or the end of the cell.
+            # Record the motion up to the touch or the end of the cell.
             if energy is not None:
-                before = work_anew(ps, damper, grid, j, x, now, before)
+                if is_a(flight.grid.begun, Loaded):  # a load may jump between two cells
+                    before = work_at(ps, damper, now, drive_now(phase_of(grid, j, x)))
                 drive = drive_then(grid, j, 1.0 if event == SECTION else x + place)
                 after = work_at(ps, damper, y, drive)
                 energy[0], energy[1] = max(energy[0], after[0]), max(energy[1], after[1])

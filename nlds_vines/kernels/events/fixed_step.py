@@ -1,10 +1,10 @@
-"""Flight by classical Runge-Kutta steps on a regular grid: the method users know.
+"""Flight by classical Runge-Kutta steps on a regular grid (method rk4).
 
 A step that would cross a wall is repeated with the length that lands on r = gap; so is a step that
-touches and turns back between its ends. `contact` steps the contacts at the same order. So all is
-of order four, and an orbit shares no formula with the exact flight: an independent check of it.
-What is noted of a step is that of the Taylor polynomial from its first state, a piece like any
-other: it errs by the step's own error, and is found by the searches of the exact flight.
+touches and turns back between its ends. `contact` steps the contacts at the same order. So orbits
+are of order four, and share no formula with the exact flight, which they check independently.
+Records of a step are those of the Taylor polynomial from its first state, found as in the exact
+flight, with the error of the step.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ class FixedGrid(NamedTuple):
     rate: float  # bound on the rates of the linear motion [1/s]
     cosine: np.ndarray  # (n + 1,) cos of the phase at the start of each step and at the end
     middle: np.ndarray  # (n,) cos of the phase half a step later
-    table: np.ndarray  # (CELLS,) a table as that of `flight.Grid`, for what looks at a step
+    table: np.ndarray  # (CELLS,) a table as of `flight.Grid`, for the records of a step
     begun: Begun = PERIOD
 
 
 @jit
 def fixed_grid_from(ps, damper, n, begun):
-    """Prepare the share of a period that is `begun` in n steps."""
+    """Return the grid of n steps over the share of a period that is `begun`."""
     h = length_of_cell(ps, n, begun)
     cosine, middle = np.empty(n + 1), np.empty(n)
     for j in range(n):
@@ -67,20 +67,15 @@ def phase_in_step(grid, j, x):
 
 
 @jit
-def cosine_at(grid, j, x):
-    return phase_in_step(grid, j, x)[0]
-
-
-@jit
 def step_to(ps, damper, grid, j, x, length, y):
     """Return the state `length` cells after the state y at place x of step j."""
     if x == 0.0 and length == 1.0:
         c0, c1, c2 = grid.cosine[j], grid.middle[j], grid.cosine[j + 1]
     else:
-        c0 = cosine_at(grid, j, x)
-        c1 = cosine_at(grid, j, x + 0.5 * length)
-        c2 = cosine_at(grid, j, x + length)
-    # The classical step; c0, c1, c2: the force at its stages.
+        c0 = phase_in_step(grid, j, x)[0]
+        c1 = phase_in_step(grid, j, x + 0.5 * length)[0]
+        c2 = phase_in_step(grid, j, x + length)[0]
+    # c0, c1, c2: the force at the stages
     h = length * grid.h
     x1, v1, r, s = y
     g = 0.5 * h
@@ -120,7 +115,7 @@ def within(step, at):
 
 @jit
 def length_to_turn(step):
-    """Return the length at which s = dr/dt vanishes within a step: a turn of r."""
+    """Return the length at which s = dr/dt vanishes within a step."""
     low, high, f0, f1 = 0.0, step.length, step.y[3], step.z[3]
     at = 0.5 * step.length
     for _ in range(60):
@@ -174,7 +169,7 @@ def length_to_touch(step, sign, wall):
 
 @jit
 def note_miss(step, near, far, clearance):
-    """Lower the smallest near miss if the spring's shortening turns back within a step."""
+    """Lower the smallest near miss if r turns back within a step."""
     y = step.y
     if opposite(y[3], step.z[3]):
         top = length_to_turn(step)
@@ -189,7 +184,7 @@ def note_miss(step, near, far, clearance):
 def may_touch(sign, wall, y, z):
     """Return True if a step from the state y to z may touch a wall (sign 1: near, -1: far).
 
-    It does where an end of the step is beyond the wall; and it may where r turns back in between.
+    It does if an end is beyond the wall, and may if r turns back in between.
     """
     beyond = sign * y[2] >= wall.gap or sign * z[2] > wall.gap
     return beyond or (sign * y[3] > 0.0 and sign * z[3] < 0.0)
@@ -208,7 +203,7 @@ def fly_fixed(flight, watch, begun, stop, y):
         length, event = 1.0 - x, SECTION
         z = step_to(ps, damper, grid, j, x, length, y)
         step = FlightStep(ps, damper, grid, j, x, length, y, z)
-        # The step is repeated with the length that ends at the first touch in it, if there is one.
+        # Repeat the step with the length that ends at the first touch in it, if there is one.
         if near is not None and may_touch(1.0, near, y, z):
             at = length_to_touch(step, 1.0, near)
             if at >= 0.0:
@@ -220,13 +215,13 @@ def fly_fixed(flight, watch, begun, stop, y):
         if event != SECTION:
             z = within(step, length)
         step = FlightStep(ps, damper, grid, j, x, length, y, z)
-        # Note what it has shown.
+        # Record the step.
         if watch.energy is not None or watch.limit_log is not None or watch.tally is not None:
             c, d = phase_in_step(grid, j, x)
             begin = y[0], y[1], y[2], y[3], c, d
             expand(ps, damper, grid.h, begin, grid.table, int(COEF))
             watch_piece(ps, damper, watch, grid, (c, d), j + x, length)
-        # (a step that ends at a wall may have turned back before the other)
+        # (a step that ends at a wall may have turned back before the other wall)
         if clearance is not None and (event == SECTION or (event == TOUCH_NEAR) == (y[3] < 0.0)):
             note_miss(step, near, far, clearance)
         y = z

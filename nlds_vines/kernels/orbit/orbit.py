@@ -8,15 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..events.contact import follow_at, leave_wall, leaves, may_leave, structure_at
 from ..events.exact import fly
 from ..events.fixed_step import FixedGrid, fly_fixed, phase_in_step
-from ..events.sides import (
-    follow_at,
-    leave_wall,
-    leaves,
-    may_leave,
-    structure_at,
-)
 from ..impact.arc import Arc
 from ..motion.driven import Linear, carry
 from ..motion.flight import bare_grid, coarse_map, phase_at, step

@@ -1,8 +1,8 @@
 """Hertz's law, the paper's: force K z^(3/2), equations (2) and (4).
 
-With z = q^2 all is a polynomial (`taylor`). A short impact is solved at once (`impact`);
-what is asked between touch and release is stepped (`inside`).
-All other contacts are stepped: slow, pressed and soft ones, and by rk4 all.
+With z = q^2 the equations are polynomial (`taylor`). A short impact is solved at once (`impact`),
+and stepped in between if a record asks for it (`inside`). All other contacts are stepped: slow,
+pressed and soft ones, and all contacts by rk4.
 """
 
 from __future__ import annotations
@@ -35,10 +35,8 @@ from ..watch.observe import note_energy
 from ..watch.touch import may_pass
 
 SHORT_IMPACTS = True
-FREE_THETA = (
-    5.607  # theta from touch to release of a free Hertz impact, times sqrt(kappa) q_m^(3/2)
-)
-HERTZ_K = 0  # column of what parameters change
+FREE_THETA = 5.607  # theta from touch to release of a free impact, times sqrt(kappa) q_m^(3/2)
+HERTZ_K = 0  # column of the rates of constants
 
 
 class HertzWall(NamedTuple):
@@ -50,7 +48,7 @@ class HertzWall(NamedTuple):
     speed: float  # sqrt(4 kappa / 5): approach speed = speed * (greatest depth)^(5/4)
     whole: float = FREE_THETA
     lasting: float = LASTING
-    damping: Any = None  # none: `power` has Hertz's law with damping
+    damping: Any = None  # `power` has Hertz's law with damping
     switch: Any = None
 
 
@@ -67,7 +65,7 @@ def made(sort, gap, damper, cell):
 
 @jit
 def hertz_wall_at(gap, inv_mu, cell):
-    """Return the `HertzWall` at a limit `gap` of the spring's shortening; inv_mu: of the bodies."""
+    """Return the `HertzWall` at r = `gap` [m]; inv_mu: of the bodies."""
     kappa = cell.K * inv_mu
     return HertzWall(gap, cell.K, kappa, math.sqrt(0.8 * kappa), FREE_THETA, LASTING, None, None)
 
@@ -82,25 +80,21 @@ def in_range(sort, cell):
 
 @jit
 def depth_of(wall, q):
-    """Return the depth z = q^2 [m]."""
     return q * q
 
 
 @jit
 def root_of(wall, z):
-    """Return q = sqrt(z)."""
     return math.sqrt(z)
 
 
 @jit
 def weight_of(wall, q):
-    """Return dt/dtheta = q."""
     return q
 
 
 @jit
 def rate_of_q(wall, s):
-    """Return dq/dtheta = s / 2."""
     return 0.5 * s
 
 
@@ -114,19 +108,16 @@ def contact_terms(wall, k, n):
 
 @jit
 def elastic_term(wall, k, n):
-    """Return coefficient n of z^(3/2)."""
     return product(k, int(DEPTH), int(AT_Q), n)
 
 
 @jit
 def steep_term(wall, k, n):
-    """Return coefficient n of 3/2 K q."""
     return 1.5 * wall.K * k[SERIES + COLUMNS * n + AT_Q]
 
 
 @jit
 def elastic(wall, stiffness, q, z):
-    """Return stiffness z^(3/2)."""
     return stiffness * z * q
 
 
@@ -170,18 +161,17 @@ def faint(wall, ratio):
     return exp(2.0 / 3.0 * log(ratio))
 
 
-# ---- what parameters change ----------------------------------------------------------------------
+# ---- derivatives by parameters -------------------------------------------------------------------
 
 
 @jit
 def fill_constants(sort, change, rates, at):
-    """Fill what changes of K."""
     rates[at + HERTZ_K] = change.K
 
 
 @jit
 def pushed_term(wall, k, by, at, n):
-    """Return coefficient n of what changes of the force [N] by K."""
+    """Return coefficient n of the derivative of the force [N] by a parameter of K."""
     return by[at + HERTZ_K] * k[SERIES + COLUMNS * n + ELASTIC]
 
 
@@ -189,38 +179,8 @@ def pushed_term(wall, k, by, at, n):
 
 
 @jit
-def note_part(side, watch, phase, lasting, now):
-    """Note the energies, and passages of a limit, of `lasting` [s] of the impact that is ahead.
-
-    now: (q, s, x1, v1) at its beginning, phase: the instant. Passages are noted by steps, where
-    there may be one: nothing that is noted changes the orbit.
-    """
-    ahead, limit_log = read_ahead(side.k, int(AHEAD)), watch.limit_log
-    if watch.energy is not None:
-        touch = later(side.ps, phase, -ahead.elapsed)
-        note_inside(side, watch.energy, touch, ahead, now, lasting)
-    if limit_log is not None and may_pass(side, limit_log, phase, ahead.took, ahead.touch):
-        contact(side, Watch(limit_log, None, None, None, None, None), phase, now, lasting)
-
-
-@jit
-def up_to_section(side, energy, phase, left):
-    """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
-    k = side.k
-    before = k[AHEAD + 1]
-    touch = later(side.ps, phase, -before) if before > 0.0 else phase
-    k[AHEAD + 1] = before + left
-    ahead = read_ahead(k, int(AHEAD))
-    q, s, x1, v1 = state_at_section(side, touch, ahead)
-    if energy is not None:
-        note_energy(side.ps, side.damper, energy, x1, v1, side.wall.gap + q * q, s)
-    depth = q * q if s > 0.0 else ahead.depth
-    return STOPPED, q, s, x1, v1, left, depth
-
-
-@jit
 def released(k):
-    """Return as `contact` that the impact which is ahead has ended; it is ahead no more."""
+    """Return, as `contact` does, the release of the solved impact; none is under way then."""
     ahead = read_ahead(k, int(AHEAD))
     k[AHEAD] = 0.0
     s, x1, v1 = ahead.release
@@ -229,11 +189,10 @@ def released(k):
 
 @jit
 def follow_short_impact(side, watch, phase, left, now):
-    """Try to follow a contact as a short impact, to its release or for the time `left` [s].
+    """Follow a contact as a short impact, if it is one, to its release or for `left` [s].
 
-    Returns whether it is one, and the result as of `contact`. An impact is solved once, as a whole,
-    and kept as `Ahead` in the scratch, whence it goes on behind a section. Variations go with the
-    orbit.
+    Returns (is_short, result as of `contact`). An impact is solved once, from touch to release, and
+    kept as `Ahead` in the scratch, from which it continues after a section.
     """
     k, tangent = side.k, watch.tangent
     only_ends = watch.limit_log is None and watch.energy is None and watch.tangent is None
@@ -249,15 +208,32 @@ def follow_short_impact(side, watch, phase, left, now):
             vary(side, phase, (s, x1, v1), (out, a1, b1, took), tangent)
         keep_ahead(k, int(AHEAD), Ahead(took, 0.0, depth, (s, x1, v1), (out, a1, b1)))
     remains = k[AHEAD] - k[AHEAD + 1]
-    note_part(side, watch, phase, min(left, remains), now)
     stops = remains > left
+    # Record energies and passages of a limit, up to the release or for the time `left`.
+    ahead = read_ahead(k, int(AHEAD))
+    if watch.energy is not None:
+        touch = later(side.ps, phase, -ahead.elapsed)
+        note_inside(side, watch.energy, touch, ahead, now, min(left, remains))
+    if watch.limit_log is not None and may_pass(
+        side, watch.limit_log, phase, ahead.took, ahead.touch
+    ):  # the contact is stepped in addition, without effect on the orbit
+        alone = Watch(watch.limit_log, None, None, None, None, None)
+        contact(side, alone, phase, now, min(left, remains))
+    # The state at a section inside the impact.
     result = STOPPED, 0.0, 0.0, 0.0, 0.0, left, 0.0
     if stops:
-        result = up_to_section(side, watch.energy, phase, left)
+        before = k[AHEAD + 1]
+        touch = later(side.ps, phase, -before) if before > 0.0 else phase
+        k[AHEAD + 1] = before + left
+        ahead = read_ahead(k, int(AHEAD))
+        q, s, x1, v1 = state_at_section(side, touch, ahead)
+        if watch.energy is not None:
+            note_energy(side.ps, side.damper, watch.energy, x1, v1, side.wall.gap + q * q, s)
+        result = STOPPED, q, s, x1, v1, left, q * q if s > 0.0 else ahead.depth
     if tangent is not None and (stops or not begins):
         if stops and not begins:  # from one section to the next
-            alone = Watch(None, None, None, None, tangent, None)
-            contact(variations_finely(side), alone, phase, now, left)
+            only = Watch(None, None, None, None, tangent, None)
+            contact(variations_finely(side), only, phase, now, left)
         else:
             ahead = read_ahead(k, int(AHEAD))
             back = 0.0 if begins else -ahead.elapsed
@@ -269,9 +245,9 @@ def follow_short_impact(side, watch, phase, left, now):
 
 @jit
 def follow(side, watch, phase, place, left, now):
-    """Follow a contact: at once if it is a short impact (`contact.follow`).
+    """Follow a contact, at once if it is a short impact (arguments and result of `contact.follow`).
 
-    Driven variations are stepped even where the orbit is solved.
+    Driven variations are stepped even if the orbit is solved.
     """
     if is_a(watch.tangent, Driven):
         fine = variations_finely(side)
@@ -283,7 +259,7 @@ def follow(side, watch, phase, place, left, now):
 
 @jit
 def solve_or_step(side, watch, phase, left, now):
-    """Follow a contact, solved at once if it is a short impact, otherwise stepped."""
+    """Follow a contact as a short impact if it is one, otherwise by steps."""
     seen, start, wave = as_seen(side, now, phase)
     solved, result = False, (RELEASED, 0.0, start[1], start[2], start[3], 0.0, 0.0)
     if side.rk4 is None and side.arc is not None:

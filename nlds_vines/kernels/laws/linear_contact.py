@@ -1,14 +1,15 @@
 """Contact with a spring and a dashpot, F = kc z + cc dz/dt: linear, so it is exact like a flight.
 
 While the wall is pressed, the damper hangs on two springs: with k2 + kc and c2 + cc in place of k2
-and c2, and r counted from where the two are in balance, eq. (5) is that of a flight. It is followed
-on a grid of its own, cell by cell, until the force has fallen to zero; that place
-is certified as a touch is. Then the damper is still at a depth z = -cc s / kc, from which it leaves
-without a force: a flight too, to z = 0, unless it turns and presses again. Where the joint may pull
-(the law `kelvin-voigt`) it lasts until z = 0.
+and c2, and r counted from the balance of the two springs, eq. (5) is that of a flight. It is
+followed on a grid of its own, cell by cell, until the force has fallen to zero; that place is
+certified like a touch. The damper is then still at a depth z = -cc s / kc, and flies without a
+contact force to z = 0, unless it turns and presses again. If the joint may pull (the law
+`kelvin-voigt`), the contact lasts until z = 0.
 
-At touch, and where the joint pulls at release, the force jumps by cc s. A variation that is late by
-r / s is then moved on by cc r, whatever the speed (a saltation matrix; its determinant is 1).
+At touch, and at the release of a joint that pulls, the force jumps by cc s. A variation that is
+late by r / s is then moved on by cc r, independent of the speed (a saltation matrix of determinant
+1).
 """
 
 from __future__ import annotations
@@ -49,11 +50,11 @@ from ..watch.response import (
 )
 from ..watch.touch import AT_R
 
-MOST_CELLS_PRESSED = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
+MOST_CELLS_PRESSED = 1 << 23  # in a period on the wall; beyond it the status is TOO_STIFF
 
 
 LINEAR = True
-KC, CC = 0, 1  # columns of what parameters change
+KC, CC = 0, 1  # columns of the rates of constants
 
 
 class LinearWall(NamedTuple):
@@ -62,7 +63,7 @@ class LinearWall(NamedTuple):
     gap: float  # [m]
     kc: float  # [N/m]
     cc: float  # [N s/m]
-    pulls: Any  # True where it may pull until the depth is zero, otherwise None
+    pulls: Any  # True if it may pull until the depth is zero, otherwise None
 
 
 SORTS = {
@@ -72,20 +73,20 @@ SORTS = {
 
 
 class Leaving(NamedTuple):
-    """The flight out of the place of a contact whose force has vanished (`walk`)."""
+    """The flight from the depth at which the force has vanished to z = 0 (`walk`)."""
 
     wall: LinearWall
     grid: Grid
-    watched: np.ndarray  # rows of what is watched, where a grid's table has those of r
+    watched: np.ndarray  # the polynomial whose rise ends the motion, in the places of r
 
 
 class Pressed(NamedTuple):
-    """The motion on a wall that is pressed (`walk`), and beside it."""
+    """The motion on a pressed wall (`walk`), and that of leaving it."""
 
     wall: LinearWall
     shift: float  # r of the balance of both springs [m], of a near wall
     grid: Grid  # of r that counts from there
-    watched: np.ndarray  # as of `leaving`
+    watched: np.ndarray  # as of `Leaving`
     leaving: Leaving
 
 
@@ -104,68 +105,54 @@ def in_range(sort, cell):
 
 @jit
 def fill_constants(sort, change, rates, at):
-    """Fill what changes of stiffness and damping."""
     rates[at + KC], rates[at + CC] = change.kc, change.cc
 
 
 @jit
 def pushes(wall, q, s):
-    """Return True if a wall pushes a damper that is beyond the place of touch, or may pull."""
+    """Return True if a wall pushes or may pull a damper at depth q."""
     return wall.pulls is not None or wall.kc * q + wall.cc * s > 0.0
 
 
 @jit
 def contact_energy(wall, z):
-    """Return kc z^2 / 2."""
     return 0.5 * wall.kc * z * z
 
 
 @jit
 def depth_of(wall, q):
-    """Return the depth z [m]: q is z itself."""
     return q
 
 
 @jit
 def root_of(wall, z):
-    """Return q, the depth itself [m]."""
     return z
 
 
 @jit
 def force_at(wall, depth):
-    """Return 0: the greatest force has been noted."""
-    return 0.0
+    return 0.0  # the greatest force has been recorded piece by piece
 
 
-# ---- made ready ----------------------------------------------------------------------------------
-
-
-@jit
-def joint_of(damper, wall):
-    """Return the damper on two springs and dashpots."""
-    return Damper(
-        damper.m2, damper.k2 + wall.kc, damper.c2 + wall.cc, damper.inv_m1, damper.inv_mu,
-        damper.share, damper.rest,
-    )  # fmt: skip
-
-
-@jit
-def pressed_bodies(ps, damper, wall):
-    """Return (structure, damper, share of the gap at which the springs are in balance)."""
-    if is_a(damper, Ground):
-        stiffer = Structure(
-            ps.m1, ps.k1 + wall.kc, ps.stiffness + wall.kc / ps.m1, ps.damping + wall.cc / ps.m1,
-            ps.force, ps.omega, ps.load, ps.shaken,
-        )  # fmt: skip
-        return (stiffer, damper, wall.kc / (ps.k1 + wall.kc))
-    return (ps, joint_of(damper, wall), wall.kc / (damper.k2 + wall.kc))
+# ---- preparation ---------------------------------------------------------------------------------
 
 
 @jit
 def held_at(wall, ps, damper, begun):
-    """Return the `Pressed` of a cell at a wall; `begun` as `flight.grid_with` takes it."""
-    one, joint, share = pressed_bodies(ps, damper, wall)
+    """Return the `Pressed` motion of a cell; `begun` as of `flight.grid_with`."""
+    # the bodies on both springs, and the share of the gap at which the springs are in balance
+    if is_a(damper, Ground):
+        joint, share = damper, wall.kc / (ps.k1 + wall.kc)
+        one = Structure(
+            ps.m1, ps.k1 + wall.kc, ps.stiffness + wall.kc / ps.m1, ps.damping + wall.cc / ps.m1,
+            ps.force, ps.omega, ps.load, ps.shaken,
+        )  # fmt: skip
+    else:
+        one, share = ps, wall.kc / (damper.k2 + wall.kc)
+        joint = Damper(
+            damper.m2, damper.k2 + wall.kc, damper.c2 + wall.cc, damper.inv_m1, damper.inv_mu,
+            damper.share, damper.rest,
+        )  # fmt: skip
     watched = np.zeros(COEF + TERMS)
     leaving = Leaving(wall, local_grid(ps, damper, begun), watched)
     return Pressed(wall, share * wall.gap, local_grid(one, joint, begun), watched, leaving)
@@ -180,16 +167,16 @@ def bare_motion(motion):
 
 @jit
 def too_stiff(motion, period):
-    """Return True if a period [s] on the wall had more cells than can be followed."""
+    """Return True if a period [s] on the wall takes more cells than MOST_CELLS_PRESSED."""
     return not period <= MOST_CELLS_PRESSED * motion.grid.h
 
 
-# ---- what is watched -----------------------------------------------------------------------------
+# ---- the end of a motion on the wall -------------------------------------------------------------
 
 
 @jit
 def watch_push(stiffness, drag, gap, sign, w, watched):
-    """Fill the watched rows with minus the push of a spring and a dashpot from r = `gap` on."""
+    """Fill `watched` with minus the force of a spring and a dashpot from r = `gap` on."""
     for k in range(ORDER + 1):
         i = COEF + 4 * k + 2
         watched[i] = -sign * (stiffness * w[i] + drag * w[i + 1])
@@ -199,36 +186,28 @@ def watch_push(stiffness, drag, gap, sign, w, watched):
 @jit
 def ending(motion, side, w, phase, end):
     """Return the event and place of the release, or, when leaving, of z = 0 or a renewed push."""
+    wall, watched, sign = motion.wall, motion.watched, side.sign
     if is_a(motion, Leaving):
-        return end_of_leaving(motion, side.sign, w, end)
+        watch_push(1.0, 0.0, wall.gap, sign, w, watched)
+        out = first_rise(watched, end, 0.0)
+        watch_push(wall.kc, wall.cc, -wall.gap, -sign, w, watched)
+        again = first_rise(watched, end, 0.0)
+        return (RETURNED, again) if again < out else (CLEARED, out)  # LOST is less than any place
     # The contact ends where minus the force rises to zero; if the wall may pull, minus the depth.
-    wall, balance = motion.wall, motion.wall.gap - motion.shift
-    if wall.pulls is None:
-        watch_push(wall.kc, wall.cc, balance, side.sign, w, motion.watched)
+    balance = wall.gap - motion.shift
+    if motion.wall.pulls is None:
+        watch_push(wall.kc, wall.cc, balance, sign, w, watched)
     else:
-        watch_push(1.0, 0.0, balance, side.sign, w, motion.watched)
-    return RELEASED, first_rise(motion.watched, end, 0.0)
+        watch_push(1.0, 0.0, balance, sign, w, watched)
+    return RELEASED, first_rise(watched, end, 0.0)
 
 
-@jit
-def end_of_leaving(leaving, sign, w, end):
-    """Return (event, place) of what ends it, CLEARED or RETURNED."""
-    wall, watched = leaving.wall, leaving.watched
-    watch_push(1.0, 0.0, wall.gap, sign, w, watched)
-    out = first_rise(watched, end, 0.0)
-    watch_push(wall.kc, wall.cc, -wall.gap, -sign, w, watched)
-    again = first_rise(watched, end, 0.0)
-    if again < out:  # LOST is less than any place
-        return RETURNED, again
-    return CLEARED, out
-
-
-# ---- what is noted -------------------------------------------------------------------------------
+# ---- records -------------------------------------------------------------------------------------
 
 
 @jit
 def note_piece(motion, side, watch, grid, phase, begin, end):
-    """Note what is watched of a piece, of a contact depth and force, too."""
+    """Record a piece: all that is watched, and depth and force of a contact."""
     if is_a(motion, Leaving):
         return watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
     # the rows of r count from the balance
@@ -241,7 +220,7 @@ def note_piece(motion, side, watch, grid, phase, begin, end):
     w[COEF] += of_balance(side.damper, shift)
     watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
     if watch.tally is not None:
-        # The largest force in [0, end]: that of spring and dashpot is a polynomial, too.
+        # The largest force in [0, end], whose polynomial is that of spring and dashpot.
         row = watch.tally.row
         for k in range(ORDER + 1):
             i = COEF + 4 * k + 2
@@ -252,10 +231,10 @@ def note_piece(motion, side, watch, grid, phase, begin, end):
 
 @jit
 def greatest(stiffness, drag, gap, sign, w, end):
-    """Return the largest push of a spring and a dashpot from r = `gap` on in [0, end] of a cell.
+    """Return the largest force of a spring and a dashpot from r = `gap` on in [0, end] of a cell.
 
-    It is at an end, or where the rate falls through zero: a cell is too short for two such places.
-    w: a table with the polynomial of r in COEF; sign: of the wall.
+    It is at an end, or where its rate falls through zero, of which there is at most one place in a
+    cell. w: a table with the polynomial of r in COEF; sign: of the wall.
     """
     for k in range(ORDER):
         i = COEF + 4 * k + 6  # of the next power
@@ -274,18 +253,12 @@ def greatest(stiffness, drag, gap, sign, w, end):
 
 
 @jit
-def jump(wall, damper, tangent, direction):
-    """Move variations on where the force jumps by cc s: `way` 1 at touch, -1 at release."""
-    x, v, r, u = columns_of(tangent)
-    late = (direction * wall.cc) * r
-    put_columns(tangent, (x, v - damper.inv_m1 * late, r, u - damper.inv_mu * late))
-
-
-@jit
 def jump_at(wall, damper, tangent, sign, direction):
-    """Move variations on at a wall, of which driven ones may have changed the place."""
-    seen_from_wall(tangent, sign, 1.0)
-    jump(wall, damper, rows_of(tangent), direction)
+    """Apply the jump cc s of the force to variations: `direction` 1 at touch, -1 at release."""
+    seen_from_wall(tangent, sign, 1.0)  # a parameter may move the wall
+    x, v, r, u = columns_of(rows_of(tangent))
+    late = (direction * wall.cc) * r
+    put_columns(rows_of(tangent), (x, v - damper.inv_m1 * late, r, u - damper.inv_mu * late))
     seen_from_wall(tangent, sign, -1.0)
 
 
@@ -306,7 +279,7 @@ def follow(side, watch, phase, place, left, now):
     if tangent is not None and depth == 0.0:
         jump_at(wall, damper, tangent, sign, 1.0)
     if tally is not None:
-        slow = tally.row[S2]  # the integral of s^2 so far, of which the dashpot takes its share
+        slow = tally.row[S2]  # the integral of s^2 so far, to which the loss is proportional
     # r counts from the balance of the springs, where the depth is -`balance`
     y = x1 - of_balance(damper, shift), v1, sign * (depth + balance), s
     event, y, took = walk(pressed, side, watch, phase, place, left, y)
@@ -327,7 +300,7 @@ def follow(side, watch, phase, place, left, now):
 
 @jit
 def of_balance(damper, shift):
-    """Return by how much x1 is counted from elsewhere: as r, where walls limit the structure."""
+    """Return the shift [m] of x1, which is that of r if the walls limit the structure itself."""
     if is_a(damper, Ground):
         return shift
     return 0.0
@@ -338,28 +311,24 @@ def of_balance(damper, shift):
 
 @jit
 def leave(side, watch, phase, place, left, now):
-    """Fly from a depth z > 0 at which the wall does not push, to z = 0 or for the time `left` [s].
-
-    now: (z, s, x1, v1). Returns (event, z, s, x1, v1, time [s]): CLEARED at z = 0, RETURNED where
-    the wall pushes again before, STOPPED or EXHAUSTED.
-    """
+    """Fly from a depth z > 0 at which the wall does not push (`contact.leave`, q being z)."""
     wall, sign, tally = side.wall, side.sign, watch.tally
     z, s, x1, v1 = now
     y = x1, v1, sign * (z + wall.gap), s
     event, y, took = walk(side.motion.leaving, side, watch, phase, place, left, y)
     x1, v1, r, s = y
     z = 0.0 if event == CLEARED else max(sign * r - wall.gap, 0.0)
-    if tally is not None:  # the wall springs back without a force: kc z^2 / 2 is lost
+    if tally is not None:  # the wall's spring relaxes without a force: kc z^2 / 2 is lost
         tally.row[LOSS] += 0.5 * wall.kc * (now[0] - z) * (now[0] + z)
     return event, z, s, x1, v1, took
 
 
-# ---- what parameters drive, and responses --------------------------------------------------------
+# ---- derivatives by parameters -------------------------------------------------------------------
 
 
 @jit
 def push_of(wall, constant, r, s, c, d):
-    """Return the force of what is linear on a wall, r and s as it sees them; and of a variation."""
+    """Return the contact force of a motion, r and s as the wall sees them, and of a variation."""
     return (wall.kc * (r - constant * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d)
 
 

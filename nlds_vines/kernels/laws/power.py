@@ -1,8 +1,9 @@
 """Force K z^n, or with damping, of Hertz's law, too, K z^n max(0, 1 + a dz/dt).
 
-(Hunt and Crossley: Journal of Applied Mechanics 42 (1975) 440. It never attracts: where 1 + a dz/dt
-falls through zero the wall lets go, and there is no force until it rises again. That is a switch of
-the contact (`contact.up_to_switch`), and so each factor here is smooth: 1 + a dz/dt, or 0.)
+The damping is Hunt and Crossley's: Journal of Applied Mechanics 42 (1975) 440. The force never
+attracts: where 1 + a dz/dt falls through zero the wall lets go until it rises again. This is a
+switch of the contact (`contact.up_to_switch`), between which the factor is smooth: 1 + a dz/dt, or
+0.
 """
 
 from __future__ import annotations
@@ -31,13 +32,13 @@ from ..scene.law import (
     scales_of,
 )
 
-MOST_ROOT = 6  # p of z = q^p: the larger, the more steps there are near the touch
-SMOOTH = 10.0  # p (n + 1) where p n is no integer: the smaller, the shorter the first steps
-OF_K, EXPONENT, DAMPED = 0, 1, 2  # columns of what parameters change
+MOST_ROOT = 6  # largest p of z = q^p; a larger p takes more steps near the touch
+SMOOTH = 10.0  # p (n + 1) if p n is no integer; a smaller one makes the first steps shorter
+OF_K, EXPONENT, DAMPED = 0, 1, 2  # columns of the rates of constants
 
 
 class Damping(NamedTuple):
-    """Hunt and Crossley's: a force times `acts` + a dz/dt; both 0 where it would attract."""
+    """The factor `acts` + a dz/dt of the force; both are 0 where the force would attract."""
 
     acts: float  # 1, or 0 where the wall has let go
     a: float  # [s/m]
@@ -57,7 +58,7 @@ class PowerWall(NamedTuple):
     whole: float
     lasting: float
     damping: Any  # `Damping`, or None
-    switch: Any  # the same: the wall lets go where the factor falls through zero
+    switch: Any  # True with damping: the wall lets go where the factor falls through zero
 
 
 _PLAIN = PowerWall(0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 0.0, 0.0, 0.0, None, None)
@@ -71,20 +72,13 @@ SORTS = {("power", False): _PLAIN, ("power", True): _DAMPED, ("hertz", True): _D
 @jit
 def made(sort, gap, damper, cell):
     root, kappa = root_for(cell.exponent), cell.K * damper.inv_mu
-    return power_wall_with(
-        root,
-        gap,
-        cell.K,
-        cell.exponent,
-        (None if sort.damping is None else Damping(1.0, cell.hunt_crossley)),
-        kappa,
-        sort.switch,
-    )
+    damping = None if sort.damping is None else Damping(1.0, cell.hunt_crossley)
+    return power_wall_with(root, gap, cell.K, cell.exponent, damping, kappa, sort.switch)
 
 
 @jit
 def root_for(n):
-    """Return the number p of z = q^p for a force z^n."""
+    """Return p of z = q^p for a force z^n."""
     for p in range(1, MOST_ROOT + 1):
         if abs(p * n - math.floor(p * n + 0.5)) < 1.0e-12:
             return p
@@ -93,7 +87,7 @@ def root_for(n):
 
 @jit
 def power_wall_with(p, gap, K, n, damping, kappa, switch):
-    """Return the `PowerWall` with a root p of z = q^p; kappa: K / mu."""
+    """Return the `PowerWall` with z = q^p."""
     high = math.floor(p * n + 1.0e-12)
     fraction = p * n - high
     if fraction < 1.0e-11:
@@ -115,13 +109,12 @@ def in_range(sort, cell):
 
 @jit
 def elastic(wall, stiffness, q, z):
-    """Return stiffness z^n."""
     return stiffness * power(q, wall.high, wall.fraction)
 
 
 @jit
 def elastic_term(wall, k, n):
-    """Return coefficient n of z^n: a whole power of q, or by z itself."""
+    """Return coefficient n of z^n: by whole powers of q, or of z itself if p n is no integer."""
     if wall.fraction > 0.0:
         return power_term(k, int(DEPTH), wall.exponent, int(ELASTIC), n)
     for m in range(wall.root + 1, wall.high + 1):
@@ -143,9 +136,10 @@ def steep_term(wall, k, n):
 
 @jit
 def smooth_up_to(wall, tangent, at, tolerance):
-    """Return the place where z^n is `tolerance` of its largest if it, or z^n ln z, has no series.
+    """Return the q, relative to the greatest, at which z^n is `tolerance` of its greatest value.
 
-    It has none where the root makes no whole power of z^n, or where the exponent changes.
+    It is infinite if z^n has a power series in q, and no parameter changes the exponent, which
+    would add a term z^n ln z.
     """
     rough = wall.fraction > 0.0
     if is_a(tangent, Driven):
@@ -156,7 +150,7 @@ def smooth_up_to(wall, tangent, at, tolerance):
 
 @jit
 def damped_term(wall, k, column, n):
-    """Return coefficient n of a column times 1 + a s, 0 where the wall has let go."""
+    """Return coefficient n of a column times 1 + a s, or 0 if the wall has let go."""
     term = k[SERIES + COLUMNS * n + column]
     if wall.damping is None:
         return term
@@ -182,7 +176,7 @@ def stored(wall, stiffness, z, q):
 
 @jit
 def damped(wall, s):
-    """Return 1 + a s, 0 where the wall has let go."""
+    """Return 1 + a s, or 0 if the wall has let go."""
     if wall.damping is None:
         return 1.0
     return wall.damping.acts + wall.damping.a * s
@@ -190,19 +184,17 @@ def damped(wall, s):
 
 @jit
 def switching(wall, z, s):
-    """Return 1 + a s."""
     return damped(wall, s)
 
 
 @jit
 def rate_of_switching(wall, s, ds):
-    """Return (ds/dt, a)."""
     return ds, wall.damping.a
 
 
 @jit
 def acting(wall, positive):
-    """Return a wall as it acts while it pushes, or while it has let go: with damping, or 0."""
+    """Return the wall that pushes, or that has let go."""
     if wall.damping is None:
         return wall
     acts = 1.0 if positive else 0.0
@@ -212,12 +204,11 @@ def acting(wall, positive):
     )  # fmt: skip
 
 
-# ---- what parameters change ----------------------------------------------------------------------
+# ---- derivatives by parameters -------------------------------------------------------------------
 
 
 @jit
 def fill_constants(sort, change, rates, at):
-    """Fill what changes of K, of n and of Hunt and Crossley's constant, where there is one."""
     rates[at + OF_K], rates[at + EXPONENT] = change.K, change.exponent
     if sort.damping is not None:
         rates[at + DAMPED] = change.hunt_crossley
@@ -225,7 +216,7 @@ def fill_constants(sort, change, rates, at):
 
 @jit
 def pushed_term(wall, k, by, at, n):
-    """Return coefficient n of what changes of the force [N] by K, n and the damping."""
+    """Return coefficient n of the derivative of the force [N] by a parameter of K, n and a."""
     row = SERIES + COLUMNS * n
     term = by[at + OF_K] * damped_term(wall, k, int(ELASTIC), n)
     k[row + LOGARITHM] = logarithm_term(k, int(DEPTH), int(LOGARITHM), n)

@@ -1,19 +1,19 @@
 """Contact of rigid bodies: an impact at once, by Newton's law, and sticking.
 
-The approach speed s turns into -e s, whatever the forces. The damper takes the impulse
-mu (1 + e) s, the structure its opposite, so that momentum is exact: v1 - share s, the motion common
-to both, goes on as if nothing had happened.
+The approach speed s turns into -e s. The damper takes the impulse mu (1 + e) s and the structure
+its opposite, so that momentum is conserved: v1 - share s, the velocity of the common motion, does
+not change.
 
-While the other forces press the damper to the wall, rebounds shrink by e each time, and infinitely
-many of them end in finite time. Such a series is completed as soon as its speed is a small part
-BRIEF of what the pressing acceleration a gives in 1 / rate. From then on the damper stays: s = 0.
-As the common motion feels no impact, only the structure's own spring and dashpot notice that the
-damper has been up to s^2 / 2a away, for a time 2 s / (a (1 - e)): less than BRIEF^3 of the motion,
-over 1 - e.
+If the other forces press the damper to the wall, rebounds shrink by e each time, and infinitely
+many of them end in finite time. Such a series is completed as soon as its speed is less than BRIEF
+times a / rate, a being the pressing acceleration; from then on the damper stays, s = 0. The common
+motion feels no impact. Only the structure's spring and dashpot notice that the damper has been away
+by up to s^2 / 2a, for a time 2 s / (a (1 - e)): the error is less than BRIEF^3 / (1 - e) of the
+motion.
 
-Sticking, damper and structure are one mass. Their motion is exact like a flight, on a grid of its
-own, and ends where the wall would have to pull. That place is certified as a touch is: a, too, is a
-polynomial in each cell.
+While they stick, damper and structure are one mass. Their motion is exact like a flight, on a grid
+of its own, and ends where the wall would have to pull. That place is certified like a touch, as a
+is a polynomial in each cell.
 """
 
 from __future__ import annotations
@@ -58,16 +58,14 @@ from ..scene.scene import (
 from ..watch.response import first_rise, local_grid, walk, watch_piece
 from ..watch.touch import AT_R
 
-BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
-STEADY_PRESSING = (
-    0.1  # change of a, and phase of the fastest motion, in what a completed series would last
-)
-PULL = 1.0e-12  # with which a wall holds the damper before it lets go, in units of the forces
+BRIEF = 1.0e-5  # largest speed of a series of rebounds that is completed, in units of a / rate
+STEADY_PRESSING = 0.1  # largest relative change of a, and rate times duration, of such a series
+PULL = 1.0e-12  # of the wall before it lets go, relative to the forces
 
 
 AT_ONCE = True
-PLACE_ERROR = 4.0e-15  # of a place that was computed from two positions
-OF_E = 0  # column of what parameters change
+PLACE_ERROR = 4.0e-15  # relative error of the difference of two positions
+OF_E = 0  # column of the rates of constants
 
 
 class RigidWall(NamedTuple):
@@ -81,7 +79,7 @@ SORTS = {("restitution", False): RigidWall(0.0, 0.0)}
 
 
 class Stuck(NamedTuple):
-    """Structure and damper as one mass (`walk`)."""
+    """The motion of structure and damper as one mass (`walk`)."""
 
     wall: RigidWall
     grid: Grid  # of its flight
@@ -102,48 +100,42 @@ def in_range(sort, cell):
 
 @jit
 def fill_constants(sort, change, rates, at):
-    """Fill what changes of e."""
     rates[at + OF_E] = change.e
 
 
 @jit
 def rests(wall, r, s, scale):
-    """Return True if a damper rests on a wall, but for round-off of positions of a `scale`."""
+    """Return True if a damper rests on a wall to round-off of positions of size `scale`."""
     return s == 0.0 and wall.gap - r <= PLACE_ERROR * scale
 
 
 @jit
 def into(wall, r):
-    """Return (q, r) of a state at r > gap: it is on the wall."""
-    return (0.0, wall.gap)
+    return (0.0, wall.gap)  # a state beyond the wall is put on it
 
 
 @jit
 def contact_energy(wall, z):
-    """Return 0: a rigid contact stores nothing."""
     return 0.0
 
 
 @jit
 def depth_of(wall, q):
-    """Return the depth: none."""
     return 0.0
 
 
 @jit
 def force_at(wall, depth):
-    """Return the force of an impact that takes no time."""
     return math.inf
 
 
-# ---- sticking made ready -------------------------------------------------------------------------
+# ---- preparation of sticking ---------------------------------------------------------------------
 
 
 @jit
 def held_at(wall, ps, damper, begun):
-    """Return the `Stuck` motion of a cell; `begun` as of its grid."""
     other = 1.0 - damper.share
-    force = ps.force * other if ps.shaken is None else ps.force  # what shakes gives both all of it
+    force = ps.force * other if ps.shaken is None else ps.force  # a moving ground shakes both
     load = None if ps.load is None else ps.load * other
     one = Structure(
         ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, force, ps.omega, load,
@@ -162,15 +154,15 @@ def bare_motion(motion):
 
 @jit
 def pressing(ps, damper, wall, x1, v1, c):
-    """Return ds/dt [m/s^2] of a damper at rest on the wall that the wall does not hold."""
+    """Return ds/dt [m/s^2] of a damper at rest on the wall, without the wall's force."""
     return accelerations(ps, damper, x1, v1, wall.gap, 0.0, c, 0.0)[1]
 
 
 @jit
 def stays(ps, damper, wall, rate, state, phase):
-    """Return True if rebounds from a speed s < 0 end in rest all but at once.
+    """Return True if rebounds from a speed s < 0 end in rest within a negligible time.
 
-    state: (s, x1, v1), v1 of the structure once they have; phase: the instant (`drive`).
+    state: (s, x1, v1), v1 of the structure after them; phase: the instant (`drive`).
     """
     (s, x1, v1), c = state, drive_now(phase)
     a = pressing(ps, damper, wall, x1, v1, c)
@@ -193,10 +185,9 @@ def stays(ps, damper, wall, rate, state, phase):
 def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
     """Carry four variations `tangent` (16,) through an impact (a saltation matrix).
 
-    before, after: (s, x1, v1); stuck: whether the damper stays, then; c: the force (`drive_now`).
-    The wall is met later by t0 = -r / s: a variation is carried there by the motion before, and
-    back by that after. (With e = 0, too, that after is a flight where the wall is left at once, as
-    ds/dt < 0 there.)
+    before, after: (s, x1, v1); stuck: whether the damper stays afterwards; c: the force
+    (`drive_now`). A variation meets the wall later by t0 = -r / s. The motion before carries it
+    there, and the motion after, with e = 0 a flight, too, if ds/dt < 0, carries it back.
     """
     s, x1, v1 = before
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
@@ -217,10 +208,10 @@ def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
 
 @jit
 def keep_common_motion(ps, damper, tangent):
-    """Make variations those of a damper that stays on the wall.
+    """Project variations onto the motion of a damper that stays on the wall.
 
-    One that is a little off falls back to it, while the motion common to both goes on; of the way
-    back the structure's dashpot takes notice.
+    A damper displaced by r falls back to the wall while the common motion continues; on its way the
+    structure's dashpot adds c1/m1 (1 - share) share r to v1.
     """
     x, v, r, u = columns_of(tangent)
     drag = ps.damping * (1.0 - damper.share) * damper.share
@@ -230,14 +221,14 @@ def keep_common_motion(ps, damper, tangent):
 
 @jit
 def drive_rebound(tangent, damper, wall, sign, s, at_rest):
-    """Add to driven variations what parameters change of a rebound, by e and by the share.
+    """Add to driven variations the derivatives of a rebound by e and by the share.
 
-    It turns s into -e s and v1 into v1 - share (1 + e) s, hence
+    A rebound turns s into -e s and v1 into v1 - share (1 + e) s, hence
 
-        ds = -de s,    dv1 = -(dshare (1 + e) + share de) s,    at rest afterwards e = de = 0.
+        ds = -de s,    dv1 = -(dshare (1 + e) + share de) s,    with e = de = 0 at rest afterwards.
 
-    s: approach speed as the wall sees it; rows are not mirrored, hence `sign`. This may follow the
-    jump of variations: the time by which that carries back depends on r alone.
+    s: approach speed as the wall sees it; rows are not mirrored, hence `sign`. It is applied after
+    the jump of variations, whose time t0 depends on r alone.
     """
     if is_a(tangent, Driven):
         for i in range(len(tangent.rates)):
@@ -251,9 +242,9 @@ def drive_rebound(tangent, damper, wall, sign, s, at_rest):
 
 @jit
 def follow(side, watch, phase, place, left, now):
-    """Follow an impact at once, and sticking to its release or for the time `left` [s].
+    """Take an impact at once, and follow sticking to its release or for the time `left` [s].
 
-    Arguments and result as those of `contact.follow`.
+    Arguments and result as of `contact.follow`.
     """
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
     tangent, k = watch.tangent, side.k
@@ -268,7 +259,10 @@ def follow(side, watch, phase, place, left, now):
         stuck = stays(seen, damper, wall, side.rate, (s, x1, u), wave)
         if stuck:
             s, v1 = 0.0, u
-        tally_impulse(damper, sign, watch.tally, before[0], s)
+        if watch.tally is not None:
+            row, mu = watch.tally.row, 1.0 / damper.inv_mu
+            raise_to(row, int(IMPULSE) + (0 if sign > 0.0 else 1), mu * (before[0] - s))
+            row[LOSS] += 0.5 * mu * (before[0] - s) * (before[0] + s)
         if tangent is not None:
             k[contact_series.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
             seen_from_wall(tangent, sign, 1.0)
@@ -293,10 +287,10 @@ def follow(side, watch, phase, place, left, now):
 
 @jit
 def ending(stuck, side, w, phase, end):
-    """Return the event and the place where a damper at rest on a wall would have to be pulled."""
+    """Return the event and the place where the wall would have to pull a damper at rest on it."""
     ps, damper = side.ps, side.damper
-    # The rows of r in COEF take minus the structure's own acceleration, as the wall sees it. Where
-    # it rises to that of the damper's spring alone, the wall would have to pull.
+    # The places of r in COEF take minus the structure's acceleration, as the wall sees it. Where it
+    # rises to that of the damper by its spring, the wall would have to pull.
     for i in range(ORDER + 1):
         row, drive = COEF + 4 * i, force_term(w, phase, i)
         inertia = ps.force * drive - ps.stiffness * w[row] - ps.damping * w[row + 1]
@@ -313,20 +307,19 @@ def ending(stuck, side, w, phase, end):
 
 @jit
 def note_piece(stuck, side, watch, grid, phase, begin, end):
-    """Note what is watched of a piece, in which the damper keeps still."""
-    # the damper of the expanded cell rests on the wall
+    """Record a piece in which the damper rests on the wall."""
     for i in range(ORDER + 1):
         grid.table[AT_R + 4 * i], grid.table[AT_R + 4 * i + 1] = 0.0, 0.0
     grid.table[AT_R] = side.sign * side.wall.gap
     watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
 
 
-# ---- what parameters drive, and responses --------------------------------------------------------
+# ---- derivatives by parameters, and responses ----------------------------------------------------
 
 
 @jit
 def terms_on(linear, by, constant, state, drive, variation):
-    """Return `driven.terms_on` of a damper that stays: one mass with the structure."""
+    """Return `driven.terms_on` of a damper that is one mass with the structure."""
     ps, damper, sign = linear.ps, linear.damper, linear.sign
     x1, v1, _, _ = state
     a, b, _, _ = variation
@@ -337,16 +330,3 @@ def terms_on(linear, by, constant, state, drive, variation):
     varied += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
     dv, db = other * alone, other * varied - sign * by[SHARE] * alone
     return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0
-
-
-@jit
-def tally_impulse(damper, sign, tally, before, after):
-    """Add an impact of rigid bodies that turns one speed into another, where a response is wanted.
-
-    before, after: s [m/s] as the wall sees it.
-    """
-    if tally is None:
-        return
-    row, mu = tally.row, 1.0 / damper.inv_mu
-    raise_to(row, int(IMPULSE) + (0 if sign > 0.0 else 1), mu * (before - after))
-    row[LOSS] += 0.5 * mu * (before - after) * (before + after)

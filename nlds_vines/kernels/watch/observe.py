@@ -1,10 +1,10 @@
-"""What is noted along an orbit. A buffer that is not wanted is None, and its code is left out.
+"""Records along an orbit. A buffer that is not wanted is None, and its code is not compiled.
 
 `energy`     (2,) largest E1 and E2 so far [J]
 `clearance`  (1,) smallest near miss so far [m]
 `slowest`    (1,) smallest approach speed of an impact so far [m/s]
 `impacts`    impacts one by one, see `Impacts`
-`limit_log`  (6,) a limit of the spring's shortening and how it is kept, see LIMIT
+`limit_log`  (6,) a limit of the spring's shortening and its violations, see LIMIT
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Impacts(NamedTuple):
 
 
 class Touches(NamedTuple):
-    """Impacts one by one, of which only the touch is noted: a row of `codes.AT_WALL` ... each."""
+    """The touches of impacts, a row of the columns `codes.AT_WALL` ... for each."""
 
     data: np.ndarray  # (capacity, TOUCH_COLUMNS), this and the others as in `Impacts`
     filled: np.ndarray
@@ -65,7 +65,7 @@ def opposite(f, g):
 
 @jit
 def energies(ps, damper, x1, v1, r, s):
-    """Return (E1, E2) [J], eq. (6); E2 is 0 where there is no damper."""
+    """Return (E1, E2) [J], eq. (6); E2 is 0 without a damper."""
     e1 = 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1)
     if damper is None:
         return e1, 0.0
@@ -75,16 +75,15 @@ def energies(ps, damper, x1, v1, r, s):
 
 @jit
 def note_energy(ps, damper, energy, x1, v1, r, s):
-    """Raise the largest energies to those of one state."""
     raise_energies(energy, energies(ps, damper, x1, v1, r, s))
 
 
 @jit
 def note_touch(ps, damper, impacts, touch, y):
-    """Note what is wanted of a touch: that alone, or the beginning of the row of an impact.
+    """Record a touch: its row of `Touches`, or the beginning of a row of `Impacts`.
 
-    touch: (wall, when its period began [s], time since then [s], phase in turns); y: (x1, v1, r,
-    s). The release stays NaN until `note_release`.
+    touch: (wall, beginning of its period [s], time since then [s], phase in turns); y: (x1, v1, r,
+    s). The release is NaN until `note_release`.
     """
     i = impacts.filled[0]
     impacts.filled[0] = i + 1
@@ -105,7 +104,7 @@ def note_touch(ps, damper, impacts, touch, y):
 
 @jit
 def raise_last(impacts, column, value):
-    """Raise a number of the impact under way, if there is room for it."""
+    """Raise a number of the impact under way to a value, if it has a row."""
     i = impacts.filled[0] - 1
     if 0 <= i < impacts.room:
         i = IMPACT_COLUMNS * i + column
@@ -126,7 +125,7 @@ def note_force(impacts, force):
 def note_release(ps, damper, impacts, began, time, y):
     """Complete the row of the impact under way.
 
-    began: when the period began [s]; time: since then [s]; y: (x1, v1, r, s).
+    began: beginning of the period [s]; time: since then [s]; y: (x1, v1, r, s).
     """
     i = impacts.filled[0] - 1
     if 0 <= i < impacts.room:
@@ -156,9 +155,9 @@ def note_section(damper, section, row, x1, v1, r, s):
 
 @jit
 def powers_at(ps, damper, x1, v1, r, s, drive):
-    """Return the factors of dE1/dt = v1 n1 and dE2/dt = v2 n2 in flight.
+    """Return the factors (v1, n1, v2, n2) of dE1/dt = v1 n1 and dE2/dt = v2 n2 in flight.
 
-    n1 and n2 are the forces on the two bodies beside those of the springs in their energies.
+    n1 and n2 are the forces on the two bodies without those of the springs in their energies.
     """
     n1 = ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1)
     if damper is None:

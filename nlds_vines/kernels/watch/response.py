@@ -1,15 +1,15 @@
-"""The response over the sampled periods: what of it is largest, its rms, and mean powers.
+"""Largest energies of a piece of motion, and the response: maxima, rms values and mean powers.
 
-It is summed up piece by piece while an orbit is followed, and nothing of that changes the orbit.
-A piece, be it a cell of a flight or a step of a contact, is a Taylor polynomial: products of states
-are integrated at Gauss points, so many that the error is below round-off in the longest cell
-(1.4^12 / 6e15: products turn twice as fast). A quantity is largest where its rate, a polynomial
-too, vanishes: such roots are looked for where bends allow the largest value so far to be exceeded,
-and proven to be all of them (`response.note_roots`).
+Both are recorded piece by piece while an orbit is followed, without effect on the orbit. A piece,
+a cell of a flight or a step of a contact, is a Taylor polynomial. Products of states are integrated
+at Gauss points; the error is below round-off in the longest cell (1.4^12 / 6e15, as products turn
+twice as fast). A quantity has its maximum where its rate, a polynomial too, vanishes. Such roots
+are searched if bounds of the second derivative allow a new maximum, and proven to be complete
+(`note_roots`).
 
-Power comes in by the force P cos(omega t), or, where the foot moves, by what moves it. It is
-dissipated by the dashpots and by contacts: by the force that is not elastic, or as rigid bodies
-lose it. The rest is a change of the energy stored.
+Power comes in by the force P cos(omega t) or by the motion of the foot. It is dissipated by the
+dashpots and by contacts: by the inelastic part of the force, or by rigid impacts. The rest is the
+change of the stored energy.
 """
 
 from __future__ import annotations
@@ -93,31 +93,30 @@ from .touch import LOST, first_touch, note_limit, tightened
 # ---- The largest energies of a piece of motion, without sampling error ---------------------------
 #
 # dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the motion and its derivative:
-# the force n1 on a body beside the spring of its energy is m1 dv1/dt + k1 x1, in flight as on a
-# wall. So any *piece* will do, a motion whose polynomial stands in COEF (`flight`): a cell by the
-# time, a step of a contact by theta. Between the ends of a cell of a flight, or of the part of it
-# before a touch or behind a release, the energies and powers at the two ends bound an energy by a
-# cubic and its error (`roots`); of other pieces the coordinates are bounded. Few can hold more than
-# the largest energy so far. There the roots of the factors' Taylor polynomials are located part by
-# part: that one holds none is proven from the values at its two ends and a bound of the second
-# derivative.
+# the force n1 without that of the energy's spring is m1 dv1/dt + k1 x1, in flight as on a wall. A
+# *piece* is a motion whose polynomial stands in COEF (`flight`): a cell by the time, a step of a
+# contact by theta. In a cell of a flight, or the part of it before a touch or after a release, the
+# energies and powers at the two ends bound an energy by a cubic and its error (`roots`); in other
+# pieces the coordinates are bounded. Few pieces may exceed the largest energy so far. There the
+# roots of the factors' Taylor polynomials are located interval by interval. That an interval holds
+# none is proven by the values at its ends and a bound of the second derivative.
 
 
-NEAR_PEAK = 1.0e-7  # error of the place of a peak in a piece: its height errs by the square
-SHORTEST_PIECE = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
+NEAR_PEAK = 1.0e-7  # error of the place of a peak in a piece; its height errs by the square
+SHORTEST_PIECE = 1.0e-6  # shortest interval, relative; over it a factor near 0 changes no energy
 
 
 class OfEnergies(NamedTuple):
-    """What looks for the largest energies at places of a piece."""
+    """A noter (`note_at`) of the largest energies."""
 
     ps: Any
     damper: Any
     energy: Any  # (2,) the largest so far [J]
-    table: Any  # of the piece, with COEF
+    table: Any  # of the piece
 
 
 class OfPush(NamedTuple):
-    """What looks for the greatest force at places of a contact's step."""
+    """A noter (`note_at`) of the greatest force in a step of a contact."""
 
     impacts: Any
     side: Any
@@ -126,9 +125,9 @@ class OfPush(NamedTuple):
 
 @jit
 def proves_no_root(f, g, bend):
-    """Prove that a factor has no root between its values f and g.
+    """Return True if a factor has no root between its values f and g; bend: h^2 max |f''|.
 
-    They have one sign, and the factor either changes too little to reach zero in between or, by
+    f and g have one sign, and the factor either changes too little to reach zero in between or, by
     the mean value theorem, so much that it is monotone.
     """
     return alike(f, g) and (min(abs(f), abs(g)) > 0.125 * bend or abs(g - f) > bend)
@@ -144,7 +143,7 @@ def work_at(ps, damper, y, drive):
 
 @jit
 def may_peak(record, e0, e1, p0, p1, fourth):
-    """Return True if an energy may peak above a record in a piece (arguments as for `roots`)."""
+    """Return True if an energy may peak above a record in a piece; arguments as of `roots`."""
     return (
         highest(e0, e1, p0, p1, fourth) > record
         and not only_rises(e0, e1, p0, p1, fourth)
@@ -156,16 +155,16 @@ def may_peak(record, e0, e1, p0, p1, fourth):
 def damper_bound(grid, scale, e2):
     """Return a bound of the fourth derivative of E2 by the place over a cell [J].
 
-    scale: a bound of S over it; e2: E2 at its beginning. E2 is half the square of a vector u; its
-    length grows by what the structure gives alone, as the rest only turns or shortens it. So the
-    damper's energy is bounded by its own, which may be far less than that of the structure.
+    scale: a bound of S over it; e2: E2 at its beginning. E2 is half the square of a vector u, whose
+    length grows by the action of the structure alone (`flight.damper_rates`). So the bound rests on
+    the damper's own energy, which may be far less than that of the structure.
     """
     rate, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
     push = grid.rate * grid.push
     s1 = grid.rate * scale + grid.push  # bounds of the first to third derivatives by time of the
     s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `flight.bounds_of`
     s3 = grid.rate * s2 + grid.rate * push
-    # what the force gives the damper, in units of S: nothing unless the ground moves
+    # the force on the damper in units of S, 0 unless the ground moves
     shaken = grid.push if is_a(grid.begun, Loaded) and grid.begun.shaking != 0.0 else 0.0
     u0 = math.sqrt(2.0 * e2) + (pull * scale + shaken) * grid.h
     u1 = rate * u0 + (pull * scale + shaken)
@@ -180,8 +179,8 @@ def damper_bound(grid, scale, e2):
 def may_set_a_record(damper, energy, grid, bounds, length, before, after):
     """Return True if an energy may exceed the largest so far inside a piece of a cell.
 
-    length: of the piece in cells; bounds: `flight.Bounds` over the cell; before, after: `work_at`
-    the ends of the piece.
+    length: of the piece in cells; bounds: `flight.Bounds` of the cell; before, after: `work_at` the
+    ends of the piece.
     """
     h, square = grid.h * length, length * length
     fourth = bounds.energy * (square * square)
@@ -195,11 +194,10 @@ def may_set_a_record(damper, energy, grid, bounds, length, before, after):
 
 @jit
 def record_breakers(damper, energy, grid, bounds, length, before, after):
-    """Return the bodies whose energy may set a record inside a piece, as the sum of two bits.
+    """Return the bodies whose energy may set a record inside a piece: 1 structure + 2 damper.
 
-    1: the structure's, 2: the damper's. Either has a maximum where a cubic bound exceeds the record
-    and the energy is not proven to rise or fall all along.
-    The arguments of `may_set_a_record`, which has found it possible.
+    It may if a cubic bound exceeds the record and the energy is not proven to be monotone.
+    Arguments as of `may_set_a_record`, which is True.
     """
     h, square = grid.h * length, length * length
     shorter, breakers = square * square, 0
@@ -216,7 +214,7 @@ def record_breakers(damper, energy, grid, bounds, length, before, after):
 
 @jit
 def body_of(ps, damper, body):
-    """Return the mass [kg] of a body and the stiffness [N/m] of its spring; zeros of none."""
+    """Return the mass [kg] of a body and the stiffness [N/m] of its spring; (0, 0) of none."""
     if body == 0:
         return ps.m1, ps.k1
     if damper is None:
@@ -240,8 +238,8 @@ def accelerations_in(piece, n):
 def factor_polynomial(ps, damper, piece, which):
     """Fill the rows FACTOR with the Taylor coefficients of one factor over a piece.
 
-    The factors are v1, m1 dv1/dt + k1 x1, v2 and m2 dv2/dt + k2 (x1 - r): of the motion alone,
-    whatever forces make it. Returns a bound of the second derivative.
+    The factors are v1, m1 dv1/dt + k1 x1, v2 and m2 dv2/dt + k2 (x1 - r), for any forces. Returns a
+    bound of the second derivative.
     """
     w, (mass, spring) = piece.table, body_of(ps, damper, which // 2)
     for n in range(ORDER + 1):
@@ -264,7 +262,7 @@ def bend_in(w):
 
 @jit
 def terms(w, k, x, x2):
-    """Return four terms of the polynomial in the rows FACTOR, from power k on, per x^k."""
+    """Return four terms of the polynomial in the rows FACTOR, from power k on, over x^k."""
     k += FACTOR
     return (w[k] + w[k + 1] * x) + (w[k + 2] + w[k + 3] * x) * x2
 
@@ -282,14 +280,14 @@ def factor_at(w, x):
 
 @jit
 def note_at(noter, x):
-    """Note what a noter looks for at place x of the piece.
+    """Raise the maxima of a noter to their values at place x of the piece.
 
-    `OfEnergies`, `OfPush`, or a tally, whose rows FACTOR hold one of its quantities (`response`).
+    noter: `OfEnergies`, `OfPush`, or a tally with a quantity in its rows FACTOR.
     """
     if is_a(noter, Tally):
         return raise_to(noter.row, int(noter.row[PLACE]), factor_at(noter.row, x))
     if is_a(noter, OfPush):
-        # the greatest force, from that at place x of the step; row NEW stays as it is
+        # (row NEW stays as it is)
         k = noter.side.k
         set_aside(k)
         advance(noter.side, None, part_of(noter.step, x))
@@ -301,7 +299,6 @@ def note_at(noter, x):
 
 @jit
 def note_energy_at(noter, x):
-    """Raise the largest energies to those at place x of the piece."""
     y = at(noter.table, x)
     note_energy(noter.ps, noter.damper, noter.energy, y[0], y[1], y[2], y[3])
 
@@ -328,7 +325,10 @@ def root(w, low, high, f0, f1):
 
 @jit
 def note_roots(noter, w, bend, end):
-    """Note what a noter looks for at all roots in [0, end] of the polynomial in the rows FACTOR."""
+    """Call `note_at` at all roots in [0, end] of the polynomial in the rows FACTOR.
+
+    bend: a bound of its second derivative.
+    """
     x, width = 0.0, end
     f, g = w[FACTOR], factor_at(w, end)
     while x < end:
@@ -336,9 +336,7 @@ def note_roots(noter, w, bend, end):
         if not alike(f, g) and abs(g - f) > sag:  # monotone: one root
             note_at(noter, root(w, x, x + width, f, g))
         elif not proves_no_root(f, g, sag):
-            if (
-                width > SHORTEST_PIECE * end and 0.0 < sag < math.inf
-            ):  # not zero throughout, nor overflown
+            if width > SHORTEST_PIECE * end and 0.0 < sag < math.inf:
                 width *= 0.5
                 g = factor_at(w, x + width)
                 continue
@@ -364,8 +362,8 @@ def note_peaks(ps, damper, energy, piece, end, bodies):
 def bodies_within(ps, damper, energy, w, end):
     """Return the bodies whose energy may set a record in [0, end] of a piece (`note_peaks`).
 
-    A coordinate or velocity is nowhere larger than at the ends by more than an eighth of what its
-    second derivative may be.
+    A coordinate or velocity exceeds its larger end value by at most end^2 / 8 max |second
+    derivative|.
     """
     x, v, p, u, sag = 0.0, 0.0, 0.0, 0.0, 0.125 * end * end
     for n in range(2, ORDER + 1):
@@ -395,15 +393,12 @@ def note_energies(ps, damper, energy, piece, end):
     note_peaks(ps, damper, energy, piece, end, bodies_within(ps, damper, energy, piece.table, end))
 
 
-# ---- the response over the sampled periods -------------------------------------------------------
-
-
-# ---- a piece -------------------------------------------------------------------------------------
+# ---- the response: a piece -----------------------------------------------------------------------
 
 
 @jit
 def fill_rate(row, w):
-    """Fill FACTOR of the table `w` with the derivative, by the place, of what is in the `row`'s.
+    """Fill FACTOR of the table `w` with the derivative of the polynomial in FACTOR of `row`.
 
     Returns a bound of its second derivative.
     """
@@ -418,7 +413,7 @@ def fill_rate(row, w):
 
 @jit
 def drive_in(piece, phase, n):
-    """Return coefficient n of the force over a piece; phase: the instant of its start."""
+    """Return coefficient n of the force over a piece; phase: the instant of its beginning."""
     if is_a(piece, StepPiece):
         return piece.sign * term_of(piece.table, int(COSINE), n)
     return force_term(piece.table, phase, n)
@@ -434,16 +429,8 @@ def pace_at(piece, x):
 
 
 @jit
-def fill_acceleration(tally, piece, phase):
-    """Fill the rows FACTOR of a tally with the structure's absolute acceleration."""
-    for n in range(ORDER + 1):
-        a1, _ = accelerations_in(piece, n)
-        tally.row[FACTOR + n] = absolute(tally.ground, a1, drive_in(piece, phase, n))
-
-
-@jit
 def motion_of_foot(foot, piece, phase, n):
-    """Return coefficient n of the motion of the foot over a piece."""
+    """Return coefficient n of the motion of the foot over a piece [m]."""
     if is_a(piece, StepPiece):
         k = piece.table
         cosine, sine = term_of(k, int(COSINE), n), term_of(k, int(SINE), n)
@@ -458,7 +445,7 @@ def motion_of_foot(foot, piece, phase, n):
 def raise_within(tally, w, place, end):
     """Raise a maximum to that in [0, end] of the quantity in the tally's rows FACTOR.
 
-    w: the table of the piece.
+    place: of the maximum in the tally's row; w: the table of the piece.
     """
     row = tally.row
     f, g = row[FACTOR], factor_at(row, end)
@@ -471,7 +458,7 @@ def raise_within(tally, w, place, end):
 
 @jit
 def tally_foot(foot, tally, piece, phase, end):
-    """Add what concerns the motion from the foot, if it moves."""
+    """Add the motion relative to the foot, if it moves."""
     if foot is None:
         return None
     row, w = tally.row, piece.table
@@ -487,12 +474,14 @@ def tally_foot(foot, tally, piece, phase, end):
 
 @jit
 def tally_piece(tally, piece, phase, end):
-    """Add [0, end] of a piece: a grid with an expanded cell, or a step of a contact.
+    """Add [0, end] of a piece to a tally; phase: the instant of its beginning.
 
-    Its tables are bare; phase: the instant of its start.
+    piece: a grid with an expanded cell, or a `StepPiece`, with bare tables.
     """
     row, w = tally.row, piece.table
-    fill_acceleration(tally, piece, phase)
+    for n in range(ORDER + 1):
+        a1, _ = accelerations_in(piece, n)
+        row[FACTOR + n] = absolute(tally.ground, a1, drive_in(piece, phase, n))
     raise_within(tally, w, place_of_largest(int(OF_A), 1.0), end)
     for n in range(ORDER + 1):
         w[FACTOR + n] = drive_in(piece, phase, n)
@@ -524,7 +513,7 @@ def tally_piece(tally, piece, phase, end):
 
 @jit
 def tally_push(wall, tally, piece):
-    """Add what only a contact has over its step: the force, and what of it is not elastic."""
+    """Add the contact force over a step, and the work of its inelastic part."""
     row, k = tally.row, piece.table
     for n in range(ORDER + 1):
         row[FACTOR + n] = term_of(k, int(FORCE), n)
@@ -538,9 +527,9 @@ def tally_push(wall, tally, piece):
 
 @jit
 def watch_piece(ps, damper, watch, piece, phase, begin, end):
-    """Note all that is watched of [0, end] of a piece: energies, a limit, a response.
+    """Record [0, end] of a piece: energies, a limit, a response.
 
-    phase: the instant of its start; begin: as of `touch.time_at`.
+    phase: the instant of its beginning; begin: as of `touch.time_at`.
     """
     if watch.energy is not None:
         note_energies(ps, damper, watch.energy, piece, end)
@@ -550,14 +539,14 @@ def watch_piece(ps, damper, watch, piece, phase, begin, end):
         tally_piece(watch.tally, piece, phase, end)
 
 
-# ---- begun and ended -----------------------------------------------------------------------------
+# ---- the beginning and the end of a response -----------------------------------------------------
 
 
 @jit
 def tally_for(response, foot, ground, ps):
     if response is None:
         return None
-    # a ground that moves is a force per mass of minus its acceleration
+    # a moving ground acts as a force per mass of minus its acceleration
     return Tally(np.zeros(SIZE), foot_of(foot, ps), (None if ground is None else ps.force))
 
 
@@ -580,7 +569,7 @@ def begin_tally(tally, state):
 
 @jit
 def report(response, tally, ps, damper, state, time):
-    """Fill a response (see `codes`) from the tally of a `time` [s] that ends with a state."""
+    """Fill a response (`codes`) from a tally; state: at its end; time: its duration [s]."""
     if response is None:
         return None
     row = tally.row
@@ -608,10 +597,10 @@ def brought_in(ps, damper, row):
 
 @jit
 def note_sums(ps, damper, sums, row, tally):
-    """Note in a row of `sums`, if they are wanted, the energies [J] that have come in and gone.
+    """Fill a row of `sums` with five integrals of a tally.
 
-    What force and jumps have brought in; what c1, c2 and contacts have dissipated; and the integral
-    of x1^2 [m^2 s].
+    The work of force and jumps, the energies dissipated by c1, by c2 and by contacts [J], and the
+    integral of x1^2 [m^2 s].
     """
     if sums is None:
         return None
@@ -633,10 +622,11 @@ def dashpot_of(damper):
 
 @jit
 def shaken(foot, response, row, ps, state, time):
-    """Mend the powers of a structure whose foot moves: c1 is between both, and the foot does work.
+    """Correct two powers if the foot moves: c1 joins both, and the foot does the work.
 
-    (k1 (y - x1) + c1 (dy/dt - v1)) dy/dt; the means of y dy/dt, sin v1 and sin x1 over whole
-    periods are 0, -omega times that of cos x1, and that of cos v1 less the change of x1, by omega.
+    Its power is the mean of (k1 (y - x1) + c1 (dy/dt - v1)) dy/dt. Over whole periods the mean of y
+    dy/dt is 0, that of v1 sin is -omega times that of x1 cos, and that of x1 sin is that of v1 cos,
+    less the change of x1 over the time, divided by omega.
     """
     if foot is None:
         return None
@@ -649,25 +639,25 @@ def shaken(foot, response, row, ps, state, time):
     response[POWERS + 3] = c1 * (square - with_v) - k1 * with_x
 
 
-# ---- A motion on a wall that is linear, followed piece by piece to what ends it ------------------
+# ---- A linear motion on a wall, followed piece by piece to its end -------------------------------
 #
-# A wall that is pressed, one that is left without a force, a damper that sticks: each is exact like
-# a flight, on a grid of its own, and each ends where something that is a polynomial in every piece
-# rises to a level. That place is certified as a touch is.
+# A pressed linear wall, a linear wall that is left without a force, a damper that sticks: each
+# motion is exact like a flight, on a grid of its own, and ends where a polynomial over each piece
+# rises to a level. That place is certified like a touch.
 
 
 @by_wall(needed=True)
 def ending(motion, side, w, phase, end):
-    """Return (event, place) of what first ends a motion in [0, end] of a piece, NOWHERE, or LOST.
+    """Return (event, place) of the first end of a motion in [0, end] of a piece.
 
-    w: the table with the polynomial of the piece; phase: the instant of its start. What is found
-    needs only so much of the polynomial as the law of the wall knows of.
+    The place may be NOWHERE or LOST. w: the table with the polynomial of the piece; phase: the
+    instant of its beginning.
     """
 
 
 @by_wall
 def note_piece(motion, side, watch, grid, phase, begin, end):
-    """Note what is watched of [0, end] of a piece (arguments of `watch_piece`)."""
+    """Record [0, end] of a piece (arguments of `watch_piece`)."""
     watch_piece(side.ps, side.damper, watch, grid, phase, begin, end)
 
 
@@ -675,19 +665,19 @@ def note_piece(motion, side, watch, grid, phase, begin, end):
 def walk(motion, side, watch, phase, place, left, y):
     """Follow a motion from the state y = (x1, v1, r, s) to its end, or for a time `left` [s].
 
-    motion: a tuple of the law of the wall, with a `grid` of bare rows; phase and place: the instant
-    of y, and the share of the period that is over. Returns (event, y, time [s]): the event of
-    `ending`, STOPPED, or EXHAUSTED.
+    motion: a tuple of the wall's law with a `grid` of bare rows; phase and place: the instant of y,
+    and the share of the period that is over. Returns (event, y, time [s]) with the event of
+    `ending`, STOPPED or EXHAUSTED.
     """
     grid, w, took = motion.grid, motion.grid.table, 0.0
     while True:
         # the next piece, to the end of a cell or of the time
         end = min(1.0, (left - took) / grid.h)
-        then = (
-            moved(phase, phase.x + took / phase.length)
-            if is_a(phase, Moment)
-            else cos_sin_of_turn(turned(grid.begun, place) + took / (2.0 * math.pi / side.ps.omega))
-        )
+        if is_a(phase, Moment):
+            then = moved(phase, phase.x + took / phase.length)
+        else:
+            turn = turned(grid.begun, place) + took / (2.0 * math.pi / side.ps.omega)
+            then = cos_sin_of_turn(turn)
         polynomial_from(grid, y, then)
         event, where = ending(motion, side, w, then, end)
         if where == LOST:
@@ -704,14 +694,14 @@ def walk(motion, side, watch, phase, place, left, y):
 
 @jit
 def first_rise(rows, end, level):
-    """Return the first place up to `end` where the r of some rows rises to a level (`touch`)."""
+    """Return the first place up to `end` where r in some rows rises to a level (`first_touch`)."""
     bend, jerk = tightened(rows, math.inf, math.inf)
     return first_touch(rows, 0.0, end, 1.0, level, bend, jerk)
 
 
 @jit
 def local_grid(ps, damper, begun):
-    """Return a grid of which only the motion over a cell is known, not the phases of a period."""
+    """Return a grid for motions over single cells, without the phases of a period."""
     rate = rate_of(ps, joined(damper))
     if is_a(begun, Stretch):
         h = SHORT / max(rate, SHORT / begun.h)

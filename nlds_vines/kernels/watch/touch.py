@@ -2,18 +2,18 @@
 
 Three proofs, which rest on bounds of derivatives that energy provides (`scene.scale_of`):
 
-* between samples f0 and f1 a step h apart, f stays below max(f0, f1) + M h^2 / 8 with M >= f'';
-  the loop over cells uses it and costs one comparison;
-* with the slopes at the two ends, too, and M >= f'''', the cubic through them (`roots`) tells that
-  f stays below the level, or rises all along and so passes it once, or falls all along (`outlook`).
-  What passes it once is found by Newton's method;
-* from a point with clearance c = level - f and slope f', the level cannot be reached within the
-  step d that solves f' d + M d^2 / 2 = c. Steps of that length creep up to the first touch from
-  below, never beyond it, and faster than quadratically, M being taken for the piece at hand. This
-  walk is taken where the ends do not tell, a few times in a hundred touches.
+* Between samples f0 and f1 a step h apart, f stays below max(f0, f1) + M h^2 / 8 with M >= f''. The
+  loop over cells uses this bound, which costs one comparison.
+* With the slopes at the two ends and M >= f'''', the cubic through them (`roots`) proves that f
+  stays below the level, or rises monotonically and passes it once, or falls monotonically
+  (`outlook`). A single passage is located by Newton's method.
+* From a point with clearance c = level - f and slope f', the level cannot be reached within the
+  step d that solves f' d + M d^2 / 2 = c. Steps of that length approach the first touch from below
+  without passing it, and converge faster than quadratically, as M is that of the remaining piece.
+  This walk is taken if the two ends prove nothing, a few times in a hundred touches.
 
-The same walk finds the smallest clearance of a near miss: the level is then the closest approach
-seen so far, and reaching it starts a climb to the local maximum.
+The same walk finds the smallest clearance of a near miss: the level is then the closest approach so
+far, and reaching it starts a search for the local maximum.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from ..scene.scene import StepPiece, moved_mass, scale_of
 from .observe import BEYOND, EXCESS, LIMIT, ORIGIN, note_violation
 
 AT_R = COEF + 2  # place of r in the table
-NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
-LOST = -1.0  # no place: the walk took LONGEST_WALK; better no answer than a wrong one
-NEAR_MAXIMUM = 1.0e-9  # error of the place of a maximum in a cell: its height errs by the square
-LONGEST_WALK = 1000  # of a walk, which needs 3 to 8, and some tens where it grazes
+NOWHERE = 2.0  # no touch in this cell, in which places run from 0 to 1
+LOST = -1.0  # no result: the walk took LONGEST_WALK steps
+NEAR_MAXIMUM = 1.0e-9  # error of the place of a maximum in a cell; its height errs by the square
+LONGEST_WALK = 1000  # steps of a walk, which needs 3 to 8, and some tens at a grazing touch
 ROUND_OFF = 4.0e-16  # relative error of a place computed in a cell
-CLEAR, CROSSED, UNSURE = range(3)  # what the ends of a piece tell of a level
+CLEAR, CROSSED, UNSURE = range(3)  # results of `outlook`
 
 
 @jit
 def safe_distance(clearance, slope, bend):
-    """Return the safe distance: the d > 0 with slope d + bend d^2 / 2 = clearance."""
+    """Return the d > 0 with slope d + bend d^2 / 2 = clearance, infinite if there is none."""
     square = slope * slope + 2.0 * bend * clearance
     if square < 0.0:
         return math.inf
@@ -72,8 +72,8 @@ def derivatives_at(w, x, sign):
 def tightened(w, bend, jerk):
     """Return bounds of the second and third derivative of r by the place in the expanded cell.
 
-    `bend` and `jerk`, which energy provides, or those of the cell's polynomial where they are less:
-    a slow motion of a stiff system bends far less than its energy allows.
+    The smaller ones of `bend` and `jerk`, which follow from the energy, and those of the cell's
+    polynomial: a slow motion of a stiff system bends far less than its energy allows.
     """
     second, third = 0.0, 0.0
     for k in range(2, ORDER + 1):
@@ -85,18 +85,18 @@ def tightened(w, bend, jerk):
 
 @jit
 def tolerance_of(w, level):
-    """Return the error of r in the expanded cell [m]: an r as near to `level` is on it."""
+    """Return the error of r in the expanded cell [m], within which r is taken to be at `level`."""
     return ROUND_OFF * (abs(level) + abs(w[AT_R]) + abs(w[AT_R + 4])) + TINIEST
 
 
 @jit
 def from_rest(w, end, sign):
-    """Return (place, whether it rises there) of f = sign r, which has no slope at the start.
+    """Return (place, whether f rises) for f = sign r, whose slope at the start is zero.
 
-    The first Taylor coefficient c that is more than round-off decides. If it is positive, f has
-    risen by round-off of the motion over the cell at the place, so that a contact which begins
-    there has a speed and is pressed. If it is negative, f stays below its value at the start up to
-    the place, at most `end`, as c x^k + d x^(k+1) + ... <= x^k (c + x max(d + ..., 0)).
+    The first Taylor coefficient c above round-off decides. If it is positive, f at the place has
+    risen by the round-off of the motion over the cell, so that a contact that begins there has a
+    speed. If it is negative, f stays below its value at the start up to the place, at most `end`,
+    as c x^k + d x^(k+1) + ... <= x^k (c + x max(d + ..., 0)).
     """
     size, k = 0.0, 2
     for i in range(2, ORDER + 1):
@@ -122,8 +122,8 @@ def from_rest(w, end, sign):
 def first_touch(w, x, end, sign, level, bend, jerk):
     """Return the first place in [x, end] where sign r rises to `level`, NOWHERE, or LOST.
 
-    `w` holds, from COEF on, the Taylor coefficients of the cell; `bend` and `jerk` bound the second
-    and third derivative of r by the place. A start on the level that moves away is not a touch.
+    `w` holds the Taylor coefficients of the cell in COEF; `bend` and `jerk` bound the second and
+    third derivative of r by the place. A start at the level that moves away is not a touch.
     """
     tolerance = tolerance_of(w, level)
     bend, jerk = bend + TINIEST, jerk + TINIEST  # a scene at rest without forcing has neither
@@ -145,9 +145,9 @@ def first_touch(w, x, end, sign, level, bend, jerk):
         if slope > 0.0:
             piece = min(piece, 2.0 * clearance / slope)
         safe = safe_distance(clearance, slope, min(bend, curve + jerk * piece))
-        if slope <= 0.0:  # a step over which the depth stays below round-off is always allowed,
+        if slope <= 0.0:  # also safe: a step with a depth below round-off, one with r concave
             safe = max(safe, math.sqrt(8.0 * tolerance / bend))
-            safe = max(safe, -curve / jerk)  # and one over which r stays concave
+            safe = max(safe, -curve / jerk)
         if safe >= piece:
             if x + piece >= end:
                 return NOWHERE
@@ -158,9 +158,10 @@ def first_touch(w, x, end, sign, level, bend, jerk):
 
 @jit
 def touch_of(grid, end, sign, level, y, bounds):
-    """Return as `first_touch` where sign r first rises to `level` in [0, end] of the expanded cell.
+    """Return the place in [0, end] of the expanded cell where sign r first rises to `level`.
 
-    y: the state at `end`; bounds: `flight.Bounds`. Mostly the two ends tell.
+    y: the state at `end`; bounds: `flight.Bounds`; result as of `first_touch`, which is called if
+    the two ends prove nothing.
     """
     w = grid.table
     f0, f1 = sign * w[AT_R], sign * y[2]
@@ -168,7 +169,7 @@ def touch_of(grid, end, sign, level, y, bounds):
     foreseen = outlook(level, f0, f1, g0, g1, bounds.fourth * (end * end) * (end * end))
     place = NOWHERE
     if foreseen == CROSSED:
-        place = 0.0  # it starts there, or has that far to go
+        place = 0.0  # it starts at the level, or passes it later
         if level - f0 > tolerance_of(w, level):
             place = crossing(grid, end, sign, level, (f1, g0, g1), bounds.bend)
     elif foreseen == UNSURE:
@@ -181,8 +182,8 @@ def touch_of(grid, end, sign, level, y, bounds):
 def outlook(level, f0, f1, g0, g1, fourth):
     """Return CLEAR, CROSSED or UNSURE: whether f rises to `level` in a piece, from its ends.
 
-    The arguments as for `roots`. CROSSED: it rises all along, through the level. A start on the
-    level that moves away is CLEAR.
+    Arguments as of `roots`. CROSSED: f rises monotonically through the level. A start at the level
+    that moves away is CLEAR.
     """
     if only_rises(f0, f1, g0, g1, fourth):
         if f0 < level:
@@ -196,13 +197,13 @@ def outlook(level, f0, f1, g0, g1, fourth):
 def crossing(grid, end, sign, level, ends, bend):
     """Return the place in [0, end] of the expanded cell where sign r passes `level`.
 
-    It rises all along, and does pass it. ends: (f, f', f') at the end, the start and the end, the
-    slopes times `end`. Newton's steps from a good guess; one errs by bend change^2 / (2 slope),
-    bend >= |r''|, and is the last where that is below round-off. LOST after MOST_STEPS.
+    It rises monotonically and passes it. ends: (f, f', f') at the end, the start and the end, the
+    slopes times `end`. A step of Newton's method errs by bend change^2 / (2 slope), bend >= |r''|;
+    the last is that whose error is below round-off. LOST after LONGEST_WALK steps.
     """
     low, high = 0.0, end
     f1, g0, g1 = ends
-    # The guess: the cubic of the inverse, with its values and slopes at the ends.
+    # The initial guess: the cubic of the inverse function with its values and slopes at the ends.
     f0 = sign * grid.table[AT_R]
     whole = f1 - f0
     u = (level - f0) / whole
@@ -229,8 +230,8 @@ def crossing(grid, end, sign, level, ends, bend):
 def first_maximum(w, x, end, sign, jerk):
     """Return the first place from x on where sign r does not rise, at most `end`.
 
-    From a slope f' > 0 and a curve f'' it rises for all of the d with f' + f'' d = jerk d^2 / 2, so
-    that steps of that length never pass a maximum, and close in on it as Newton's method does.
+    With slope f' > 0 and curve f'' it rises at least up to the d with f' + f'' d = jerk d^2 / 2.
+    Steps of that length do not pass a maximum, and converge to it as Newton's method.
     """
     jerk = jerk + TINIEST
     for _ in range(LONGEST_WALK):
@@ -251,9 +252,9 @@ def first_maximum(w, x, end, sign, jerk):
 def nearest_miss(w, x, sign, end, best, bend, jerk, touches):
     """Return the larger of `best` and the local maxima of sign r over [x, end].
 
-    An approach that has not turned round by then is not a miss; one whose slope at `end` is nothing
-    but round-off has, as the next cell may begin with a fall, unless it ends there, as it
-    `touches`. `bend` and `jerk` bound the second and third derivative by the place.
+    An approach that still rises at `end` is not a miss. One whose slope at `end` is round-off is a
+    miss, as the next cell may begin with a fall, unless the piece ends because it `touches`. `bend`
+    and `jerk` bound the second and third derivative by the place.
     """
     bend, jerk = bend + TINIEST, jerk + TINIEST
     level = ROUND_OFF * (abs(w[COEF]) + abs(w[COEF + 4]) + abs(w[AT_R]) + abs(w[AT_R + 4]))
@@ -279,17 +280,17 @@ def nearest_miss(w, x, sign, end, best, bend, jerk, touches):
 
 
 # --------------------------------------------------------------------------------------------------
-# A limit of the spring's shortening r, and how it is kept: in flight and in contact alike.
+# Violations of a limit of the spring's shortening r, in flight and in contact.
 #
-# In a contact with the far wall r is at most -gap: wherever that is within the limit, there is
-# nothing to watch. A contact in which the limit may be passed is stepped (`may_pass`).
+# In a contact with the far wall r is at most -gap: if that is within the limit, the limit holds. A
+# contact in which the limit may be passed is stepped (`may_pass`).
 
 
 @jit
 def time_at(piece, begin, x):
-    """Return the time [s] of place x of a piece, from where the log of the limit counts.
+    """Return the time [s] of place x of a piece since the origin of the log of the limit.
 
-    begin: cells from there to the piece; where that is a step of a contact, the time [s].
+    begin: of the piece since that origin, in cells, or in seconds if it is a step of a contact.
     """
     if is_a(piece, StepPiece):
         return begin + column_at(piece.table, int(TAU), x)
@@ -298,10 +299,10 @@ def time_at(piece, begin, x):
 
 @jit
 def note_limit(piece, limit_log, begin, end, bend, jerk):
-    """Note in `limit_log` how the limit of r is kept over [0, end] of a piece.
+    """Record the violations of the limit of r over [0, end] of a piece.
 
-    begin: as of `time_at`. Each passage is counted at its place, each excursion beyond measured at
-    its summits and where the piece ends.
+    begin: as of `time_at`. Each passage is counted at its place; the excess is that of the maxima
+    and of the end of the piece.
     """
     w, level, x = piece.table, limit_log[LIMIT], 0.0
     bend, jerk = tightened(w, bend, jerk)
@@ -331,8 +332,8 @@ def note_limit(piece, limit_log, begin, end, bend, jerk):
 def may_pass(side, limit_log, phase, duration, touch):
     """Return True if r may be beyond the limit in a contact of a `duration` [s] from its touch.
 
-    phase: an instant of it (`drive`); touch: (s, x1, v1), as the wall sees it; the energy there
-    bounds the depth.
+    phase: an instant of it (`drive`); touch: (s, x1, v1), as the wall sees it, whose energy bounds
+    the depth.
     """
     ps, wall = side.ps, side.wall
     s, x1, v1 = touch

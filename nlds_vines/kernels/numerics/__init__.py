@@ -1,4 +1,4 @@
-"""How kernels are compiled and kept, and the arithmetic that they share.
+"""The compilation and storage of kernels, and shared arithmetic.
 
 In reading order:
 

@@ -1,10 +1,9 @@
-"""Branches that the types of a kernel's arguments decide: what they leave out is not even typed.
+"""A compiler pass that removes branches decided by the types of a kernel's arguments.
 
-A part that is absent is None, and a law is the sort of its wall. Whether an argument, or a field of
-one that is a tuple, is None (`x is None`), of a sort (`is_a`) or a wall of a law with a property
-(`says`) is known as soon as a kernel is compiled. One of the two branches is then taken out before
-anything else looks at the kernel, so that the two may differ in type, and the other holds nothing
-of what is absent.
+An absent part is None, and a law is the type of its wall. Whether an argument, or a field of an
+argument that is a tuple, is None (`x is None`), of a type (`is_a`) or a wall of a law with a
+property (`says`) is known when a kernel is compiled. The other branch is removed before type
+inference, so that the two branches may differ in type, and no code of an absent part is compiled.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ def is_a(part: object, sort: type) -> bool:
 
 
 LAWS = f"{__name__.rsplit('.', 2)[0]}.laws."
-"""How the names of modules begin that are laws."""
+"""The beginning of the names of the modules of laws."""
 
 
 def law_of(sort: Any) -> Any:
@@ -50,7 +49,7 @@ def laws_among(kinds: Any) -> Iterator[Any]:
 
 
 def same_sort(part: object, other: object) -> bool:
-    """Return True if two tuples are of one type, as one variable needs."""
+    """Return True if two tuples are of one type, so that one variable can hold either."""
     if not (isinstance(part, tuple) and isinstance(other, tuple)):
         return False
     absent = [[number is None for number in numbers] for numbers in (part, other)]
@@ -59,7 +58,7 @@ def same_sort(part: object, other: object) -> bool:
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class Decide(FunctionPass):
-    """Take the branches out of a kernel that the types of its arguments decide against."""
+    """Remove the branches of a kernel that the types of its arguments exclude."""
 
     _name = "branches that types decide"
 
@@ -67,7 +66,7 @@ class Decide(FunctionPass):
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:
-        """Change the kernel, until there is nothing more to decide; tell whether it was changed."""
+        """Remove decided branches until none is left; return True if the kernel was changed."""
         text, changed = state.func_ir, False
         while _decided(text, state.args):
             changed = True
@@ -76,13 +75,13 @@ class Decide(FunctionPass):
             text._definitions = ir_utils.build_definitions(text.blocks)
             text._consts = ConstantInference(text)
         for line in _lines(text):
-            if _is_one_of(line.value, QUESTIONS):  # which has no type of its own
+            if _is_one_of(line.value, QUESTIONS):  # these functions have no type
                 line.value = ir.Const(None, line.loc)
         return changed
 
 
 class DecidingCompiler(CompilerBase):
-    """Numba's own passes, and `Decide` before all that looks at types."""
+    """Numba's passes with `Decide` before type inference."""
 
     def define_pipelines(self) -> list[Any]:
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
@@ -92,9 +91,9 @@ class DecidingCompiler(CompilerBase):
 
 
 def _decided(text: Any, kinds: tuple[Any, ...]) -> bool:
-    """Replace the questions and branches of a text that types decide; tell whether there were any.
+    """Replace questions and branches that types decide; return True if there were any.
 
-    Arguments: the `text`, as Numba represents it; the `kinds` of its arguments.
+    text: of a kernel, in Numba's representation; kinds: types of its arguments.
     """
     changed = False
     for line in _lines(text):
@@ -134,7 +133,7 @@ def _is_call(text: Any, value: Any, functions: tuple[Any, ...]) -> bool:
 
 
 def _kind(text: Any, kinds: tuple[Any, ...], name: Any) -> Any:
-    """Return the type of an argument, or of a field of one; None of what is neither."""
+    """Return the type of an argument, or of a field of one; None of any other value."""
     value = _meaning(text, name)
     if isinstance(value, ir.Arg):
         kind = kinds[value.index]

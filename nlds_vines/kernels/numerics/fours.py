@@ -1,11 +1,11 @@
-"""Rows of numbers as inner kernels read them: bare, and four numbers at a time.
+"""Bare rows, which are pointers to arrays, and fours, which are vectors of four numbers.
 
-The references to an array that is handed on are counted, by instructions that lock memory and cost
-as much as ten additions each. Where a function has several ways out, or hands the array on to
-another, the compiler cannot do without. A bare row is not counted: it lives as long as the array it
-is taken of, which an outer kernel holds. Without compiling it is that array.
+References to an array that is passed on are counted by atomic instructions, which cost as much as
+ten additions each. The compiler cannot remove them if a function has several exits or passes the
+array on. A bare row is a pointer without a count, valid as long as the array of which it is taken,
+which an outer kernel holds. Without compiling it is that array.
 
-Four numbers worked on at once are a vector register when compiled, an array of four otherwise.
+A four is a vector register when compiled, and an array of four numbers otherwise.
 
     four_at(array, i)     the numbers i to i + 3 of an array
     put_four(array, i, v) ... written into it
@@ -18,11 +18,10 @@ Four numbers worked on at once are a vector register when compiled, an array of 
     roots_of(v)           the square roots
 
 and the operators + - * / between fours, and between a four and a number. Each of these rounds
-number by number, as IEEE 754 has it for single numbers: the bits are those of a loop, on every
-processor and without compiling. (The compiler makes no good vectors of such loops: it may not
-reorder sums, keeps them in memory, and takes a row of twelve for a vector of eight and a rest.) An
-array that is read so has rows of whole fours. A four is never changed in place: write v = v + w,
-not v += w.
+number by number by IEEE 754, so that the bits are those of a loop, on every processor and without
+compiling. (The compiler does not vectorize such loops well: it may not reorder sums, keeps them in
+memory, and splits a row of twelve into a vector of eight and a rest.) An array that is read so has
+rows of whole fours. A four is never changed in place: write v = v + w, not v += w.
 """
 
 from __future__ import annotations
@@ -42,15 +41,6 @@ BARE = types.CPointer(types.float64)  # its type: read and written by index, as 
 def bare(array: Any) -> Any:
     """Return a contiguous row of numbers as a bare row; a bare row or None as it is."""
     return array
-
-
-def is_row(kind: Any) -> bool:
-    return (
-        isinstance(kind, types.Array)
-        and kind.ndim == 1
-        and kind.layout == "C"
-        and kind.dtype == types.float64
-    )
 
 
 @type_callable(bare)
@@ -155,7 +145,9 @@ def roots_of(v: Any) -> Any:
 
 def _is_row(kind: Any) -> bool:
     """Return True if a type is that of a contiguous row of numbers, counted or bare."""
-    return kind == BARE or is_row(kind)
+    if not isinstance(kind, types.Array):
+        return bool(kind == BARE)
+    return (kind.dtype, kind.ndim, kind.layout) == (types.float64, 1, "C")
 
 
 def _typed(function: Any, rule: Callable[..., Any]) -> None:

@@ -48,19 +48,6 @@ def tabulate(w, i, angle, turn):
     w[i + TURNED + 2], w[i + TURNED + 3] = cos_sin_of_turn(turn)
 
 
-@jit
-def begin(w, i, turn):
-    """Set c and s of a tone by its phase in turns."""
-    w[i + TURNED], w[i + TURNED + 1] = cos_sin_of_turn(turn + 1.0)  # which may be just below zero
-
-
-@jit
-def turn_on(w, i):
-    """Turn c and s of a tone on by a cell."""
-    c, s, cosine, sine = w[i + TURNED], w[i + TURNED + 1], w[i + TURNED + 2], w[i + TURNED + 3]
-    w[i + TURNED], w[i + TURNED + 1] = c * cosine - s * sine, s * cosine + c * sine
-
-
 @jit(entry=True)
 def fill_tones(frequencies, phases, begins, lengths, rows):
     """Fill the rows (n, COEFFICIENTS) of the sum of cos(2 pi (f t + p)) over cells.
@@ -81,10 +68,13 @@ def fill_tones(frequencies, phases, begins, lengths, rows):
                 turn = frequencies[i] * h
                 tabulate(w, TONE * i, TURN * turn, turn)
         for i in range(count):
-            if on:
-                turn_on(w, TONE * i)
+            at = TONE * i + TURNED
+            if on:  # turn c and s on by a cell
+                c, s, cosine, sine = w[at], w[at + 1], w[at + 2], w[at + 3]
+                w[at], w[at + 1] = c * cosine - s * sine, s * cosine + c * sine
             else:
-                begin(w, TONE * i, turns_after(frequencies[i], begins[j]) + phases[i])
+                turn = turns_after(frequencies[i], begins[j]) + phases[i]
+                w[at], w[at + 1] = cos_sin_of_turn(turn + 1.0)  # which may be just below zero
         since = since + 1 if on else 1
         even_low, even_high, odd_low, odd_high = four(0.0), four(0.0), four(0.0), four(0.0)
         for i in range(count):

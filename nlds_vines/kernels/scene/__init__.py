@@ -1,10 +1,10 @@
-"""A cell as kernels see it: its bodies, its walls and their law, its force.
+"""The parts of a cell in kernels: bodies, walls and their law, force.
 
 In reading order:
 
-    codes    statuses, events and kinds of verdicts, and the columns of evidence: each number once
-    by_law   which kernel is called where laws differ
-    law      what a law may say, what holds where it does not, and the series of a contact
-    scene    structure, damper and walls; equation (5); what travels together: Parts, Side, Watch
+    codes    statuses, events and kinds of verdicts, and the columns of evidence
+    by_law   the choice of a kernel by the wall's law
+    law      the kernels of a law, the general ones of a stepped contact, and its series
+    scene    structure, damper and walls; equation (5); tuples that kernels pass on
     drive    the force at an instant: harmonic, or a load
 """

@@ -1,9 +1,9 @@
-"""Which kernel is called where laws differ: that of the wall's law.
+"""The choice of a kernel by the law of a wall.
 
-A kernel marked `by_wall` is what holds in general. Where the file of a law (`laws`) has a kernel of
-the same name, that one is called for walls of this law: walls that are the first argument, or its
-field `wall`. It is chosen when the caller is compiled. So a law says nothing but what is its own,
-and nothing but its own file knows of it.
+A kernel marked `by_wall` is the general one. If the file of a law (`laws`) has a kernel of the same
+name, that one is called for walls of this law; the wall is the first argument, or its field `wall`.
+The choice is made when the caller is compiled. A law contains only the kernels in which it differs,
+and no other module names it.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from ..numerics.deciding import law_of
 
 
 class Chosen(Inner):
-    """A kernel in place of which that of a law is called, if the law has one."""
+    """A kernel that gives way to that of a law, if the law has one."""
 
     needed: bool  # whether each law must
 
     def own(self, wall: Any) -> Any:
-        """Return the kernel that the law of a sort of walls has of its own, or None."""
+        """Return the kernel of this name in the law of a sort of walls, or None."""
         return _own(law_of(wall), self.py_func.__name__, self, self.needed)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -31,7 +31,7 @@ class Chosen(Inner):
         return call(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the entry of what is called with arguments of these types."""
+        """Return the entry of the kernel that is called with arguments of these types."""
         kernel = self.own(_sort_of(sig[0]))
         return super().get_overload(sig) if kernel is None else kernel.get_overload(sig)
 
@@ -59,9 +59,9 @@ def _own(law: Any, name: str, general: Any, needed: bool) -> Any:
 
 
 def by_wall(function: Callable[..., Any] | None = None, *, needed: bool = False) -> Any:
-    """Compile a kernel in place of which that of the same name in the law of a wall is called.
+    """Compile a kernel that gives way to that of the same name in the law of a wall.
 
-    needed: each law has one; what is marked only says its meaning.
+    needed: each law must have one; the marked function only documents it.
     """
     if function is None:
         return lambda f: by_wall(f, needed=needed)

@@ -1,7 +1,7 @@
 """The force on the structure at an instant, in units of P: a harmonic one, or a load.
 
-Of a harmonic force an instant is (cos, sin) of its phase; of a load it is a `Moment`, a place on
-the polynomial of a cell (`load_cells`). Which of the two is decided when a kernel is compiled.
+An instant of a harmonic force is (cos, sin) of its phase. An instant of a load is a `Moment`, a
+place on the polynomial of a cell (`load_cells`). The choice is made when a kernel is compiled.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ SMALL = 0.1  # angle up to which `cos_sin` is good to round-off
 
 
 class Moment(NamedTuple):
-    """An instant of a load, whose force is sign sum_k w[row + k] (x + t / length)^k a time t later.
+    """An instant of a load. A time t later its force is sign sum_k w[row + k] (x + t / length)^k.
 
-    That holds within the cell to which the row belongs.
+    This holds within the cell of the row.
     """
 
     w: Any  # coefficients of cells, a bare row
@@ -29,7 +29,7 @@ class Moment(NamedTuple):
     degree: int
     x: float  # place in the cell
     length: float  # of the cell [s], negative backward in time
-    sign: float  # -1 as a wall sees it that pushes towards -x2
+    sign: float  # -1 for a wall that pushes towards -x2 and sees the force mirrored
 
 
 @jit(inlined=True)
@@ -47,7 +47,7 @@ def cos_sin(angle):
 
 @jit
 def rotated(c, d, angle):
-    """Return (cos, sin) = (c, d) of a phase turned on by a small angle."""
+    """Return (cos, sin) of the phase with (cos, sin) = (c, d) turned by a small angle."""
     cosine, sine = cos_sin(angle)
     return c * cosine - d * sine, d * cosine + c * sine
 
@@ -93,7 +93,7 @@ def drive_later(ps, phase, time):
 
 @jit
 def after(ps, phase, time):
-    """Return the instant a `time` [s] later, however long."""
+    """Return the instant any `time` [s] later."""
     if is_a(phase, Moment):
         return moved(phase, phase.x + time / phase.length)
     angle = ps.omega * time
@@ -106,11 +106,10 @@ def after(ps, phase, time):
 
 @jit
 def drive_term(ps, phase, k, n, turned):
-    """Fill coefficient n > 0 of the series of the force, that of the time being known.
+    """Fill coefficient n > 0 of the series of the force; those of the time are there already.
 
-    turned: coefficient n - 1 of cos and of sin times dt/dtheta. Of a load f it is the composition
-    with the time t: f_j + f_(j+1) t + ... is f_j and the product of t with the next of these. Above
-    its degree there is none.
+    turned: coefficient n - 1 of cos and of sin times dt/dtheta. A load f is composed with the time
+    t by Horner's scheme: f_j + f_(j+1) t + ... is f_j plus t times the next of these sums.
     """
     row, (cosine, sine) = SERIES + COLUMNS * n, turned
     if is_a(phase, Moment):
@@ -159,9 +158,9 @@ def bending(ps, phase):
 
 @jit
 def twisting(ps, phase):
-    """Return a bound of the third rate [m/s^5] where it may be that of any function.
+    """Return a bound of the third rate of a load per mass [m/s^5]; 0 for a harmonic force.
 
-    That of a harmonic force follows from its rates: 0.
+    That of a harmonic force follows from its first rate.
     """
     if is_a(phase, Moment):
         # |f_k| k! / (k - 3)! bounds each term of the third derivative within the cell
@@ -175,19 +174,15 @@ def twisting(ps, phase):
 @jit
 def backward(phase):
     if is_a(phase, Moment):
-        return Moment(
-            phase.w, phase.row, phase.degree, phase.x, -phase.length, phase.sign
-        )  # fmt: skip
+        return Moment(phase.w, phase.row, phase.degree, phase.x, -phase.length, phase.sign)
     return (phase[0], -phase[1])
 
 
 @jit
 def mirrored(phase, sign):
-    """Return the instant as a wall sees it that pushes towards `sign` x2: eq. (5) is odd."""
+    """Return the instant as seen by a wall that pushes towards `sign` x2: eq. (5) is odd."""
     if is_a(phase, Moment):
-        return Moment(
-            phase.w, phase.row, phase.degree, phase.x, phase.length, sign * phase.sign
-        )  # fmt: skip
+        return Moment(phase.w, phase.row, phase.degree, phase.x, phase.length, sign * phase.sign)
     return (sign * phase[0], sign * phase[1])
 
 

@@ -1,28 +1,28 @@
-"""What a law may say of its walls, and what holds where it does not: of a contact that is stepped.
+"""The kernels of a contact law, the general ones of a stepped contact, and the series of its steps.
 
-Such a law has a file with a tuple for its walls, which has at least
+The file of a law with stepped contacts has a tuple for its walls with at least the fields
 
-    gap, K, kappa    place [m]; stiffness, and that over the reduced mass of the bodies
+    gap, K, kappa    place [m]; stiffness, and stiffness over the reduced mass of the bodies
     root             p of z = q^p
     exponent, speed, whole, lasting    of the free contact, see below (`scales_of`)
     damping          None unless the force depends on dz/dt, too
     switch           None unless the force is another function on either side of a place or a speed
 
-and with the kernels that are `needed` below; with a switch, `switching`, `rate_of_switching` and
-`acting`, too. All others have an answer here.
+and the kernels that are `needed` below; with a switch also `switching`, `rate_of_switching` and
+`acting`. For all others there is a general kernel here.
 
-A contact is regularized (`taylor`) by z = q^p and dt = q^(p - 1) dtheta. p is the least
-number that makes force and equations polynomial in q; where none is small enough, it is so large
-that the first steps need not be short. A law says its force twice: by a depth, and as a series
-(`law`), by which it is stepped; each step is verified by what it says of the depth.
+A contact is regularized (`taylor`) by z = q^p and dt = q^(p - 1) dtheta. p is the smallest number
+that makes force and equations polynomial in q; if that is too large, p is such that the first steps
+need not be short. A law defines its force twice: as a function of the depth, and as a series, by
+which it is stepped. Each step is verified by the function.
 
-How long a step may be at most is told by a free contact under a force K z^n, n the `exponent`, in
-which s^2 / 2 + kappa z^(n + 1) / (n + 1) is constant. With N = p (n + 1):
+The longest step follows from a free contact under a force K z^n, n the `exponent`, in which
+s^2 / 2 + kappa z^(n + 1) / (n + 1) is constant. With N = p (n + 1):
 
     from touch to release    theta = 2 p I(N) q_m / v    time = 2 I(n + 1) z_m / v
     I(N) = integral of 1 / sqrt(1 - u^N) over [0, 1]     v = sqrt(2 kappa / (n + 1)) q_m^(N/2)
 
-These are no more than units.
+These serve as units only.
 """
 
 from __future__ import annotations
@@ -35,25 +35,23 @@ from .by_law import by_wall
 
 # ---- Series in theta of a contact's motion, one power after the other ----------------------------
 #
-# The motion over a step and all that it is made of are Taylor polynomials in theta (`taylor`), of
-# which each coefficient follows from those of lower powers. Here is where they stand, and how those
-# of products, powers and logarithms follow.
+# The motion over a step, its rates and the contact's terms are Taylor polynomials in theta
+# (`taylor`), whose coefficients follow from those of lower powers.
 #
-# They are polynomials in theta over a UNIT near the length of the step, so that their terms are of
-# the size of what they sum to, whatever units lengths and times have; it is a power of two, which
-# changes no bit.
+# Theta is in units of UNIT, which is near the length of the step, so that terms and sums are of one
+# size, whatever the units of lengths and times are. UNIT is a power of two, which changes no bit.
 
 
 # The scratch array k of a contact: the table of a step as a piece of motion (`flight`: FACTOR and
-# COEF); rows of ROW numbers, each a state, before a step, after it, and one to keep; from SERIES on
-# a row of COLUMNS for each power of theta; AHEAD, what is ahead of an orbit inside an impact that
-# is solved (`inside.Ahead`); SHRUNK, the logarithm by which contacts have shrunk volumes of
-# variations; UNIT; and from LENGTHS on, those of a step's length in that unit.
+# COEF); rows of ROW numbers, each a state: before a step, after it, and one set aside; from SERIES
+# on a row of COLUMNS for each power of theta; AHEAD, the numbers of `inside.Ahead`; SHRUNK, the
+# logarithm by which contacts have shrunk volumes of variations; UNIT; and from LENGTHS on the
+# powers of a step's length in that unit.
 #
 #   in a row of a state    0  1  2   3   4    5    6    7    8     9 ... 20
 #                          q  s  x1  v1  tau  (x1  v1   r    s)    (...) (...) (...)
-#                                             four variations, where they are wanted
-#   and in VOLUME by how much their volumes shrink
+#                                             four variations
+#   and in VOLUME the logarithm by which their volumes shrink in the step
 #
 # A name is the place of a row's first number, so that k[NEW + 1] is s after a step.
 WIDTH = 5  # numbers of a state: q, s, x1, v1, tau
@@ -121,10 +119,10 @@ def square(k, a, n):
 
 @jit
 def power_term(k, a, e, out, n):
-    """Return coefficient n of a column to the power e, whose lower ones stand in the column `out`.
+    """Return coefficient n of a column to the power e; the lower ones are in the column `out`.
 
-    From a^e' a = e a' a^e. Where the column begins with 0 it is 0, as if q^(p e) had no power of
-    theta that is looked at.
+    By (a^e)' a = e a' a^e. If the column begins with 0 the result is 0, as that of q^(p e) with an
+    exponent above all orders.
     """
     first = k[SERIES + a]
     if not first > 0.0:
@@ -140,9 +138,9 @@ def power_term(k, a, e, out, n):
 
 @jit
 def logarithm_term(k, a, out, n):
-    """Return coefficient n of the logarithm of a column, whose lower ones stand in `out`.
+    """Return coefficient n of the logarithm of a column; the lower ones are in `out`.
 
-    0 where the column begins with 0: what it is multiplied by begins with no power that counts.
+    If the column begins with 0 the result is 0: the factor of the logarithm vanishes there.
     """
     first = k[SERIES + a]
     if not first > 0.0:
@@ -160,7 +158,7 @@ def logarithm_term(k, a, out, n):
 
 @by_wall(needed=True)
 def made(sort, gap, damper, cell):
-    """Return the wall at a limit `gap` [m] of r, by the constants of its contact in a `cell`.
+    """Return the wall at r = `gap` [m] with the constants of its contact in a `cell`.
 
     sort: a wall of this law; damper: the bodies.
     """
@@ -168,7 +166,7 @@ def made(sort, gap, damper, cell):
 
 @jit
 def wall_like(sort, gap, damper, cell):
-    """Return the wall at a limit `gap`, of the same law as the wall `sort`; None where it is."""
+    """Return the wall at r = `gap` [m] of the law of `sort`, None without a wall."""
     if sort is None:
         return None
     return made(sort, gap, damper, cell)
@@ -181,9 +179,9 @@ def in_range(sort, cell):
 
 @by_wall(needed=True)
 def fill_constants(sort, change, rates, at):
-    """Fill what changes of a law's constants: the rates of a parameter, from column `at` on.
+    """Fill the derivatives of a law's constants by a parameter, from column `at` on.
 
-    change: the derivatives of the numbers of a cell. There are `driven.CONSTANTS` columns.
+    change: the derivatives of the numbers of a cell. There is room for `driven.MOST_CONSTANTS`.
     """
 
 
@@ -195,7 +193,7 @@ def pushes(wall, q, s):
 
 @by_wall
 def rests(wall, r, s, scale):
-    """Return True if a damper rests on a wall without depth; scale: of positions, for round-off."""
+    """Return True if a damper rests on a wall at zero depth; scale: of positions, for round-off."""
     return False
 
 
@@ -240,10 +238,7 @@ def rate_of_q(wall, s):
 
 @by_wall
 def contact_terms(wall, k, n):
-    """Fill coefficient n of the series of dt/dtheta, of the depth and of the elastic force over K.
-
-    By the powers of q, one after the other (`law`).
-    """
+    """Fill coefficient n of the series of dt/dtheta, the depth and the elastic force over K."""
     row = SERIES + COLUMNS * n
     fill_power(k, 1, n)
     for m in range(2, wall.root + 1):
@@ -257,7 +252,7 @@ def contact_terms(wall, k, n):
 
 @jit
 def fill_power(k, m, n):
-    """Fill coefficient n of the power m of q, by those of lower powers."""
+    """Fill coefficient n of q^m by those of lower powers of q."""
     row, half = SERIES + COLUMNS * n, POWERS_OF_Q + m // 2
     if m == 1:
         k[row + POWERS_OF_Q + 1] = k[row + AT_Q]
@@ -272,10 +267,7 @@ def fill_power(k, m, n):
 
 @by_wall(needed=True)
 def elastic(wall, stiffness, q, z):
-    """Return the elastic force of the contact at a depth z = z(q).
-
-    With the stiffness K of the wall it is a force [N], with kappa an acceleration.
-    """
+    """Return the elastic force [N] at a depth z = z(q); with kappa for K, an acceleration."""
 
 
 @by_wall(needed=True)
@@ -296,10 +288,10 @@ def damped_term(wall, k, column, n):
 
 @by_wall
 def smooth_up_to(wall, tangent, at, tolerance):
-    """Return the longest step from touch, in units of the greatest q, that leaves terms out.
+    """Return the longest step from touch, in units of the greatest q, with small missing terms.
 
-    It is infinite if the force and all that variations feel have a series in theta there; at: the
-    column of the constants' rates of driven ones (`driven.Driven`).
+    It is infinite if the force and its derivatives have a series in theta there. at: column of the
+    constants' rates of driven variations (`driven.Driven`).
     """
     return math.inf
 
@@ -312,13 +304,13 @@ def drag_term(wall, k, n):
 
 @by_wall
 def damped(wall, s):
-    """Return the factor by which damping changes the elastic force where dz/dt = s."""
+    """Return the factor of the elastic force by damping at dz/dt = s."""
     return 1.0
 
 
 @jit
 def force_of(wall, q, z, s):
-    """Return the contact force [N] of a depth z = z(q) that grows with s = dz/dt."""
+    """Return the contact force [N] at a depth z = z(q) with s = dz/dt."""
     if wall.damping is None:
         return elastic(wall, wall.K, q, z)
     return elastic(wall, wall.K, q, z) * damped(wall, s)
@@ -332,13 +324,13 @@ def at_depth(wall, stiffness, depth):
 
 @by_wall
 def force_at(wall, depth):
-    """Return the greatest force of a contact that was so deep [m]; 0 where it has been noted."""
-    if wall.damping is not None:  # which makes another the greatest
+    """Return the greatest force [N] of a contact of this depth [m]; 0 if it has been recorded."""
+    if wall.damping is not None:  # it is not at the greatest depth
         return 0.0
     return at_depth(wall, wall.K, depth)
 
 
-# ---- where the force is another function ---------------------------------------------------------
+# ---- a force with a switch -----------------------------------------------------------------------
 
 
 @by_wall
@@ -349,18 +341,18 @@ def switching(wall, z, s):
 
 @by_wall
 def rate_of_switching(wall, s, ds):
-    """Return (f, a): `switching` changes at the rate a f [1/s]; a >= 0, so f has the rate's sign.
+    """Return (f, a): the rate of `switching` is a f [1/s], a >= 0; a is 0 without a switch.
 
-    s, ds: the first and the second derivative of the depth by time; a is 0 where nothing switches.
+    s, ds: the first and the second derivative of the depth by time.
     """
     return s, 0.0
 
 
 @by_wall
 def acting(wall, positive):
-    """Return the wall as it acts where `switching` is positive, or where it is not.
+    """Return the wall that acts where `switching` is positive, or where it is not.
 
-    Its force is one smooth function, on the other side of the switch, too.
+    Its force is one smooth function, also on the other side of the switch.
     """
     return wall
 
@@ -370,7 +362,7 @@ def acting(wall, positive):
 
 @by_wall(needed=True)
 def stored(wall, stiffness, z, q):
-    """Return the integral of what is `elastic` by the depth, up to z = z(q): with K [J]."""
+    """Return the integral of `elastic` by the depth up to z = z(q); with K as stiffness [J]."""
 
 
 @by_wall
@@ -384,7 +376,7 @@ def contact_energy(wall, z):
 
 @jit
 def free_integral(N):
-    """Return I(N) = sqrt(pi) Gamma(1 + 1/N) / Gamma(1/2 + 1/N) to half a per cent, N >= 2."""
+    """Return I(N) = sqrt(pi) Gamma(1 + 1/N) / Gamma(1/2 + 1/N) within 0.5 %, N >= 2."""
     return 1.0 + 1.3863 / (N + 0.44)
 
 
@@ -433,12 +425,12 @@ def faint(wall, ratio):
     return exp(log(ratio) / wall.exponent)
 
 
-# ---- what parameters change ----------------------------------------------------------------------
+# ---- derivatives by parameters -------------------------------------------------------------------
 
 
 @by_wall(needed=True)
 def pushed_term(wall, k, by, at, n):
-    """Return coefficient n of what changes of the force [N] by the constants of the law.
+    """Return coefficient n of the derivative of the force [N] by a parameter of the constants.
 
-    by: the rates of a parameter; those that `fill_constants` has filled begin at column `at`.
+    by: the rates of the parameter; those of `fill_constants` begin at column `at`.
     """

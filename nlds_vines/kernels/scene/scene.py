@@ -1,9 +1,9 @@
-"""The parts of a scene as kernels see them: plain numbers, and None for what is absent.
+"""The parts of a scene in kernels: tuples of numbers, with None for an absent part.
 
-Inside the kernels the state is (x1, v1, r, s): displacement and velocity of the primary structure,
+The state in kernels is (x1, v1, r, s): displacement and velocity of the primary structure,
 shortening of the damper's spring r = x1 - x2 + rest and its rate s = v1 - v2. The rest state is
-then all zeros, the spring pulls with k2 r, and a wall is nothing but a limit of r, so that a
-contact's depth z = r - gap carries no cancellation between the two displacements.
+zero, the spring pulls with k2 r, and a wall is a limit of r, so that the depth of a contact
+z = r - gap has no cancellation between the two displacements.
 """
 
 from __future__ import annotations
@@ -25,11 +25,10 @@ class Structure(NamedTuple):
     damping: float  # c1 / m1 [1/s]
     force: float  # P / m1 [m/s^2]
     omega: float  # [rad/s]
-    load: Any  # constant force per mass [m/s^2] towards a near wall, None where there is none
-    shaken: (
-        Any  # True where the force gives the damper its acceleration, too: that of a ground that
-    )
-    #              moves, from which x1 counts; None where it acts on the structure alone
+    load: Any  # constant force per mass [m/s^2] towards a near wall, or None
+    # True if the force is that of a moving ground, from which x1 counts, and accelerates the damper
+    # as well; None if it acts on the structure alone
+    shaken: Any
 
 
 class Damper(NamedTuple):
@@ -45,10 +44,10 @@ class Damper(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """What a wall stands on that limits the structure itself: it never moves.
+    """The immovable ground of walls that limit the structure itself.
 
-    A damper without end and without a joint, so the fields are those of `Damper`. Then v2 = 0,
-    r = x1 and s = v1: the structure's own motion, which the walls limit.
+    It has the fields of a `Damper` of infinite mass without spring and dashpot. Then v2 = 0, r = x1
+    and s = v1, and the walls limit the structure's own motion.
     """
 
     m2: float
@@ -68,7 +67,7 @@ def finite(x):
 
 @jit
 def near_constants(apart, cell):
-    """Return the numbers with the near wall's constants; apart: None if both walls share them."""
+    """Return the record with the near wall's constants; apart: None if both walls share them."""
     if apart is None:
         return cell
     return cell.near_contact
@@ -76,16 +75,18 @@ def near_constants(apart, cell):
 
 @jit
 def allowed(parts, cell):
-    """Return True if the parameters of one cell are finite and in range, those of its parts alone.
+    """Return True if the parameters of a cell that its parts use are finite and in range.
 
-    `model` has checked them; numbers that came another way must not pass for a result. By rk4 the
-    force may be negative; the exact method's bounds of the motion presume P >= 0.
+    `model` checks them, but arrays of cells may come from elsewhere. By rk4 the force may be
+    negative; the bounds of the exact method assume P >= 0.
     """
     near, far = parts.near, parts.far
     fine = 0.0 < cell.m1 < math.inf and 0.0 < cell.omega < math.inf
     fine = fine and 0.0 <= cell.k1 < math.inf and 0.0 <= cell.c1 < math.inf
     fine = fine and finite(cell.P) and (parts.rk4 is not None or cell.P >= 0.0)
-    fine = fine and damper_allowed(joined(parts.damper), cell)
+    if parts.damper is not None and not is_a(parts.damper, Ground):
+        fine = fine and 0.0 < cell.m2 < math.inf and finite(cell.rest)
+        fine = fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
     if near is not None:
         fine = fine and in_range(near, near_constants(parts.apart, cell)) and finite(cell.near)
     if far is not None:
@@ -93,15 +94,6 @@ def allowed(parts, cell):
         if near is not None:
             fine = fine and cell.near + cell.far >= 0.0
     return fine
-
-
-@jit
-def damper_allowed(damper, cell):
-    """Return True if the parameters of a damper are, if there is one."""
-    if damper is None:
-        return True
-    fine = 0.0 < cell.m2 < math.inf and finite(cell.rest)
-    return fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
 
 
 @jit
@@ -128,7 +120,7 @@ def with_load(ps, load):
 
 @jit
 def mirrored_load(load, ps, sign):
-    """Return the structure as a wall sees it that pushes towards `sign` x2."""
+    """Return the structure as seen by a wall that pushes towards `sign` x2."""
     if load is None:
         return ps
     return with_load(ps, sign * load)
@@ -153,7 +145,7 @@ def damper_of(sort, cell):
 
 @jit
 def joined(damper):
-    """Return the damper, or None where nothing is joined to the structure."""
+    """Return the damper, or None if nothing is joined to the structure."""
     if damper is None or is_a(damper, Ground):
         return None
     return damper
@@ -161,7 +153,7 @@ def joined(damper):
 
 @jit
 def under(load, alone):
-    """Return an acceleration with that of a constant load, where there is one."""
+    """Return the acceleration `alone` plus that of the constant load, if any."""
     if load is None:
         return alone
     return alone + load
@@ -169,13 +161,13 @@ def under(load, alone):
 
 @jit
 def unloaded(ps):
-    """Return the structure without a constant load, as variations feel it."""
+    """Return the structure without a constant load, as for variations."""
     return with_load(ps, None)
 
 
 @jit
 def greatest_push(load, force):
-    """Return the largest acceleration that force and load give."""
+    """Return the largest acceleration by force and constant load."""
     if load is None:
         return force
     return force + abs(load)
@@ -183,7 +175,7 @@ def greatest_push(load, force):
 
 @jit
 def shared(ps, push):
-    """Return the acceleration by the force that both bodies feel: all of it if the ground moves."""
+    """Return the part of the acceleration by the force that acts on both bodies: 0 or all of it."""
     if ps.shaken is None:
         return 0.0
     return push
@@ -214,8 +206,8 @@ def accelerations(ps, damper, x1, v1, r, s, drive, contact):
 def scale_of(ps, damper, x1, v1, r, s):
     """Return S = sqrt(2 E), E the mechanical energy [J] of the structure and the damper's spring.
 
-    Damping only takes energy and the force gives at most P |v1|, hence |dS/dt| <= P / sqrt(m1):
-    a bound on the motion ahead that the certificate of `touch` rests on.
+    Damping takes energy and the power of the force is at most P |v1|, so |dS/dt| <= P / sqrt(m1).
+    The certificates of `touch` rest on this bound of the motion ahead.
     """
     energy = ps.k1 * x1 * x1 + ps.m1 * v1 * v1
     if damper is not None:
@@ -225,37 +217,36 @@ def scale_of(ps, damper, x1, v1, r, s):
 
 
 # --------------------------------------------------------------------------------------------------
-# What travels together through the kernels: the parts of a cell, a wall's side, what notes.
+# Tuples that kernels pass on: the parts of a cell, the side of a wall, buffers of records.
 #
-# A part that is absent and a buffer that is not wanted are None. The compiler knows it of an
-# argument and of its fields, and leaves the code out (`deciding`).
+# An absent part and a buffer that is not wanted are None. The compiler leaves out their code if the
+# tuple is an argument (`deciding`).
 
 
 class Parts(NamedTuple):
     """The method, the parts of a scene, and how finely contacts and periods are divided."""
 
     rk4: Any  # True for fixed Runge-Kutta steps, None for exact flight
-    damper: Any  # True where the scene has a damper, a `Ground` where walls limit the structure,
-    #              otherwise None
-    near: Any  # a wall of its law (numbers do not matter) where the scene has a near one, or None
+    damper: Any  # True with a damper, a `Ground` if walls limit the structure, otherwise None
+    near: Any  # a wall of the near wall's law, of which only the type matters, or None
     far: Any  # the same of the far wall
-    apart: Any  # True where the near wall's contact has constants of its own, otherwise None
-    load: Any  # True where the structure is under a constant load, otherwise None
-    arc: Any  # `arc.Arc` where a law has short impacts, otherwise None
-    contact_steps: float  # least steps of a free impact that is stepped
-    contact_tolerance: float  # relative error of a contact that is stepped; infinite: not checked
+    apart: Any  # True if the near wall's contact has constants of its own, otherwise None
+    load: Any  # True if the structure is under a constant load, otherwise None
+    arc: Any  # `arc.Arc` if a law has short impacts, otherwise None
+    contact_steps: float  # least number of steps of a free impact that is stepped
+    contact_tolerance: float  # relative error of a stepped contact; infinite: not checked
     period_steps: float  # Runge-Kutta steps of a forcing period; `rk4` alone uses it
 
 
 class Prepared(NamedTuple):
-    """One cell made ready to be run: its numbers part by part, its grid, and scratch of its own."""
+    """One cell prepared for orbits: its parts, its grid, and its own scratch."""
 
     rk4: Any  # as in `Parts`
     ps: Any  # `scene.Structure`
     damper: Any  # `scene.Damper`, `scene.Ground` or None
-    near: Any  # a wall by the numbers of the cell, or None
-    far: Any  # the same
-    arc: Any  # `arc.Arc` with scratch of its own, or None
+    near: Any  # a wall with the numbers of the cell, or None
+    far: Any
+    arc: Any  # `arc.Arc` with its own scratch, or None
     grid: Any  # `flight.Grid`, or `fixed_step.FixedGrid` of `rk4`
     contact_steps: Any  # `contact.Steps`
     scratch: Any  # (`law.SCRATCH`,) or None without a wall
@@ -264,14 +255,14 @@ class Prepared(NamedTuple):
 
 
 class Side(NamedTuple):
-    """A wall and all that a contact with it needs, which stays from touch to release."""
+    """A wall and the constants of a contact with it."""
 
     rk4: Any  # as in `Parts`
     ps: Any  # `scene.Structure`
     damper: Any  # `scene.Damper` or `Ground`
     wall: Any
     sign: float  # 1 at a near wall; -1 at a far one, which sees state and phase mirrored
-    arc: Any  # `arc.Arc` where its law has short impacts, otherwise None
+    arc: Any  # `arc.Arc` if its law has short impacts, otherwise None
     motion: Any  # the motion on the wall, as in `Prepared`
     steps: Any  # `contact.Steps`
     rate: float  # the bound of `flight.rate_of` [1/s]
@@ -280,14 +271,14 @@ class Side(NamedTuple):
 
 @jit
 def side_with(side, ps, damper, wall, steps):
-    """Return a side of which these are others."""
+    """Return a side with another structure, damper, wall and steps."""
     return Side(
         side.rk4, ps, damper, wall, side.sign, side.arc, side.motion, steps, side.rate, side.k
     )
 
 
 class Flight(NamedTuple):
-    """All that a flight needs beside its state."""
+    """The constants of a flight."""
 
     rk4: Any  # this and the next as in `Prepared`
     ps: Any
@@ -298,7 +289,7 @@ class Flight(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What notes a motion while it is followed, each a buffer or None (`OrbitBuffers`)."""
+    """The buffers of a motion while it is followed, each may be None (`OrbitBuffers`)."""
 
     limit_log: Any
     energy: Any
@@ -309,22 +300,22 @@ class Watch(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step of a contact from row Y of the scratch."""
+    """A step of a contact from row OLD of the scratch."""
 
-    phase: tuple[float, float]  # (cos, sin) of the forcing's at row Y
-    landing: Any  # whether it ends at the release
+    phase: tuple[float, float]  # the instant (`drive`) at row OLD
+    landing: Any  # True if it ends at the release
     h: float  # of theta
 
 
 class StepPiece(NamedTuple):
-    """A step of a contact as a piece of motion, as a grid with an expanded cell is one."""
+    """A step of a contact as a piece of motion, like a grid with an expanded cell."""
 
     table: Any  # the scratch of the contact, in which COEF and POWERS are filled
-    sign: float  # of the wall: what is in the series is mirrored, what is in COEF is not
+    sign: float  # of the wall: the series are mirrored, COEF is not
 
 
 class Span(NamedTuple):
-    """Forcing periods: `first`, `first` + 1, ...; a cell passes over those before as transient."""
+    """Forcing periods `first`, `first` + 1, ...; those before are the transient."""
 
     first: int  # number of the first period; times count from period 0
     periods: int
@@ -332,9 +323,9 @@ class Span(NamedTuple):
 
 
 class OrbitBuffers(NamedTuple):
-    """What an orbit notes."""
+    """The records of an orbit."""
 
-    limit_log: Any = None  # (6,) a limit of r and how it is kept, see `observe`
+    limit_log: Any = None  # (6,) a limit of r and its violations, see `observe`
     section: Any = None  # (stops periods or fewer, components) states in the user's coordinates
     by_period: Any = None  # (periods, 2) impacts of each period at the near and the far wall
     impacts: Any = None  # `observe.Impacts` or `Touches`, one by one
@@ -342,11 +333,11 @@ class OrbitBuffers(NamedTuple):
     clearance: Any = None  # (1,) smallest near miss so far [m]
     slowest: Any = None  # (1,) smallest approach speed of an impact so far [m/s]
     tally: Any = None  # `response_sums.Tally`
-    sums: Any = None  # (stops periods, 5) energies come in and gone (`response.note_sums`)
+    sums: Any = None  # (stops periods, 5) integrals of a response (`response.note_sums`)
 
 
 class CellBuffers(NamedTuple):
-    """What a cell notes: of its transient, of the periods after it, or of both."""
+    """The records of a cell: of its transient, of the periods after it, or of both."""
 
     early: Any = None  # (periods, components) section of the transient's last periods
     section: Any = None  # as in `OrbitBuffers`, after the transient
@@ -357,17 +348,15 @@ class CellBuffers(NamedTuple):
     clearance: Any = None  # (1,) [m] after the transient
     violation: Any = None  # (3,) first time [s], depth [m], number of passages of the limit
     response: Any = None  # (`codes.RESPONSE_COLUMNS`,) after the transient
-    foot: Any = None  # True where a response is one of a structure whose foot moves
+    foot: Any = None  # True if the foot of the structure moves in a response
     sums: Any = None  # as in `OrbitBuffers`, with a response
-    ground: Any = None  # True where a response is one of positions counted from a moving ground
+    ground: Any = None  # True if the positions in a response count from a moving ground
 
 
 class LaneBuffers(NamedTuple):
-    """What all lanes note: arrays (chains, links, ...)."""
+    """The records of all lanes: arrays (chains, links, ...)."""
 
-    section: Any = (
-        None  # (periods stops, components); more rows hold the transient's last periods too
-    )
+    section: Any = None  # (rows, components): periods stops, before them rows of the transient
     counts: Any = None  # (3,) impacts by wall after the transient, periods with two of them
     cycle: Any = None  # (3,) n of nT, k at the near and at the far wall, by recurrence
     energy: Any = None  # (2,), this and the next as in `CellBuffers`
@@ -382,9 +371,9 @@ class LaneBuffers(NamedTuple):
 
 
 class Finished(NamedTuple):
-    """What lanes that have run hand on to a verdict, as in `LaneBuffers`.
+    """The records of finished lanes that a verdict needs, as in `LaneBuffers`.
 
-    No other buffer, so that a verdict is compiled once, whatever else is recorded.
+    No other ones, so that a verdict is compiled once for all choices of records.
     """
 
     ends: Any

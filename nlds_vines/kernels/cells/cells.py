@@ -73,14 +73,6 @@ def cells_for(parts, n, stops):
 
 
 @jit
-def copied_arc(arc):
-    """Return the arc with scratch rows for this orbit alone, or None without a wall."""
-    if arc is None:
-        return None
-    return Arc(arc.tolerance, arc.settled, arc.levels, arc.table.copy())
-
-
-@jit
 def grid_for(parts, ps, damper, n, stops, begun):
     """Return the method's grid of a `flight.Begun`, or of the stretch of a load."""
     if is_a(begun, Stretch):
@@ -103,8 +95,12 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     far = wall_like(parts.far, cell.far, damper, cell)
     grid = grid_for(parts, ps, damper, n, stops, begun)
     scratch = None if parts.near is None and parts.far is None else np.zeros(SCRATCH)
+    base = parts.arc  # each orbit has scratch rows of its own in the table
+    arc = (
+        None if base is None else Arc(base.tolerance, base.settled, base.levels, base.table.copy())
+    )
     return Prepared(
-        parts.rk4, ps, damper, near, far, copied_arc(parts.arc), grid,
+        parts.rk4, ps, damper, near, far, arc, grid,
         Steps(parts.contact_steps, parts.contact_tolerance), scratch,
         held_at(near, ps, damper, begun), held_at(far, ps, damper, begun),
     )  # fmt: skip

@@ -15,7 +15,7 @@ from ..motion.flight import DRIVE, ORDER
 from ..motion.load_cells import LOAD_ROW, OF_CELL, fill_drive_from, sums_of
 from ..numerics.compiling import jit
 from ..numerics.roots import ROOT_STEPS, highest, narrowed, secant
-from ..orbit.orbit import STATE_SIZE
+from ..orbit.variations import new_state
 from ..scene.codes import OK
 from ..scene.drive import Moment
 from ..scene.scene import CellBuffers, accelerations, damper_of, joined, unloaded
@@ -137,34 +137,24 @@ def place_of_most(ps, motion):
 
 
 @jit
-def parts_of_cell(load, row, begin, h, table):
-    """Return the `Load` of PARTS equal cells over a part of a cell, with edges from 0 on.
-
-    begin: (place in the cell, length of the cell [s]) of the part; h: its length [s]; table:
-    scratch (DRIVE + LOAD_ROW,).
-    """
-    place, length = begin
-    part = h / PARTS
-    edges, rows = np.empty(PARTS + 1), np.empty(LOAD_ROW * PARTS)
-    edges[0] = 0.0
-    for i in range(PARTS):
-        at = Moment(load.rows, row, ORDER, place + i * part / length, length, 1.0)
-        fill_drive_from(table, at, part)
-        edges[i + 1] = (i + 1) * part
-        for k in range(LOAD_ROW):
-            rows[LOAD_ROW * i + k] = table[DRIVE + k]
-    return Load(edges, rows, np.zeros(PARTS + 1), sums_of(rows), load.shaken)
-
-
-@jit
 def flown_in_parts(parts, cell, load, i, within, start, buffers):
     """Fly a part of cell i again in PARTS; return the status and the states at their edges.
 
     within: (place, length in cells) of the part; start: the state (x1, v1, r, s) there.
     """
+    # the load of PARTS equal cells, with edges from 0 on
     length = load.edges[i + 1] - load.edges[i]
-    table, state = np.zeros(DRIVE + LOAD_ROW), np.zeros(STATE_SIZE)
-    finer = parts_of_cell(load, LOAD_ROW * i, (within[0], length), within[1] * length, table)
+    part, table = within[1] * length / PARTS, np.zeros(DRIVE + LOAD_ROW)
+    edges, rows = np.empty(PARTS + 1), np.empty(LOAD_ROW * PARTS)
+    edges[0] = 0.0
+    for m in range(PARTS):
+        place = within[0] + m * part / length
+        at = Moment(load.rows, LOAD_ROW * i, ORDER, place, length, 1.0)
+        fill_drive_from(table, at, part)
+        edges[m + 1] = (m + 1) * part
+        for k in range(LOAD_ROW):
+            rows[LOAD_ROW * m + k] = table[DRIVE + k]
+    finer, state = Load(edges, rows, np.zeros(PARTS + 1), sums_of(rows), load.shaken), new_state()
     for j in range(4):
         state[j] = start[j]
     again = buffers_for(buffers.impacts, buffers.violation, len(finer.edges), UNREAD_ROOM)
@@ -435,24 +425,17 @@ def flown(parts, cell, load, start, buffers):
 
     If there are more impacts than room, the orbit is computed again with room for all.
     """
-    state = np.zeros(STATE_SIZE)
+    state = new_state()
     while True:
         state[:] = 0.0
         for i in range(4):
             state[i] = start[i]
         status = fly_under(parts, cell, load, state, buffers)
-        count = overflow_of(buffers.impacts)
-        if status != OK or count == 0:
+        count = 0 if buffers.impacts is None else buffers.impacts.filled[0]
+        room = 0 if buffers.impacts is None else len(buffers.impacts.data)
+        if status != OK or count <= room:
             return status, buffers
         buffers = with_room(buffers, count)
-
-
-@jit
-def overflow_of(impacts):
-    """Return the number of impacts if it exceeds the room, otherwise 0."""
-    if impacts is None:
-        return 0
-    return impacts.filled[0] if impacts.filled[0] > len(impacts.data) else 0
 
 
 @jit

@@ -216,7 +216,7 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
 
 MARGIN = 1.0e-6  # error of the largest multiplier's modulus and of a mean growth per period
 PREDICTION_ERROR = 0.25  # error of a predicted return, as a share of the deviation: it is linear
-UNPREDICTED = 2.0  # deviation, relative to the orbit, beyond which nothing is predicted; at rest: 1
+UNPREDICTED = 2.0  # deviation beyond which nothing is predicted, in units of that of the rest state
 CONVINCING = 1000  # periods for which returns are as predicted only near a stable orbit
 TINY = 1.0e-7  # deviation, relative to the orbit, that rounding and the method's error may make
 BLUR = 2.0e-15  # round-off of an r computed from a section's x1 - x2, relative to the rest offset
@@ -411,23 +411,12 @@ def near_returns(space, course, chaotic):
 
 
 @jit
-def spacing(space, course, n):
-    """Return the distance of the last section from the nearest of the n - 1 before it."""
-    m, nearest_yet = last_of(course), math.inf
-    sections = bare_course(course)
-    last = section_at(space, sections, m)
-    for p in range(m - n + 1, m):
-        nearest_yet = min(nearest_yet, distance(space, last, section_at(space, sections, p)))
-    return nearest_yet
-
-
-@jit
 def try_period(flow, course, n, apart, evidence):
     """Search for a stable orbit of minimal period n that the orbit approaches.
 
     FOUND: the evidence is filled. NEIGHBOR: there is an orbit of period n within `apart` of the
     section that is stable but not approached, or a saddle, as lies beside each stable orbit on an
-    invariant curve. apart: the largest step of Newton's method, `spacing`.
+    invariant curve. apart: the largest step of Newton's method [J^0.5].
     """
     x, y = section_at(flow.space, bare_course(course), last_of(course) // n * n), np.empty(4)
     for i in range(4):
@@ -473,15 +462,20 @@ def find_period(flow, course, most, periods, chaotic, evidence):
     while True:
         # the near return of least distance times n, its cost
         best = 0
-        for m in range(1, len(returns)):
-            if returns[m] < math.inf and (best == 0 or m * returns[m] < best * returns[best]):
-                best = m
+        for i in range(1, len(returns)):
+            if returns[i] < math.inf and (best == 0 or i * returns[i] < best * returns[best]):
+                best = i
         if best == 0:
             return result
         tried, spent = tried + 1, spent + best
         if tried > most or spent > periods:
             return NEIGHBOR
-        outcome = try_period(flow, course, best, spacing(flow.space, course, best), evidence)
+        # the distance of the last section from the nearest of the n - 1 before it
+        apart, sections, m = math.inf, bare_course(course), last_of(course)
+        last = section_at(flow.space, sections, m)
+        for p in range(m - best + 1, m):
+            apart = min(apart, distance(flow.space, last, section_at(flow.space, sections, p)))
+        outcome = try_period(flow, course, best, apart, evidence)
         if outcome == FOUND:
             return FOUND
         result, returns[best] = max(result, outcome), math.inf
@@ -544,29 +538,6 @@ def note_cycle(flow, evidence, period):
 
 
 @jit
-def note_digits(space, record, length, count, evidence):
-    """Write the least `digits_of` displacements over the last `count` sections."""
-    digits = 15.0
-    for c in range(0, space.size, 2):
-        digits = min(digits, digits_of(record[length - count : length, c].copy()))
-    evidence[ev.DIGITS] = digits
-
-
-@jit
-def seems_chaotic(evidence):
-    """Return True if the largest exponent exceeds zero and no torus has such averages."""
-    above = evidence[ev.LYAPUNOV] - evidence[ev.INTERVAL] > 0.0
-    return above and evidence[ev.DIGITS] < SMOOTH_DIGITS
-
-
-@jit
-def seems_quasiperiodic(trace, evidence):
-    """Return True if the largest exponent is zero and averages converge as those of a torus."""
-    zero = abs(evidence[ev.LYAPUNOV]) <= max(evidence[ev.INTERVAL], MARGIN * abs(trace))
-    return zero and evidence[ev.DIGITS] >= SMOOTH_DIGITS
-
-
-@jit
 def is_steady(space, record, length, count):
     """Return True if weighted mean squares about the mean agree in both halves of `count` sections.
 
@@ -626,9 +597,10 @@ def judge(flow, ends, record, first, stages, evidence):
             note_cycle(flow, evidence, period)
             note_chaotic_transient(flow, course, evidence, period)
             return OK
-        # a torus has no periodic orbit beside it
-        unknown = evidence[ev.KIND] == UNDETERMINED
-        if unknown and long and outcome == NOTHING and seems_quasiperiodic(flow.trace, evidence):
+        # a torus: no periodic orbit beside it, an exponent of zero, averages that converge fast
+        error = max(evidence[ev.INTERVAL], MARGIN * abs(flow.trace))
+        smooth = abs(evidence[ev.LYAPUNOV]) <= error and evidence[ev.DIGITS] >= SMOOTH_DIGITS
+        if evidence[ev.KIND] == UNDETERMINED and long and outcome == NOTHING and smooth:
             time = stages[stage - 1] * period
             if forgets(flow.space.size, flow.trace, evidence, period, time) and is_steady(
                 flow.space, course.record, course.length, followed
@@ -646,8 +618,14 @@ def judge(flow, ends, record, first, stages, evidence):
             status = follow_growth(flow, rows, now, tangent, logs, growth)
             if status == OK:
                 note_exponents(evidence, growth, logs, period, flow.space.size)
-                note_digits(flow.space, course.record, course.length + further, followed, evidence)
-                if seems_chaotic(evidence):
+                # chaos: an exponent above zero, and averages that no torus has
+                end, digits = course.length + further, 15.0
+                for c in range(0, flow.space.size, 2):
+                    positions = course.record[end - followed : end, c].copy()
+                    digits = min(digits, digits_of(positions))
+                evidence[ev.DIGITS] = digits
+                above_zero = evidence[ev.LYAPUNOV] - evidence[ev.INTERVAL] > 0.0
+                if above_zero and digits < SMOOTH_DIGITS:
                     evidence[ev.KIND] = CHAOTIC
         else:
             rows = course.record[course.length : course.length + further]

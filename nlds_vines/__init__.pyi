@@ -16,6 +16,8 @@ from nlds_vines.errors import RequestError as RequestError
 from nlds_vines.loads.command import response_history as response_history
 from nlds_vines.loads.request import HistoryRequest as HistoryRequest
 from nlds_vines.loads.request import load_response_history as load_response_history
+from nlds_vines.loads.response_spectrum import ResponseSpectrum as ResponseSpectrum
+from nlds_vines.loads.response_spectrum import response_spectrum as response_spectrum
 from nlds_vines.loads.result import LoadScan as LoadScan
 from nlds_vines.loads.result import ResponseHistories as ResponseHistories
 from nlds_vines.model.catalog import load_system as load_system

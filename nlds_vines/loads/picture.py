@@ -27,6 +27,7 @@ from nlds_vines.loads.request import (
     load_response_history,
     natural_period,
 )
+from nlds_vines.loads.response_spectrum import ResponseSpectrum
 from nlds_vines.loads.result import (
     LoadScan,
     ResponseHistories,
@@ -49,12 +50,14 @@ from nlds_vines.plotting.page import (
     TWO_COLUMNS,
     Page,
     add_legend,
+    figure_of,
     finish,
     new_figure,
     styled,
     write_letters,
 )
 from nlds_vines.plotting.palette import damper_colors
+from nlds_vines.plotting.save import let_figures_be_shown
 from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE, SHADES, axis_label
 
 _PANEL, _BARS = 4.8 * CM, 0.75 * CM  # inches, heights of a panel and of the bar of a damper
@@ -263,6 +266,28 @@ def _shares(axes: Axes, histories: ResponseHistories) -> None:
     axes.set(xlim=(0, 1), xlabel="share of the energy that came in")
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     add_legend(axes, axes.get_legend_handles_labels()[0], "above", LETTER_ROOM)
+
+
+@styled()
+def draw_spectrum(spectrum: ResponseSpectrum, ax: Axes | None = None) -> Figure:
+    """Return the figure of the pseudo- and absolute accelerations of a response spectrum."""
+    let_figures_be_shown()
+    if ax is None:
+        figure, grid = new_figure(TWO_COLUMNS, [_PANEL])
+        axes = figure.add_subplot(grid[0], label="spectrum")
+    else:
+        axes = ax
+    axes.plot(spectrum.periods, spectrum.pseudo_acceleration, color=HUES["blue"], label="pseudo")
+    axes.plot(
+        spectrum.periods, spectrum.absolute_acceleration,
+        color=HUES["vermillion"], linestyle="dashed", label="absolute",
+    )  # fmt: skip
+    axes.set(xscale="log", xlabel="natural period $T$ [s]", ylim=(0.0, None))
+    axes.set_ylabel("largest acceleration [m/s$^2$]")
+    axes.legend()
+    if ax is None:
+        finish(figure, grid, typeset(spectrum.heading()))
+    return figure_of(axes)
 
 
 # ---- scans ---------------------------------------------------------------------------------------

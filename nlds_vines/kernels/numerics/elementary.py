@@ -1,9 +1,9 @@
 """Sine, cosine, exponential, logarithm and a root by strict arithmetic: the same bits everywhere.
 
-The functions of C libraries and of vector libraries differ between versions and processors. These
-consist of +, -, *, / and sqrt, each of which IEEE 754 rounds in one way only. Ranges are reduced
-without rounding, the series are Taylor's, and what the leading term has lost is added to the rest,
-so that errors stay below one unit in the last place, where a function does not say otherwise.
+The functions of C and vector libraries differ between versions and processors. These consist of
++, -, *, / and sqrt, whose rounding IEEE 754 prescribes. Arguments are reduced without rounding, the
+series are Taylor's, and the rounding error of the leading term is added to the others, so that
+errors are below one unit in the last place unless a function states otherwise.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .compiling import jit
 TURN = 6.283185307179586  # 2 pi, rounded, as TURN_HIGH + TURN_LOW of 26 digits each
 TURN_HIGH, TURN_LOW = 6.283185362815857, -5.563627070159782e-08
 TURN_REST = 2.4492935982947064e-16  # 2 pi - TURN
-TINIEST = 1.0e-300  # a bound is no less, so that nothing is divided by zero
+TINIEST = 1.0e-300  # added to bounds that are divisors
 SPLITTER = 134217729.0  # 2^27 + 1: cuts a number into two halves of 26 digits each (Veltkamp)
 
 LN2_HIGH = 0.6931471803691238  # ln 2 to 32 digits: its products with exponents are exact
@@ -53,7 +53,7 @@ def exponent_of(x):
 
 @jit
 def hypotenuse(a, b):
-    """Return sqrt(a^2 + b^2), whose squares may underflow or overflow."""
+    """Return sqrt(a^2 + b^2) without underflow or overflow of the squares."""
     a, b = abs(a), abs(b)
     most = max(a, b)
     if most == 0.0:
@@ -66,7 +66,8 @@ def hypotenuse(a, b):
 def cos_sin_of_turn(turn):
     """Return (cos, sin) of 2 pi `turn`, 0 <= turn <= 1e6.
 
-    The nearest quarter of a turn is taken away; what remains is the angle a + b, b what a has lost.
+    The nearest quarter of a turn is subtracted; the rest is the angle a + b, b the rounding error
+    of a.
     """
     quarter = int(4.0 * turn + 0.5)
     f = turn - 0.25 * quarter
@@ -169,7 +170,7 @@ def log(x):
 
 @jit
 def log10(x):
-    """Return the logarithm to the base of ten; it errs by up to two units in the last place."""
+    """Return the logarithm to base 10, with an error of at most two units in the last place."""
     return PER_LN10 * log(x)
 
 

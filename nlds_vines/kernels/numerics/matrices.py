@@ -1,9 +1,9 @@
 """Small real matrices by strict arithmetic, to the same bits with any LAPACK.
 
-Linear systems and determinants by elimination with pivots. Eigenvalues by balancing, reduction to
-Hessenberg form by reflections, then Francis' double shifts in real arithmetic, as Golub and Van
-Loan, Matrix Computations, chapter 7, have it: errors are of the order of round-off times the norm
-of the balanced matrix, as those of LAPACK.
+Linear systems and determinants by Gaussian elimination with partial pivoting. Eigenvalues by
+balancing, reduction to Hessenberg form by reflections and Francis' double shifts in real arithmetic
+(Golub and Van Loan, Matrix Computations, chapter 7). Errors are of the order of round-off times the
+norm of the balanced matrix, as in LAPACK.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ RE, IM, LOG = range(3)  # columns of `fill_multipliers`
 
 @jit
 def scaled(matrix):
-    """Return a copy of a matrix divided by 2^k, its largest number between 1 and 2, and k.
+    """Return a matrix divided by 2^k, so that its largest entry is between 1 and 2, and k.
 
-    The copy is zero where the matrix is zero or nearly so, and NaN where not all is finite.
+    The result is zero if the matrix is (nearly) zero, and NaN if an entry is not finite.
     """
     most = 0.0
     for i in range(len(matrix)):
@@ -47,7 +47,7 @@ def scaled(matrix):
 
 @jit
 def balance(a):
-    """Scale rows and columns by powers of two until those of one number are of alike size."""
+    """Scale rows and columns by powers of two until row i and column i have similar norms."""
     n, settled = len(a), False
     while not settled:
         settled = True
@@ -73,9 +73,9 @@ def balance(a):
 
 @jit
 def reflect(a, k, x, y, z):
-    """Reflect rows and columns k, k + 1, k + 2 so that (x, y, z) is a multiple of (1, 0, 0) then.
+    """Reflect rows and columns k, k + 1, k + 2 by the map of (x, y, z) to a multiple of (1, 0, 0).
 
-    From both sides, so that the eigenvalues stay; z is 0 where there is no row k + 2.
+    From both sides, so that the eigenvalues stay; z is 0 if there is no row k + 2.
     """
     if y == 0.0 and z == 0.0:
         return
@@ -100,7 +100,7 @@ def reflect(a, k, x, y, z):
 
 @jit
 def make_hessenberg(a, low, last):
-    """Bring the rows `low` to `last`, four at most, to zeros below the first subdiagonal."""
+    """Reduce the rows `low` to `last`, four at most, to Hessenberg form."""
     for k in range(low, last - 1):
         reflect(a, k + 1, a[k + 1, k], a[k + 2, k], a[k + 3, k] if k + 3 <= last else 0.0)
         for i in range(k + 2, last + 1):
@@ -109,7 +109,7 @@ def make_hessenberg(a, low, last):
 
 @jit
 def first_of_block(a, last):
-    """Return the first row of the block that ends at row `last`; set what is negligible to zero."""
+    """Return the first row of the block that ends at row `last`; zero a negligible subdiagonal."""
     low = last
     while low > 0:
         size = abs(a[low - 1, low - 1]) + abs(a[low, low])
@@ -152,8 +152,8 @@ def pair_of_roots(a, b, c, d):
 def eigenvalues(matrix):
     """Return the eigenvalues (n, 2) of a matrix (n, n), n <= 4: real and imaginary parts.
 
-    The largest modulus first, of a complex pair the one above the axis; NaN where the matrix is
-    not finite.
+    By falling modulus, of a complex pair the one with im > 0 first; NaN if the matrix is not
+    finite.
     """
     roots = np.full((len(matrix), 2), np.nan)
     a, k = scaled(matrix)
@@ -194,7 +194,7 @@ def eigenvalues(matrix):
 
 @jit
 def spectral_radius(values):
-    """Return the largest modulus of `eigenvalues`; inf where their matrix is not finite."""
+    """Return the largest modulus of `eigenvalues`, inf if their matrix is not finite."""
     if math.isnan(values[0, RE]):
         return math.inf
     return hypotenuse(values[0, RE], values[0, IM])
@@ -225,9 +225,9 @@ def fill_multipliers(matrices, multipliers):
 
 @jit
 def solve(matrix, right):
-    """Solve matrix (n, n) x = right (n or more, m) in place by elimination with pivots.
+    """Solve matrix (n, n) x = right (n or more, m) in place by Gaussian elimination.
 
-    Returns the determinant, 0 where the matrix is singular; the matrix is lost.
+    Returns the determinant, 0 if the matrix is singular. The matrix is overwritten.
     """
     size, product = len(matrix), 1.0
     for i in range(size):

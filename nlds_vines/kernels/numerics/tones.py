@@ -1,8 +1,8 @@
 """Sums of many tones as Taylor polynomials over cells of time: the same bits everywhere.
 
-Over a cell h long, cos(2 pi (f t + p)) = sum_k a^k / k! (c, -s, -c, s)[k % 4] x^k, with the angle
-a = 2 pi f h and c, s at its beginning. In cells of one length the powers are tabulated once, and
-c, s are turned on by a from each cell to the next, anew from t after every `ANEW` of them.
+Over a cell of length h, cos(2 pi (f t + p)) = sum_k a^k / k! (c, -s, -c, s)[k % 4] x^k, with the
+angle a = 2 pi f h and c, s at its beginning. For cells of one length the powers are tabulated once,
+and c, s are rotated by a from each cell to the next, and computed anew after every `ANEW` cells.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from .compiling import jit
 from .elementary import SPLITTER, TURN, cos_sin_of_turn
 from .fours import bare, four, four_at, put_four
 
-ANEW = 8  # cells: a turn rounds by 2e-16, so that c and s are off by less than 3e-15
-SAME_CELL = 2.0e-15  # difference of lengths and ends of cells by the last time, which is round-off
+ANEW = 8  # cells; a rotation errs by 2e-16, so that c and s err by less than 3e-15
+SAME_CELL = 2.0e-15  # round-off of lengths and ends of cells, relative to the last time
 
 # Columns of the table of a tone:
 #   SIGNED   16   even powers a^k / k! with their signs, k = 0, 2, ... 14; odd ones, 1, 3, ... 15
@@ -25,9 +25,9 @@ COEFFICIENTS = 15
 
 @jit
 def turns_after(frequency, time):
-    """Return frequency [1/s] time [s] >= 0 in turns, less whole ones, its rounding added (Dekker).
+    """Return the fraction of frequency [1/s] times time [s] >= 0, in turns, by Dekker's product.
 
-    Of a large product little of its fraction is left.
+    The rounding error of the product is added, as it is large in the fraction of a large product.
     """
     product = frequency * time
     f, t = SPLITTER * frequency, SPLITTER * time
@@ -39,7 +39,7 @@ def turns_after(frequency, time):
 
 @jit
 def tabulate(w, i, angle, turn):
-    """Fill the table of a tone that begins at i, of cells over which it turns by `turn`."""
+    """Fill the table of a tone, from i on, for cells over which its phase advances by `turn`."""
     value = 1.0
     for k in range(COEFFICIENTS + 1):
         at = i + SIGNED + (k // 2 if k % 2 == 0 else 8 + k // 2)

@@ -1,4 +1,4 @@
-"""Numbers with a meaning: statuses, events and kinds of verdicts, each in this place alone.
+"""Codes of statuses, events and kinds of verdicts, and columns of records.
 
 Kernels return and store them; `orbits.records` and `model.labels` have their words. Archives
 hold statuses and kinds, so no number may change its meaning.
@@ -20,22 +20,22 @@ TOUCH_NEAR = 1  # at a touch of the near wall
 TOUCH_FAR = 2  # at a touch of the far wall
 ASTRAY = 3  # a touch could not be told from a miss
 
-# What an orbit is doing: flying, or in the contact that began with TOUCH_NEAR or TOUCH_FAR, or
-# leaving the place of such a contact after its force has vanished (`linear_contact.leave`)
+# Modes of an orbit: FLYING, TOUCH_NEAR or TOUCH_FAR in a contact, or leaving the place of a contact
+# after its force has vanished (`linear_contact.leave`)
 FLYING = 0
 LEAVING_NEAR = 4
 LEAVING_FAR = 5
 
-# How that ended, unless at the section
+# How leaving ended, unless at the section
 RETURNED = 6  # the wall pushes again
-CLEARED = 7  # no wall is in the way any more
+CLEARED = 7  # the damper is out
 
 # How a contact ended
 RELEASED = 0  # the damper left the wall
 STOPPED = 1  # the time was over first
 EXHAUSTED = 2  # too many steps
 
-# What an orbit is
+# Kinds of verdicts
 UNDETERMINED = 0
 PERIODIC = 1
 QUASIPERIODIC = 2
@@ -43,8 +43,8 @@ CHAOTIC = 3
 TRANSIENT_CHAOS = 4  # periodic in the end, chaotic for long before
 FAILED = 5  # not computed to its end; no kernel returns it
 
-# Columns of a response: the largest and the rms of x1, v1, a1 = dv1/dt, r and x1 - y (y: of a foot
-# that moves); the largest force and the largest impulse at the near and the far wall; the mean
+# Columns of a response: the maximum and the rms of x1, v1, a1 = dv1/dt, r and x1 - y (y: of a
+# moving foot); the largest force and the largest impulse at the near and the far wall; the mean
 # powers [W] that c1, c2 and contacts dissipate, and that comes in
 OF_FORCES = 10
 OF_IMPULSES = 12
@@ -59,11 +59,11 @@ TOUCH_COLUMNS = 3
 # --------------------------------------------------------------------------------------------------
 # The columns of a verdict's evidence, a row of numbers for each orbit; NaN where one is unknown.
 #
-#   0 KIND            of `codes`                  8 LYAPUNOV        largest exponent [1/s]
+#   0 KIND            UNDETERMINED ...            8 LYAPUNOV        largest exponent [1/s]
 #   1 CYCLE_PERIOD    n of nT, 0 if not periodic  9 INTERVAL        half its 99 % interval [1/s]
 #   2 NEAR_IMPACTS    k at the near wall per nT  10 DIGITS          to which time averages agree
 #   3 FAR_IMPACTS     k at the far wall per nT   11 SETTLING        period, -1 if it never settles
-#   4 RESIDUAL        of the orbit, relative     12 WATCHED         periods looked at
+#   4 RESIDUAL        of the orbit, relative     12 WATCHED         number of analyzed periods
 #   5 RADIUS          largest |multiplier|       13 PASSING         exponent while settling [1/s]
 #   6 CLEARANCE       nearest miss [m]           14 PASSING_WIDTH   half its 99 % interval [1/s]
 #   7 SLOWEST         impact [m/s]

@@ -60,10 +60,9 @@ TABLE = 100  # `flight`'s COEF + TERMS
 OLD, NEW, SAVE = TABLE, TABLE + ROW, TABLE + 2 * ROW
 VOLUME = 23
 HIGHEST, ORDER_OF_RK4 = 14, 4  # highest powers
-# Columns: what a step changes; what is multiplied by dt/dtheta, COSINE and SINE being those of
-# the forcing's phase; the contact's terms, by powers of q from POWERS_OF_Q + 1 on; variations, each
-# column a four of one component of all, and their rates; and of a load (`drive`) what is left of
-# its polynomial in time, divided by the powers of that.
+# Columns: the motion; the factors of dt/dtheta, COSINE and SINE being those of the forcing's
+# phase; the contact's terms; powers of q from POWERS_OF_Q + 1 on; variations and their rates, each
+# column a four of one component of all; the remaining polynomial of a load (`drive_term`).
 AT_Q, AT_S, AT_X, TAU, DS, DV, AT_V, COSINE = range(8)
 SINE, WEIGHT, DEPTH, ELASTIC, FORCE, STEEP, STIFF, DRAG, LOGARITHM, SHRINKS = range(8, 18)
 POWERS_OF_Q, VARIED, RATES, LOADED, COLUMNS = 20, 40, 56, 72, 92

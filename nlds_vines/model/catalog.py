@@ -66,11 +66,11 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
         return _named(name_or_path).with_(**overrides)
     if not isinstance(name_or_path, str | os.PathLike):
         raise _no_system(name_or_path)
-    path = Path(name_or_path)
-    document = read_toml(path)
-    with at(str(path)):
+    path = str(Path(name_or_path))
+    document = read_toml(request_path(name_or_path))
+    with at(path):
         table("the file", document, FILE_KEYS)
-        system = system_from(document.get("system"), str(path))
+        system = system_from(document.get("system"), path)
         with at("[set]"):
             system = system.with_(**table("set", document.get("set", {})))
     return system.with_(**overrides)
@@ -228,6 +228,17 @@ def resource_path(name: str) -> Path:
     if packed.is_file():
         return packed
     return _clone() / _FOLDER_IN_CLONE.get(name, "scans") / name
+
+
+def request_path(source: str | os.PathLike[str]) -> Path:
+    """Return the path of a request file.
+
+    A name without a folder that is not in the working directory is that of a packaged file.
+    """
+    path = Path(source)
+    packaged = resource_path(path.name)
+    is_missing = path.name == os.fspath(source) and not os.path.lexists(path)
+    return packaged if is_missing and packaged.is_file() else path
 
 
 def figure_files() -> list[Path]:

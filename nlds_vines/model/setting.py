@@ -15,7 +15,6 @@ import warnings
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache, cached_property
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, TypeVar
 
@@ -34,7 +33,7 @@ from nlds_vines.errors import (
     whole,
 )
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalog import load_system, system_from
+from nlds_vines.model.catalog import load_system, request_path, system_from
 from nlds_vines.model.ratios import meant_by
 from nlds_vines.model.system import System, refuse_contradiction
 
@@ -371,7 +370,7 @@ class Form:
         if self.systems and isinstance(source, str) and not source.endswith(".toml"):
             return where or self.kind, {"system": load_system(source)}, None
         if isinstance(source, str | os.PathLike):
-            return str(source), *self._for_this(read_toml(Path(source)))
+            return str(source), *self._for_this(read_toml(request_path(source)))
         raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
 
     def _for_this(self, document: Document) -> tuple[Document, list[str]]:

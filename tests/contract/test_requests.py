@@ -119,7 +119,7 @@ CHECKED = {
     "signals": [
         *no_list,
         (np.array(["x1", "x2"]), "must be a list of words"),
-        ([1], "unknown signal 1; did you mean 'x1'"),
+        ([1], "unknown signal 1; allowed: x"),
     ],
     "windows": [
         (3, "windows = 3 must be a list of pairs [begin, end]"),

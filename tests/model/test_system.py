@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 import pytest
 
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model import catalog as packaged_files
 from nlds_vines.model.catalog import catalog, load_system, system_from
@@ -74,6 +75,19 @@ def test_a_wheel_finds_its_own_files_before_those_of_a_clone(tmp_path, monkeypat
     assert packaged_files.resource_text("figure8.toml") == "packed"
     (tmp_path / "_data" / "figure8.toml").unlink()
     assert packaged_files.resource_text("figure8.toml") == clone
+
+
+def test_a_request_file_that_is_not_in_the_folder_is_the_packaged_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_scan("figure8.toml") == load_scan(packaged_files.resource_path("figure8.toml"))
+    assert load_system("figure8.toml").parameters == load_system("ssul-set6").parameters
+    (tmp_path / "figure8.toml").write_text('system = "tmd"\n[vary]\nomega = [5.0, 6.0]\n')
+    assert load_scan("figure8.toml").system.kind == "tmd"
+    assert load_system("figure8.toml").kind == "tmd"
+    (tmp_path / "figure8.toml").unlink()
+    for name in ("./figure8.toml", "folder/figure8.toml", tmp_path / "figure8.toml", "no.toml"):
+        with pytest.raises(RequestError, match="No such file"):
+            load_scan(name)
 
 
 # ---- K -------------------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from nlds_vines.archives.provenance import RESPONSE_CURVES, Value
 from nlds_vines.bifurcation.request import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError, at, checked_words, shown, string, unknown, whole
-from nlds_vines.model.catalog import as_system, catalog
+from nlds_vines.model.catalog import as_system, catalog, request_path
 from nlds_vines.model.parameters import PARAMETERS, range_in_words, setting_in_words
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.model.ratios import ratios_in
@@ -309,7 +309,7 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     is_file = isinstance(source, str | os.PathLike) and str(source).endswith(".toml")
     is_document = isinstance(source, CurveRequest | Mapping)
     if is_file and not is_document:  # of curves, or of a system
-        is_document = "curves" in read_toml(Path(str(source)))
+        is_document = "curves" in read_toml(request_path(str(source)))
     document: Any = source if is_document else _DEFAULTS
     if not is_document and not systems:
         listed = source if isinstance(source, list | tuple) else [source]

@@ -51,8 +51,8 @@ def test_a_system_tells_its_ratios_and_they_give_it_back():
     linear = {"mass_ratio", "zeta1", "zeta2", "f", "omega_ratio"}
     assert set(ratios) == linear | {"f1", "T1", "frequency_ratio"}
     for name in ("f1", "T1", "frequency_ratio", "omega_ratio"):
-        given = nv.load_system("ssul-set6", c2=90.0, **{name: ratios.pop(name)}).parameters
-        assert given == pytest.approx(dict(system.parameters), rel=1e-15 * 4)
+        parameters = nv.load_system("ssul-set6", c2=90.0, **{name: ratios.pop(name)}).parameters
+        assert parameters == pytest.approx(dict(system.parameters), rel=1e-15 * 4)
     again = nv.load_system("ssul-set6", **ratios).parameters
     for name, value in system.parameters.items():
         assert again[name] == pytest.approx(value, rel=1e-15)

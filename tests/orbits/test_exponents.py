@@ -12,9 +12,9 @@ CHAOTIC = load_system("ssul-set6", omega=7.38)
 
 @pytest.fixture(scope="module")
 def regime():
-    found = classify(CHAOTIC)
-    assert found.label == "chaos"
-    return found
+    chaos = classify(CHAOTIC)
+    assert chaos.label == "chaos"
+    return chaos
 
 
 def test_exponents_of_chaos_sum_up_to_the_divergence(regime):

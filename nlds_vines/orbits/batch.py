@@ -42,6 +42,9 @@ from nlds_vines.runs.progress import Tell
 PIECE_PERIODS = 1000
 """Least number of forcing periods that a thread takes at a time: milliseconds of work."""
 
+_loaded: set[Needed] = set()
+"""The kernels that this process has compiled or loaded."""
+
 TURN = 6.283185307179586
 """2 pi."""
 
@@ -175,12 +178,10 @@ class Kernels:
         another process compile the verdict.
         """
         self._wanted = wanted
-        self._compilation = Compilation(
-            Needed(wanted.scene.key, wanted.method, tuple(wanted.want)), tell, helped
-        )
+        self._needed = Needed(wanted.scene.key, wanted.method, tuple(wanted.want))
+        self._compilation = Compilation(self._needed, tell, helped)
         self._parts = parts_of(wanted.method, wanted.scene, wanted.settings)
         self._stages = np.array(EFFORTS[wanted.effort], dtype=np.int64)
-        self._prepared = False
 
     @property
     def records(self) -> bool:
@@ -216,16 +217,19 @@ class Kernels:
         """Return the section (sweeps, cells, periods, components) without a verdict."""
         return self.states(sweeps, starts, Span(0, periods, 1))[0]
 
-    @stoppable
     def prepare(self) -> None:
-        """Compile or load all kernels that the records need."""
-        if not self._prepared:
-            with self._compilation.followed():
-                for kernel in kernels_of(self._wanted.want):
-                    if kernel == "verdict":
-                        self._compilation.await_verdict()
-                    self.compile(kernel)
-            self._prepared = True
+        """Compile or load all kernels that the records need, unless this process has them."""
+        if self._needed not in _loaded:
+            self._prepare()
+            _loaded.add(self._needed)
+
+    @stoppable
+    def _prepare(self) -> None:
+        with self._compilation.followed():
+            for kernel in kernels_of(self._wanted.want):
+                if kernel == "verdict":
+                    self._compilation.await_verdict()
+                self.compile(kernel)
 
     def _judge(self, outputs: Outputs, sweeps: np.ndarray, transient: int, periods: int) -> None:
         finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))

@@ -77,7 +77,7 @@ class LyapunovSpectrum(Outlined):
         yield "exponents [1/s]", "; ".join(f"{e:.4g} +- {width:.1g}" for e, width in pairs)
         total = float(self.exponents.sum())
         yield "sum [1/s]", f"{total:.10g}; mean divergence {self.divergence:.10g}"
-        yield "observed", f"{len(self.times)} forcing periods, {self.times[-1]:.6g} s"
+        yield "averages over", f"{len(self.times)} forcing periods, {self.times[-1]:.6g} s"
 
 
 def lyapunov_spectrum(

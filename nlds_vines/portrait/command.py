@@ -36,7 +36,7 @@ from nlds_vines.cli.running import (
     run_options,
 )
 from nlds_vines.cli.terminal import LANES_FAILED, complain
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.signals import SIGNALS
@@ -166,6 +166,7 @@ class Job(commands.Job):
 
     request: PortraitRequest
     csv: Path | None = None
+    exponents: int = 0
 
     @classmethod
     def of(
@@ -193,7 +194,11 @@ class Job(commands.Job):
             cell = [name, *(comma_separated(options.at or "") or ["cell"]), *start]
             name = re.sub(r"[^\w.=+-]", "_", "-".join(cell))
         plot, csv = Path(options.plot or f"{name}.png"), optional_path(options.csv)
-        return cls.of(request, request_path(options.source), options.output, plot, how, csv)
+        job = cls.of(request, request_path(options.source), options.output, plot, how, csv)
+        periods = options.exponents or "0"
+        if periods != "0":
+            whole("--exponents", int(periods) if periods.isdigit() else periods, 16, 10**7)
+        return replace(job, exponents=int(periods))
 
     def carry_out(self, name: str, dry_run: bool) -> int:
         if dry_run:
@@ -232,6 +237,19 @@ class Job(commands.Job):
             with results.archive.read() as view:
                 view.to_csv(self.csv, *histories_in(view), overwrite=self.how.overwrite)
         return results
+
+    def lines(self, results: Portrait) -> list[str]:
+        lines = super().lines(results)
+        if self.exponents:
+            from nlds_vines.orbits.exponents import lyapunov_spectrum
+
+            ends = {view.column.system.name: view for view in results.views}  # of the last windows
+            for name, view in ends.items():
+                start, quiet = view.section[-1], self.how.quiet
+                spectrum = lyapunov_spectrum(view.column.system, start, self.exponents, quiet)
+                rows = "; ".join(f"{words} {text}" for words, text in spectrum.outline())
+                lines.append(f"{name}: Lyapunov {rows}")
+        return lines
 
     def draw(self, plot: Path, results: Portrait) -> None:
         from nlds_vines.plotting.save import save_figure
@@ -304,6 +322,7 @@ COMMAND = commands.of_task(
             lambda text: {"at": numbers_by_name("--at", text)},
         ),
         Option("--csv", "FILE.csv", "the histories, a row for each state [none]"),
+        Option("--exponents", "PERIODS", "Lyapunov spectrum over so many further periods [none]"),
         SYSTEM,
         SET,
         Option(

@@ -513,3 +513,16 @@ def test_a_frequency_that_is_set_in_hz_is_told_in_hz():
     assert load_portrait(request.document()).hash == request.hash
     other = load_portrait(None, {"set": {"f": 1.0}, "portrait": {"frequency": "rad/s"}})
     assert other.title.endswith("ω = 6.28319 rad/s")
+
+
+def test_exponents_are_printed_when_they_are_asked_for(answer, refusal, here):
+    words = ("portrait", "--set", "omega=7.38", "--transient", "200", "--periods", "4")
+    lines = answer(*words, "--panels", "relative", "--exponents", "64").splitlines()
+    (line,) = (line for line in lines if "Lyapunov exponents [1/s] " in line)
+    values = [float(part.split()[-3]) for part in line.split("; ") if " +- " in part]
+    assert len(values) == 4
+    assert sum(values) == pytest.approx(-1.35, abs=0.01)
+    assert "; mean divergence -1.34999" in line
+    assert line.endswith("; averages over 64 forcing periods, 54.4883 s")
+    line = refusal(*words, "--exponents", "15")
+    assert "--exponents = 15 must be a whole number from 16 to 10000000" in line

@@ -553,7 +553,6 @@ def as_seen(side, now, phase):
 
 @jit
 def mirrored_back(side, result):
-    """Return a result of `contact` with the state not mirrored."""
     event, q, s, x1, v1, took, depth = result
     return event, q, side.sign * s, side.sign * x1, side.sign * v1, took, depth
 

@@ -109,7 +109,6 @@ Integrate = Callable[[np.ndarray], np.ndarray]
 
 
 def weight_of_term(term: Term) -> int:
-    """Return the order of a term, in halves."""
     return sum(power * weight for power, weight in zip(term, TERM_WEIGHTS, strict=True))
 
 

@@ -869,7 +869,6 @@ def state_at_section(side, phase, ahead):
 
 @jit
 def variations_finely(side):
-    """Return a side with the tolerance of stepped variations."""
     steps = side.steps
     fine = Steps(steps.per_impact, min(SURER * steps.tolerance, VERIFIED))
     return side_with(side, side.ps, side.damper, side.wall, fine)

@@ -307,7 +307,6 @@ def ending(stuck, side, w, phase, end):
 
 @jit
 def note_piece(stuck, side, watch, grid, phase, begin, end):
-    """Record a piece in which the damper rests on the wall."""
     for i in range(ORDER + 1):
         grid.table[AT_R + 4 * i], grid.table[AT_R + 4 * i + 1] = 0.0, 0.0
     grid.table[AT_R] = side.sign * side.wall.gap

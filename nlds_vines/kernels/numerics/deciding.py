@@ -21,7 +21,6 @@ from numba.core.untyped_passes import IRProcessing
 
 
 def is_a(part: object, sort: type) -> bool:
-    """Return True if a part is a tuple of this sort."""
     return isinstance(part, sort)
 
 

@@ -94,17 +94,14 @@ class _Model(models.PrimitiveModel):
 
 
 def four_at(array: Any, i: int) -> Any:
-    """Return the numbers i to i + 3 of an array."""
     return array[i : i + FOUR].copy()
 
 
 def put_four(array: Any, i: int, v: Any) -> None:
-    """Write four numbers into an array, from i on."""
     array[i : i + FOUR] = v
 
 
 def four(x: float) -> Any:
-    """Return four times the number x."""
     return np.full(FOUR, x)
 
 
@@ -113,30 +110,25 @@ def four_of(a: float, b: float, c: float, d: float) -> Any:
 
 
 def number_of(v: Any, k: int) -> Any:
-    """Return number k of four."""
     return v[k]
 
 
 def sum_of(v: Any) -> Any:
-    """Return the sum (v0 + v2) + (v1 + v3)."""
     return (v[0] + v[2]) + (v[1] + v[3])
 
 
 def largest_of(v: Any) -> Any:
-    """Return the largest absolute value of four numbers."""
     a = np.abs(v)
     b = np.where(a[2:] > a[:2], a[2:], a[:2])
     return b[1] if b[1] > b[0] else b[0]
 
 
 def larger_of(v: Any, w: Any) -> Any:
-    """Return number by number the larger of v and |w|."""
     a = np.abs(w)
     return np.where(a > v, a, v)
 
 
 def roots_of(v: Any) -> Any:
-    """Return the square roots of four numbers."""
     return np.sqrt(v)
 
 
@@ -184,7 +176,6 @@ def _each(builder: Any, name: str, v: Any) -> Any:
 
 
 def _sizes(builder: Any, v: Any) -> Any:
-    """Return the absolute values of a vector."""
     return _each(builder, "fabs", v)
 
 

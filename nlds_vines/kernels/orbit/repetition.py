@@ -91,7 +91,6 @@ def reference_for(tangent, buffers, begun, arc):
 
 @jit
 def touches_so_far(impacts):
-    """Return the number of recorded touches, 0 if none are recorded."""
     if impacts is None:
         return 0
     return impacts.filled[0]

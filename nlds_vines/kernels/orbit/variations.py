@@ -107,7 +107,6 @@ def run_on(flow, section, periods, state):
 
 @jit
 def no_section(space):
-    """Return an array of no sections."""
     return np.empty((0, space.size))
 
 

@@ -36,7 +36,6 @@ class Chosen(Inner):
         return super().get_overload(sig) if kernel is None else kernel.get_overload(sig)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the kernel from Python."""
         kernel = self.own(type(getattr(arguments[0], "wall", arguments[0])))
         return super().__call__(*arguments) if kernel is None else kernel(*arguments)
 

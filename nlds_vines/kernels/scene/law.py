@@ -83,7 +83,6 @@ def term_of(k, column, n):
 
 @jit
 def column_at(k, column, x):
-    """Return the value of a column at a place of that step, from 0 to 1."""
     total = 0.0
     for n in range(HIGHEST, -1, -1):
         total = total * x + term_of(k, column, n)
@@ -105,7 +104,6 @@ def product(k, a, b, n):
 
 @jit
 def square(k, a, n):
-    """Return coefficient n of the square of a column."""
     total, i, j = 0.0, SERIES + a, SERIES + COLUMNS * n + a
     for _ in range((n + 1) // 2):
         total += k[i] * k[j]

@@ -61,7 +61,6 @@ class Ground(NamedTuple):
 
 @jit
 def finite(x):
-    """Return True if a number is neither infinite nor NaN."""
     return abs(x) < math.inf
 
 
@@ -112,7 +111,6 @@ def structure_under(load, cell):
 
 @jit
 def with_load(ps, load):
-    """Return the structure under a constant load [m/s^2]."""
     return Structure(
         ps.m1, ps.k1, ps.stiffness, ps.damping, ps.force, ps.omega, load, ps.shaken
     )  # fmt: skip
@@ -271,7 +269,6 @@ class Side(NamedTuple):
 
 @jit
 def side_with(side, ps, damper, wall, steps):
-    """Return a side with another structure, damper, wall and steps."""
     return Side(
         side.rk4, ps, damper, wall, side.sign, side.arc, side.motion, steps, side.rate, side.k
     )

@@ -291,7 +291,7 @@ def plane_diagram(
         _label(axes, result)
     else:
         across = names.index(scan.axes[0])
-        fill_map(axes, scan, REGIMES, page)
+        fill_map(axes, scan, REGIMES)
     limits = axes.get_xlim(), axes.get_ylim()
     for curve in result.curves:
         _draw_special(axes, curve, across)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import shutil
 import sys
 import threading
 import time
@@ -11,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tqdm import tqdm
+
+_BESIDE = 66  # characters of a bar and its numbers beside the words: counts, times, pace
 
 LINE_EVERY = 5.0
 """Seconds between lines of progress where there is no terminal."""
@@ -57,15 +60,20 @@ class Progress:
         """Show what is waited for, as `Tell` has it."""
         if self._bar is not None:
             self._bar.set_description_str(f"{text}: {seconds:.0f} s" if text else "")
+            if not text:
+                self._bar.unpause()  # the wait does not count for the pace
         elif text and not (self._quiet or self._is_waiting):
             print(text, file=sys.stderr, flush=True)
+        if not text:
+            self._began += seconds
         self._is_waiting = bool(text)
 
     def note(self, count: int, words: str) -> None:
         """Add `count` pieces of work; `words` say how all of them went so far."""
         self._done += count
         if self._bar is not None:
-            self._bar.set_postfix_str(words, refresh=False)
+            wide = self._bar.ncols or shutil.get_terminal_size().columns
+            self._bar.set_postfix_str(_within(words, wide - _BESIDE), refresh=False)
             self._bar.update(count)
             return
         now = time.perf_counter()
@@ -159,6 +167,16 @@ def bar(**settings: Any) -> tqdm[Any] | None:
             return True
 
     return Bar(file=io.StringIO(), ncols=100, **settings)
+
+
+def _within(words: str, room: int) -> str:
+    """Return as many parts of a list in words as fit into `room` characters."""
+    if len(words) <= room:
+        return words
+    parts = words.split(", ")
+    while parts and len(", ".join(parts)) + 5 > room:
+        parts.pop()
+    return ", ".join([*parts, "..."]) if parts else ""
 
 
 def in_notebook() -> bool:

@@ -522,6 +522,30 @@ def test_a_few_values_are_no_map_but_have_curves_and_panels_of_their_own(tmp_pat
     assert [texts(strip)[-1] for strip in strips(figure)] == ["$P=600$ N", "$P=800$ N"]
 
 
+def test_sweeps_at_a_few_values_have_dots_up_and_rings_down(tmp_path):
+    vary = {"omega": [5.0, 6.0, 7.0, 7.5, 8.0], "P": {"values": [600.0, 800.0]}}
+    path = archive_of(tmp_path / "s.h5", ["energy"], vary, start={"policy": "both"})
+    energy = next(axes for axes in drawn(path).axes if axes.get_legend())
+    assert legend_of(energy) == ["$P=600$ N", "$P=800$ N", "up", "down"]
+    rings = [line.get_markerfacecolor() == "none" for line in energy.get_lines()]
+    assert rings == [False, True, False, True]
+
+
+def test_equal_energies_alone_are_no_common_orbit(tmp_path):
+    path = archive_of(tmp_path / "e.h5", ["energy"], start={"policy": "both"})
+    names = [name for axes in drawn(path).axes if axes.get_legend() for name in legend_of(axes)]
+    assert "up and down: equal values" in names
+    assert "up and down alike" not in names
+
+
+def test_a_map_has_the_width_of_the_page(tmp_path):
+    figure = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP))
+    (axes,) = figure.axes
+    assert axes.get_position().x1 > 0.97
+    legend = axes.get_legend().get_window_extent()
+    assert legend.y1 < axes.get_window_extent().y0
+
+
 def test_the_cells_of_a_map_end_where_the_values_end(tmp_path):
     (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP)).axes
     assert (axes.get_xlim(), axes.get_ylim()) == ((7.0, 8.0), (600.0, 1000.0))

@@ -62,6 +62,38 @@ def test_a_line_of_progress_tells_regimes_and_failures(capsys, monkeypatch):
     assert err.endswith("to go; 2 T,1, 2 3T,2, 2 failed; 2 failed\n")
 
 
+def test_waiting_for_the_compiler_does_not_count_for_the_pace(capsys, monkeypatch):
+    monkeypatch.setattr("nlds_vines.runs.progress.LINE_EVERY", 0.0)
+    clock = iter([0.0, 10.0, 101.0])
+    monkeypatch.setattr("nlds_vines.runs.progress.time.perf_counter", lambda: next(clock))
+    progress = Progress(30, "orbit")  # at 0 s
+    progress.note(10, "")  # at 10 s
+    progress.wait("compiling", 0.0)
+    progress.wait("", 90.0)
+    progress.note(10, "")  # at 101 s: one second of work
+    assert "10 a second, 1 s to go" in capsys.readouterr().err
+
+
+def test_a_bar_forgets_the_wait_and_has_room_beside_its_words(monkeypatch):
+    said = []
+
+    class Bar:
+        ncols = 100
+        set_description_str = update = close = staticmethod(lambda *_: None)
+        unpause = staticmethod(lambda: said.append("unpause"))
+        set_postfix_str = staticmethod(lambda words, refresh: said.append(words))
+
+    monkeypatch.setattr("nlds_vines.runs.progress.bar", lambda **_: Bar())
+    with Progress(9, "orbit") as progress:
+        progress.wait("compiling", 1.0)
+        progress.wait("", 2.0)
+        progress.note(1, "1 T,1; 0 failed")
+        progress.note(1, ", ".join(f"{n} {n}T,{n}" for n in range(100, 120)))
+    assert said[:2] == ["unpause", "1 T,1; 0 failed"]
+    assert said[2].endswith(", ...")
+    assert len(said[2]) <= 100 - 66
+
+
 # ---- whether there is room -----------------------------------------------------------------------
 
 

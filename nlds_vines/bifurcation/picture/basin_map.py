@@ -93,7 +93,7 @@ def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
         handles = fill_basins(panels[0], view)
     if varied:
         handles = fill_shares(panels[-1], view)
-    add_map_legend(panels[0 if page.beside else -1], handles, "attractor", page)
+    add_map_legend(panels[-1], handles, "attractor")
     if len(panels) > 1 and view.axes[0] == varied[0]:
         panels[1].set_xlim(panels[0].get_xlim())
     write_letters(panels)
@@ -103,13 +103,13 @@ def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     return figure
 
 
-def fill(axes: Axes, view: ArchiveView, page: Page) -> None:
+def fill(axes: Axes, view: ArchiveView) -> None:
     """Draw the map, or else the shares, into axes; errors as `basin_picture`."""
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
     has_map = len(view.axes) == 2
     handles = fill_basins(axes, view) if has_map else fill_shares(axes, view)
-    add_map_legend(axes, handles, "attractor", page)
+    add_map_legend(axes, handles, "attractor")
     if has_map:
         name_basins(axes, view)
 

@@ -235,6 +235,11 @@ _COVERED, _FAINTEST = 3.0, 0.04  # times that opaque dots may cover a panel; opa
 _HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d0a0a0", "linewidth": 0}
 _CROSSES = 40  # along a curve, at most: more of them hide it
 _CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "markeredgewidth": 0.7}
+_UP: dict[str, Any] = {"markersize": 1.6, **DOT}
+_DOWN: dict[str, Any] = {
+    "marker": "o", "markersize": 3.0, "linestyle": "none", "markerfacecolor": "none",
+    "markeredgewidth": 0.5,
+}  # fmt: skip
 _WALL = "impact_wall"
 _WALL_COLORS = (NAVY, HUES["vermillion"])  # of impacts at the near and at the far wall
 _LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white paper
@@ -272,6 +277,11 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
             Line2D([], [], color=color, label=cut.held, **line)
             for cut, color in zip(cuts, curve_colors(len(cuts)), strict=True)
         ]
+        if cuts[0].starts == SWEEPS:
+            handles += [
+                Line2D([], [], color=GRAY, label=name, **look)
+                for name, look in zip(SWEEPS, (_UP, _DOWN), strict=True)
+            ]
     elif rows:
         dot: dict[str, Any] = {"marker": "o", "markersize": _LEGEND_DOT, "linestyle": "none"}
         looks = [look for look in looks_of(cuts[0]) if look.name and look.which.any()]
@@ -387,6 +397,11 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
         many = ordinates.shape[1] * ordinates.shape[2]
         if many == 1:
             _draw_curve(panel, cut, ordinates[:, 0, 0], color, 1.0)
+        elif cut.starts == SWEEPS:
+            for start, look in enumerate((_UP, _DOWN)):
+                points = ordinates[:, start].ravel()
+                across = np.repeat(cut.values, ordinates.shape[2])
+                panel.plot(across, points, color=color, **look)
         else:
             across = np.repeat(cut.values, many)
             panel.plot(across, ordinates.ravel(), color=color, markersize=1.4, **DOT)
@@ -455,7 +470,10 @@ SWEEPS = ["up", "down"]
 """The starts of a scan that shows hysteresis."""
 
 BOTH = "up and down alike"
-"""What a legend says of orbits on which both sweeps are."""
+"""The name in a legend of orbits on which both sweeps are."""
+
+EQUAL = "up and down: equal values"
+"""The name if neither labels nor sections are recorded: different orbits may have one energy."""
 
 _ALIKE = 0.01  # of the range of all values: the distance of two orbits that count as one
 
@@ -483,7 +501,8 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
         name = "" if starts == ["rest"] else f"start: {starts[0]}"
         return [Look(np.ones(shape, dtype=bool), start_colors(starts)[0], name)]
     if starts == SWEEPS:
-        return _of_sweeps(alike(cut, numbers))
+        is_of_orbit = cut.labels() is not None or SECTION in cut.view
+        return _of_sweeps(alike(cut, numbers), BOTH if is_of_orbit else EQUAL)
     labels = cut.labels()
     if labels is None:
         return [Look(np.ones(shape, dtype=bool), NAVY, f"{len(starts)} starts")]
@@ -491,13 +510,13 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
     return [Look(labels == word, ink_of(word), in_legend(short(word), cut.view)) for word in words]
 
 
-def _of_sweeps(both: np.ndarray) -> list[Look]:
+def _of_sweeps(both: np.ndarray, name: str) -> list[Look]:
     """Return the looks of two sweeps; `both` (cells,) is True where they are on one orbit."""
     up, down = start_colors(SWEEPS)
     one, other = (np.zeros((both.size, 2), dtype=bool) for _ in SWEEPS)
     one[:, 0], other[:, 1] = ~both, ~both
     shared = np.stack([both, np.zeros_like(both)], axis=1)
-    groups = [Look(shared, NAVY, BOTH), Look(one, up, "up"), Look(other, down, "down")]
+    groups = [Look(shared, NAVY, name), Look(one, up, "up"), Look(other, down, "down")]
     return [look for look in groups if look.which.any()]
 
 

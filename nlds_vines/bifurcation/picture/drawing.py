@@ -77,7 +77,7 @@ class ScanPicture(Drawing):
         if show == BASINS or (show is None and plain and basin_map.drawable(view)):
             if ax is None:
                 return basin_map.basin_picture(view, page)
-            return into(ax, lambda: basin_map.fill(ax, view, page))
+            return into(ax, lambda: basin_map.fill(ax, view))
         if not is_map(values):
             if self.manifold:
                 raise RequestError(
@@ -92,10 +92,10 @@ class ScanPicture(Drawing):
             raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
         if ax is None:
             return regime_map(view, chosen, page, self.manifold)
-        return into(ax, lambda: self._fill(ax, view, chosen, page))
+        return into(ax, lambda: self._fill(ax, view, chosen))
 
-    def _fill(self, axes: Axes, view: ArchiveView, show: str, page: Page) -> None:
-        fill_map(axes, view, show, page)
+    def _fill(self, axes: Axes, view: ArchiveView, show: str) -> None:
+        fill_map(axes, view, show)
         if show == REGIMES:
             name_regimes(axes, view)
         if self.manifold:

@@ -89,7 +89,6 @@ from nlds_vines.plotting.style import CM, GRAY, NO_VALUE, ROUND_OFF, SHADES, axi
 BAR: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
 """The place and the shape of a color bar beside a map."""
 
-_LINE = 0.42 * CM  # inches, height of a name in a legend
 _MOST_BELOW = 12  # names in a legend below a map
 _CHAOTIC = "reached through chaos"
 _FRAME: dict[str, Any] = {"edgecolor": GRAY, "linewidth": 0.4}  # of patches that are nearly white
@@ -121,7 +120,7 @@ def regime_map(
         figure, grid = new_figure(page, [page.map_height] * len(shown))
         panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
         for axes, what in zip(panels, shown, strict=True):
-            fill_map(axes, view, what, page)
+            fill_map(axes, view, what)
         write_letters(panels)
     title = view.text("title") + (f"; {starts} starts" if starts > 1 else "")
     if manifold:
@@ -133,17 +132,17 @@ def regime_map(
     return figure
 
 
-def fill_map(axes: Axes, view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> None:
+def fill_map(axes: Axes, view: ArchiveView, show: str) -> None:
     """Draw one map into axes, with its legend or bar; `name_regimes` names its regions."""
     label_axes(axes, view)
     if show == COEXISTING:
-        _draw_counts(axes, view, page)
+        _draw_counts(axes, view)
     elif show == REGIMES:
-        _draw_regimes(axes, view, page)
+        _draw_regimes(axes, view)
     elif show == SHARES or show.startswith(SHARE):
         raise RequestError(f"show = {show!r} cannot be drawn into given axes: leave them out")
     elif show in view and view.flags(show):
-        _draw_codes(axes, view, show, page)
+        _draw_codes(axes, view, show)
     else:
         _draw_number(axes, view, show)
 
@@ -212,15 +211,9 @@ def hatch_passed(axes: Axes, view: ArchiveView) -> list[Patch]:
     return [hatch_cells(axes, view, passed, _PASSED, PASSES)] if passed.any() else []
 
 
-def add_map_legend(
-    axes: Axes, handles: Sequence[Any], title: str, page: Page = TWO_COLUMNS
-) -> None:
-    """Add a legend to the right of a map, or on a page of one column below it."""
-    look: dict[str, Any] = {"handlelength": 1.2, "columnspacing": 1.0}
-    if page.beside:
-        add_legend(axes, handles, "right", title=title, **look)
-    else:
-        add_legend(axes, handles, "below", title=title.replace("\n", " "), **look)
+def add_map_legend(axes: Axes, handles: Sequence[Any], title: str) -> None:
+    """Add a legend below a map, which so has the whole width of the page."""
+    add_legend(axes, handles, "below", title=title, handlelength=1.2, columnspacing=1.0)
 
 
 _SIZE = 7  # pt, of the name of a region
@@ -275,7 +268,7 @@ def name_regimes(axes: Axes, view: ArchiveView) -> None:
     name_regions(axes, view, free, {word: color_of(example_of(word)) for word in words})
 
 
-def _draw_regimes(axes: Axes, view: ArchiveView, page: Page) -> None:
+def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
     """Color every cell by its regime; the legend names the most frequent ones.
 
     Regimes that were reached through chaos, and unknown ones, are hatched.
@@ -292,8 +285,6 @@ def _draw_regimes(axes: Axes, view: ArchiveView, page: Page) -> None:
     marks += hatch_passed(axes, view)
     ends = list(dict.fromkeys(final(word) for word in words))
     room = _MOST_BELOW - len(marks)
-    if page.beside:
-        room = int(size_of(axes)[1] / 72 / _LINE) - 1 - 2 * len(marks)  # names that fit
     named = in_order(ends if len(ends) <= room else ends[: room - 1])
     handles = []
     for word in named:
@@ -302,10 +293,10 @@ def _draw_regimes(axes: Axes, view: ArchiveView, page: Page) -> None:
     if len(ends) > len(named):
         handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
     title = "most frequent regime" if view["start"].size > 1 else "regime"
-    add_map_legend(axes, [*handles, *marks], title, page)
+    add_map_legend(axes, [*handles, *marks], title)
 
 
-def _draw_counts(axes: Axes, view: ArchiveView, page: Page) -> None:
+def _draw_counts(axes: Axes, view: ArchiveView) -> None:
     """Color every cell by the number of regimes that coexist there."""
     labels, most = view["label"], len(COUNTS)
     counts = np.minimum(coexisting(labels), most)
@@ -315,10 +306,10 @@ def _draw_counts(axes: Axes, view: ArchiveView, page: Page) -> None:
     names = {0: "none known", most: f"{most} or more"}
     handles = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **_FRAME) for n in words]
     handles += hatch_passed(axes, view)
-    add_map_legend(axes, handles, f"regimes found\nby {labels.shape[-1]} starts", page)
+    add_map_legend(axes, handles, f"regimes found by {labels.shape[-1]} starts")
 
 
-def _draw_codes(axes: Axes, view: ArchiveView, name: str, page: Page) -> None:
+def _draw_codes(axes: Axes, view: ArchiveView, name: str) -> None:
     """Color every cell by its code, of several starts the highest.
 
     Colors go from pale to dark in the order of the codes, and repeat if there are many.
@@ -333,17 +324,9 @@ def _draw_codes(axes: Axes, view: ArchiveView, name: str, page: Page) -> None:
         Patch(facecolor=looks[n], label=flag.replace("_to_", ":").replace("_", " "), **_FRAME)
         for n, flag in flags.items()
     ]
-    title = _broken(clause(view.long_name(name)))
-    several = f"\nhighest of {view['start'].size} starts" if view["start"].size > 1 else ""
-    add_map_legend(axes, handles, title + several, page)
-
-
-def _broken(text: str) -> str:
-    """Break a title into two lines of similar length."""
-    words = text.split(" ")
-    ends = np.cumsum([len(word) + 1 for word in words])
-    half = int(np.argmin(np.abs(ends - ends[-1] / 2))) + 1
-    return "\n".join(filter(None, (" ".join(words[:half]), " ".join(words[half:]))))
+    title = clause(view.long_name(name))
+    several = f", highest of {view['start'].size} starts" if view["start"].size > 1 else ""
+    add_map_legend(axes, handles, title + several)
 
 
 # ---- numbers -------------------------------------------------------------------------------------

@@ -204,10 +204,13 @@ class Job(commands.Job):
         grid = " x ".join(str(n) for n in scan.shape)
         each = scan.transient + scan.periods
         share = [] if self.how.shard is None else [share_in_words(scan, self.how.shard)]
+        ranges = [f"axis:     {axis.heading()}" for axis in scan.axes]
+        if scan.sampled is not None:
+            ranges = [f"sampled:  {line}" for line in scan.sampled.ranges()]
         return [
             scan.title,
             f"system:   {parameters_in_words(scan.system, scan.varied)}",
-            *(f"axis:     {axis.heading()}" for axis in scan.axes),
+            *ranges,
             f"orbits:   {scan.lanes} ({grid} cells, {counted(scan.starts, 'start')} each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
             f"results:  {size(result_bytes(scan))} before compression",

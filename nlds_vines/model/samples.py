@@ -18,7 +18,7 @@ import numpy as np
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.errors import RequestError, at, shown
 from nlds_vines.model.axis import MOST_VALUES
-from nlds_vines.model.parameters import described
+from nlds_vines.model.parameters import described, ends_in_words
 
 SAMPLE = "sample"
 """The dimension of results of samples."""
@@ -46,6 +46,13 @@ class Samples:
     def document(self) -> dict[str, list[float]]:
         """Return the table `[samples]` of a request file."""
         return {name: values.tolist() for name, values in self.columns.items()}
+
+    def ranges(self) -> list[str]:
+        """Return the least and the greatest value of each column in words."""
+        return [
+            f"{name} = {ends_in_words(name, float(values.min()), float(values.max()))}"
+            for name, values in self.columns.items()
+        ]
 
     def contents(self) -> Iterator[tuple[Dataset, np.ndarray]]:
         """Yield the columns as datasets of an archive."""

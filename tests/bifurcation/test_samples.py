@@ -169,6 +169,7 @@ def test_the_command_computes_and_draws_a_file(here, answer, refusal):
     words += ["--periods", 6, "--record", ",".join(USUAL), "-o", "s.h5"]
     plan = answer(*words, "--dry-run")
     assert "3 samples of k₁, f" in plan
+    assert "sampled:  k1 = 39000 to 41000" in plan
     assert not (here / "s.h5").exists()
     assert "unknown show 'E1max:C'" in refusal(*words, "--plot", "s.png", "--show", "E1max:C")
     answer(*words, "--plot", "s.png", "--show", "E1max,E1max:k1")

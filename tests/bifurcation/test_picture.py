@@ -527,12 +527,15 @@ def test_sweeps_at_a_few_values_have_dots_up_and_rings_down(tmp_path):
     path = archive_of(tmp_path / "s.h5", ["energy"], vary, start={"policy": "both"})
     energy = next(axes for axes in drawn(path).axes if axes.get_legend())
     assert legend_of(energy) == ["$P=600$ N", "$P=800$ N", "up", "down"]
-    rings = [line.get_markerfacecolor() == "none" for line in energy.get_lines()]
+    rings = [str(line.get_markerfacecolor()) == "none" for line in energy.get_lines()]
     assert rings == [False, True, False, True]
 
 
 def test_equal_energies_alone_are_no_common_orbit(tmp_path):
-    path = archive_of(tmp_path / "e.h5", ["energy"], start={"policy": "both"})
+    def fill(name, array):
+        array[:, 1] = array[:, 0]
+
+    path = archive_of(tmp_path / "e.h5", ["energy"], start={"policy": "both"}, fill=fill)
     names = [name for axes in drawn(path).axes if axes.get_legend() for name in legend_of(axes)]
     assert "up and down: equal values" in names
     assert "up and down alike" not in names

@@ -62,7 +62,8 @@ def plane(tmp_path):
 
 
 def legend_of(figure):
-    return [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    (legend,) = filter(None, (axes.get_legend() for axes in figure.axes))
+    return [text.get_text() for text in legend.get_texts()]
 
 
 def test_two_attractors_of_one_label_have_two_names_and_two_colors(plane):

@@ -501,7 +501,7 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
         name = "" if starts == ["rest"] else f"start: {starts[0]}"
         return [Look(np.ones(shape, dtype=bool), start_colors(starts)[0], name)]
     if starts == SWEEPS:
-        is_of_orbit = cut.labels() is not None or SECTION in cut.view
+        is_of_orbit = any(name in cut.view for name in ("label", SECTION, "periodicity"))
         return _of_sweeps(alike(cut, numbers), BOTH if is_of_orbit else EQUAL)
     labels = cut.labels()
     if labels is None:

@@ -31,6 +31,7 @@ from nlds_vines.orbits.signals import (
     harmonic_force,
     relative_displacement,
 )
+from nlds_vines.plotting.bands import drawable
 from nlds_vines.plotting.chosen_panels import Picture, several_panels
 from nlds_vines.plotting.notation import power_of_ten, typeset
 from nlds_vines.plotting.page import (
@@ -45,8 +46,15 @@ from nlds_vines.plotting.page import (
     styled,
 )
 from nlds_vines.plotting.save import let_figures_be_shown
-from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, SHADES
-from nlds_vines.portrait.request import PANELS, PLANES, PortraitRequest, described, panels_of
+from nlds_vines.plotting.style import CM, DOT, GRAY, GREEN, HUES, SHADES
+from nlds_vines.portrait.request import (
+    EXPONENTS,
+    PANELS,
+    PLANES,
+    PortraitRequest,
+    described,
+    panels_of,
+)
 from nlds_vines.portrait.result import portrait_in
 from nlds_vines.portrait.window_view import View
 
@@ -194,6 +202,7 @@ def draw_orbit(orbit: Orbit, show: str | None = None, ax: Axes | None = None) ->
     view = view_of_orbit(orbit)
     scene, is_sampled = orbit.system.scene, view.samples > 1
     allowed = [name for name in panels_of([scene]) if is_sampled or name in _OF_SECTIONS]
+    allowed = [name for name in allowed if name != EXPONENTS]
     if orbit.impacts is None and "impact-section" in allowed:
         allowed.remove("impact-section")
     if show is None:
@@ -283,7 +292,8 @@ def make_page(
 def _height(row: Row, width: float) -> float:
     """Return the height [cm] of a row of panels of such a width [cm]."""
     plane = min(_PLANE * width, _TALLEST)
-    heights = [plane if p in PLANES else _SPECTRUM if p == "spectrum" else _TIME for p, _ in row]
+    tall = dict.fromkeys(PLANES, plane) | {"spectrum": _SPECTRUM, EXPONENTS: _SPECTRUM}
+    heights = [tall.get(panel, _TIME) for panel, _ in row]
     return max(heights) * (_CROWDED if len({id(view) for _, view in row}) > 1 else 1.0)
 
 
@@ -748,6 +758,29 @@ def _limit_spectra(row: Sequence[Place]) -> None:
         place.axes.set_xlim(0, min(end, LONGEST))
 
 
+def _exponents(place: Place, request: PortraitRequest) -> None:
+    """Draw the running means of the Lyapunov exponents, and their intervals at the end."""
+    axes, spectrum = place.axes, place.view.exponents
+    if spectrum is None:
+        return
+    periods = np.arange(1, len(spectrum.times) + 1)
+    running = drawable(spectrum.running)
+    shades = (HUES["blue"], HUES["vermillion"], HUES["green"], HUES["gray"])
+    axes.axhline(0.0, color=GRAY, linewidth=0.5)
+    for i, (width, shade) in enumerate(zip(spectrum.widths, shades, strict=False)):
+        axes.plot(periods, running[:, i], color=shade, linewidth=_LINE, label=rf"$\lambda_{i + 1}$")
+        end = running[-1, i]
+        axes.fill_between(periods, end - width, end + width, color=shade, alpha=0.2, linewidth=0)
+    settled = running[len(running) // 20 :]
+    low, high = np.nanmin(settled, initial=0.0), np.nanmax(settled, initial=0.0)
+    room = 0.1 * (high - low)
+    axes.set_ylim(low - room, high + room)
+    axes.set_xscale("log")
+    axes.set_xlim(1, len(periods))
+    axes.set_xlabel("forcing periods after the window")
+    axes.set_ylabel("exponents [1/s]")
+
+
 _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
     "displacement": _displacement,
     "velocity": _velocity,
@@ -763,6 +796,7 @@ _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
     "section1": _section1,
     "impact-section": _impact_section,
     "spectrum": _draw_spectrum,
+    EXPONENTS: _exponents,
 }
 
 PICTURE = Picture(panels=panels, draw=draw, fill=fill, usual=usual)

@@ -51,6 +51,9 @@ from nlds_vines.plotting.bands import LARGEST
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.cell_orbit import CellOrbit
 
+EXPONENTS = "exponents"
+"""The panel whose numbers take a further computation."""
+
 PANELS: Mapping[str, str] = {
     "displacement": "x1, x2 and what is struck",
     "velocity": "v1 and v2",
@@ -66,6 +69,7 @@ PANELS: Mapping[str, str] = {
     "section1": "Poincaré section of the structure",
     "impact-section": "section at impact: phase of the force and approach speed of each touch",
     "spectrum": "Fourier spectrum",
+    EXPONENTS: "Lyapunov exponents from the end of the window on: running means, 99 % intervals",
 }
 """The panels by name, with their contents; a page has them in the order of the request."""
 

@@ -12,11 +12,12 @@ import numpy as np
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
+from nlds_vines.orbits.exponents import lyapunov_spectrum
 from nlds_vines.orbits.records import IMPACT
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.simulation import Orbit, simulate
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
-from nlds_vines.portrait.request import Column, PortraitRequest, Window, described, span
+from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Window, described, span
 from nlds_vines.portrait.view_table import contents
 from nlds_vines.portrait.window_view import View
 from nlds_vines.runs.interrupts import check, stoppable
@@ -56,7 +57,12 @@ def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     for run in request.runs():
         check()
         orbit = followed(request, run, quiet=quiet)
-        views |= {id(column): _view(request, orbit, column, request.samples) for column in run}
+        for column in run:
+            view = _view(request, orbit, column, request.samples)
+            if EXPONENTS in request.panels and column.fills(EXPONENTS):
+                spectrum = lyapunov_spectrum(column.system, view.section[-1], quiet=quiet)
+                view = replace(view, exponents=spectrum)
+            views[id(column)] = view
     return [views[id(column)] for column in request.columns]
 
 

@@ -8,7 +8,7 @@ along `bin` (contiguous ragged arrays of the CF conventions); the row holds thei
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from nlds_vines.orbits.signals import SIGNALS, signals_of
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.window_view import View
+
+if TYPE_CHECKING:
+    from nlds_vines.orbits.exponents import LyapunovSpectrum
 
 _SPECTRUM = ("order", "amplitude", "power")
 _DERIVED = ("force", "E1", "E2")  # of the states
@@ -33,6 +36,13 @@ _IMPACTS: Mapping[str, tuple[str, str]] = {
     "gain2": ("J", "what E2 gains from touch to release"),
 }
 
+
+_EXPONENTS = (
+    ("running", ("row", "exponent_period", "exponent"), "Lyapunov exponents up to this period"),
+    ("widths", ("row", "exponent"), "half widths of their 99 % intervals"),
+    ("divergence", ("row",), "mean divergence of the motion, the sum of the exponents"),
+)
+"""The datasets of Lyapunov spectra: fields, dimensions, meanings."""
 
 _ROW: tuple[tuple[Dataset, Callable[[View], Any]], ...] = (
     (Dataset.text("name", ("row",), "what stands above the column"), lambda v: v.column.name),
@@ -144,6 +154,15 @@ def contents(
         for name, (units, words) in _IMPACTS.items():
             entry = Dataset.real(_of_impact(name), ("impact",), units, words)
             entries.append((entry, impacts[name].copy()))
+    spectra = [view.exponents for view in views]
+    if some := next(filter(None, spectra), None):
+        numbered = {"exponent": len(components), "exponent_period": len(some.times)}
+        for name, count in numbered.items():
+            scales.append(Scale.counted(name, count, f"number of the {name}", 1))
+        for name, dims, words in _EXPONENTS:
+            fields = [getattr(one, name, np.nan) for one in spectra]
+            values = np.stack(np.broadcast_arrays(*fields))
+            entries.append((Dataset.real(f"lyapunov_{name}", dims, "1/s", words), values))
     return scales, entries
 
 
@@ -185,6 +204,7 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
             violation=None
             if row["passages"] < 0
             else Violation(row["passages"], row["first_passage"], row["deepest_passage"]),
+            exponents=_exponents_in(view, i, column.system.period),
         )
 
 
@@ -211,3 +231,16 @@ def _impacts_in(view: ArchiveView) -> np.ndarray:
 def _of_impact(name: str) -> str:
     """Return the dataset of a field of `IMPACT`; a history has the name `force` already."""
     return "force_max" if name == "force" else name
+
+
+def _exponents_in(view: ArchiveView, row: int, period: float) -> LyapunovSpectrum | None:
+    """Return the Lyapunov spectrum of a row in an archive, None if it has none."""
+    if "lyapunov_running" not in view:
+        return None
+    from nlds_vines.orbits.exponents import LyapunovSpectrum  # imports kernels
+
+    running, widths, divergence = (view[f"lyapunov_{name}"][row] for name, *_ in _EXPONENTS)
+    if np.isnan(running).all():
+        return None
+    times = period * np.arange(1, len(running) + 1)
+    return LyapunovSpectrum(running[-1], widths, times, running, float(divergence))

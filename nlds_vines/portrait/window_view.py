@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from nlds_vines.orbits.records import Violation
 from nlds_vines.orbits.signals import SIGNALS, signals_of
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.portrait.request import Column
+
+if TYPE_CHECKING:
+    from nlds_vines.orbits.exponents import LyapunovSpectrum
 
 POWER_SHARE = 0.99
 """The share of the power of a spectrum whose bins the report counts, the strongest first."""
@@ -35,6 +39,7 @@ class View(Outlined):
         comb: n of the nT whose lines do not count as broadband.
         spectrum: of the request's signal, over as many last periods as the comb divides.
         violation: of the scene's limit, in the whole run; None without a limit.
+        exponents: the Lyapunov spectrum from the last state on; None if no panel shows it.
     """
 
     column: Column
@@ -48,6 +53,7 @@ class View(Outlined):
     comb: int
     spectrum: Spectrum
     violation: Violation | None = None
+    exponents: LyapunovSpectrum | None = None
 
     @property
     def section(self) -> np.ndarray:
@@ -135,3 +141,7 @@ class View(Outlined):
             f"its power outside {outside}, {POWER_SHARE:.0%} of its power in "
             f"{spectrum.bins_holding(POWER_SHARE)} bins"
         )
+        if self.exponents is not None:
+            exponents = dict(self.exponents.outline())
+            words, observed = exponents["exponents [1/s]"], exponents["observed"]
+            yield f"  Lyapunov exponents: {words} 1/s; {observed} after the window"

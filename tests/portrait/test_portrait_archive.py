@@ -242,3 +242,25 @@ def test_an_orbit_with_a_trajectory_draws_curves(error_of):
     assert spectrum
     nothing = nv.simulate("ssul-set6", 2, transient=0, record=["energy"], quiet=True)
     assert "nothing to draw" in error_of(nothing.plot)
+
+
+@pytest.mark.kernels
+def test_the_exponents_are_those_of_the_orbit_after_the_window(here):
+    """In the archive, the report and the picture, as far as a panel shows them."""
+    document = {**DOCUMENT, "portrait": {"panels": ["section", "exponents"]}}
+    document["column"] = [{"window": [30, 42]}, {"window": [30, 42], "panels": ["section"]}]
+    run(load_portrait(document), Path("orbit.h5"))
+    result = portrait_in("orbit.h5")
+    view, other = result.views
+    assert other.exponents is None
+    expected = nv.classify("ssul-set6", start=view.section[-1], transient=0, periods=1, quiet=True)
+    spectrum = view.exponents
+    np.testing.assert_allclose(spectrum.exponents, spectrum.running[-1])
+    np.testing.assert_allclose(spectrum.exponents.sum(), spectrum.divergence, rtol=1e-9)
+    assert np.isclose(spectrum.exponents.sum(), expected.exponents.sum(), rtol=1e-6)
+    line = next(line for line in result.lines() if "Lyapunov" in line)
+    assert f"{spectrum.exponents[0]:.4g} +- " in line
+    panel = next(axes for axes in result.page.axes if axes.get_label() == "exponents")
+    curves = [line for line in panel.lines if line.get_label().startswith("$")]
+    for curve, values in zip(curves, spectrum.running.T, strict=True):
+        np.testing.assert_array_equal(curve.get_ydata(), values)

@@ -431,11 +431,21 @@ def flown(parts, cell, load, start, buffers):
         for i in range(4):
             state[i] = start[i]
         status = fly_under(parts, cell, load, state, buffers)
-        count = 0 if buffers.impacts is None else buffers.impacts.filled[0]
-        room = 0 if buffers.impacts is None else len(buffers.impacts.data)
+        count, room = count_and_room(buffers.impacts)
         if status != OK or count <= room:
             return status, buffers
         buffers = with_room(buffers, count)
+
+
+@jit
+def count_and_room(impacts):
+    """Return the number of impacts and the room for them; 0, 0 without walls.
+
+    A kernel of its own: in `flown`, which assigns its buffers anew, an absent part is not decided.
+    """
+    if impacts is None:
+        return 0, 0
+    return impacts.filled[0], len(impacts.data)
 
 
 @jit

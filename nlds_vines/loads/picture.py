@@ -29,6 +29,7 @@ from nlds_vines.loads.request import (
 )
 from nlds_vines.loads.response_spectrum import ResponseSpectrum
 from nlds_vines.loads.result import (
+    PEAKS,
     LoadScan,
     ResponseHistories,
     ResponseHistory,
@@ -84,6 +85,7 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
         "motion": "displacement of the structure over time",
         "damper": "share of the energy that damper and contacts have dissipated, over time",
         "shares": "where the energy went",
+        "peaks": "largest responses, in their units and beside the structure alone",
     }
     if request.load.sweep:
         meanings["sweep"] = "displacement over the frequency of a sweep"
@@ -108,7 +110,8 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
     if isinstance(results, LoadScan) and len(request.vary) == 2:
         return _maps(results, shown, page)
     bars = _BARS * (len(request.systems) + 0.4)
-    figure, grid = new_figure(page, [bars if name == "shares" else _PANEL for name in shown])
+    heights = {"shares": bars, "peaks": max(_PANEL, 0.8 * len(PEAKS) * bars)}
+    figure, grid = new_figure(page, [heights.get(name, _PANEL) for name in shown])
     places = [figure.add_subplot(grid[i], label=name) for i, name in enumerate(shown)]
     lift = LETTER_ROOM if len(places) > 1 else 0
     for axes, name in zip(places, shown, strict=True):
@@ -268,6 +271,34 @@ def _shares(axes: Axes, histories: ResponseHistories) -> None:
     add_legend(axes, axes.get_legend_handles_labels()[0], "above", LETTER_ROOM)
 
 
+def _peaks(axes: Axes, histories: ResponseHistories) -> None:
+    """Draw a group of bars for each quantity of the comparison, with the values in their units.
+
+    A bar is as long as its value beside that of the structure alone, or of the first damper that
+    has one.
+    """
+    peaks = histories.comparison()
+    names = [name for name in PEAKS if any(peak.quantity == name for peak in peaks)]
+    looks = {system.name: look for system, look in _looks(histories.request)}
+    height = 0.8 / len(looks)
+    for group, name in enumerate(names):
+        one = [peak for peak in peaks if peak.quantity == name]
+        base = next((peak.value for peak in one if peak.value > 0.0), 1.0)
+        for peak in one:
+            place = group + height * ([*looks].index(peak.damper) - 0.5 * (len(looks) - 1))
+            look = looks[peak.damper]
+            axes.barh(place, peak.value / base, height, color=look["color"], label=look["label"])
+            look["label"] = None
+            text = f" {peak.value:.3g} {raised(peak.unit)}"
+            axes.annotate(text, (peak.value / base, place), va="center", fontsize=7)
+    labels = [textwrap.fill(OF_LOADS_BY_NAME[name].label, _NAME) for name in names]
+    axes.set_yticks(range(len(names)), labels)
+    axes.invert_yaxis()
+    axes.set_xlim(0.0, 1.25 * axes.get_xlim()[1])
+    axes.set_xlabel("in units of the first bar")
+    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+
+
 @styled()
 def draw_spectrum(spectrum: ResponseSpectrum, ax: Axes | None = None) -> Figure:
     """Return the figure of the pseudo- and absolute accelerations of a response spectrum."""
@@ -383,6 +414,7 @@ _FILL: Mapping[str, Callable[[Axes, ResponseHistories], None]] = {
     "motion": _motion,
     "damper": _damper,
     "shares": _shares,
+    "peaks": _peaks,
     "sweep": _sweep,
     SWEEP_ENERGY: partial(_sweep, energy=True),
 }

@@ -9,10 +9,13 @@ import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
+from nlds_vines.archives.files import write_text
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError, choice
@@ -20,7 +23,7 @@ from nlds_vines.loads.request import HistoryRequest, load_response_history, stru
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.loads.courses import Noise
 from nlds_vines.model.loads.loading import Loading
-from nlds_vines.model.quantities import OF_LOADS, SHARES, WAYS
+from nlds_vines.model.quantities import OF_LOADS, OF_LOADS_BY_NAME, SHARES, WAYS
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
@@ -80,6 +83,20 @@ class ResponseHistory(Outlined):
         return np.array([self.numbers[f"last_{100 * share:g}"] for share in SHARES])
 
 
+PEAKS = ("x1_max", "a1_max", "stroke_max", "force_max", "shear_max")
+"""The quantities of a comparison of dampers."""
+
+
+class Peak(NamedTuple):
+    """A largest response: whose, of what, in its unit, and 1 - value / value without a damper."""
+
+    damper: str
+    quantity: str
+    value: float
+    unit: str
+    reduction: float
+
+
 @dataclass(frozen=True, repr=False)
 class ResponseHistories(Drawable):
     """The response of a structure to a load, with each damper.
@@ -136,8 +153,66 @@ class ResponseHistories(Drawable):
             )
         return next(iter(self.results.values()))
 
+    def comparison(self) -> list[Peak]:
+        """Return the largest responses that an engineer compares, for each damper.
+
+        Returns
+        -------
+        list of Peak
+            Displacement (drift), absolute acceleration, stroke, contact force and base shear of
+            each damper that has them, with the reduction against the system without a damper.
+        """
+        alone = next((s.name for s in self.request.systems if not s.scene.damper), None)
+        peaks = []
+        for name, (system, history) in (
+            (name, pair)
+            for name in PEAKS
+            for pair in zip(self.request.systems, self.results.values(), strict=True)
+        ):
+            value = history.numbers[name]
+            if np.isfinite(value):
+                base = self.results[alone].numbers[name] if alone else math.nan
+                reduction = 1.0 - value / base if base > 0.0 and system.name != alone else math.nan
+                peaks.append(Peak(system.name, name, value, OF_LOADS_BY_NAME[name].unit, reduction))
+        return peaks
+
+    def to_csv(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
+        """Write the `comparison` as comma-separated values.
+
+        Parameters
+        ----------
+        path : path
+            The file to write.
+        overwrite : bool, optional
+            Whether a file of this name is replaced.
+
+        Raises
+        ------
+        RequestError
+            If the file exists and is not to be replaced, or cannot be written.
+        """
+        if os.path.lexists(path) and not overwrite:
+            raise RequestError(f"{path} exists: overwrite=True replaces it, another name keeps it")
+        rows = [Peak._fields, *self.comparison()]
+        write_text(Path(path), "".join(",".join(map(str, row)) + "\n" for row in rows))
+
+    def _table(self) -> Iterator[str]:
+        """Yield the lines of the `comparison`: a row for each damper, reductions in brackets."""
+        cells: dict[str, dict[str, str]] = {system.name: {} for system in self.request.systems}
+        for peak in self.comparison():
+            change = f" ({-peak.reduction:+.1%})" if np.isfinite(peak.reduction) else ""
+            cells[peak.damper][peak.quantity] = f"{peak.value:.4g}{change}"
+        names = [name for name in PEAKS if any(name in row for row in cells.values())]
+        heads = [f"{name} [{OF_LOADS_BY_NAME[name].unit}]" for name in names]
+        rows = [["", *heads]]
+        rows += [[damper, *(row.get(name, "-") for name in names)] for damper, row in cells.items()]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        for first, *others in rows:
+            right = (cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True))
+            yield "  ".join([first.ljust(widths[0]), *right])
+
     def lines(self) -> Iterator[str]:
-        """Yield the title, the records of the load, and a line for each damper."""
+        """Yield the title, the records, a line for each damper, and of several the comparison."""
         yield self.request.title
         yield from self.request.load.records_in_words(self.request.duration)
         frame = " relative to the ground" if self.request.load.shaken else ""
@@ -161,6 +236,8 @@ class ResponseHistories(Drawable):
             yield f"{damper}: {most}; E1 above {last}; dissipated by {sinks}"
             if exact := _beside(history, system, self.request):
                 yield f"  in closed form: {exact}"
+        if len(self.results) > 1 and self.failed < len(self.results):
+            yield from self._table()
 
 
 @dataclass(frozen=True, repr=False)

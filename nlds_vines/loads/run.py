@@ -279,6 +279,7 @@ def _numbers(
         },
         "damping_ratio": np.where(fall > 0.0, ratio, np.nan),
         "drift_max": response["x1_max"] if request.load.shaken else missing,
+        "shear_max": cells["k1"] * response["x1_max"],
         "E1max": orbits.peak[:, 0],
         "E2max": orbits.peak[:, 1] if scene.damper else missing,
         "impact_count": column[of_orbit.IMPACTS],

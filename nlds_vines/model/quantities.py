@@ -542,6 +542,8 @@ OF_LOADS = (
     _of("stroke_max", "m", "largest stroke of the damper, counted from where its spring rests",
         "largest stroke"),
     _of("force_max", "N", "largest contact force", "largest contact force"),
+    _of("shear_max", "N", "largest base shear, the force k1 x1 of the structure's spring",
+        "largest base shear"),
     _of("impulse_max", "N s", "largest impulse of an impact", "largest impulse"),
     _of("impact_count", "1", "number of impacts", "impacts"),
     _of("energy_in", "J", "energy brought in, by the start and by the load", "energy brought in"),

@@ -84,7 +84,7 @@ def test_a_report_has_them_beside_what_was_computed():
     histories = nv.response_history(
         ["none", "tmd", "ssbl"], impulse=1000.0, duration=30.0, quiet=True
     )
-    lines = list(histories.lines())
+    lines = list(histories.lines())[:6]
     assert [line.startswith("  in closed form: E1max") for line in lines] == [0, 0, 1, 0, 1, 0]
     for name, line in (("none", lines[2]), ("tmd", lines[4])):
         assert float(re.search(r"but for (\S+) of E1max", line)[1]) < 1e-12

@@ -588,6 +588,43 @@ def test_a_report_says_its_frame_its_records_and_until_when(here, answer, monkey
         assert "relative to the" in words[name], name
 
 
+def test_dampers_are_compared_in_a_table(here, answer, monkeypatch):
+    values = {"none": (0.2, 5.0, 900.0), "tmd": (0.1, 6.0, 450.0), "ssul-set6": (0.05, 20.0, 225.0)}
+
+    def computed(request, cases, stop, tell=None):
+        arrays = made_up(request, cases, stop)
+        name = request.case(cases[0])[0].name
+        numbers = dict(zip(("x1_max", "a1_max", "shear_max"), values[name], strict=True))
+        numbers["stroke_max"] = math.nan if name == "none" else 0.3
+        numbers["force_max"] = 4e3 if name == "ssul-set6" else math.nan
+        return {**arrays, **{name: np.array([value]) for name, value in numbers.items()}}
+
+    monkeypatch.setattr(run, "arrays_of", computed)
+    dampers = "--system none --system tmd --system ssul-set6"
+    words = f"response-history {dampers} --impulse 9 --duration 3 -o r.h5 --quiet"
+    answer(*words.split())
+    histories = nv.open_archive("r.h5")
+    *_, head, none, tmd, ssul = histories.lines()
+    units = "x1_max [m] a1_max [m/s^2] stroke_max [m] force_max [N] shear_max [N]"
+    assert head.split() == units.split()
+    assert none.split() == ["none", "0.2", "5", "-", "-", "900"]
+    assert tmd.split() == ["tmd", "0.1", "(-50.0%)", "6", "(+20.0%)", "0.3", "-", "450", "(-50.0%)"]
+    assert "0.05 (-75.0%)" in ssul
+    assert len({len(line) for line in (head, none, tmd, ssul)}) == 1
+    histories.to_csv("table.csv")
+    rows = (here / "table.csv").read_text().splitlines()
+    assert rows[:3] == ["damper,quantity,value,unit,reduction", "none,x1_max,0.2,m,nan",
+                        "tmd,x1_max,0.1,m,0.5"]  # fmt: skip
+    assert len(rows) == 1 + 3 * 3 + 2 + 1
+    with pytest.raises(nv.RequestError, match="exists"):
+        histories.to_csv("table.csv")
+    (axes,) = histories.plot("peaks").axes
+    assert [bar.get_width() for bar in axes.patches[:3]] == pytest.approx([1.0, 0.5, 0.25])
+    texts = " ".join(text.get_text() for text in axes.texts)
+    assert " 0.05 m " in texts
+    assert " 20 m/s" in texts
+
+
 def test_what_does_not_move_is_said_to_be_at_rest(here, monkeypatch):
     """Its energy is above no share of 0, and nothing dissipates any."""
 

@@ -109,7 +109,7 @@ def damper_colors(systems: Sequence[str]) -> list[str]:
 
     Other systems, and further ones of the same name, take the unused colors in order.
     """
-    used = {DAMPERS[name] for name in systems if name in DAMPERS}
+    used = {DAMPERS["none"], *(DAMPERS[name] for name in systems if name in DAMPERS)}
     others = [color for color in DAMPERS.values() if color not in used] or [*DAMPERS.values()]
     chosen: list[str] = []
     for place, name in enumerate(systems):

@@ -18,10 +18,12 @@ from conftest import MAP, made_up  # noqa: E402
 from nlds_vines.bifurcation.request import load_scan  # noqa: E402
 from nlds_vines.errors import RequestError  # noqa: E402
 from nlds_vines.explore import live_page as page_module  # noqa: E402
+from nlds_vines.explore.figures import BODY, OrbitFigures  # noqa: E402
 from nlds_vines.explore.live_page import Page  # noqa: E402
 from nlds_vines.explore.map_computation import COMPILING, LOADING, READY, Opened  # noqa: E402
 from nlds_vines.explore.map_data import stored  # noqa: E402
-from nlds_vines.plotting.palette import short  # noqa: E402
+from nlds_vines.model.catalog import load_system  # noqa: E402
+from nlds_vines.plotting.palette import DAMPERS, short  # noqa: E402
 from nlds_vines.portrait.request import load_portrait  # noqa: E402
 
 
@@ -297,6 +299,31 @@ def test_the_pointer_shows_a_cell_and_nothing_beside_the_map(idle):
     assert page.tip.styles["left"] == "90px"
     idle.event(main, MouseMove, x=1.0, y=700.0, sx=0, sy=30)
     assert not page.tip.visible
+
+
+def test_the_chosen_cell_is_told_in_words(idle):
+    """For those who cannot see the map: values, label and numbers, in a line that is read out."""
+    page = idle.page
+    page.press("-9 9 1")
+    words = page.readout.text
+    assert words.startswith("ω = 7.3 rad/s, P = 900 N; undetermined (random 0); all starts: ")
+    page.press("1 0 2")
+    assert page.readout.text.startswith("ω = 7.38 rad/s, P = 900 N")
+    assert page.map.main.html_attributes["role"] == "img"
+    assert "arrow keys" in page.map.main.html_attributes["aria-label"]
+    assert 'aria-live="polite"' in page_module.page_file("frame.html")
+
+
+@pytest.mark.parametrize(
+    ("name", "color"), [("tmd", DAMPERS["tmd"]), ("ssul-set6", DAMPERS["ssul-set6"])]
+)
+def test_an_orbit_has_the_color_of_its_damper(name, color):
+    panels = OrbitFigures(load_system(name))
+    shades = [one.glyph.line_color for one in panels.wide[0].renderers]
+    assert shades == [BODY, color]
+    assert f"background-color:{color}" in panels.legend
+    walls = [span.line_color for lines in panels.walls for span in lines]
+    assert color not in walls
 
 
 def test_undetermined_cells_are_hatched_and_named(idle):

@@ -82,3 +82,4 @@ def test_a_damper_has_one_color_and_no_two_share_it():
     assert mixed[1:3] + mixed[4:] == [DAMPERS[name] for name in ("ssul-set6", "tmd", "none")]
     assert len({*mixed}) == 5
     assert len(damper_colors([str(n) for n in range(20)])) == 20
+    assert DAMPERS["none"] not in damper_colors(["vi-nes"])  # gray is the structure alone

@@ -13,7 +13,7 @@ from nlds_vines.cli.options import SET, VARY, Option, assignments
 from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, at, from_text, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
-from nlds_vines.model.catalog import load_system
+from nlds_vines.model.catalog import read_system
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.system import system_in_words
 
@@ -183,7 +183,7 @@ LOAD = Option(
 
 def _systems(names: list[str]) -> dict[str, Any]:
     with at("--system"):
-        return {"systems": [load_system(name) for name in names]}
+        return {"systems": [read_system(name, needs_force=False) for name in names]}
 
 
 COMMAND = commands.of_task(

@@ -14,7 +14,7 @@ import numpy as np
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalog import as_system, load_system, system_from
+from nlds_vines.model.catalog import read_system, refuse_without_force, system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck, words_of_number
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import OF_LOADS
@@ -134,6 +134,8 @@ class HistoryRequest(Request):
             raise RequestError(
                 f"settle = {self.settle:g} s must be below the duration, {self.duration:g} s"
             )
+        for system in self.systems if self.load.harmonic else ():
+            refuse_without_force(system)
         self._check_axes()
         shape = (len(self.systems), *self.shape)
         ends = product(range(len(self.systems)), *((0, size - 1) for size in self.shape))
@@ -367,7 +369,7 @@ def _systems(request: Merged) -> tuple[System, ...]:
     """Return the systems; `[set]` changes those that have the parameter."""
     listed = request.document.get("systems")
     if not listed or (request.is_changed("system") and not request.is_changed("systems")):
-        systems = [request.system()]
+        systems = [request.system(needs_force=False)]
     else:
         with at(request.origin("systems")):
             if not isinstance(listed, list | tuple):
@@ -384,8 +386,8 @@ def _systems(request: Merged) -> tuple[System, ...]:
 
 def _system(source: Any) -> System:
     if isinstance(source, str):
-        return as_system(source) if source.endswith(".toml") else load_system(source)
-    return system_from(source)
+        return read_system(source, needs_force=False)
+    return system_from(source, needs_force=False)
 
 
 def _takes(system: System, name: str) -> bool:

@@ -24,6 +24,9 @@ _SYSTEM_KEYS = (
     "contact_2",
 )  # fmt: skip
 
+_NOT_GIVEN = "not given: there is no harmonic force"
+"""The source of a force of 0 N, and of its frequency, in a system for loads in time."""
+
 
 @cache
 def catalog() -> Mapping[str, System]:
@@ -62,18 +65,22 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
     >>> system.parameters["omega"], system.parameters["e"]
     (7.45, 0.7)
     """
+    return read_system(name_or_path).with_(**overrides)
+
+
+def read_system(name_or_path: str | os.PathLike[str], *, needs_force: bool = True) -> System:
+    """Return `load_system` without overrides; `needs_force` as in `system_from`."""
     if isinstance(name_or_path, str) and not looks_like_path(name_or_path):
-        return _named(name_or_path).with_(**overrides)
+        return _named(name_or_path)
     if not isinstance(name_or_path, str | os.PathLike):
         raise _no_system(name_or_path)
     path = str(Path(name_or_path))
     document = read_toml(request_path(name_or_path))
     with at(path):
         table("the file", document, FILE_KEYS)
-        system = system_from(document.get("system"), path)
+        system = system_from(document.get("system"), path, needs_force=needs_force)
         with at("[set]"):
-            system = system.with_(**table("set", document.get("set", {})))
-    return system.with_(**overrides)
+            return system.with_(**table("set", document.get("set", {})))
 
 
 def looks_like_path(text: str) -> bool:
@@ -100,13 +107,15 @@ def _no_system(source: object) -> RequestError:
     )
 
 
-def system_from(value: object, name: str = "") -> System:
+def system_from(value: object, name: str = "", *, needs_force: bool = True) -> System:
     """Return the system of the entry `system` of a request file.
 
     Arguments:
         value: a catalog name, a `System`, or a table with `kind` and the parameters, beside `kind`
             or in a table `parameters`.
         name: the default name of the system of a table.
+        needs_force: whether amplitude and frequency of the harmonic force must be given; a load in
+            time needs none, and `refuse_without_force` refuses such a system elsewhere.
 
     Raises `RequestError` for anything else.
     """
@@ -116,7 +125,7 @@ def system_from(value: object, name: str = "") -> System:
         return _named(value)
     if isinstance(value, Mapping):
         with at("[system]"):
-            return _from_table(value, name)
+            return _from_table(value, name, needs_force)
     problem = "no system" if value is None else f"system = {shown(value)}"
     raise RequestError(
         f"{problem}: give system = NAME, or a [system] table with kind and parameters; "
@@ -130,7 +139,14 @@ def _named(name: str) -> System:
     return catalog()[name]
 
 
-def _from_table(entry: Mapping[str, Any], name: str) -> System:
+def refuse_without_force(system: System) -> None:
+    """Raise `RequestError` for a system whose harmonic force was not given."""
+    missing = ", ".join(n for n, source in system.sources.items() if source == _NOT_GIVEN)
+    if missing:
+        raise RequestError(f"parameters of kind {system.kind!r} are missing: {missing}")
+
+
+def _from_table(entry: Mapping[str, Any], name: str, needs_force: bool) -> System:
     if "kind" not in entry:
         raise RequestError(f"kind is missing; allowed: {', '.join(SCENES)}")
     kind = choice("kind", entry["kind"], SCENES)
@@ -153,12 +169,17 @@ def _from_table(entry: Mapping[str, Any], name: str) -> System:
         if twice:
             raise RequestError(f"{twice[0]} stands in {place}, and before it")
         parameters |= constants
+    sources = dict(entry.get("sources", {}))
+    if not needs_force:
+        for names, value in ((scene.drives, 0.0), (("omega", "f", "omega_ratio"), 1.0)):
+            if parameters.keys().isdisjoint(names):
+                parameters[names[0]], sources[names[0]] = value, _NOT_GIVEN
     return System(
         kind=kind,
         parameters=parameters,
         name=entry.get("name", name),
         title=entry.get("title", ""),
-        sources=entry.get("sources", {}),
+        sources=sources,
         assumptions=entry.get("assumptions", {}),
         law=law,
         law_2=law_2,

@@ -461,10 +461,11 @@ class Merged:
                 axes.append(Axis.of(parameter, entry))
         return tuple(axes)
 
-    def system(self, default: str | None = None) -> System:
+    def system(self, default: str | None = None, *, needs_force: bool = True) -> System:
         """Return the system that the uppermost layer names, without [set]."""
         with at(self.origin("system")):
-            return system_from(self.document.get("system", default))
+            entry = self.document.get("system", default)
+            return system_from(entry, needs_force=needs_force)
 
     def as_set(
         self,

@@ -23,6 +23,7 @@ from nlds_vines.loads.request import (
     refuse_without_effect,
 )
 from nlds_vines.model.axis import Axis, announced
+from nlds_vines.model.catalog import refuse_without_force
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.parameters import (
     DESCRIBED,
@@ -542,7 +543,7 @@ def load_tuning(
     if isinstance(source, Tuning) and not changes:
         return source
     request = FORM.read(DEFAULT_SYSTEM if source is None else source, changes, changes_from)
-    system = request.system(DEFAULT_SYSTEM)
+    system = request.system(DEFAULT_SYSTEM, needs_force=False)
     entries = _free(request, system.scene)
     varied = dict.fromkeys(entries, "free") | dict.fromkeys(request.table("over"), "over")
     system = request.as_set(system, varied)
@@ -605,6 +606,8 @@ def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, di
             with at(request.place("sampling")):
                 raise RequestError(f"{name} is not used {why}; allowed: {', '.join(keys)}")
     if not loaded:
+        with at(request.place("system")):
+            refuse_without_force(system)
         periods = SAMPLED if system.scene.walls else SAMPLED_FREE
         return None, {"periods": periods} | request.of(Tuning)
     with at(request.place("load" if request.table("load") else "start")):

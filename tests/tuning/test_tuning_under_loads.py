@@ -9,6 +9,7 @@ from scipy.stats import qmc, truncnorm
 
 import nlds_vines as nv
 from nlds_vines.archives.files import parse_toml
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import LeftAside, RequestError
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.orbits.batch import Outcome
@@ -133,6 +134,29 @@ def test_a_wrong_request_is_one_line(changes, message, error_of):
     assert message in error_of(load_tuning, "tmd", changes)
 
 
+STRUCTURE = {
+    "kind": "tmd", "m1": 1000.0, "T1": 0.8, "zeta1": 0.02, "mass_ratio": 0.05,
+    "frequency_ratio": 0.95, "zeta2": 0.1,
+}  # fmt: skip
+
+
+def test_a_load_needs_no_harmonic_force_and_all_else_does(error_of):
+    blow = {"system": STRUCTURE, "load": {"impulse": 100.0}}
+    for load in (load_tuning, load_response_history):
+        request = load(blow)
+        assert load(request.document()) == request
+        system = getattr(request, "system", None) or request.systems[0]
+        assert (system.force, system.sources["P"][:9]) == (0.0, "not given")
+    harmonic = {**blow, "load": {**blow["load"], "harmonic": True}}
+    for load, document in (
+        (load_tuning, {"system": STRUCTURE}), (load_tuning, harmonic),
+        (load_response_history, harmonic), (load_scan, {"system": STRUCTURE}),
+    ):  # fmt: skip
+        assert "'tmd' are missing: P, omega" in error_of(load, document)
+    given = {**STRUCTURE, "P": 5.0}
+    assert "are missing: omega" in error_of(load_tuning, {**harmonic, "system": given})
+
+
 @pytest.mark.parametrize("band", [{"omega": [5.0, 6.0, 7.0]}, {"f": [5 / 6, 1.0, 7 / 6]}])
 def test_a_band_under_a_tone_is_that_of_the_tone(band):
     tone = {"load": {"tone": {"amplitude": 3.0, "omega": 6.0}}, "over": band}
@@ -148,8 +172,8 @@ def test_a_band_under_a_tone_is_that_of_the_tone(band):
     ("words", "line"),
     [
         ("--band 5:8:4", "omega = 5 to 8 rad/s (0.7958 to 1.273 Hz), 4 values"),
-        ("--band f=0.8:1.2:5", "omega = 5.02655 to 7.53982 rad/s (0.8 to 1.2 Hz), 5 values"),
-        ("--over f=0.8:1.2:5", "omega = 5.02655 to 7.53982 rad/s (0.8 to 1.2 Hz), 5 values"),
+        ("--band f=0.8:1.2:5", "f = 0.8 to 1.2 Hz (5.027 to 7.54 rad/s), 5 values"),
+        ("--over f=0.8:1.2:5", "f = 0.8 to 1.2 Hz (5.027 to 7.54 rad/s), 5 values"),
         ("--over P=600:1000:3 --band 5:8:4", "P = 600 to 1000 N, 3 values"),
         ("--load tone:amplitude=3,omega=6 --band 5:8:4", "tone.omega = 5 to 8, 4 values"),
     ],

@@ -33,6 +33,7 @@ def sections(path, system, changes, vary, transient, periods, start="rest"):
 # ---- orbits of rigid bodies in closed form -------------------------------------------------------
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("pair", ORBITS, ids=lambda pair: f"{pair[0]['omega']}-{pair[1]['A']}")
 def test_sections_of_rigid_orbits(pair, tmp_path):
     """Also of unstable ones, which are followed for a few periods from their own state."""
@@ -92,6 +93,7 @@ def bounces(gamma, e, omega):
     return np.array(phases), np.array(speeds), omega * (time + 2 * up / (a * (1 - e)))
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(("gamma", "e"), [(1.5, 0.3), (1.9, 0.2), (1.2, 0.6)])
 def test_a_ball_that_chatters_forgets(gamma, e, tmp_path):
     """Its series of rebounds ends on the table; each flight begins at the same phase again."""
@@ -146,6 +148,7 @@ def grazing_speed(distance, size, m):
     return -a * lowered + math.sqrt((a * lowered) ** 2 + 2 * a * distance)
 
 
+@pytest.mark.plain
 def test_nordmarks_square_root(tmp_path):
     """Behind grazing the orbit is mT,1, and m grows by one each time the distance falls by L^2.
 

@@ -206,6 +206,7 @@ def test_a_run_keeps_the_picture_of_another_and_resuming_draws_its_own(small, tm
     assert main([*command, "--resume"]) == 2
 
 
+@pytest.mark.plain
 @pytest.mark.kernels
 def test_orbits_that_pass_the_limit_are_told_hatched_and_named(passing):
     from nlds_vines.bifurcation.run import Report

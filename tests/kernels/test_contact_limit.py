@@ -68,6 +68,7 @@ def test_violations_inside_contacts_as_the_twin_sees_them(name, method):
     assert orbit.violation.depth == pytest.approx(beyond[:, 4].max(), rel=bound)
 
 
+@pytest.mark.plain
 @pytest.mark.kernels
 @pytest.mark.parametrize("name", ["soft", "driven fast", "a limit beyond the structure"])
 def test_a_power_law_without_damping_breaks_the_limit_as_hertz_does(name):
@@ -114,6 +115,7 @@ def near_orbit(level, method, stops, K=1e6, start=0.0):
     return np.concatenate([[0.0], r]), violation
 
 
+@pytest.mark.plain
 @pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 @pytest.mark.parametrize("level", [0.01, 0.0202, 0.023, 0.03])

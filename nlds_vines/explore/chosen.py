@@ -40,12 +40,10 @@ class Chosen:
 
     @property
     def results(self) -> Stored:
-        """The shown map."""
         return self.levels[self.place]
 
     @property
     def scan(self) -> Scan:
-        """The request of the shown map."""
         return self.results.scan
 
     def choose(self, cell: Sequence[int], start: int) -> None:
@@ -79,7 +77,6 @@ class Chosen:
         return CellStart(state, "the start of the sliders")
 
     def slider_values(self) -> dict[str, float]:
-        """Return the values of all sliders."""
         return {**self.scan.system.parameters, **self.results.values_of(self.cell), **self.free}
 
     def part(self, ranges: Sequence[Range] | None = None) -> Scan:
@@ -130,13 +127,11 @@ class SliderSpec:
     logarithmic: bool
 
     def position(self, value: float) -> float:
-        """Return the position on the slider that means a value."""
         if not self.logarithmic:
             return value
         return log10(value) if value > 0 else log10(self.low)
 
     def value_at(self, position: float) -> float:
-        """Return the value that a position means."""
         return 10.0**position if self.logarithmic else position
 
 

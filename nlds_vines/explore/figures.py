@@ -45,7 +45,6 @@ _MOST_BOXES = 20_000  # hatched boxes that a browser draws at once
 
 
 def page_file(name: str) -> str:
-    """Return the text of a file in `assets`."""
     return (files("nlds_vines.explore") / "assets" / name).read_text(encoding="utf-8")
 
 
@@ -60,7 +59,6 @@ def text(**settings: Any) -> Div:
 
 
 def theme_button() -> Button:
-    """Return the button that switches between the light and the dark theme."""
     made = Button(label="◐", width=34, stylesheets=[_WIDGET], css_classes=["noprint"])
     made.js_on_click(CustomJS(code="TURN()"))
     return made
@@ -197,7 +195,6 @@ class MapFigure:
 
     @property
     def figures(self) -> list[Any]:
-        """The strip above a diagram, if there is one, and the map or diagram."""
         return [self.main] if self.strip is None else [self.strip, self.main]
 
     def show_axes(self, places: Sequence[Places]) -> None:
@@ -247,13 +244,11 @@ class MapFigure:
         return {name: values.astype(np.float32) for name, values in edges.items()}
 
     def put_strip(self, results: Stored) -> None:
-        """Show the regimes above a diagram."""
         if self.regimes is not None:
             (first,) = self.places
             self.regimes.put(painted_strip(results), (first.low, first.high, 0.0, 1.0))
 
     def choose(self, cell: tuple[int, int]) -> None:
-        """Mark a cell."""
         where = [float(one.at[i]) for one, i in zip(self.places, cell, strict=False)]
         for line, place in zip(self.lines, where, strict=True):
             line.location = place

@@ -562,7 +562,6 @@ class Page:
             self.offer_files(picture)
 
     def close(self) -> None:
-        """End the work of the page."""
         self.closed = True
         if self.changed in self.opened.listeners:
             self.opened.listeners.remove(self.changed)
@@ -571,5 +570,4 @@ class Page:
 
 
 def encoded(words: str) -> str:
-    """Return a text in base64, as a link holds it."""
     return b64encode(words.encode()).decode()

@@ -86,30 +86,24 @@ class Job:
         self._thread = threading.Thread(target=self._run, name="refining", daemon=True)
 
     def begin(self) -> None:
-        """Begin to compute."""
         self._thread.start()
 
     @property
     def running(self) -> bool:
-        """Whether the thread is at work."""
         return self._thread.is_alive()
 
     @property
     def cancelled(self) -> bool:
-        """Whether the job was asked to end early."""
         return self._stop.is_set()
 
     @property
     def share(self) -> float:
-        """The computed share of the orbits, from 0 to 1."""
         return self.done / self.total
 
     def cancel(self) -> None:
-        """Ask the job to end after the block under way."""
         self._stop.set()
 
     def wait(self, seconds: float | None = None) -> None:
-        """Wait until the thread has ended."""
         if self._thread.is_alive():
             self._thread.join(seconds)
 

@@ -80,7 +80,6 @@ class Stored:
 
     @property
     def starts(self) -> tuple[str, ...]:
-        """The names of the starts."""
         return self.scan.start.names
 
     def __contains__(self, name: str) -> bool:

@@ -85,13 +85,11 @@ class Places(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Meaning, symbol and unit of the axis."""
         entry = described(self.axis.name)
         return f"{entry.meaning.partition(';')[0]}, {in_brackets(entry.symbol, entry.unit)}"
 
 
 def in_brackets(words: str, unit: str) -> str:
-    """Return words with a unit in brackets; the unit `1` is left out."""
     return words if unit == "1" else f"{words} [{unit}]"
 
 

@@ -57,7 +57,6 @@ class Headers(OutputTransform):
     """Adds `_HEADERS` to every answer."""
 
     def transform_first_chunk(self, status_code: int, headers: Any, *rest: Any) -> Any:
-        """Add the headers."""
         headers.update(_HEADERS)
         return status_code, headers, rest[0]
 
@@ -70,7 +69,6 @@ class Refused(RequestHandler):
         self._answer = status, words
 
     def prepare(self) -> None:
-        """Answer at once."""
         status, words = self._answer
         self.set_status(status)
         self.set_header("Content-Type", "text/plain; charset=utf-8")

@@ -85,7 +85,6 @@ class Report:
 
     @property
     def size(self) -> int:
-        """The bytes of the page."""
         return len(self.html.encode())
 
 

@@ -18,7 +18,7 @@ TOLD = {
         "omega = 5 to 8 rad/s (0.7958 to 1.273 Hz), 61 values",
     ],
     "tuning --free V": ["V from 0 to 0.5 m (does not enter the dynamics"],
-    "bifurcation --vary f=5:8:3": ["omega = 31.4159 to 50.2655 rad/s (5 to 8 Hz), 3 values"],
+    "bifurcation --vary f=5:8:3": ["f = 5 to 8 Hz (31.42 to 50.27 rad/s), 3 values"],
     "bifurcation --vary f1=1:2:3": ["f1 = 1 to 2 Hz (6.283 to 12.57 rad/s), 3 values"],
     "response-curves": ["omega = 4.5 to 8 rad/s (0.7162 to 1.273 Hz), 351 values"],
     "continuation --along f=0.8:1.2 --plane P=500:900": [

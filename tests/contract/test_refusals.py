@@ -150,7 +150,7 @@ UNREADABLE = {
 
 # what else is wrong on a command line -> what the line must name
 LINES = {
-    "bifurcation --amplitude 3": ["unknown option '--amplitude'; allowed:"],
+    "bifurcation --viscosity 3": ["unknown option '--viscosity'; allowed:"],
     "bifurcation --recrod energy": ["did you mean '--record'?"],
     "portrait --record energy": ["unknown option '--record'; allowed:"],
     "bifurcation --record sections": ["did you mean 'section'?"],

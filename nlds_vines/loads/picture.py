@@ -295,7 +295,7 @@ def _peaks(axes: Axes, histories: ResponseHistories) -> None:
     axes.set_yticks(range(len(names)), labels)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1.25 * axes.get_xlim()[1])
-    axes.set_xlabel("in units of the first bar")
+    axes.set_xlabel("relative to the first bar of each group")
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
 
 

@@ -75,13 +75,13 @@ def test_waiting_for_the_compiler_does_not_count_for_the_pace(capsys, monkeypatc
 
 
 def test_a_bar_forgets_the_wait_and_has_room_beside_its_words(monkeypatch):
-    said = []
+    messages = []
 
     class Bar:
         ncols = 100
         set_description_str = update = close = staticmethod(lambda *_: None)
-        unpause = staticmethod(lambda: said.append("unpause"))
-        set_postfix_str = staticmethod(lambda words, refresh: said.append(words))
+        unpause = staticmethod(lambda: messages.append("unpause"))
+        set_postfix_str = staticmethod(lambda words, refresh: messages.append(words))
 
     monkeypatch.setattr("nlds_vines.runs.progress.bar", lambda **_: Bar())
     with Progress(9, "orbit") as progress:
@@ -89,9 +89,9 @@ def test_a_bar_forgets_the_wait_and_has_room_beside_its_words(monkeypatch):
         progress.wait("", 2.0)
         progress.note(1, "1 T,1; 0 failed")
         progress.note(1, ", ".join(f"{n} {n}T,{n}" for n in range(100, 120)))
-    assert said[:2] == ["unpause", "1 T,1; 0 failed"]
-    assert said[2].endswith(", ...")
-    assert len(said[2]) <= 100 - 66
+    assert messages[:2] == ["unpause", "1 T,1; 0 failed"]
+    assert messages[2].endswith(", ...")
+    assert len(messages[2]) <= 100 - 66
 
 
 # ---- whether there is room -----------------------------------------------------------------------

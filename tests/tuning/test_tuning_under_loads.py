@@ -153,8 +153,8 @@ def test_a_load_needs_no_harmonic_force_and_all_else_does(error_of):
         (load_response_history, harmonic), (load_scan, {"system": STRUCTURE}),
     ):  # fmt: skip
         assert "'tmd' are missing: P, omega" in error_of(load, document)
-    given = {**STRUCTURE, "P": 5.0}
-    assert "are missing: omega" in error_of(load_tuning, {**harmonic, "system": given})
+    parameters = {**STRUCTURE, "P": 5.0}
+    assert "are missing: omega" in error_of(load_tuning, {**harmonic, "system": parameters})
 
 
 @pytest.mark.parametrize("band", [{"omega": [5.0, 6.0, 7.0]}, {"f": [5 / 6, 1.0, 7 / 6]}])

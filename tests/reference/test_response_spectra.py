@@ -45,9 +45,9 @@ def test_oscillators_down_to_one_sample_step(monkeypatch):
     periods = [STEP, 1.7 * STEP, 0.05, 0.3, 2.0]
     spectrum = nv.response_spectrum(record, ZETA, periods)
     times = STEP * np.arange(4682)
-    more = np.unique(np.concatenate([times, times[::3] + 0.3 * STEP]))[:-1]
-    values = np.interp(more, times, np.loadtxt(RECORD)[:4682])
-    uneven = {"times": more.tolist(), "values": values.tolist(), "unit": "m/s^2"}
+    instants = np.unique(np.concatenate([times, times[::3] + 0.3 * STEP]))[:-1]
+    values = np.interp(instants, times, np.loadtxt(RECORD)[:4682])
+    uneven = {"times": instants.tolist(), "values": values.tolist(), "unit": "m/s^2"}
     for name in ("displacement", "absolute_acceleration"):
         other = getattr(nv.response_spectrum(uneven, ZETA, periods), name)
         np.testing.assert_allclose(getattr(spectrum, name), other, rtol=1e-5)

@@ -5,7 +5,11 @@ from importlib import import_module
 
 import pytest
 
-MODULES = ("model.catalog", "model.slow_manifold", "model.system", "tuning.request")
+MODULES = (
+    *("model.catalog", "model.slow_manifold", "model.system", "tuning.request"),
+    *("orbits.simulation", "orbits.classification", "orbits.spectrum"),
+    *("continuation.command", "continuation.request", "continuation.result"),
+)
 COMPILING = ("tuning.command",)
 
 

@@ -26,10 +26,10 @@ from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantitie
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli import command as commands
-from nlds_vines.cli.options import SET, SYSTEM, VARY, Option, numbers
+from nlds_vines.cli.options import SAMPLES, SET, SYSTEM, VARY, Option, numbers
 from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, choice, from_text
-from nlds_vines.model.samples import FILE, samples_of
+from nlds_vines.model.samples import samples_of
 from nlds_vines.model.system import System, parameters_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -247,11 +247,6 @@ def _can_be_drawn(scan: Scan) -> bool:
     return not is_map([axis.values for axis in scan.axes]) or scan.want != ("section",)
 
 
-def table_of_samples(text: str) -> dict[str, Any]:
-    """Return the document of --samples."""
-    return {"samples": {FILE: text}}
-
-
 def start_of(text: str) -> dict[str, Any]:
     """Parse --start: rest, up, down, random:N or a state, with an optional @PHASE."""
     text, at, phase = text.partition("@")
@@ -279,7 +274,7 @@ COMMAND = commands.of_task(
         SYSTEM,
         SET,
         VARY,
-        Option("--samples", "FILE.csv", "sets of parameters, one a row", table_of_samples),
+        SAMPLES,
         Option(
             "--start",
             "POLICY",

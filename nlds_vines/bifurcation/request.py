@@ -35,7 +35,7 @@ from nlds_vines.model.parameters import (
 )
 from nlds_vines.model.quantities import Quantity, recorded
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, ratios_in, refuse_twice
-from nlds_vines.model.samples import SAMPLE, Samples, sample_scale, samples_of
+from nlds_vines.model.samples import SAMPLE, Samples, sample_scale, samples_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
@@ -562,7 +562,7 @@ def load_scan(
         if (changes or {}).get("system"):
             del source["set"]  # what the default scan sets is meant for its own system
     request = FORM.read(source, changes, changes_from, where)
-    sampled = _samples(request)
+    sampled = samples_in(request)
     kind = "vary" if sampled is None else "samples"
     varied = request.table("vary") if sampled is None else sampled.columns
     system = request.as_set(request.system(), dict.fromkeys(varied, kind))
@@ -601,19 +601,6 @@ def load_scan(
         start=start,
         sampled=sampled,
     )
-
-
-def _samples(request: Merged) -> Samples | None:
-    """Return the table of samples, if the uppermost layer that varies anything has one."""
-    tables = [name for name in ("vary", "samples") if request.document.get(name)]
-    if len(tables) == 2:
-        tables = [name for name in tables if request.is_changed(name)]
-        if len(tables) != 1:
-            raise RequestError(f"{request.place('samples')} beside [vary]: give one of them")
-    if tables != ["samples"]:
-        return None
-    with at(request.origin("samples")):
-        return samples_of(request.document["samples"])
 
 
 def _start(request: Merged) -> Start:

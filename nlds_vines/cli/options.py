@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 
 from nlds_vines.errors import Number, RequestError, at, from_text, shown, unknown
 from nlds_vines.model.catalog import load_system
+from nlds_vines.model.samples import FILE
 from nlds_vines.model.setting import Document, Setting, Truth, settings_of
 from nlds_vines.model.system import System
 
@@ -194,6 +195,11 @@ def spaced(option: str, text: str, form: str = "START:STOP:NUM") -> dict[str, An
 
 
 VARY = named("--vary", "NAME=START:STOP:NUM", "an axis; NUM:log: equal ratios", "vary", spaced)
+
+
+SAMPLES = Option(
+    "--samples", "FILE.csv", "sets of parameters, one a row", lambda text: {"samples": {FILE: text}}
+)
 
 
 # ---- texts ---------------------------------------------------------------------------------------

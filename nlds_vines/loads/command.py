@@ -9,12 +9,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from nlds_vines.cli import command as commands
-from nlds_vines.cli.options import SET, VARY, Option, assignments
+from nlds_vines.cli.options import SAMPLES, SET, VARY, Option, assignments
 from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, at, from_text, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.catalog import read_system
 from nlds_vines.model.loads.loading import ALL, Loading
+from nlds_vines.model.samples import samples_of
 from nlds_vines.model.system import system_in_words
 
 if TYPE_CHECKING:
@@ -73,8 +74,9 @@ def response_history(
         Show no progress.
     **tables
         Tables of a request file, which override the source: `load`, a table or the path of a
-        record; `set={"c1": 100.0}`; `start={"state": (0.1, 0.0, 0.0, 0.0)}`; `sampling`; `vary`,
-        which makes a scan.
+        record; `set={"c1": 100.0}`; `start={"state": (0.1, 0.0, 0.0, 0.0)}`; `sampling`; `vary`
+        makes a scan; `samples`, arrays, a DataFrame or a CSV file with one set of parameters or
+        numbers of the load a row, makes a scan over the dimension `sample`.
 
     Returns
     -------
@@ -100,6 +102,8 @@ def response_history(
     """
     if isinstance(tables.get("load"), str | os.PathLike):
         tables["load"] = {"record": os.fspath(tables["load"])}
+    if tables.get("samples") is not None:
+        tables["samples"] = samples_of(tables["samples"]).columns
     above = dict(tables)
     for key, name, value in (("load", "impulse", impulse), ("sampling", "duration", duration)):
         if value is not None:
@@ -128,7 +132,11 @@ class Job(commands.Job):
             *(f"damper:   {system_in_words(system)}" for system in request.systems),
             f"load:     {request.load.words() or 'none'}",
             *(f"          {line}" for line in request.load.records_in_words(request.duration)),
-            *(f"axis:     {axis.heading()}" for axis in request.vary),
+            *(
+                (f"axis:     {axis.heading()}" for axis in request.vary)
+                if request.sampled is None
+                else (f"sampled:  {line}" for line in request.sampled.ranges())
+            ),
             f"followed: {request.duration:g} s, {request.windows * request.samples} states each; "
             f"{request.cases} orbits",
             f"archive:  {self.archive}",
@@ -204,6 +212,7 @@ COMMAND = commands.of_task(
         ),
         SET,
         VARY,
+        SAMPLES,
         LOAD,
     ),
     (Loading, HistoryRequest),

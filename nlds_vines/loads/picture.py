@@ -355,6 +355,13 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
     """Draw a quantity over the axis of a scan for each damper, and closed forms if it has any."""
     request = scan.request
     (axis,) = request.vary
+    if request.sampled is not None:
+        for (_, look), values in zip(_looks(request), scan.numbers[name], strict=True):
+            ascending = np.sort(values[np.isfinite(values)])
+            share = 1.0 - np.arange(ascending.size) / max(1, ascending.size)
+            axes.step(ascending, share, where="post", **look)
+        axes.set(yscale="log", xlabel=_label(name), ylabel="share of samples above")
+        return
     words: str | None = "in closed form"
     pairs = zip(_looks(request), scan.numbers[name], strict=True)
     for i, ((_, look), values) in enumerate(pairs):

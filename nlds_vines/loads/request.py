@@ -19,6 +19,7 @@ from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck, words_
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import OF_LOADS
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
+from nlds_vines.model.samples import SAMPLE, Samples, samples_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
@@ -69,7 +70,7 @@ class HistoryRequest(Request):
         The loads; the harmonic force acts only if `load.harmonic`.
     vary : tuple of Axis, optional
         Up to two parameters, or numbers of the load (`impulse`, `scale`, `friedlander.peak`), with
-        their values: a scan, which has no histories.
+        their values: a scan, which has no histories; with `sampled` the numbers of samples.
     state : tuple of float, optional
         x1, v1, x2, v2 at t = 0 [m, m/s], before any impulse; by default at rest.
     duration : float, optional
@@ -80,6 +81,8 @@ class HistoryRequest(Request):
         Time [s] that the rms of x1 leaves out.
     tolerance : float or str, optional
         Tolerance of contacts, as in `simulate`.
+    sampled : Samples, optional
+        A table of parameters and numbers of the load, one set a row, in place of `vary`.
 
     Raises
     ------
@@ -116,9 +119,13 @@ class HistoryRequest(Request):
         "time that the rms of x1 leaves out [s]", "SECONDS",
     )  # fmt: skip
     tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
+    sampled: Samples | None = None
 
     def __post_init__(self) -> None:
         string("title", self.title)
+        if self.sampled is not None:
+            rows = np.arange(1.0, self.sampled.count + 1.0)
+            object.__setattr__(self, "vary", (Axis(SAMPLE, rows),))
         check_settings(self)
         if not self.systems:
             raise RequestError("no damper is named; allowed: one or more systems")
@@ -158,26 +165,45 @@ class HistoryRequest(Request):
             raise RequestError(f"{len(self.vary)} parameters vary; allowed: one or two")
         if self.cases > MOST_CASES:
             raise RequestError(f"{self.cases} systems and loads; allowed: up to {MOST_CASES}")
-        parameters = [axis.name for axis in self.vary if not is_of_load(axis.name)]
+        columns = self.columns
+        parameters = [name for name in columns if not is_of_load(name)]
         for name in parameters:
             if not any(has(system, name) for system in self.systems):
                 self.systems[0].with_(**{name: 1.0})  # raises the error that lists the names
         for system in self.systems:
             refuse_twice(system.scene, parameters)
             refuse_without_effect(system.scene, self.load, parameters)
-        for axis in self.vary:
-            if is_of_load(axis.name):
-                self.load.check_values(axis.name, axis.values)
+            if self.sampled is not None:
+                system.cells({k: v for k, v in columns.items() if has(system, k)})
+        for name, values in columns.items():
+            if is_of_load(name):
+                self.load.check_values(name, values)
+
+    @property
+    def columns(self) -> Mapping[str, np.ndarray]:
+        """The values of all that varies by name: those of each axis, or the columns of samples."""
+        if self.sampled is not None:
+            return self.sampled.columns
+        return {axis.name: axis.values for axis in self.vary}
+
+    def values_at(self, places: Sequence[Any]) -> dict[str, Any]:
+        """Return what varies by name, at places along each axis, or of samples."""
+        if self.sampled is not None:
+            places = [places[0]] * len(self.columns)
+        pairs = zip(self.columns.items(), places, strict=True)
+        return {name: values[place] for (name, values), place in pairs}
 
     def starts_inside(self) -> list[str]:
         """Return a line for each damper that starts inside a wall."""
         lines = []
         for system in self.systems:
-            axes = [axis for axis in self.vary if has(system, axis.name)]
-            grid = np.meshgrid(*(axis.values for axis in axes), indexing="ij", sparse=True)
-            places = dict(zip((axis.name for axis in axes), grid, strict=True))
+            places = {k: v for k, v in self.columns.items() if has(system, k)}
+            if self.sampled is None:
+                grid = np.meshgrid(*places.values(), indexing="ij", sparse=True)
+                places = dict(zip(places, grid, strict=True))
             state = dict(zip(system.scene.components, self.state, strict=False))
-            parameters, shape = {**system.parameters, **places}, tuple(a.values.size for a in axes)
+            shape = np.broadcast_shapes(*(values.shape for values in places.values()))
+            parameters = {**system.parameters, **places}
             inside = starts_inside(system.scene, parameters, state, shape)
             lines += [f"{system.name}: {line}" for line in inside]
         return lines
@@ -188,10 +214,7 @@ class HistoryRequest(Request):
         Parameters that the system does not have are left out.
         """
         which, *places = np.unravel_index(number, (len(self.systems), *self.shape))
-        values = {
-            axis.name: float(axis.values[place])
-            for axis, place in zip(self.vary, places, strict=True)
-        }
+        values = {k: float(v) for k, v in self.values_at(places).items()}
         system = self.systems[which]
         of_system = {name: value for name, value in values.items() if has(system, name)}
         of_load = {name: value for name, value in values.items() if is_of_load(name)}
@@ -229,10 +252,13 @@ class HistoryRequest(Request):
             "title": self.title,
             "systems": [system.to_table() for system in self.systems],
             "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.vary},
+            "samples": {},
             "load": self.load.to_table(),
             "start": entries(self, "start"),
             "sampling": entries(self, "sampling"),
         }
+        if self.sampled is not None:
+            document |= {"vary": {}, "samples": self.sampled.document()}
         return {key: value for key, value in document.items() if value}
 
 
@@ -296,7 +322,7 @@ def struck(system: System) -> Struck:
 FORM = Form(
     "response history",
     (HistoryRequest, Loading),
-    whole=("vary",),
+    whole=("vary", "samples"),
     lists=("systems",),
     nested=ALL,
     sources="a path, a name, a System, a list of these, a table or a HistoryRequest",
@@ -350,22 +376,25 @@ def load_response_history(
     if isinstance(form, Sequence) and not isinstance(form, str):
         form = {"systems": list(form)}
     request = FORM.read(form, changes, changes_from)
-    systems, axes = _systems(request), request.axes("vary")
+    sampled = samples_in(request)
+    systems = _systems(request, sampled)
+    axes = request.axes("vary") if sampled is None else ()
     with at(request.place("load")):
         load = Loading(**request.of(Loading))
-    title = request.title("systems", "system", "set", "load", "vary", "start")
+    title = request.title("systems", "system", "set", "load", "vary", "samples", "start")
     return request.make(
         HistoryRequest,
         request.origin("load"),
         **request.of(HistoryRequest),
-        title=title or _title(load, systems, axes),
+        title=title or _title(load, systems, axes, sampled),
         systems=systems,
         load=load,
         vary=axes,
+        sampled=sampled,
     )
 
 
-def _systems(request: Merged) -> tuple[System, ...]:
+def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
     """Return the systems; `[set]` changes those that have the parameter."""
     listed = request.document.get("systems")
     if not listed or (request.is_changed("system") and not request.is_changed("systems")):
@@ -381,6 +410,8 @@ def _systems(request: Merged) -> tuple[System, ...]:
                 with at(f"{place}: [set]"):
                     systems[0].with_(**{name: value})  # raises the error that lists the names
     varied = dict.fromkeys(request.table("vary"), "vary")
+    if sampled is not None:
+        varied = dict.fromkeys(sampled.names, "samples")
     return tuple(request.as_set(system, varied, _takes) for system in systems)
 
 
@@ -394,11 +425,17 @@ def _takes(system: System, name: str) -> bool:
     return has(system, name) or (name in ("law", "law_2") and bool(system.scene.walls))
 
 
-def _title(load: Loading, systems: Sequence[System], axes: Sequence[Axis]) -> str:
-    words = load.words()
+def _title(
+    load: Loading, systems: Sequence[System], axes: Sequence[Axis], sampled: Samples | None
+) -> str:
+    words, names = load.words(), [axis.name for axis in axes]
+    if sampled is not None:
+        names = [*sampled.names]
     if load == Loading():
-        is_of_loads = any(is_of_load(axis.name) for axis in axes)
+        is_of_loads = any(map(is_of_load, names))
         words = "Blows" if is_of_loads else "Free decay"
-    over = f", by {' and '.join(axis.name for axis in axes)}" if axes else ""
+    over = f", by {' and '.join(names)}" if names else ""
+    if sampled is not None:
+        over = f", {sampled.count} samples of {', '.join(names)}"
     title = f"{words[0].upper()}{words[1:]}: {', '.join(map(system_in_words, systems))}{over}"
     return title[:MOST_CHARACTERS]

@@ -22,6 +22,7 @@ from nlds_vines.loads.request import HistoryRequest, axis_words, has, is_of_load
 from nlds_vines.loads.result import HISTORIES
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
 from nlds_vines.model.quantities import OF_LOADS, SHARES, WAYS
+from nlds_vines.model.samples import SAMPLE, sample_scale
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
@@ -78,7 +79,12 @@ def contents(
     """Return the dimensions of an archive, and its datasets with the values in `arrays`."""
     dampers = np.arange(len(request.systems), dtype=np.int32)
     scales = [Scale("damper", dampers, "1", "damper"), Scale("time", request.times, "s", "time")]
-    scales += [Scale(one.name, one.values, *axis_words(request, one.name)) for one in request.vary]
+    if request.sampled is None:
+        scales += [
+            Scale(one.name, one.values, *axis_words(request, one.name)) for one in request.vary
+        ]
+    else:
+        scales.append(sample_scale(request.sampled.count))
     dims = ("damper", *(axis.name for axis in request.vary))
     table = {entry.name: (dims, entry.unit, entry.words) for entry in OF_LOADS}
     if not request.vary:
@@ -103,6 +109,10 @@ def contents(
         *filled,
         (status, arrays["status"].reshape(shape)),
         (Dataset.text("system", ("damper",), "system"), names),
+        *(
+            (Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values)
+            for name, values in (request.columns.items() if request.sampled else ())
+        ),
     ]
 
 
@@ -134,9 +144,7 @@ def _arrays_of_system(
     """Return the results of orbits of one system, by their numbers among those of the system."""
     history = not request.vary
     places = np.unravel_index(numbers, request.shape) if request.vary else ()
-    values = {
-        axis.name: axis.values[place] for axis, place in zip(request.vary, places, strict=True)
-    }
+    values = request.values_at(places) if request.vary else {}
     grid = {name: column for name, column in values.items() if has(system, name)}
     of_load = {name: column for name, column in values.items() if is_of_load(name)}
     cells, starts = _cells_and_starts(request, system, grid, len(numbers))

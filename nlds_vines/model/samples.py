@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.errors import RequestError, at, shown
 from nlds_vines.model.axis import MOST_VALUES
 from nlds_vines.model.parameters import described, ends_in_words
+
+if TYPE_CHECKING:
+    from nlds_vines.model.setting import Merged
 
 SAMPLE = "sample"
 """The dimension of results of samples."""
@@ -114,6 +117,19 @@ def samples_of(source: Any) -> Samples:
         raise RequestError(f"samples = {shown(source)} {text}")
     with at("samples"):
         return _checked(source)
+
+
+def samples_in(request: Merged) -> Samples | None:
+    """Return the table of samples, if the uppermost layer that varies anything has one."""
+    tables = [name for name in ("vary", "samples") if request.document.get(name)]
+    if len(tables) == 2:
+        tables = [name for name in tables if request.is_changed(name)]
+        if len(tables) != 1:
+            raise RequestError(f"{request.place('samples')} beside [vary]: give one of them")
+    if tables != ["samples"]:
+        return None
+    with at(request.origin("samples")):
+        return samples_of(request.document["samples"])
 
 
 def _checked(table: Mapping[Any, Any]) -> Samples:

@@ -189,8 +189,8 @@ def _peaks(steps: np.ndarray, a: np.ndarray, zeta: float, period: float) -> tupl
         u = lfilter([1.0], [1.0, -factor[0]], push)
     else:
         u, now = np.empty(len(push), complex), 0.0j
-        for i, (one, more) in enumerate(zip(factor.tolist(), push.tolist(), strict=True)):
-            now = one * now + more
+        for i, (decay, change) in enumerate(zip(factor.tolist(), push.tolist(), strict=True)):
+            now = decay * now + change
             u[i] = now
     u = np.concatenate([[0.0], u])
     # the states at places within the steps, then those of a free period after the record

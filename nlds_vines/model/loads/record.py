@@ -67,8 +67,8 @@ class Record(Course):
         with at(f"[{cls.table}]"):
             if twice := next((key for key in ("times", "values") if key in entry), None):
                 raise RequestError(f"{twice} stands beside file = {shown(entry['file'])}")
-            own = [one.key for one in settings_of(cls).values()]
-            entry = table(cls.kind, entry, [*of_file, *own])
+            keys = [one.key for one in settings_of(cls).values()]
+            entry = table(cls.kind, entry, [*of_file, *keys])
             unit = unit_in("unit", entry["unit"]) if "unit" in entry else ""
             file = RecordFile(**{key: entry[key] for key in of_file if key in entry})
             samples = file.read(unit)

@@ -352,8 +352,8 @@ def _peer(lines: Lines) -> Content | None:
         if not match:
             continue
         title = " ".join(head[: i + 1])
-        if found := re.search(r"\b(velocity|displacement)\b", title, re.IGNORECASE):
-            raise RequestError(f"holds a {found[1].lower()}; needs an acceleration or a force")
+        if other := re.search(r"\b(velocity|displacement)\b", title, re.IGNORECASE):
+            raise RequestError(f"holds a {other[1].lower()}; needs an acceleration or a force")
         named = _UNITS_OF.search(title)
         count = int(match["count"])
         if sum(len(text.split()) for _, text in lines[i + 1 :]) > count:
@@ -630,12 +630,12 @@ def _headings(titles: Lines, dialect: Dialect, width: int) -> list[tuple[str, st
 
 def _heading_cells(text: str, dialect: Dialect, width: int) -> list[str]:
     """Return the headings in a line; between blanks, names may be of several words."""
-    found = dialect.cells(text)
+    headings = dialect.cells(text)
     others = (re.split(r"\s{2,}|\t", text), _HEADING.findall(text), text.split(","))
-    for cells in (found, *others):
+    for cells in (headings, *others):
         if len(cells) == width:
             return [cell.strip().strip('"') for cell in cells]
-    return found
+    return headings
 
 
 def is_unit(text: str) -> bool:

@@ -351,11 +351,12 @@ class System(Outlined):
         if (law, law_2) != (self.law, self.law_2):
             check_law(self.kind, law, law_2)
             has_changed = {"": law != self.law, SECOND: law_2 != self.law_2}
-            own = self.scene.own_of(before)
+            without_contact = self.scene.own_of(before)
             before = {
                 name: value
                 for name, value in before.items()
-                if name in own or not has_changed[SECOND if name.endswith(SECOND) else ""]
+                if name in without_contact
+                or not has_changed[SECOND if name.endswith(SECOND) else ""]
             }
         scene = SCENES[self.kind].under(law, law_2)
         merged = _merge(scene, before, overrides, self.fixed_ratios)

@@ -14,7 +14,8 @@ In reading order:
     classification    `nv.classify`
     exponents         the Lyapunov spectrum of one orbit
     load_flight       orbits under loads in time
-    signals           forces, energies, relative displacement
-    spectrum          `nv.spectrum`, window functions
-    spectral_records  the spectral records of scans; `spectral_values` computes them
+    signals           forces, energies, relative displacement; window functions
+    spectrum          `nv.spectrum`
+    spectral_records  the spectral records of scans
+    spectral_values   computes them
 """

@@ -16,6 +16,18 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 
 
+class Taper(NamedTuple):
+    """A window function: its name in SciPy, and how many bins a line reaches to either side."""
+
+    scipy: str
+    reach: int
+
+
+TAPERS: Mapping[str, Taper] = {"rectangular": Taper("boxcar", 0), "hann": Taper("hann", 1)}
+"""The window functions.  Rectangular: a line on a bin fills that bin; one between two bins leaks
+far.  Hann: a line on a bin fills three bins; one between two bins leaks little."""
+
+
 class Signal(NamedTuple):
     """A quantity along an orbit: its unit, its meaning, and the function of the states."""
 

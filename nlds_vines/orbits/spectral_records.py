@@ -16,8 +16,7 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.errors import RequestError, checked_words, choice
 from nlds_vines.model.quantities import OF_SIGNALS
 from nlds_vines.model.scenes import Scene
-from nlds_vines.orbits.signals import SIGNALS
-from nlds_vines.orbits.spectrum import TAPERS
+from nlds_vines.orbits.signals import SIGNALS, TAPERS
 
 LINES = 24
 """Number of recorded lines of an nT orbit, at m / n of the forcing frequency, m = 1, 2, ..."""
@@ -48,7 +47,7 @@ class SpectralRecords:
         signals: of `recordable`; by default those of `USUAL` that the scene has.
         periods: sampled periods of `samples` states each.
         highest: largest frequency of a bin in multiples of the forcing frequency.
-        window: of `spectrum.TAPERS`, for amplitudes; the broadband share uses Hann.
+        window: of `signals.TAPERS`, for amplitudes; the broadband share uses Hann.
     """
 
     want: Collection[str]

@@ -5,30 +5,19 @@ Spectra as records of scans are in `spectral_records` and `spectral_values`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, whole
-from nlds_vines.orbits.signals import SIGNALS, checked_signal
+from nlds_vines.orbits.signals import SIGNALS, TAPERS, checked_signal
 
 if TYPE_CHECKING:
     from nlds_vines.orbits.simulation import Orbit
 
-
-class Taper(NamedTuple):
-    """A window function: its name in SciPy, and how many bins a line reaches to either side."""
-
-    scipy: str
-    reach: int
-
-
-TAPERS: Mapping[str, Taper] = {"rectangular": Taper("boxcar", 0), "hann": Taper("hann", 1)}
-"""The window functions.  Rectangular: a line on a bin fills that bin; one between two bins leaks
-far.  Hann: a line on a bin fills three bins; one between two bins leaks little."""
 
 NEIGHBORS = 8
 """Bins to either side of one whose median is the background there (`Spectrum.background_share`)."""

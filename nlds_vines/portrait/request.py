@@ -42,9 +42,8 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System, system_in_words
-from nlds_vines.orbits.signals import checked_signal
+from nlds_vines.orbits.signals import TAPERS, checked_signal
 from nlds_vines.orbits.solver_settings import chosen_settings, method_setting, tolerance_setting
-from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.orbits.starts import starts_inside
 from nlds_vines.plotting.bands import LARGEST
 

@@ -35,6 +35,7 @@ WORDS = {"request", "run", "result", "picture", "command", "__main__", "__init__
 WIDE = {
     "bifurcation.command.scan",
     "continuation.command.continue_branch",
+    "orbits.classification.classify",
     "orbits.simulation.simulate",
     "transients.command.transient_lifetimes",
 }
@@ -312,6 +313,7 @@ def test_only_pictures_import_matplotlib():
     types = {
         "orbits.simulation",
         "bifurcation.result",
+        "loads.response_spectrum",
         "plotting.drawable",
         "upkeep.plot",
     }  # only the type of a figure

@@ -141,7 +141,7 @@ def test_faulty_files_are_refused(text, words, tmp_path, error_of):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"samples": {"kk1": [4e4]}}, "unknown column 'kk1'; did you mean 'k1'"),
+        ({"samples": {"kk1": [4e4]}}, "unknown column 'kk1'; allowed: m1, k1"),
         ({"samples": {"k1": [4e4, -1.0]}}, "k1 = -1.0"),
         ({"samples": {"k2": [1.0], "c2": [1.0], "zeta2": [0.1]}}, "c2 beside zeta2"),
         ({"samples": {"phase": [0.1]}, "start": {"policy": "up"}}, "phase is varied"),

@@ -57,7 +57,7 @@ def test_the_default_is_figure_8_with_its_picture(calls, ask):
     printed = ask("bifurcation")
     options = {**USUAL, "quiet": False}
     assert calls.runs == [(load_scan(), Path("figure8.h5"), options)]
-    assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None)]
+    assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None, None)]
     assert printed == ("the summary\na remark\nfigure8.h5\nfigure8.png\n", "")
 
 
@@ -74,7 +74,7 @@ def test_a_scan_file_gives_its_name_and_no_picture(calls, tmp_path):
 def test_the_picture_of_the_default_lies_beside_its_archive(calls, tmp_path):
     (tmp_path / "deep").mkdir()
     assert main(["-o", "deep/a.h5"]) == 0
-    assert calls.plots == [(Path("deep/a.h5"), Path("deep/a.png"), None)]
+    assert calls.plots == [(Path("deep/a.h5"), Path("deep/a.png"), None, None)]
 
 
 def test_a_map_that_cannot_be_drawn_is_not_drawn_unasked(calls):
@@ -102,7 +102,7 @@ def test_every_option_arrives(calls):
     assert scan.want == ("section", "energy")
     assert output == Path("map.h5")
     assert options == {**USUAL, "threads": 2, "overwrite": True, "quiet": False}
-    assert calls.plots == [(Path("map.h5"), Path("map.svg"), "E1max")]
+    assert calls.plots == [(Path("map.h5"), Path("map.svg"), "E1max", None)]
 
 
 def test_failed_orbits_give_status_1_even_when_quiet(calls, ask):

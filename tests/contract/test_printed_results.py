@@ -14,7 +14,7 @@ from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.representation import WIDTH
 from nlds_vines.bifurcation.response_curves.request import load_curves
 from nlds_vines.bifurcation.response_curves.result import ResponseCurve, ResponseCurves
-from nlds_vines.loads.result import LoadScan, ResponseHistories, ResponseHistory
+from nlds_vines.loads.result import PEAKS, LoadScan, ResponseHistories, ResponseHistory
 from nlds_vines.model.quantities import SHARES, WAYS
 from nlds_vines.model.setting import Request
 from nlds_vines.model.slow_manifold import FrequencyResponse
@@ -100,7 +100,7 @@ def test_every_result_has_a_short_form_of_its_own():
 def fall(count):
     time = np.linspace(0.0, 60.0, count)
     numbers = {f"last_{100 * share:g}": 1.0 for share in SHARES}
-    numbers |= {"x1_max": 1.0, "E1max": 1.0, "x1_rms": 0.1}
+    numbers |= {**dict.fromkeys(PEAKS, 1.0), "E1max": 1.0, "x1_rms": 0.1}
     numbers |= {f"share_{path}": 0.3 for path in WAYS}
     return ResponseHistory(time, time, time, time, time, time, dict.fromkeys(WAYS, time), numbers)
 

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, at, number, shown, table
 from nlds_vines.model.loads.courses import TERMS, TIME, Course, polynomial, unit_in
 from nlds_vines.model.loads.record_files import MOST_SAMPLES, RecordFile
@@ -37,8 +38,8 @@ class Numbers:
         return tuple(number(f"{name}, sample {i},", one) for i, one in enumerate(value, 1))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Record(Course):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Record(Outlined, Course):
     """Samples joined by straight lines or a natural cubic spline; 0 before and after.
 
     A table with a `file` in place of times and values has also the keys of `RecordFile`.  The
@@ -57,6 +58,14 @@ class Record(Course):
     reading: str = setting("", Text(), "", "how their file was read, where it does not say so")
 
     kind: ClassVar[str] = "record"
+
+    def heading(self) -> str:
+        """Return where the samples come from."""
+        return self.source
+
+    def outline(self) -> Rows:
+        """Return the number of samples and the time they take."""
+        yield "samples", f"{len(self.times)} from {self.times[0]:g} to {self.times[-1]:g} s"
 
     @classmethod
     def of(cls, entry: object) -> Record:

@@ -252,6 +252,7 @@ def orbit_of(
     Parameters
     ----------
     archive : ArchiveView or path
+        A scan.
     start : int or str
         The orbit of the cell, by number or name ("up", "random 3").
     record : collection of str, optional
@@ -265,6 +266,7 @@ def orbit_of(
     Returns
     -------
     Orbit
+        The section, impacts and other records, as `simulate` returns them.
 
     Raises
     ------

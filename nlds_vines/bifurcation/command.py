@@ -114,8 +114,8 @@ def scan(
 
     See Also
     --------
-    response_curves : several dampers along one parameter.
-    continue_branch : one periodic orbit along a parameter, stable or not.
+    response_curves : Several dampers along one parameter.
+    continue_branch : One periodic orbit along a parameter, stable or not.
 
     Examples
     --------

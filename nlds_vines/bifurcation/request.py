@@ -206,6 +206,8 @@ def _for_experts(name: str, words: str) -> Any:
 class Scan(Request):
     """A scan: what to compute; validated when made, immutable afterwards.
 
+    Its other fields are the settings of a scan file (`docs/keys.md`).
+
     Parameters
     ----------
     title : str
@@ -220,8 +222,6 @@ class Scan(Request):
         The initial states of each cell's orbits.
     sampled : Samples, optional
         A table of parameters, one set a row, in place of axes.
-
-    The other fields are settings of a scan file, described there (`docs/keys.md`).
 
     Raises
     ------
@@ -539,6 +539,7 @@ def load_scan(
     Returns
     -------
     Scan
+        The request, as `scan` takes it.
 
     Raises
     ------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 from nlds_vines.archives.archive import ArchivePath
@@ -46,6 +47,11 @@ class ScanArchive(ArchivePath):
         from nlds_vines.bifurcation.picture.drawing import PICTURE
 
         return PICTURE.of(self, show, ax)
+
+
+def scan_in(path: str | os.PathLike[str]) -> ScanArchive:
+    """Return an archive as `nlds_vines.scan` returned it, one in memory among them."""
+    return ScanArchive.of(path)
 
 
 def scan_of(view: ArchiveView) -> Scan:

@@ -158,7 +158,7 @@ class Task(NamedTuple):
 
 
 TASKS: Mapping[str, Task] = {
-    SCAN: Task("bifurcation", "ScanArchive", draws="picture.drawing"),
+    SCAN: Task("bifurcation", "scan_in", draws="picture.drawing"),
     TUNING: Task("tuning", "tuned"),
     CONTINUATION: Task("continuation", "continued"),
     RESPONSE_CURVES: Task("bifurcation.response_curves", "curves_in"),

@@ -89,7 +89,7 @@ def continue_branch(
     to : path, optional
         The archive (.h5); by default none is kept.
     period : int, optional
-        n, with a state as start: the nT orbit nearest to it, stable or not.
+        With a state as start, n: the nT orbit nearest to it, stable or not.
     plane : (str, float, float), optional
         A second parameter, its smallest and its largest value around the system's own: curves of
         special points are followed in the plane of both.

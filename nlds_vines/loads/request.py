@@ -72,7 +72,7 @@ class HistoryRequest(Request):
         Up to two parameters, or numbers of the load (`impulse`, `scale`, `friedlander.peak`), with
         their values: a scan, which has no histories; with `sampled` the numbers of samples.
     state : tuple of float, optional
-        x1, v1, x2, v2 at t = 0 [m, m/s], before any impulse; by default at rest.
+        The state x1, v1, x2, v2 at t = 0 [m, m/s], before any impulse; by default at rest.
     duration : float, optional
         Length of the histories [s].
     samples : int, optional
@@ -357,6 +357,7 @@ def load_response_history(
     Returns
     -------
     HistoryRequest
+        The request, as `response_history` takes it.
 
     Raises
     ------

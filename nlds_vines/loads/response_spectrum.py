@@ -115,6 +115,7 @@ def response_spectrum(
     Returns
     -------
     ResponseSpectrum
+        Displacement, pseudo-velocity, pseudo- and absolute acceleration over the period.
 
     Raises
     ------

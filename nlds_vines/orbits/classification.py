@@ -185,7 +185,7 @@ def classify(
     system : System, str or path
         A system, its name in the catalog, or the path of a TOML file.
     start : (4,) array_like, optional
-        x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1.
+        The state x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1.
     transient, periods : int
         Forcing periods before the sampled ones, and those.
     method : str

@@ -240,8 +240,8 @@ def simulate(
     periods : int
         Number of forcing periods to record, >= 0.
     start : (4,) array_like, optional
-        x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1.  A start on a
-        wall or inside a contact is allowed and does not count as an impact.
+        State x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1.  A
+        start on a wall or inside a contact is allowed and does not count as an impact.
     transient : int
         Number of periods before those that are recorded.
     method : str

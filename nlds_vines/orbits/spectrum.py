@@ -247,6 +247,7 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
     Returns
     -------
     Spectrum
+        Amplitude and power over the order, the frequency over that of the force.
 
     Raises
     ------

@@ -123,8 +123,8 @@ def orbit_portrait(
 
     See Also
     --------
-    nlds_vines.simulate : the orbit as arrays.
-    nlds_vines.classify : its regime, with the evidence.
+    nlds_vines.simulate : The orbit as arrays.
+    nlds_vines.classify : Its regime, with the evidence.
 
     Examples
     --------

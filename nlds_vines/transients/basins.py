@@ -316,6 +316,7 @@ def basin_measures(
     Parameters
     ----------
     archive : ArchiveView or path
+        The scan, with the record `attractor`.
     side : int
         Cells along the side of a box, for basin entropies.
     **values : float

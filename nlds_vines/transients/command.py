@@ -75,7 +75,7 @@ def transient_lifetimes(
     system : System, str or path, optional
         A system, its name or TOML file; by default SSul NES Set 6.
     to : path, optional
-        The archive (.h5).  Without it the archive is deleted together with the result.
+        The archive (.h5).  Without it the results stay in memory.
     starts, seed : int
         Number of random starts, and the seed that draws them.
     transient, periods : int
@@ -97,6 +97,7 @@ def transient_lifetimes(
     Returns
     -------
     Ensemble
+        Lifetimes, labels and shares of the final regimes.
 
     Raises
     ------

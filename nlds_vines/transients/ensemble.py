@@ -206,6 +206,7 @@ def ensemble_of(
     Parameters
     ----------
     source : ArchiveView or path
+        A scan of several starts.
     *cell : int
         The index of the cell along each varied parameter, by default 0.
     delay, level : float
@@ -214,11 +215,20 @@ def ensemble_of(
     Returns
     -------
     Ensemble
+        Lifetimes and final regimes of the orbits of the cell.
 
     Raises
     ------
     RequestError
         If the archive lacks labels, settling or watched.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> system = nv.load_system("ssul-set6", omega=7.575)
+    >>> archive = nv.transient_lifetimes(system, starts=5, transient=200, quiet=True).archive
+    >>> nv.ensemble_of(archive).labels.size
+    5
     """
     if isinstance(source, str | os.PathLike):
         from nlds_vines.archives.archive import read

@@ -65,7 +65,7 @@ def response_curves(
         Systems or their names, before which the structure alone is computed; the path of a request
         file with [[curves]], or its document; None for the dampers of the paper's Table 2.
     to : path, optional
-        The archive (.h5).  Without it the archive is deleted together with the result.
+        The archive (.h5).  Without it the results stay in memory.
     threads : int, optional
         By default one for each processor.
     resume, overwrite : bool
@@ -79,6 +79,7 @@ def response_curves(
     Returns
     -------
     ResponseCurves
+        The curves by name, with peaks and reductions.
 
     Raises
     ------

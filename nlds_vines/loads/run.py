@@ -77,8 +77,8 @@ def contents(
     request: HistoryRequest, arrays: Arrays
 ) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
     """Return the dimensions of an archive, and its datasets with the values in `arrays`."""
-    dampers = np.arange(len(request.systems), dtype=np.int32)
-    scales = [Scale("damper", dampers, "1", "damper"), Scale("time", request.times, "s", "time")]
+    names = np.array([system.name for system in request.systems], dtype=object)
+    scales = [Scale("damper", names, "1", "damper"), Scale("time", request.times, "s", "time")]
     if request.sampled is None:
         scales += [
             Scale(one.name, one.values, *axis_words(request, one.name)) for one in request.vary
@@ -103,12 +103,10 @@ def contents(
         for name, (of, unit, words) in table.items()
         if np.isfinite(arrays[name]).any()
     ]
-    names = np.array([system.name for system in request.systems], dtype=object)
     status = Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS)
     return scales, [
         *filled,
         (status, arrays["status"].reshape(shape)),
-        (Dataset.text("system", ("damper",), "system"), names),
         *(
             (Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values)
             for name, values in (request.columns.items() if request.sampled else ())

@@ -57,6 +57,7 @@ def test_a_table_gives_the_peaks_of_single_histories():
         assert scan["E1max"][:, row].tolist() == pytest.approx(peaks, rel=1e-12)
     with scan.path.read() as view:
         assert view.dims("E1max") == ("damper", "sample")
+        assert view["damper"].tolist() == ["none", "tmd"]
         assert view["impulse"].tolist() == COLUMNS["impulse"]
     (axes,) = scan.plot("E1max").axes
     assert np.array_equal(axes.lines[0].get_ydata(), [1.0, 0.5])

@@ -142,6 +142,5 @@ class View(Outlined):
             f"{spectrum.bins_holding(POWER_SHARE)} bins"
         )
         if self.exponents is not None:
-            exponents = dict(self.exponents.outline())
-            words, observed = exponents["exponents [1/s]"], exponents["observed"]
-            yield f"  Lyapunov exponents: {words} 1/s; {observed} after the window"
+            words = "; ".join(f"{name} {value}" for name, value in self.exponents.outline())
+            yield f"  Lyapunov {words}"

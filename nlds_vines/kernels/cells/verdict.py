@@ -538,6 +538,29 @@ def note_cycle(flow, evidence, period):
 
 
 @jit
+def note_digits(space, record, length, count, evidence):
+    """Write to how many digits averages of the last `count` sections agree, the worst of them."""
+    digits = 15.0
+    for c in range(0, space.size, 2):
+        digits = min(digits, digits_of(record[length - count : length, c].copy()))
+    evidence[ev.DIGITS] = digits
+
+
+@jit
+def seems_chaotic(evidence):
+    """Return True if the largest exponent is above zero and averages are not those of a torus."""
+    above = evidence[ev.LYAPUNOV] - evidence[ev.INTERVAL] > 0.0
+    return above and evidence[ev.DIGITS] < SMOOTH_DIGITS
+
+
+@jit
+def seems_quasiperiodic(trace, evidence):
+    """Return True if exponent and averages are those of a torus."""
+    zero = abs(evidence[ev.LYAPUNOV]) <= max(evidence[ev.INTERVAL], MARGIN * abs(trace))
+    return zero and evidence[ev.DIGITS] >= SMOOTH_DIGITS
+
+
+@jit
 def is_steady(space, record, length, count):
     """Return True if weighted mean squares about the mean agree in both halves of `count` sections.
 
@@ -598,8 +621,7 @@ def judge(flow, ends, record, first, stages, evidence):
             note_chaotic_transient(flow, course, evidence, period)
             return OK
         # a torus: no periodic orbit beside it, an exponent of zero, averages that converge fast
-        error = max(evidence[ev.INTERVAL], MARGIN * abs(flow.trace))
-        smooth = abs(evidence[ev.LYAPUNOV]) <= error and evidence[ev.DIGITS] >= SMOOTH_DIGITS
+        smooth = seems_quasiperiodic(flow.trace, evidence)
         if evidence[ev.KIND] == UNDETERMINED and long and outcome == NOTHING and smooth:
             time = stages[stage - 1] * period
             if forgets(flow.space.size, flow.trace, evidence, period, time) and is_steady(
@@ -618,14 +640,9 @@ def judge(flow, ends, record, first, stages, evidence):
             status = follow_growth(flow, rows, now, tangent, logs, growth)
             if status == OK:
                 note_exponents(evidence, growth, logs, period, flow.space.size)
-                # chaos: an exponent above zero, and averages that no torus has
-                end, digits = course.length + further, 15.0
-                for c in range(0, flow.space.size, 2):
-                    positions = course.record[end - followed : end, c].copy()
-                    digits = min(digits, digits_of(positions))
-                evidence[ev.DIGITS] = digits
-                above_zero = evidence[ev.LYAPUNOV] - evidence[ev.INTERVAL] > 0.0
-                if above_zero and digits < SMOOTH_DIGITS:
+                end = course.length + further
+                note_digits(flow.space, course.record, end, followed, evidence)
+                if seems_chaotic(evidence):
                     evidence[ev.KIND] = CHAOTIC
         else:
             rows = course.record[course.length : course.length + further]

@@ -304,8 +304,6 @@ class ArchiveView(Outlined):
         The path of the file.
     names : tuple of str
         The names of the recorded datasets, without the scales of their dimensions.
-    attrs : dict
-        The attributes of the file: title, history, request, parameters, versions.
 
     Raises
     ------

@@ -251,7 +251,7 @@ def orbit_of(
 
     Parameters
     ----------
-    archive : ArchiveView or path
+    archive : ArchiveView or path-like
         A scan.
     start : int or str
         The orbit of the cell, by number or name ("up", "random 3").

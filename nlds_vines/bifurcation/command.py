@@ -79,10 +79,10 @@ def scan(
 
     Parameters
     ----------
-    source : System, Scan, str, path, mapping or None
+    source : System, Scan, str, path-like, mapping or None
         A system or the name of one, the path of a scan file (TOML), its document as nested tables,
         or None for Figure 8 of the paper.
-    to : path, optional
+    to : path-like, optional
         The archive (.h5).  Without it the archive is deleted together with the result.
     threads : int, optional
         By default one for each processor.
@@ -94,7 +94,7 @@ def scan(
         Its workers compute blocks of orbits: processes, MPI, submitit.
     quiet : bool
         Hide the progress bar.
-    samples : mapping of arrays, DataFrame or path of a CSV file, optional
+    samples : mapping of arrays, DataFrame or path-like, optional
         Sets of parameters, one a row, in place of `vary`; results have the dimension `sample`.
         A column is a parameter, a ratio or an initial condition.
     **tables

@@ -528,7 +528,7 @@ def load_scan(
 
     Parameters
     ----------
-    source : path, mapping, Scan, System, str or None
+    source : path-like, mapping, Scan, System, str or None
         A TOML file, its document as nested tables, a scan; a system or the name of one for the
         default scan of that; None for the default (Figure 8).
     changes : mapping, optional

@@ -21,11 +21,6 @@ if TYPE_CHECKING:
 class ScanArchive(ArchivePath):
     """The path of a scan's archive, which is accepted wherever a path is.
 
-    Attributes
-    ----------
-    request : Scan
-        The scan; computed again, it gives the same numbers.
-
     Examples
     --------
     >>> import nlds_vines as nv

@@ -75,7 +75,7 @@ def continue_branch(
 
     Parameters
     ----------
-    system : System, str or path
+    system : System, str or path-like
         A system, its name in the catalog, or the path of a TOML file.
     parameter : str
         Name of the free parameter.
@@ -86,7 +86,7 @@ def continue_branch(
         None for the orbit from rest; a periodic `Regime`, at its own value of the parameter; a
         state (x1, v1, x2, v2) or (x, v) [m, m/s], from which the orbit is classified; a label such
         as "3T,3", searched for among random starts; "random" for the orbits of all random starts.
-    to : path, optional
+    to : path-like, optional
         The archive (.h5); by default none is kept.
     period : int, optional
         With a state as start, n: the nT orbit nearest to it, stable or not.
@@ -121,12 +121,12 @@ def continue_branch(
     Notes
     -----
     The orbits are fixed points of the n-fold stroboscopic map, followed by pseudo-arclength
-    continuation [1]_.  An impact may appear or vanish along a branch: with Hertz contacts the map
+    continuation.  An impact may appear or vanish along a branch: with Hertz contacts the map
     stays continuously differentiable there.  Once compiled, a point of T,1 takes some 0.4 ms.
 
     References
     ----------
-    .. [1] Allgower and Georg, Introduction to Numerical Continuation Methods, chapters 2 and 6.
+    Allgower and Georg, Introduction to Numerical Continuation Methods, chapters 2 and 6.
 
     Examples
     --------

@@ -255,7 +255,7 @@ def load_continuation(
 
     Parameters
     ----------
-    source : path, str, dict, System or Continuation, optional
+    source : path-like, str, dict, System or Continuation, optional
         Path of a TOML file (ending in `.toml`), name of the catalog, nested tables, a system, or a
         request; by default SSul Set 6.
     changes : dict, optional

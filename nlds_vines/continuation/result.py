@@ -205,7 +205,7 @@ class Continued(Drawable):
         The request; `continue_branch` computes the same again from it.
     tables : dict of str to ndarray
         The datasets of the archive by name.
-    path : path
+    path : path-like
         The archive; None without one.
 
     Examples

@@ -66,7 +66,7 @@ def response_history(
         Impulse on m1 at t = 0 [N s].
     duration : float, optional
         Length of the histories [s], 60 by default.
-    to : path, optional
+    to : path-like, optional
         Archive to write (.h5).
     resume, overwrite : bool, optional
         Continue or replace an archive that exists.

@@ -103,7 +103,7 @@ def response_spectrum(
 
     Parameters
     ----------
-    record : path, mapping or Record
+    record : path-like, mapping or Record
         The path of a record's file; or the table `[load.record]` of a request: `times` [s] and
         `values`, or `file`, with `dt`, `unit` and its other keys.
     zeta : float, optional

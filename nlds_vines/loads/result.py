@@ -181,7 +181,7 @@ class ResponseHistories(Drawable):
 
         Parameters
         ----------
-        path : path
+        path : path-like
             The file to write.
         overwrite : bool, optional
             Whether a file of this name is replaced.

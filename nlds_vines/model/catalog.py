@@ -41,7 +41,7 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
 
     Parameters
     ----------
-    name_or_path : str or path
+    name_or_path : str or path-like
         A catalog name, such as "ssul-set6", or the path of a TOML file with a `[system]` table.  Of
         a scan file `system` and `[set]` are read.
     **overrides

@@ -83,7 +83,7 @@ def samples_of(source: Any) -> Samples:
 
     Parameters
     ----------
-    source : Samples, mapping, DataFrame or path
+    source : Samples, mapping, DataFrame or path-like
         Arrays of one length by name; anything with `columns` as a DataFrame has them; a CSV file,
         or the mapping `{"file": path}`.  The cells of a CSV file are separated by commas, tabs or
         semicolons (which permit decimal commas); lines that begin with # are comments.

@@ -338,7 +338,7 @@ def slow_manifold(system: System | str | os.PathLike[str]) -> SlowManifold:
 
     Parameters
     ----------
-    system : System, str or path
+    system : System, str or path-like
         A system, its catalog name or its TOML file: of kind `ssbl` under the law `restitution`,
         with k2 = c2 = 0 and C = D > 0.
 

@@ -138,12 +138,12 @@ class Regime(Outlined):
 
         Notes
         -----
-        The variations are orthonormalized after each period [1]_.  Once compiled, 3200 periods of
+        The variations are orthonormalized after each period.  Once compiled, 3200 periods of
         an SSul NES take 0.4 s.
 
         References
         ----------
-        .. [1] Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980) 9 and 21.
+        Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980) 9 and 21.
 
         Examples
         --------
@@ -182,7 +182,7 @@ def classify(
 
     Parameters
     ----------
-    system : System, str or path
+    system : System, str or path-like
         A system, its name in the catalog, or the path of a TOML file.
     start : (4,) array_like, optional
         The state x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1.

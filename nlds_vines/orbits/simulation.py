@@ -235,7 +235,7 @@ def simulate(
 
     Parameters
     ----------
-    system : System, str or path
+    system : System, str or path-like
         A system, its name in the catalog, or the path of a TOML file.
     periods : int
         Number of forcing periods to record, >= 0.

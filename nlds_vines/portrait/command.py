@@ -90,10 +90,10 @@ def orbit_portrait(
 
     Parameters
     ----------
-    source : System, str, path, mapping or PortraitRequest, optional
+    source : System, str, path-like, mapping or PortraitRequest, optional
         A system or its name; the path of a request file (.toml) or its content; or the path of a
         scan's archive (.h5), with `at` and `start` among the options.  By default SSul NES Set 6.
-    to : path, optional
+    to : path-like, optional
         A picture (.png, .pdf, .svg) to save, or an archive (.h5) of histories, section, impacts and
         spectrum, from which the figure is then drawn.
     overwrite : bool, optional

@@ -315,7 +315,7 @@ def basin_measures(
 
     Parameters
     ----------
-    archive : ArchiveView or path
+    archive : ArchiveView or path-like
         The scan, with the record `attractor`.
     side : int
         Cells along the side of a box, for basin entropies.

@@ -72,9 +72,9 @@ def transient_lifetimes(
 
     Parameters
     ----------
-    system : System, str or path, optional
+    system : System, str or path-like, optional
         A system, its name or TOML file; by default SSul NES Set 6.
-    to : path, optional
+    to : path-like, optional
         The archive (.h5).  Without it the results stay in memory.
     starts, seed : int
         Number of random starts, and the seed that draws them.

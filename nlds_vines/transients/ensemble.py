@@ -205,7 +205,7 @@ def ensemble_of(
 
     Parameters
     ----------
-    source : ArchiveView or path
+    source : ArchiveView or path-like
         A scan of several starts.
     *cell : int
         The index of the cell along each varied parameter, by default 0.

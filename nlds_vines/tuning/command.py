@@ -60,12 +60,12 @@ def tune(
 
     Parameters
     ----------
-    source : str, path, mapping, System or Tuning, optional
+    source : str, path-like, mapping, System or Tuning, optional
         A catalog name, the path of a tuning file, the document in one, a system or a request; by
         default SSul Set 6.
-    to : path, optional
+    to : path-like, optional
         The archive (`.h5`) of all evaluations.  By default it is temporary.
-    plot : path, optional
+    plot : path-like, optional
         A picture of the surface (`.png`, `.pdf` or `.svg`).
     threads : int, optional
         Number of threads; by default that of the processors.

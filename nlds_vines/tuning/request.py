@@ -514,7 +514,7 @@ def load_tuning(
 
     Parameters
     ----------
-    source : path, str, mapping, System or Tuning, optional
+    source : path-like, str, mapping, System or Tuning, optional
         The path of a TOML file (`*.toml`), a catalog name, the document as nested tables, a system
         or a request; by default SSul Set 6.
     changes : mapping, optional

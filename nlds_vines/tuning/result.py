@@ -213,7 +213,7 @@ class Tuned(Drawable):
         Number of designs evaluated.
     refused : int
         Number of designs that were inadmissible, because an orbit failed or broke a constraint.
-    path : path
+    path : path-like
         The archive.
 
     See Also

@@ -61,10 +61,10 @@ def response_curves(
 
     Parameters
     ----------
-    source : list, System, str, path, mapping, CurveRequest or None
+    source : list, System, str, path-like, mapping, CurveRequest or None
         Systems or their names, before which the structure alone is computed; the path of a request
         file with [[curves]], or its document; None for the dampers of the paper's Table 2.
-    to : path, optional
+    to : path-like, optional
         The archive (.h5).  Without it the results stay in memory.
     threads : int, optional
         By default one for each processor.

@@ -23,7 +23,7 @@ from nlds_vines.orbits.simulation import simulate
 LOADED = Scene(
     kind="loaded",
     meaning="a damper in a cage on a structure under its weight",
-    own=(*STRUCTURE, *DAMPER, "g", "C", "D", *FORCING),
+    parameter_names=(*STRUCTURE, *DAMPER, "g", "C", "D", *FORCING),
     rest=lambda p: 0.0 * p["C"],
     gap_near=lambda p: p["D"],
     gap_far=lambda p: p["C"],
@@ -74,7 +74,7 @@ def case_of(i: int) -> Case:
     if law.a > 0.0:
         constants["hunt_crossley"] = law.a
     scene = LOADED if kind == "loaded" else SCENES[kind]
-    parameters = {key: numbers[key] for key in scene.own}
+    parameters = {key: numbers[key] for key in scene.parameter_names}
     system = System(
         kind,
         parameters | (constants if scene.walls else {}),

@@ -70,7 +70,7 @@ def _reference(case: Mapping[str, Any]) -> Reference:
 def system_of(kind: str, numbers: Mapping[str, float]) -> System:
     """Return the system of a kind, with those of the numbers that it has; K as given."""
     scene = SCENES[kind]
-    names = (*scene.own, *(("K",) if scene.walls else ()))
+    names = (*scene.parameter_names, *(("K",) if scene.walls else ()))
     return System(kind, {name: numbers[name] for name in names})
 
 

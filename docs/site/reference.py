@@ -69,7 +69,12 @@ def _code(names: Iterable[str]) -> str:
 def kinds() -> str:
     """Return the table of kinds with the parameters that are their own."""
     rows = (
-        (f"`{kind}`", scene.meaning, ", ".join(scene.own), ", ".join(_in_place_of_force(scene)))
+        (
+            f"`{kind}`",
+            scene.meaning,
+            ", ".join(scene.parameter_names),
+            ", ".join(_in_place_of_force(scene)),
+        )
         for kind, scene in SCENES.items()
     )
     return table(("kind", "what it is", "parameters", "in place of P"), rows)
@@ -80,7 +85,7 @@ def _in_place_of_force(scene: Scene) -> list[str]:
     of_contacts = {
         name for law in LAWS.values() for name in (*law.allowed, *of_second(law.allowed))
     }
-    return [name for name in scene.allowed if name not in {*scene.own, *of_contacts}]
+    return [name for name in scene.allowed if name not in {*scene.parameter_names, *of_contacts}]
 
 
 def laws() -> str:
@@ -115,7 +120,7 @@ def ratios() -> str:
             ratio.what.unit,
             ratio.what.meaning,
             f"`{ratio.gives}`",
-            _code(kind for kind, scene in SCENES.items() if ratio.fits(scene.own)),
+            _code(kind for kind, scene in SCENES.items() if ratio.fits(scene.parameter_names)),
         )
         for ratio in RATIOS
     )
@@ -129,7 +134,9 @@ def _allowed(entry: Parameter) -> str:
 def _where(name: str) -> str:
     """Return the kinds, or the contact laws, that have a parameter."""
     of_kinds = [
-        kind for kind, scene in SCENES.items() if name in (*scene.own, *_in_place_of_force(scene))
+        kind
+        for kind, scene in SCENES.items()
+        if name in (*scene.parameter_names, *_in_place_of_force(scene))
     ]
     if len(of_kinds) == len(SCENES):
         return "all kinds"

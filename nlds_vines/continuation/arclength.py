@@ -271,7 +271,7 @@ class Stepper:
                     angle_of(self.point, point) / ANGLE,
                 )
                 if worst <= SHARPEST or shortest:
-                    self.taken, self.point = step, point
+                    self.last_step, self.point = step, point
                     self.step = step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3)))
                     self.step = max(LEAST_STEP, min(self.longest, self.step))
                     return point

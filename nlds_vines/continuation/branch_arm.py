@@ -176,10 +176,10 @@ def follow(
             _end_of_lost(arm)
             break
         leaps = rigid and b.cycle.counts != a.cycle.counts
-        if (unexplained(a, b) and stepper.taken > LEAST_SPLIT) or (
-            leaps and stepper.taken > LEAST_STEP
+        if (unexplained(a, b) and stepper.last_step > LEAST_SPLIT) or (
+            leaps and stepper.last_step > LEAST_STEP
         ):
-            stepper.point, stepper.step = a, max(LEAST_STEP, 0.25 * stepper.taken)
+            stepper.point, stepper.step = a, max(LEAST_STEP, 0.25 * stepper.last_step)
             continue
         if leaps:
             _end_of_lost(arm)

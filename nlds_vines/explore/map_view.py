@@ -129,7 +129,7 @@ STATUS_SHOW = Show("status", "status", "computed", classes=COMPUTED)
 
 
 def shows_of(results: Stored) -> list[Show]:
-    """Return what the map or the diagram of a scan can show, the default first."""
+    """Return the quantities that the map or diagram of a scan can show, the default first."""
     is_map, scene = len(results.scan.axes) == 2, results.scan.system.scene
     shows: list[Show] = []
     if is_map and "label" in results:

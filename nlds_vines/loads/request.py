@@ -187,7 +187,7 @@ class HistoryRequest(Request):
         return {axis.name: axis.values for axis in self.vary}
 
     def values_at(self, places: Sequence[Any]) -> dict[str, Any]:
-        """Return what varies by name, at places along each axis, or of samples."""
+        """Return the values of varied parameters, by name, at a place on each axis or a sample."""
         if self.sampled is not None:
             places = [places[0]] * len(self.columns)
         pairs = zip(self.columns.items(), places, strict=True)

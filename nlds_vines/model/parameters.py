@@ -81,7 +81,7 @@ class Law:
         constants: the names of its parameters.
         instead: a parameter that may replace all constants; "" for none.
         optional: parameters that may be added; 0 by default.
-        own: the parameters that no earlier law has.
+        parameters: the parameters that no earlier law has.
         force: returns the force [N] from the constants by name, the depth z > 0 [m] and its rate
             dz/dt = s [m/s], arrays; None if an impact takes no time.
     """
@@ -91,7 +91,7 @@ class Law:
     constants: tuple[str, ...]
     instead: str = ""
     optional: tuple[str, ...] = ()
-    own: tuple[Parameter, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
     force: Callable[[Mapping[str, float], np.ndarray, np.ndarray], np.ndarray] | None = None
 
     @property
@@ -134,7 +134,7 @@ HERTZ = Law(
     ("E1", "E2", "nu1", "nu2", "A", "B", "q1"),
     "K",
     (DAMPING,),
-    own=(
+    parameters=(
         Parameter("E1", "E₁", "Pa", "Young's modulus of the obstacle", low=0, above=True),
         Parameter("E2", "E₂", "Pa", "Young's modulus of the damper's surface", low=0, above=True),
         Parameter("nu1", "ν₁", "1", "Poisson's ratio of the obstacle", low=0, high=0.5),
@@ -155,7 +155,7 @@ _LAWS = (
         "force K z^n, n the exponent",
         ("K", "exponent"),
         optional=(DAMPING,),
-        own=(
+        parameters=(
             Parameter("exponent", "n", "1", "exponent of the contact force", low=1, high=3),
             Parameter(
                 "hunt_crossley", "a", "s/m", "damping of the contact, Hunt and Crossley's", low=0
@@ -168,7 +168,7 @@ _LAWS = (
         "spring and dashpot: force kc z + cc dz/dt, until it is zero",
         ("kc",),
         optional=("cc",),
-        own=(
+        parameters=(
             Parameter("kc", "kc", "N/m", "stiffness of the contact", low=0, above=True),
             Parameter("cc", "cc", "N s/m", "damping of the contact", low=0),
         ),
@@ -185,7 +185,7 @@ _LAWS = (
         "restitution",
         "rigid bodies: the approach speed turns into -e times itself, at once",
         ("e",),
-        own=(Parameter("e", "e", "1", "coefficient of restitution", low=0, high=1),),
+        parameters=(Parameter("e", "e", "1", "coefficient of restitution", low=0, high=1),),
     ),
 )
 
@@ -194,7 +194,7 @@ LAWS: Mapping[str, Law] = {law.name: law for law in _LAWS}
 
 _IN_KERNELS = {name for law in _LAWS for name in law.needed + law.optional}
 
-CONSTANTS = tuple(one.name for law in _LAWS for one in law.own if one.name in _IN_KERNELS)
+CONSTANTS = tuple(one.name for law in _LAWS for one in law.parameters if one.name in _IN_KERNELS)
 """The names of the constants that the kernels of all laws read."""
 
 SECOND = "_2"
@@ -247,7 +247,7 @@ _ALL = (
 )
 
 
-_NAMED = {one.name: one for one in (*_ALL, *(one for law in _LAWS for one in law.own))}
+_NAMED = {one.name: one for one in (*_ALL, *(one for law in _LAWS for one in law.parameters))}
 
 PARAMETERS: Mapping[str, Parameter] = _NAMED | {
     name + SECOND: replace(

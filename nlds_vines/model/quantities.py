@@ -162,7 +162,7 @@ def _rigid(scene: Scene) -> bool:
 
 def _driven(scene: Scene) -> bool:
     """Return True if there are walls, and a spring about whose rest the forced body moves."""
-    return bool(scene.walls) and not {"k1", "k"}.isdisjoint(scene.own)
+    return bool(scene.walls) and not {"k1", "k"}.isdisjoint(scene.parameter_names)
 
 
 def _limit(scene: Scene) -> bool:

@@ -134,7 +134,7 @@ RATIOS = (
 
 def ratios_in(scene: Scene) -> Mapping[str, Ratio]:
     """Return the ratios of a scene's parameters, by name."""
-    return _ratios_of(scene.own)
+    return _ratios_of(scene.parameter_names)
 
 
 @cache

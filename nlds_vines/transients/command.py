@@ -205,7 +205,7 @@ COMMAND = of_task(
         Option("--delay", "PERIODS", f"before the law [{DELAY:g}]"),
     ),
     (Scan,),
-    but=[said.key for said in settings_of(Scan).values() if said.table != "sampling"],
+    but=[item.key for item in settings_of(Scan).values() if item.table != "sampling"],
     usual=_SAMPLING,
     description="How long chaos lasts over an ensemble of starts, and where they end.",
     examples=_EXAMPLES,

@@ -585,7 +585,9 @@ def _free(request: Merged, scene: Scene) -> dict[str, Any]:
     """
     (_, below), (_, above) = request.layers
     names = set(meant_by(scene, below.get("set", {})))
-    entries = below.get("free", {n: {} for n in USUAL if n in scene.own and n not in names})
+    entries = below.get(
+        "free", {n: {} for n in USUAL if n in scene.parameter_names and n not in names}
+    )
     free = above.get("free", {})
     stated = {*meant_by(scene, [*above.get("set", {}), *above.get("over", {})])}
     stated |= {*meant_by(scene, free)} - {*free}

@@ -235,7 +235,7 @@ WORDS = st.text(LETTERS, min_size=1, max_size=20)
 @st.composite
 def scans(draw) -> Scan:
     system = load_system(draw(st.sampled_from(list(catalog()))))
-    parameters = sorted(set(system.scene.own))
+    parameters = sorted(set(system.scene.parameter_names))
     names = draw(st.lists(st.sampled_from(parameters), min_size=1, max_size=2, unique=True))
     overrides = draw(st.dictionaries(st.sampled_from(parameters), NUMBERS, max_size=4))
     if "K" in system.scene.allowed and draw(st.booleans()):

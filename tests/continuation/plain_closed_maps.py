@@ -202,11 +202,11 @@ def test_steps_lengthen_on_a_straight_branch_and_stay_within_the_longest():
     straight = grazing()
     start = start_at(straight, 0.1, 0.05)
     stepper = arclength.Stepper(straight, start, 1e-4, 2e-3)
-    lengths = [stepper.advance() and stepper.taken for _ in range(8)]
+    lengths = [stepper.advance() and stepper.last_step for _ in range(8)]
     assert lengths[1] == pytest.approx(2e-4)
     assert max(lengths) == pytest.approx(2e-3)
     assert stepper.advance(1e-5)
-    assert stepper.taken == 1e-5
+    assert stepper.last_step == 1e-5
 
 
 def test_steps_shorten_where_a_branch_bends():

@@ -38,7 +38,7 @@ def to_wall(p):
 SCENE = Scene(
     kind="caged",
     meaning="damper in a cage: two obstacles at the same distance",
-    own=(*STRUCTURE, *DAMPER, "D", *FORCING),
+    parameter_names=(*STRUCTURE, *DAMPER, "D", *FORCING),
     rest=rest,
     gap_near=to_wall,
     gap_far=to_wall,

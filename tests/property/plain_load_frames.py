@@ -47,7 +47,7 @@ def system_of(kind, law, widening):
     """Return a system of a kind, its clearance changed by so much."""
     from nlds_vines.model.scenes import SCENES
 
-    parameters = {name: NUMBERS[name] for name in SCENES[kind].own}
+    parameters = {name: NUMBERS[name] for name in SCENES[kind].parameter_names}
     if "C" in parameters:
         parameters["C"] += widening
     walls = LAWS[law] if SCENES[kind].walls else {}

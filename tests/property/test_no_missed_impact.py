@@ -168,7 +168,7 @@ LAWS = {
     "power": lambda numbers: {"law": "power", "K": numbers["K"], "exponent": 1.2},
     "hunt-crossley": lambda numbers: {"hunt_crossley": 0.2},
 }
-OWN = SCENES["ssul"].own  # parameters beside the contact's
+OWN = SCENES["ssul"].parameter_names  # parameters beside the contact's
 BY_LAW = 400  # random orbits, and a fourth as many grazing ones
 BOUNCED = 3  # periods that each is followed
 

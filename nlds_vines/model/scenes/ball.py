@@ -12,7 +12,7 @@ from nlds_vines.model.scenes.base import Scene
 SCENE = Scene(
     kind="ball",
     meaning="a ball on a vibrating table",
-    own=("m", "g", "Y", "omega"),
+    parameter_names=("m", "g", "Y", "omega"),
     gap_far=lambda p: 0.0 * p["m"],
     struck={"near": "table", "far": "table"},
     obstacle=lambda p: {"table": 0.0 * p["m"]},

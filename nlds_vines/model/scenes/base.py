@@ -34,7 +34,7 @@ class Scene:
     Attributes:
         kind: the name in files, archives and Python.
         meaning: in words.
-        own: the names of the parameters, without those of the contact.
+        parameter_names: the names of the parameters, without those of the contact.
         rest: u at which the spring rests; None without a damper.
         gap_near: r at touch of the wall that pushes the damper in +x2.
         gap_far: -r at touch of the wall that pushes the damper in -x2.
@@ -56,7 +56,7 @@ class Scene:
 
     kind: str
     meaning: str
-    own: tuple[str, ...]
+    parameter_names: tuple[str, ...]
     rest: Callable[[Values], Any] | None = None
     gap_near: Callable[[Values], Any] | None = None
     gap_far: Callable[[Values], Any] | None = None
@@ -145,7 +145,7 @@ class Scene:
     @cached_property
     def drives(self) -> tuple[str, ...]:
         """The alternative parameters of the excitation, the default first: force or ground."""
-        if "P" not in self.own:
+        if "P" not in self.parameter_names:
             return ("Y", *BASES)
         return ("P", *BASES) if self.absolute else ("P", "Y", *BASES)
 
@@ -168,17 +168,17 @@ class Scene:
         """Return the names of the parameters without the contact's; `names` chooses the drive."""
         usual = self.drives[0]
         drive = next((name for name in self.drives[::-1] if name in names), usual)
-        return tuple(drive if name == usual else name for name in self.own)
+        return tuple(drive if name == usual else name for name in self.parameter_names)
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """The names of the needed parameters; `K` may replace the constants of a Hertz contact."""
-        return self.own + self.contact(())
+        return self.parameter_names + self.contact(())
 
     @cached_property
     def allowed(self) -> tuple[str, ...]:
         """The names of all allowed parameters, alternatives such as `K` included."""
-        names = self.own + self.drives[1:]
+        names = self.parameter_names + self.drives[1:]
         if self.walls:
             names += self.law.allowed
         if self.walls and self.law_2 is not None:

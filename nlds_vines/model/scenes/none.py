@@ -6,6 +6,6 @@ from nlds_vines.model.scenes.base import Scene
 SCENE = Scene(
     kind="none",
     meaning="primary structure alone, without a damper",
-    own=STRUCTURE + FORCING,
+    parameter_names=STRUCTURE + FORCING,
     components=("x1", "v1"),
 )

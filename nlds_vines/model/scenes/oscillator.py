@@ -11,7 +11,7 @@ from nlds_vines.model.scenes.base import Scene
 SCENE = Scene(
     kind="oscillator",
     meaning="impact oscillator: one mass with a stop",
-    own=(*OSCILLATOR, "C", *FORCING),
+    parameter_names=(*OSCILLATOR, "C", *FORCING),
     gap_near=lambda p: p["C"],
     struck={"near": "stop", "far": "stop"},
     obstacle=lambda p: {"stop": p["C"]},

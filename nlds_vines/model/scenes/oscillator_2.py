@@ -9,7 +9,7 @@ from nlds_vines.model.scenes.base import Scene
 SCENE = Scene(
     kind="oscillator-2",
     meaning="impact oscillator with a stop on either side",
-    own=(*OSCILLATOR, "C", "C_2", *FORCING),
+    parameter_names=(*OSCILLATOR, "C", "C_2", *FORCING),
     gap_near=lambda p: p["C"],
     gap_far=lambda p: p["C_2"],
     struck={"near": "stop", "far": "second stop"},

@@ -12,7 +12,7 @@ from nlds_vines.model.scenes.base import Scene
 SCENE = Scene(
     kind="ssbl",
     meaning="single-sided bilateral NES: strikes the structure and an obstacle",
-    own=(*STRUCTURE, *DAMPER, "C", "D", *FORCING),
+    parameter_names=(*STRUCTURE, *DAMPER, "C", "D", *FORCING),
     rest=lambda p: p["D"],
     gap_near=lambda p: p["D"],
     gap_far=lambda p: p["C"],

@@ -11,7 +11,7 @@ from nlds_vines.model.scenes.base import Scene
 SCENE = Scene(
     kind="ssul",
     meaning="single-sided unilateral NES: one obstacle, free to move away from it",
-    own=(*STRUCTURE, *DAMPER, "C", "V", *FORCING),
+    parameter_names=(*STRUCTURE, *DAMPER, "C", "V", *FORCING),
     rest=lambda p: p["V"] + p["C"],
     gap_near=lambda p: p["C"],
     obstacle=lambda p: {"obstacle": p["V"]},

@@ -10,7 +10,7 @@ from nlds_vines.model.scenes.ssbl import SCENE as SSBL
 SCENE = Scene(
     kind="ssvi-b",
     meaning="single-sided NES: strikes an obstacle, must not reach the structure (x1 < x2)",
-    own=SSBL.own,
+    parameter_names=SSBL.parameter_names,
     rest=SSBL.rest,
     gap_far=SSBL.gap_far,
     limit=SSBL.gap_near,

@@ -10,7 +10,7 @@ from nlds_vines.model.scenes.ssbl import SCENE as SSBL
 SCENE = Scene(
     kind="ssvi-c",
     meaning="single-sided NES: strikes an obstacle, may pass the structure by L at most",
-    own=(*STRUCTURE, *DAMPER, "C", "D", "L", *FORCING),
+    parameter_names=(*STRUCTURE, *DAMPER, "C", "D", "L", *FORCING),
     rest=SSBL.rest,
     gap_far=SSBL.gap_far,
     limit=lambda p: p["D"] + p["L"],

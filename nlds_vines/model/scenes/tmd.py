@@ -9,6 +9,6 @@ from nlds_vines.model.scenes.base import Scene
 SCENE = Scene(
     kind="tmd",
     meaning="tuned mass damper: linear, without contact",
-    own=STRUCTURE + DAMPER + FORCING,
+    parameter_names=STRUCTURE + DAMPER + FORCING,
     rest=lambda p: 0.0,
 )

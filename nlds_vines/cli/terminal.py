@@ -21,7 +21,7 @@ DONE, LANES_FAILED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 2
 
 
 def ended(name: str, work: Callable[[], int]) -> int:
-    """Return the exit status of some work of the command `name`; an error is told in one line.
+    """Run the `work` of the command `name`, print an error as one line, return the exit status.
 
     Output that was not written, as to a full disk, is an error like any other.
     """
@@ -59,10 +59,10 @@ def ended(name: str, work: Callable[[], int]) -> int:
 
 
 def _open_streams() -> None:
-    """Open what was closed of input, output and errors (`>&-`), to nowhere.
+    """Open a closed standard input, output or error (`>&-`) as the null device.
 
-    An archive would otherwise get the number of one of them, and what is meant for a terminal
-    would be written into it.
+    Otherwise an archive would get one of the file descriptors 0 to 2, and messages would be written
+    into it.
     """
     for number in range(3):
         try:
@@ -89,9 +89,9 @@ def _in_words(error: OSError) -> str:
 
 
 def say(*lines: object) -> None:
-    """Print lines at once, each as one whatever is in it: titles and names come from files.
+    """Print each argument as one line, and flush; titles and names from files may have line breaks.
 
-    What the terminal's encoding lacks is escaped, too: nothing fails at its last step.
+    Characters that the terminal's encoding lacks are escaped, so that printing does not fail.
     """
     for line in lines:
         text, encoding = printable(str(line)), sys.stdout.encoding or "utf-8"
@@ -101,7 +101,7 @@ def say(*lines: object) -> None:
 
 def complain(name: str, message: str) -> None:
     """Print a message of the command `name` to standard error, as one line whatever is in it."""
-    with suppress(OSError):  # there is no one who could be told
+    with suppress(OSError):  # standard error itself cannot be written
         text = printable(" ".join(message.split()))
         print(f"{program(name)}: {text}", file=sys.stderr, flush=True)
 
@@ -114,11 +114,11 @@ def program(name: str) -> str:
 def table(
     head: Sequence[str], rows: Iterable[Sequence[str]], right: Container[int] = ()
 ) -> Iterator[str]:
-    """Yield the lines of a Markdown table, each row as soon as it is there.
+    """Yield the lines of a Markdown table, each row as soon as `rows` yields it.
 
     Arguments: the cells of its `head`; its `rows`, where cells missing at the end are empty; the
-    columns, counted from 0, that are aligned to the `right`.  A bar would end a cell: a slash
-    stands for it.
+    columns, counted from 0, that are aligned to the `right`.  A slash replaces a bar, which would
+    end the cell.
     """
     yield f"| {' | '.join(head)} |"
     yield f"|{'|'.join('---:' if i in right else '---' for i in range(len(head)))}|"

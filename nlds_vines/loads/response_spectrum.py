@@ -20,13 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PERIODS = 100
-"""Periods of a spectrum, if none are given."""
+"""Default number of periods of a spectrum."""
 
 LONGEST = 5.0
-"""The longest of them [s]; the shortest is the step of the record, at least 0.01 s."""
+"""Default longest period [s], at least twice the shortest, which is the step of the record, at
+least 0.01 s."""
 
 SUBSTEPS = 24
-"""Evaluations in each period; the cubics between two of them err by 1e-5."""
+"""Least number of evaluations per period; cubics between them have a relative error of 1e-5."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -110,7 +111,7 @@ def response_spectrum(
         Damping ratio, 0 <= zeta < 1.
     periods : array_like, optional
         Undamped natural periods [s]; by default 100 from the step of the record, at least 0.01 s,
-        to 5 s, at equal ratios.  They may be as short as a step.
+        to 5 s (or twice the shortest), geometrically spaced. Each must be positive.
 
     Returns
     -------
@@ -219,7 +220,8 @@ def _peaks(steps: np.ndarray, a: np.ndarray, zeta: float, period: float) -> tupl
 def _largest(y: np.ndarray, rates: np.ndarray, h: np.ndarray) -> float:
     """Return the largest |y| of the cubics with the values `y` and `rates` (n + 1,) at their ends.
 
-    In a step of length h, with q = (y - y0) in powers of t / h: q' = b + 2 c t + 3 d t^2.
+    In a step, with t from 0 to 1: q = y - y0 = b t + c t^2 + d t^3, q' = b + 2 c t + 3 d t^2. An
+    inner extremum is sought only where the rates at both ends differ in sign.
     """
     b, rise, end = rates[:-1] * h, np.diff(y), rates[1:] * h
     peaks = np.abs(y).max()

@@ -33,8 +33,9 @@ STRUCTURE = "structure"
 """The name of the forced body; kinds of one mass have another one (`Scene.body`)."""
 
 MAPS, CURVES, TOUCHED, BELOW = "maps", "curves", "touched", "below"
-"""Where a number is drawn by default: on maps, the first recorded one; in diagrams without a
-section, from the top; there, as the section at impact; below the other panels."""
+"""Where a number is drawn by default: on maps, where the first recorded one is the default; as
+panels of diagrams without a section; in the section at impact; below the other panels of a
+diagram."""
 
 SIGNED, ERROR, PERIOD, WAIT = "signed", "error", "period", "wait"
 """Scales: symmetric about zero; logarithmic, with zero as round-off; a color for each period;
@@ -51,8 +52,8 @@ class Quantity:
         name: of its dataset.
         unit: SI, in the notation of CF; "1" for a number without one.
         words: its meaning; {body} and {first} are the forced body, {x} and {v} its coordinates.
-        record: the records, of `RECORDS`, that contain it; () for every scan.  A scene can give
-            the first of them because it has this quantity.
+        record: the records, of `RECORDS`, that contain it; () for every scan.  A scene that has
+        this quantity can have the first of them recorded.
         label, symbol: on axes; by default the beginning of `words`, and none.
         has: predicate of the scenes that have it; by default all.
         dims: the dimensions after `start`; `wall` only with two walls.
@@ -64,7 +65,7 @@ class Quantity:
         reduced: whether it is compared with that of the structure alone.
         drawn: places, of `MAPS`, `CURVES`, `TOUCHED` and `BELOW`.
         scale: of `SIGNED`, `ERROR`, `PERIOD` and `WAIT`; by default linear over its range.
-        width: the name of half the width of its interval, drawn over a line at zero.
+        width: the name of the quantity that holds half the width of its interval.
     """
 
     name: str
@@ -130,8 +131,8 @@ def clause(text: str) -> str:
 # ---- quantities of scans -------------------------------------------------------------------------
 
 TOUCHES = 4
-"""Impacts for each sampled period whose touch is recorded, in sequence: an orbit of up to so many
-impacts per period shows all of them."""
+"""Room for touches, in impacts per sampled period: an orbit with at most so many impacts per period
+has all of its touches recorded, in sequence."""
 
 _ORDER = (
     "section", "impacts", "speeds", "impact_section", "modulation", "energy", "peak", "response",
@@ -262,7 +263,7 @@ QUANTITIES = (
         "displacement from the foot", has=lambda scene: scene.foot,
     ),
     *_response(
-        "transmissibility", "1", "transmissibility: rms of x1 by rms of the foot's displacement y",
+        "transmissibility", "1", "transmissibility: rms of x1 / rms of the foot's displacement y",
         column=1, has=lambda scene: scene.foot,
     ),
     *_response(
@@ -370,7 +371,8 @@ QUANTITIES = (
         dims=("component",),
     ),
     _of_verdict(
-        "averaging", "1", "digits to which time averages of its two halves agree", ev.DIGITS,
+        "averaging", "1", "digits to which time averages over two halves of an orbit agree",
+        ev.DIGITS,
         label="digits to which averages agree",
     ),
     _of_verdict(
@@ -502,7 +504,7 @@ def stored_in(buffer: str) -> tuple[Quantity, ...]:
 # ---- quantities under a load ---------------------------------------------------------------------
 
 SHARES = (0.01, 0.1, 0.5)
-"""Shares of the largest E1 for which there is a last time."""
+"""Shares of the largest E1; `last_1`, `last_10`, `last_50` are the last times above them."""
 
 WAYS = ("c1", "c2", "contact")
 """What dissipates energy: the dashpots and the contacts."""
@@ -550,7 +552,7 @@ OF_LOADS = (
     *(_of(f"share_{sink}", "1", f"share of the energy brought in that {what} dissipated by the end",
           f"share dissipated by {what}")
       for sink, what in zip(WAYS, ("dashpot c1", "dashpot c2", "contacts"), strict=True)),
-    _of("balance", "1", "largest of abs(in - stored - dissipated) by the largest energy brought in",
+    _of("balance", "1", "largest abs(in - stored - dissipated) / largest energy brought in",
         "error of the energy balance", scale=ERROR),
 )  # fmt: skip
 """The numbers of a structure and its damper under a load, the most important first."""

@@ -114,7 +114,7 @@ class ParameterTable:
 
 @dataclass(frozen=True)
 class Checked:
-    """A value that a function validates, which knows the name of its key; `listed`: a list."""
+    """A value that `check` validates; `check` knows the name of the key. `listed`: it is a list."""
 
     check: Callable[[Any], Any]
     listed: bool = False
@@ -128,11 +128,11 @@ class Setting:
     """The description of one key of a request file.
 
     Attributes:
-        table: its table, without brackets; of an array of tables with one pair, `[column]`; empty
-            for the table that its class names in an attribute `table`.
+        table: its table, without brackets; for an array of tables, `[column]` with brackets. If
+        empty, the table is the attribute `table` of the class.
         check: validates its value.
         words: its meaning, in Markdown, for the help of its option and the page of keys.
-        form: of the value of its option, as PERIODS; empty without an option.
+        form: the placeholder of the option's value in the help, such as PERIODS; empty: no option.
         option: the name of its option, by default that of the key.
         key: its name, by default that of the field.
         usual: the default in words, if the field's own does not say it.
@@ -231,7 +231,7 @@ class Request(Outlined):
         raise NotImplementedError
 
     def starts_inside(self) -> list[str]:
-        """Return a line if orbits start inside a wall."""
+        """Return lines that say which orbits start inside a wall; empty if none does."""
         return []
 
     def to_toml(self) -> str:
@@ -250,7 +250,7 @@ Document = Mapping[str, Any]
 """The content of a TOML file, as nested tables."""
 
 LENT = ("title", "system", "set", "sampling")
-"""The keys of a file that a command for other kinds of request uses."""
+"""The keys that a command uses even from a file for another kind of request."""
 
 MARKS = (
     "vary", "samples", "record", "spectrum", "free", "over", "surface", "uncertain", "along",
@@ -323,7 +323,8 @@ class Form:
         `changes`, a document; `changes_from` and `where`, the names of changes and source in
         messages.
 
-        An overridden entry removes the entries that its setting `replaces`.
+        A change of a value removes the entries that its setting `replaces`; a change to the same
+        value does so only if an entry of the source replaces its key.
         """
         where, below, left = self._opened(source, where)
         above = {k: v for k, v in (changes or {}).items() if v or not isinstance(v, Mapping)}

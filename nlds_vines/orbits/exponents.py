@@ -40,16 +40,18 @@ class LyapunovSpectrum(Outlined):
     Attributes
     ----------
     exponents : (4,) ndarray
-        Mean growth rates [1/s]; two without a damper; -inf for variations that contacts forget.
+        Mean growth rates [1/s]; two without a damper; -inf for variations that contacts reduce to
+        zero.
     widths : (4,) ndarray
-        Half widths of their 99 % intervals, from the means of 16 successive batches.
+        Half widths of their 99 % intervals [1/s], from the means of 16 successive batches; 0 for
+        exponents of -inf.
     times : (periods,) ndarray
-        Times [s] at the ends of the periods.
+        Times [s] at the ends of the periods, from the end of the `ALIGNING` periods.
     running : (periods, 4) ndarray
         Mean growth rates [1/s] up to these times; the last row is `exponents`.
     divergence : float
-        Mean divergence of the motion [1/s] from the equation of motion and the contacts, which the
-        sum of the exponents equals: -(c1 + c2) / m1 - c2 / m2 if contacts dissipate nothing.
+        Mean divergence [1/s] of the flow and the contacts, computed apart from the exponents. Their
+        sum equals it: -(c1 + c2) / m1 - c2 / m2 if contacts dissipate nothing.
     """
 
     exponents: np.ndarray
@@ -111,7 +113,8 @@ def _growth(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the logarithms of the growth of orthonormal variations and of volumes in each period.
 
-    Shapes (periods, size) and (periods,).  Lengths are those of the energy norm.
+    Shapes (periods, size) and (periods,).  Each component is scaled by the energy norm of its unit
+    state.
     """
     parts, size = parts_of("exact", system.scene, Settings()), len(system.scene.components)
     cell = np.atleast_1d(system.cells()).view(np.recarray)
@@ -138,7 +141,7 @@ def _growth(
 def _orthonormalized(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return orthonormal rows by the Gram-Schmidt process, and the logarithms of their lengths.
 
-    A projection that loses digits is repeated, which suffices for orthogonality to round-off.  A
+    Every projection is done twice, which suffices for orthogonality to round-off.  A
     vector of length 0 stays 0.
     """
     result, lengths = np.zeros_like(vectors), np.zeros(len(vectors))

@@ -39,8 +39,9 @@ SAMPLES = 512
 """States of a trajectory in each forcing period, by default."""
 
 SHORT = 1000
-"""Periods, some milliseconds, up to which compiled kernels run in the calling thread.  The thread
-by which signals can end longer work costs more CPU time than a period."""
+"""Up to so many periods (some milliseconds), compiled kernels run in the calling thread. Longer
+work runs in a second thread, so that signals can end it; that thread costs more CPU time than a
+period."""
 
 _RUN_CELL = getattr(run_cell, "entry", run_cell)
 """The compiled entry of `run_cell`."""
@@ -81,7 +82,7 @@ class Orbit(Outlined):
     section : (periods, 4) ndarray
         The states at t = T, 2T, ..., counted from the end of the transient.
     impacts : ndarray of dtype `records.IMPACT`
-        One row per touch: `wall` (the body that is struck), times `touch` and `release` [s] from
+        One row per touch: `wall` (name of the struck body), times `touch` and `release` [s] from
         the start of the transient, approach `speed` [m/s], peak `force` [N], `depth` [m], changes
         `gain1`, `gain2` of E1 and E2 [J].  If an impact lasts beyond the end, `release` is NaN, and
         force and depth are the largest up to the end.
@@ -127,7 +128,7 @@ class Orbit(Outlined):
     transient: int = 0
 
     def heading(self) -> str:
-        """Return the name of the system."""
+        """Return "of" and the heading of the system."""
         return f"of {self.system.heading()}"
 
     def outline(self) -> Rows:
@@ -306,7 +307,7 @@ def simulate(
 
 
 class Beginning(NamedTuple):
-    """The start of an orbit in the numbers of the kernels.
+    """A state from which kernels follow an orbit, with the system and the method.
 
     Fields: the `system`; `method` and its `settings`; the record of its `cell`; the `state` at
     phase zero (x1, v1, r, s, q, mode ...), shape (STATE_SIZE,).
@@ -335,7 +336,7 @@ class Beginning(NamedTuple):
             impacts = buffers.cell.impacts
             if impacts is None or impacts.filled[0] <= len(impacts.data):
                 return buffers.orbit(self.system, self.cell.rest, state, transient)
-            # the second run is the same and counts as many impacts
+            # run again with enough room: the same orbit has the same number of impacts
             larger: dict[str, Any] = {"impacts": room_for_impacts(int(impacts.filled[0]))}
             if buffers.cell.clearance is not None:
                 larger["clearance"] = np.full(1, np.inf)
@@ -396,7 +397,7 @@ class _Buffers(NamedTuple):
         return cls(record, stops, cell)
 
     def orbit(self, system: System, rest: float, state: np.ndarray, transient: int) -> Orbit:
-        """Return the records in the user's coordinates."""
+        """Return the orbit: last state and records in the user's coordinates."""
         stops, cell, results = self.stops, self.cell, dict[str, Any]()
         if "trajectory" in self.record:
             count = transient * stops + 1 + np.arange(len(cell.section))
@@ -476,10 +477,11 @@ def _refuse_inside(system: System, r: float) -> None:
     """Raise `RequestError` for a start inside a rigid body."""
     scene, p = system.scene, system.parameters
     for struck, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
-        if gap is not None and scene.law.instant and sign * r - gap(p) > ROUND_OFF * abs(r):
+        law = scene.law_at(struck)
+        if gap is not None and law.instant and sign * r - gap(p) > ROUND_OFF * abs(r):
             raise RequestError(
                 f"start: {sign * r - gap(p):.3g} m inside the {scene.struck[struck]}, which is "
-                f"rigid under law {scene.law.name!r}"
+                f"rigid under law {law.name!r}"
             )
 
 

@@ -1,6 +1,6 @@
 """The values of the spectral records, from equidistant states.
 
-For 240 periods of 64 states, a spectrum takes 0.4 ms, and its background as long.
+A spectrum of 240 periods with 64 states each takes 0.4 ms; its background takes as long.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from nlds_vines.orbits.spectral_records import LINES, SpectralRecords
 from nlds_vines.orbits.spectrum import spectrum_of
 
 UNCLEAR = "unclear"
-"""The spectral label of a spectrum with neither lines alone nor a broad band."""
+"""The spectral label if the broadband share, or too few sampled periods, does not decide."""
 
 LINES_BELOW, BROADBAND_ABOVE = 1e-4, 1e-3
-"""Largest broadband share of lines alone, and smallest of continuous spectra.
+"""A smaller broadband share means lines alone; a share above the second, a continuous spectrum.
 
 From 19 quasiperiodic and 13 chaotic motions of Set 6 between 7.363 and 7.425 rad/s: see
 `docs/portrait.md#spectra-along-a-scan`."""
@@ -50,7 +50,7 @@ def agreement(
     Arguments: codes of the `regime`, the `period` n of nT and the spectral labels, of one shape;
     the number of sampled `periods`.
     An nT orbit agrees with nT, a quasiperiodic one with lines, chaos with a broadband spectrum.
-    A section cannot recur if its period is longer than a third of the sampled ones (`period_of`).
+    It is undecided if n exceeds a third of `periods`: `period_of` finds no such recurrence.
     """
     words = {FLAGS["quasiperiodic"]: "lines", FLAGS["chaotic"]: "broadband"}
     agreed = np.full(regime.shape, -1, np.int8)
@@ -67,7 +67,8 @@ def agreement(
 def arrays_of(
     records: SpectralRecords, states: np.ndarray, sound: np.ndarray, transient: int
 ) -> dict[str, np.ndarray]:
-    """Return the datasets by name, (sweeps, cells, ...) each; NaN for orbits that failed.
+    """Return the datasets by name, (sweeps, cells, ...) each. Orbits that failed have NaN,
+    `line_period` 0 and `spectral_label` "".
 
     Arguments: the `records`; `states` (sweeps, cells, periods samples, components), the last of
     each period at its end; `sound` (sweeps, cells), False for orbits that failed; the `transient`
@@ -118,7 +119,7 @@ def _lines(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return amplitudes and phases (LINES,) of a signal of an nT orbit.
 
-    They are those of the last periods that are whole cycles, so that each line lies on a bin and
+    They are taken over the last whole cycles of n periods, so that each line lies on a bin and
     none leaks.
     """
     cycles = records.periods // n

@@ -101,9 +101,8 @@ def tune(
 
     References
     ----------
-    R. Storn and K. Price, Differential evolution, J. Global Optim. 11 (1997); F. Gao and L. Han,
-    Implementing the Nelder-Mead simplex algorithm with adaptive parameters, Comput. Optim. Appl. 51
-    (2012).
+    R. Storn and K. Price, Differential evolution, J. Global Optim. 11 (1997); J. A. Nelder and R.
+    Mead, A simplex method for function minimization, Computer J. 7 (1965) 308-313.
 
     Examples
     --------

@@ -22,7 +22,7 @@ from nlds_vines.tuning.request import Search, Tuning, check_installed
 from nlds_vines.tuning.result import Findings, contents, scales
 
 PROMISING = 0.25
-"""How much worse than the best, relatively, a design may be from which a local search begins."""
+"""A local search starts at designs whose objective is at most this share above the best."""
 
 Evaluate = Callable[[np.ndarray], np.ndarray]
 """The objective (n,) of points (n, parameters) in the unit cube."""
@@ -37,7 +37,8 @@ _INADMISSIBLE = 1e30  # in place of infinity, with which CMA-ES cannot compute
 def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     """Run a tuning and write the archive `output`.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every evaluation saved for --resume,
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with all finished blocks of evaluations
+    saved for --resume,
     and `RequestError` if the archive cannot be written.
     """
     how = RunOptions() if how is None else how
@@ -50,7 +51,7 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
             log = Log(tuning, store, progress)
             findings = _findings(tuning, log)
         derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
-        free = (*tuning.names, *derived)  # no free parameter has one value for the archive
+        free = (*tuning.names, *derived)  # the archive has no single value of a free parameter
         datasets = contents(tuning, findings)
         return store.writer(scales(tuning, findings), datasets, free, replayed=log.replayed)
 
@@ -58,7 +59,8 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
 
 
 def _findings(tuning: Tuning, log: Log) -> Findings:
-    """Search with every seed; perturb the optima, and compute the surface through the best."""
+    """Search with every seed; test the optima by perturbations, finer bands and fresh draws;
+    compute the surface through the best."""
     search = tuning.search
     spread = np.array([_search(tuning, log, seed) for seed in search.all_seeds])
     points, values, rows = log.designs()
@@ -115,7 +117,8 @@ def distinct(
     """Return the indices of good designs that lie apart from one another, the best first.
 
     Arguments: `units` (n, parameters), points in the unit cube; `values` (n,), their objectives;
-    `within`, the largest objective relative to the best; `apart`, the smallest distance from all
+    `within`, the largest excess over the best objective, relative to it; `apart`, the smallest
+    distance from all
     better designs chosen; `most`, the largest number.  Empty if no value is finite.
     """
     limit = values.min(initial=np.inf) * (1 + within)
@@ -154,7 +157,8 @@ def search_globally(
 ) -> None:
     """Run the global search of a request, by whole generations; the log has its evaluations.
 
-    Arguments: `first`, a point of the unit cube from which the search begins, or None.
+    Arguments: `first`, a point of the unit cube, or None. DE puts it into its first generation;
+    CMA-ES starts from it.
 
     Raises `RequestError` if the search needs a package that is not installed.
     """
@@ -229,12 +233,12 @@ def _cma(
 
 
 def polish(evaluate: Evaluate, start: np.ndarray, most: int) -> None:
-    """Search around a point of the unit cube by the simplices of Nelder and Mead, as the paper.
+    """Search around a point of the unit cube by the method of Nelder and Mead.
 
     Makes at most `most` evaluations, which the log has, inside the bounds.
 
-    Source: F. Gao and L. Han, Implementing the Nelder-Mead simplex algorithm with adaptive
-    parameters, Comput. Optim. Appl. 51 (2012), as SciPy implements it.
+    Source: J. A. Nelder and R. Mead, A simplex method for function minimization, Computer J. 7
+    (1965) 308-313, as SciPy implements it.
     """
     from scipy.optimize import minimize
 

@@ -21,15 +21,15 @@ from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, shown
 
 SUFFIXES = (".csv", ".txt")
-"""The ends of the names of what is written."""
+"""The file name extensions that the command can write."""
 
 _EXAMPLES = """\
 examples:
   nlds-vines export figure8.h5
-      figure8.csv: one row for each orbit, with all that is one number of it
+      figure8.csv: one row for each orbit, with every dataset that has one value for it
   nlds-vines export figure8.h5 section label -o sections.csv
       a row for each sampled period: x1, v1, x2, v2, and the label of the orbit
-exit status: 0 done; 2 the request is wrong
+exit status: 0 done; 2 wrong request, file error or too little memory
 """
 
 
@@ -54,9 +54,14 @@ def _declare(parser: Parser) -> None:
     add = parser.add_argument
     add("file", metavar="FILE.h5", help="the archive")
     add("dataset", nargs="*", metavar="DATASET", help="by default all with a value for each orbit")
-    add("-o", "--output", metavar="FILE.csv", help="[FILE.csv]")
+    add(
+        "-o",
+        "--output",
+        metavar="FILE.csv",
+        help="the table [FILE.csv]",
+    )
     add("--overwrite", action="store_true", help="replace a file")
-    add("--quiet", action="store_true", help="do not name the file made")
+    add("--quiet", action="store_true", help="do not print the name of the written file")
 
 
 COMMAND = Command(

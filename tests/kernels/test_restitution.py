@@ -470,3 +470,10 @@ def test_nothing_begins_inside_a_rigid_body():
     system = load_system("ssul-set6", law="restitution", e=0.5)
     with pytest.raises(RequestError, match=r"0\.05 m inside the obstacle, which is rigid"):
         simulate(system, 1, start=[0.0, 0.0, 0.05, 0.0])
+
+
+def test_a_start_inside_the_one_wall_that_is_rigid_is_refused():
+    """The structure is rigid, the obstacle elastic: each wall is judged by its own law."""
+    system = load_system("ssbl", law_2="restitution", e_2=0.7)
+    with pytest.raises(RequestError, match=r"0\.1 m inside the structure, which is rigid"):
+        simulate(system, 1, start=(0.0, 0.0, -0.1, 0.0))

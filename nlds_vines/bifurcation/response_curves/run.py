@@ -30,10 +30,11 @@ def run(
     how: RunOptions | None = None,
     cached: dict[str, Arrays] | None = None,
 ) -> None:
-    """Compute response curves into the archive `output`, case by case; --resume goes on.
+    """Compute response curves into the archive `output`, case by case; with --resume, saved cases
+    are reused.
 
-    `cached` are arrays of scans that need not be computed, by the scan's hash; this run adds its
-    own.
+    `cached` maps the hash of a scan to its arrays. Scans in it are not computed; this run adds the
+    arrays of all others.
     """
     how = RunOptions() if how is None else how
     cached = {} if cached is None else cached
@@ -85,8 +86,8 @@ def contents(
 ) -> list[tuple[Dataset, np.ndarray]]:
     """Return the datasets of the archive with their values.
 
-    `results` are the arrays (n, starts) or (n, starts, walls) of every case, by name.  A quantity
-    that a case lacks is the fill value; so is that at the far wall if a case has one wall.
+    `results` are the arrays (n, starts) or (n, starts, walls) of every case, by name.  Where a case
+    lacks a quantity, or its second wall, the values are the fill value.
     """
     damped_first = sorted(request.cases, key=lambda case: not case.scan.system.scene.damper)
     table: dict[str, Dataset] = {}

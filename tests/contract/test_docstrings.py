@@ -12,7 +12,7 @@ NAMES = [name for name in nv.__all__ if name != "__version__"]
 FUNCTIONS = [name for name in NAMES if not inspect.isclass(getattr(nv, name))]
 
 COMPILING = {"tune", "LoadScan", "ScanArchive", "basin_measures", "orbit_of", "response_curves"}
-COMPILING |= {"scan", "transient_lifetimes", "ensemble_of"}
+COMPILING |= {"scan", "transient_lifetimes", "ensemble_of", "response_history", "ResponseHistories"}
 """The names whose examples need kernels beyond the four configurations of this tier."""
 
 UNASKED = {"ES01", "SA01", "SA04", "EX01"}

@@ -206,6 +206,13 @@ def test_numbers_of_nodes_that_are_no_fours(nodes):
     assert one().error(arc) <= 0.1 * one().error(few)
 
 
+@pytest.mark.kernels
+@pytest.mark.parametrize("nodes", [14, 18])
+def test_variations_settle_at_the_last_node_where_fours_are_padded(nodes):
+    impacts = random_impacts(40, make_arc(1e-12, nodes=24))
+    assert max(impact.error(make_arc(1e-12, nodes=nodes)) for impact in impacts) <= 1e-9
+
+
 PRINT = """
 from test_impact_variations import *
 for impact in random_impacts(6, make_arc()):

@@ -347,7 +347,7 @@ def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
         slopes_of_b(nodes)
         of_b = integrate_b(nodes, b)
         slopes_of_motion(nodes)
-        of_e = integrate_motion(ps, nodes, late, x, v, nodes.m - 2)
+        of_e = integrate_motion(ps, nodes, late, x, v, (nodes.n - 1) // 2 * 2)
         left = largest_of((0.25 * took) * of_e / size)
         if left + largest_of(of_speed * of_b / size) <= enough:
             break

@@ -1,7 +1,8 @@
 """An nT orbit as a point of a branch: its defect, the derivatives of that, and its extremes.
 
-The derivative by the state is the monodromy matrix, from variations; those by parameters are from
-variations that the parameters drive (`driven`). Also orbits that stop near a known cycle.
+The defect is image - y, the image being the state n periods after y. Its derivative by y is M - I;
+the monodromy matrix M is from variations. Its derivatives by parameters, those of the image, are
+from variations that the parameters drive (`driven`). Also orbits that stop near a known cycle.
 """
 
 from __future__ import annotations

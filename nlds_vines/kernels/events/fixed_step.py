@@ -68,7 +68,7 @@ def phase_in_step(grid, j, x):
 
 @jit
 def step_to(ps, damper, grid, j, x, length, y):
-    """Return the state `length` cells after the state y at place x of step j."""
+    """Return the state `length` steps after the state y at place x of step j."""
     if x == 0.0 and length == 1.0:
         c0, c1, c2 = grid.cosine[j], grid.middle[j], grid.cosine[j + 1]
     else:
@@ -148,7 +148,12 @@ def length_to_level(step, low, high, sign, level):
 
 @jit
 def length_to_touch(step, sign, wall):
-    """Return the length at which a step first touches a wall, or -1."""
+    """Return the length, in steps of the grid, at which a step touches a wall; -1: it does not.
+
+    sign: 1 for the near wall, -1 for the far one. The shortened step ends on the wall to round-off.
+    r is assumed to turn back at most once within the step: the states at its ends decide. A step
+    that begins on the wall or beyond it, and moves on outward, has the length 0.
+    """
     y, z = step.y, step.z
     inside, beyond = sign * y[2] >= wall.gap, sign * z[2] > wall.gap
     if inside and sign * y[3] > 0.0:

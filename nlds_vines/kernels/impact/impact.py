@@ -301,11 +301,13 @@ def integrate(nodes, approach):
 
 @jit
 def settle(ps, damper, wall, nodes, approach, tolerance):
-    """Sweep until the unknowns at the nodes settle to a tolerance; return True if they do.
+    """Sweep until the unknowns at the nodes settle; return True if MOST_SWEEPS sweeps suffice.
 
-    A sweep changes the unknowns by at most `shrinks` times the change before: b by the small
-    numbers, the common motion by its rates times the duration. Integrals over the whole interval
-    change by `shrinks` times that, those of time and place by BY_TIME times that.
+    tolerance: relative error that may remain in the integrals over the whole interval. The next
+    sweep would change the nodes by about `shrinks` times this change; `shrinks` is the sum of the
+    small numbers' sizes and of the common motion's rates times the duration. A change at the nodes
+    changes the integrals of b and v by `shrinks` times it, those of time and place by BY_TIME times
+    it. The larger factor counts.
     """
     took = approach.tick * LENGTH
     slow = took * (ps.damping + 0.5 * ps.stiffness * took)

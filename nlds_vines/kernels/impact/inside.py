@@ -282,9 +282,10 @@ def push_at(ps, w, i, t, x, v):
 
 @jit
 def integrate_motion(ps, nodes, late, x0, v0, first):
-    """Integrate time and common motion to the nodes from `first` on; return the changes of e.
+    """Integrate t, x - T v and v to the nodes from `first` (even) on, and fill e there.
 
-    These are the largest over the nodes, one for each variation.
+    late, x0, v0: t0, x and v at the touch; the slopes are those of `slopes_of_motion`. Returns the
+    largest absolute change of e over these nodes, one for each variation.
     """
     w, m, matrix = nodes.w, nodes.m, nodes.at + NODES.matrix * nodes.m
     changed = four(0.0)
@@ -330,9 +331,10 @@ def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
 
     start: (t0, b, x, v) at the touch; lasting: the duration `took` [s] times rate; size: of the
     variations [m/s]; enough: tolerated error at the end, relative. The guess is right to third
-    order, so that a sweep shrinks an error of b at least to a third of a, and the integral to the
-    end does so again; the time of release takes a fifth of it. An error of e grows at least as t^3:
-    it is largest at the last node, and a quarter of it acts. When e is settled, only b is iterated.
+    order, so that a sweep multiplies an error of b by approach.size / 3 or less, and so does the
+    integral to the end; the time of release takes a fifth of it. An error of e grows at least as
+    t^3: it is largest at the last node, and a quarter of it acts. When e is settled, only b is
+    iterated.
     """
     late, b, x, v = start
     shrinks = approach.size / 3.0

@@ -4,11 +4,11 @@ A variation w obeys w' = A w. The derivative of the state at a given phase by a 
 
     w' = A w + df/dp,    f = (v1, dv1/dt, s, ds/dt) of eq. (5)
 
-At a given phase, a change of the frequency slows down time and with it all motion:
-df/domega = -f / omega. A change of the gap acts as one of r with the other sign: a touch is later
-by (gap' - r) / s, which also enters the jumps of f, as with a dashpot, and of the state, as of
-rigid bodies. Walls see states mirrored by a `sign`; variations are not mirrored, so df/dp is
-computed from a mirrored state and multiplied by `sign`.
+The rates by phase are f / omega, so that df/domega = -f / omega. A change gap' of the gap acts as a
+change -gap' of r: a variation touches later by (gap' - r) / s. Where f jumps at the touch (with a
+dashpot), or the state does (at a rigid wall), the jump of the variation contains this delay. Walls
+see states mirrored by a `sign`; variations are not mirrored, so df/dp is computed from a mirrored
+state and multiplied by `sign`.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ NEAR, FAR, RATE_COLUMNS = 10, 11 + MOST_CONSTANTS, 12 + 2 * MOST_CONSTANTS
 
 
 class Driven(NamedTuple):
-    """Four variations, each of the first driven by one parameter."""
+    """Room for four variations; parameter i drives variation i, further ones have no meaning."""
 
     rows: Any  # (16,) one variation after the other
     rates: Any  # (parameters, RATE_COLUMNS)

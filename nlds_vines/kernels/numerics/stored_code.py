@@ -2,7 +2,7 @@
 
 Each specialization of a kernel is a file of its own, written whole, so that any number of processes
 may read and write. A damaged file is compiled and written anew. Files are run, so one is not read
-if another user than root owns it or its folder, or may write to them.
+unless this user or root owns it and its folder, and nobody else may write to them.
 
 The stamp in a file's name is a hash of the syntax trees, without docstrings, of the kernel's module
 and of all kernel modules that it imports, and of the laws of the walls among its arguments, which
@@ -88,8 +88,9 @@ def temporary_folder() -> Path:
 def _places() -> Iterator[Path]:
     """Yield the permanent folders that may hold compiled kernels, by preference.
 
-    The user's cache is that of the XDG Base Directory Specification, which ignores relative paths;
-    a user without a home has none.
+    First the folder in NUMBA_CACHE_DIR, if it is set; then the program's own; then the user's cache
+    by the XDG Base Directory Specification, which ignores relative paths. There is no user's cache
+    if XDG_CACHE_HOME is not an absolute path and the user has no home.
     """
     name = f"kernels-{hashlib.sha256(str(KERNELS).encode()).hexdigest()[:16]}"
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
@@ -236,7 +237,7 @@ def load(name: str) -> bytes | None:
 
     A file is the SHA-256 of the data (32 bytes), then the data. The folder that this process writes
     to comes first, then the other permanent ones, which may be read-only as in a container's image.
-    With NUMBA_CACHE_DIR that folder is the only one.
+    With NUMBA_CACHE_DIR, the folder in it is the only other one. A damaged file is passed over.
     """
     chosen, others = folder(), [*_places()]
     if os.environ.get("NUMBA_CACHE_DIR"):

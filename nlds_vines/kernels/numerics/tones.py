@@ -52,8 +52,10 @@ def tabulate(w, i, angle, turn):
 def fill_tones(frequencies, phases, begins, lengths, rows):
     """Fill the rows (n, COEFFICIENTS) of the sum of cos(2 pi (f t + p)) over cells.
 
-    frequencies (N,) [1/s] and phases (N,) [turns] of the tones; begins (n,), from 0 on, and lengths
-    (n,) of the cells [s].
+    A row has the Taylor coefficients by the place in the cell, 0 to 1. They omit the powers of a
+    tone from a^15 / 15! on, 4e-15 for an angle a of 0.7 over the cell. frequencies (N,) [1/s] and
+    phases (N,) [turns], from 0 to 1, of the tones; begins (n,), none negative, and lengths (n,) of
+    the cells [s].
     """
     count, n = len(frequencies), len(begins)
     w, sums = bare(np.empty(TONE * count)), bare(np.empty(COEFFICIENTS + 1))

@@ -1,14 +1,15 @@
 """Repetition of an orbit: to the bit, so that periods are copied, and to a tolerance.
 
-Under a harmonic force the records of a period are a function of the state at its beginning. If that
-state returns after n periods, equal in every bit, then all later periods repeat those n, and their
-rows are copied instead of computed. The state is compared with a reference, which is renewed after
+Under a harmonic force the records of a period are a function of what the reference (below) holds at
+its beginning. If all of it returns after n periods, equal in every bit, then all later periods
+repeat those n, and their rows are copied instead of computed. The first return of the state only
+begins the comparison of the rest. The state is compared with a reference, which is renewed after
 max(RENEWAL_STRIDE, p / RENEWAL_SHARE) periods (Brent's cycle detection; his powers of two wait too
 long for orbits that settle after 100 to 200 periods). The reference holds everything that a period
-depends on: the state, the impact under way, the largest values and the smallest clearance so far
-(a search for a larger one begins there), and the results that are recalled for nearly equal
-impacts. Orbits run to their end if a record counts from the orbit's beginning (the log of a limit)
-or depends on more than the state (variations, loads).
+depends on: the state, the impact under way, the largest values and the smallest clearance so far (a
+search for a larger one begins there), and the results that are recalled for nearly equal impacts.
+Orbits run to their end if a record counts from the orbit's beginning (the log of a limit) or
+depends on more than the state (variations, loads).
 
 Rows of impacts are copied with their times within a period, to which the beginning of the later
 period is added: the same bits. The integrals of a response are summed period by period with
@@ -243,7 +244,11 @@ def repeat_impact(grid, data, i, j, periods):
 
 @jit
 def repeat(reference, buffers, grid, tally, impacts, span, computed):
-    """Fill the rows of all periods after the first `computed` ones; finish a response's sums."""
+    """Copy the last cycle into the rows of all periods after the first `computed` ones.
+
+    Copied rows have the bits that the time loop would compute. The row of a `tally` gets the sums
+    over all periods, with an error of round-off. Nothing is done without a reference.
+    """
     if reference is None:
         return
     n, cycles = 0, 0
@@ -264,7 +269,8 @@ def repeat(reference, buffers, grid, tally, impacts, span, computed):
             data, latest = impacts.data, impacts.filled[0] - 1
             impacts.filled[0] += count * cycles
             first, end = latest + 1, impacts.filled[0]
-            # An impact under way ends as that of the cycle before; the last one is under way then.
+            # The row of an impact under way is completed from the cycle before; its unfinished copy
+            # becomes the last row.
             if latest < impacts.room and math.isnan(data[latest * IMPACT_COLUMNS + RELEASE]):
                 first = latest
                 if end <= impacts.room:

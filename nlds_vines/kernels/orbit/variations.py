@@ -112,7 +112,7 @@ def no_section(space):
 
 @jit
 def place_state(flow, y, state):
-    """Set `state` (STATE_SIZE,) to y (4,) at phase zero, in flight or inside a contact."""
+    """Set `state` (STATE_SIZE,) to y (4,) at a section, in flight or inside a contact."""
     state[:] = 0.0
     for i in range(4):
         state[i] = y[i]

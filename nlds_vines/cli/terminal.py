@@ -43,12 +43,12 @@ def ended(name: str, work: Callable[[], int]) -> int:
         return WRONG_REQUEST
     except MemoryError as error:
         reason = f": {error}" if str(error) else ""
-        complain(name, f"error: the memory does not suffice{reason}")
+        complain(name, f"error: not enough memory{reason}")
         return WRONG_REQUEST
     except ImportError as error:
         if "failed to map segment" not in str(error):
             raise
-        complain(name, "error: the memory does not suffice to load the libraries")
+        complain(name, "error: not enough memory to load the libraries")
         return WRONG_REQUEST
     except Interrupted as stop:
         complain(name, str(stop))

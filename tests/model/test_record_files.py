@@ -159,6 +159,8 @@ def test_plain_numbers_with_a_step(tmp_path, error_of):
     is_right(read(tmp_path, " ".join(map(str, VALUES)), dt=STEP, unit="g"))
     three = "\n".join(f"{v} {2 * v} {3 * v}" for v in VALUES)
     assert "column = 1 to 3" in error_of(read, tmp_path, three, dt=STEP, unit="g")
+    many = {"dt": STEP, "unit": "g", "column": "9" * 5000}
+    assert "must be a whole number" in error_of(read, tmp_path, three, **many)
     is_right(read(tmp_path, three, dt=STEP, unit="g", column=1))
     assert "dt" in error_of(read, tmp_path, rows(VALUES, 1), unit="g")
     whole = "\n".join(f"{i % 3},{i % 7}" for i in range(9))

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import ClassVar, NamedTuple
 
 from nlds_vines.archives.files import open_regular
-from nlds_vines.errors import RequestError, at, shown, unknown, whole
+from nlds_vines.errors import RequestError, at, from_text, shown, unknown, whole
 from nlds_vines.model.loads.courses import UNITS, canonical, unit_in
 from nlds_vines.model.setting import (
     Checked,
@@ -91,7 +91,8 @@ Lines = list[tuple[int, str]]
 
 def _column(value: object) -> int | str:
     if isinstance(value, str):
-        return int(value) if value.isascii() and value.isdigit() else value
+        is_number = value.isascii() and value.isdigit()
+        return from_text(int, "column", value) if is_number else value
     return whole("column", value, 0)
 
 

@@ -4,11 +4,10 @@
     python -m benchmarks.speed --against ../before        ... and their ratios to another's
     python -m benchmarks.speed --only diagram rk4         some of them
 
-Each checkout runs in a process of its own, and is asked through public names alone, so that any
-checkout can be compared whose public names are today's. The two are asked in turn for the same
-piece of work, so that both meet the same load and the same clock; what counts is the median of the
-ratios of CPU time of such pairs. Beside it stands the ratio of the shortest times, which other work
-leaves alone.
+Each checkout runs in a separate process and is called by public names only, so a checkout can be
+compared if it has today's public names. Both do the same work in turn, under the same load; the
+result is the median of the ratios of CPU time of such pairs. Beside it stands the ratio of the
+shortest times, which other work leaves alone.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The branches that start orbits lead to: their own, and those that leave at special points.
+"""Branches through the start orbits, and the branches that leave these at special points.
 
 A `Track` joins both directions of a branch.  It is saved as arrays, from which it is restored bit
 for bit.

@@ -214,8 +214,8 @@ def classify(
 
     Notes
     -----
-    docs/scans.md holds the decision table.  Once compiled, a periodic orbit takes as long as
-    `simulate`, a chaotic one some 0.05 s.
+    docs/scans.md holds the decision table.  Once compiled, a T,1 orbit takes some 1 ms
+    (`python -m benchmarks.python`).
 
     Examples
     --------

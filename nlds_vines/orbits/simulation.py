@@ -280,7 +280,7 @@ def simulate(
 
     Notes
     -----
-    Once compiled, a period of an SSul NES takes about 2 us, the call itself some 60 us.
+    Once compiled, a call of one period takes some 50 us (`python -m benchmarks.python`).
 
     Examples
     --------

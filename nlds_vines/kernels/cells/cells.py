@@ -95,7 +95,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     far = wall_like(parts.far, cell.far, damper, cell)
     grid = grid_for(parts, ps, damper, n, stops, begun)
     scratch = None if parts.near is None and parts.far is None else np.zeros(SCRATCH)
-    base = parts.arc  # each orbit has scratch rows of its own in the table
+    base = parts.arc  # its table has scratch rows, so each orbit gets a copy
     arc = (
         None if base is None else Arc(base.tolerance, base.settled, base.levels, base.table.copy())
     )
@@ -278,9 +278,9 @@ def judge_cell(parts, cell, ends, section, first, stages, evidence):
 # --------------------------------------------------------------------------------------------------
 # Orbits that begin at any phase of the forcing.
 #
-# The share of a period up to the next section, or another one, is a period of a grid of its own,
-# with as many cells, which are shorter. The time loop is the same; it is compiled for this only if
-# an orbit begins so.
+# A part of a forcing period, such as that up to the next section, gets a second grid, which divides
+# it into as many cells as the first grid divides a period. The time loop is the same; it is
+# compiled for this only if an orbit begins so.
 
 
 @jit

@@ -2,8 +2,8 @@
 
 Cells are chains: a single cell, or, if a scan follows an attractor, the cells of an axis in the
 order of the sweep, each starting from the last state of the one before. Chains share nothing, so
-that results do not depend on blocks, pieces and threads (`runs.executors`). Verdicts have a loop of
-their own, which does not depend on what else is recorded and is compiled once.
+that results do not depend on blocks, pieces and threads (`runs.executors`). A
+separate loop computes verdicts: it does not depend on the records and is compiled once.
 """
 
 from __future__ import annotations

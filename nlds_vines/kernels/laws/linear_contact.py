@@ -1,9 +1,9 @@
 """Contact with a spring and a dashpot, F = kc z + cc dz/dt: linear, so it is exact like a flight.
 
 While the wall is pressed, the damper hangs on two springs: with k2 + kc and c2 + cc in place of k2
-and c2, and r counted from the balance of the two springs, eq. (5) is that of a flight. It is
-followed on a grid of its own, cell by cell, until the force has fallen to zero; that place is
-certified like a touch. The damper is then still at a depth z = -cc s / kc, and flies without a
+and c2, and r counted from the balance of the two springs, eq. (5) is that of a flight. A second
+grid divides the motion into cells, until the force has fallen to zero; that instant is certified
+like a touch. The damper is then still at a depth z = -cc s / kc, and flies without a
 contact force to z = 0, unless it turns and presses again. If the joint may pull (the law
 `kelvin-voigt`), the contact lasts until z = 0.
 

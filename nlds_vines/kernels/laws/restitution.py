@@ -11,9 +11,9 @@ motion feels no impact. Only the structure's spring and dashpot notice that the 
 by up to s^2 / 2a, for a time 2 s / (a (1 - e)): the error is less than BRIEF^3 / (1 - e) of the
 motion.
 
-While they stick, damper and structure are one mass. Their motion is exact like a flight, on a grid
-of its own, and ends where the wall would have to pull. That place is certified like a touch, as a
-is a polynomial in each cell.
+While they stick, damper and structure are one mass. Their motion is exact like a flight, on a
+second grid, and ends at the instant at which the wall would have to pull. That instant is certified
+like a touch, as a is a polynomial in each cell.
 """
 
 from __future__ import annotations

@@ -164,10 +164,8 @@ def as_finished(
                 item = under_way.pop(future)
                 try:
                     result = future.result()
-                except (RequestError, CancelledError):
+                except (RequestError, CancelledError, BrokenExecutor):
                     raise
-                except BrokenExecutor as error:
-                    raise RequestError(f"a worker has died: {error}; --resume goes on") from error
                 except Exception as error:
                     failures[item] += 1
                     if failures[item] == MOST_TRIES:
@@ -184,6 +182,8 @@ def as_finished(
                 reported = time.monotonic()
                 text = f"no block has been finished for {reported - finished:.0f} s"
                 print(text, file=sys.stderr, flush=True)
+    except BrokenExecutor as error:  # by `submit`, too, if the executor already knows
+        raise RequestError(f"a worker has died: {error}; --resume goes on") from error
     finally:
         for future in under_way:
             future.cancel()

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Timer as Later
@@ -184,6 +185,21 @@ def test_processes_of_a_pool_end_in_the_same_bits_and_a_dead_one_is_one_line(her
             process.kill()
         with pytest.raises(RequestError, match=r"a worker has died: .*; --resume goes on"):
             nv.scan(scan, to="c.h5", executor=pool)
+
+
+@pytest.mark.parametrize("knows", ["when an item is submitted", "when its result is asked for"])
+def test_a_dead_worker_is_one_line_whenever_the_executor_knows(knows):
+    class Dead(Executor):
+        def submit(self, work, /, *arguments):
+            error = BrokenProcessPool("a child process terminated abruptly")
+            if knows == "when an item is submitted":
+                raise error
+            future = Future()
+            future.set_exception(error)
+            return future
+
+    with pytest.raises(RequestError, match=r"a worker has died: a child .*; --resume goes on"):
+        list(executors.as_finished(Dead(), abs, [3, 5], 1))
 
 
 def test_what_fails_now_and_then_is_tried_again():

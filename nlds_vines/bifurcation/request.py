@@ -589,7 +589,7 @@ def load_scan(
     if title is None:
         names = [axis.name for axis in axes] if sampled is None else sampled.names
         count = "" if sampled is None else f"{sampled.count} samples of "
-        stated = names if sampled is not None else [(axis.stated or axis).name for axis in axes]
+        stated = names if sampled is not None else [axis.as_stated.name for axis in axes]
         symbols = count + ", ".join(map(symbol_of, stated))
         title = _made_up_title(request, system, names, symbols)
     return request.make(

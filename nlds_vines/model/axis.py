@@ -53,12 +53,16 @@ class Axis(Outlined):
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
 
+    @property
+    def as_stated(self) -> Axis:
+        """The axis as it was given, along f [Hz] for omega."""
+        return self.stated or self
+
     def heading(self) -> str:
         """Return the parameter, the ends and the number of its values."""
-        axis = self.stated or self
-        values = axis.values
-        ends = ends_in_words(axis.name, float(values[0]), float(values[-1]))
-        return f"{axis.name} = {ends}, {values.size} value{'s' * (values.size > 1)}"
+        name, values = self.as_stated.name, self.as_stated.values
+        ends = ends_in_words(name, float(values[0]), float(values[-1]))
+        return f"{name} = {ends}, {values.size} value{'s' * (values.size > 1)}"
 
     def outline(self) -> Rows:
         """Return nothing else."""
@@ -66,8 +70,7 @@ class Axis(Outlined):
 
     def entry(self) -> dict[str, dict[str, list[float]]]:
         """Return the entry of a request file, along the ratio if one was stated."""
-        axis = self.stated or self
-        return {axis.name: {"values": axis.values.tolist()}}
+        return {self.as_stated.name: {"values": self.as_stated.values.tolist()}}
 
     @classmethod
     def spaced(

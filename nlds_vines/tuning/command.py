@@ -156,7 +156,7 @@ class Job(commands.Job):
     def plan(self) -> list[str]:
         tuning = self.request
         search, each, history = tuning.search, tuning.transient + tuning.periods, tuning.history
-        cases = [f"{axis.values.size} values of {axis.name}" for axis in tuning.over]
+        cases = [f"{axis.values.size} values of {axis.as_stated.name}" for axis in tuning.over]
         cases_in_words = " x ".join(cases) or "one orbit"
         from_rest = "" if history is not None and history.state else ", from rest"
         orbits = tuning.case_count * (tuning.draws + 1)

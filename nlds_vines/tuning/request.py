@@ -168,7 +168,7 @@ class Surface:
     parameters: tuple[str, str] = setting(
         MISSING, Checked(lambda value: _two_names(value), listed=True), "surface",
         "two free parameters over which the objective is computed, through the optimum", "A,B",
-        option="--surface",
+        option="--surface", usual="the first two",
     )  # fmt: skip
     size: int = setting(
         41, Whole(2, 10**4), "surface", "how many values of each", "N", option="--surface-size"
@@ -560,7 +560,8 @@ def load_tuning(
     )
     default = {} if history is None else {"objective": UNDER_LOAD}
     with at(request.place("surface")):
-        surface = {"parameters": None, **request.of(Surface)}
+        first = tuple(one.name for one in free if not one.inert)[:2]
+        surface = {"parameters": first, **request.of(Surface)}
         grid = Surface(**surface) if request.table("surface") else None
     title = request.title("system", "set", "free", "over", "load", "start")
     return request.make(
@@ -640,8 +641,9 @@ def _over(
 
 def _of_tone(axis: Axis) -> Axis:
     """Return an axis of the forcing frequency as that of the only tone; any other as it is."""
-    factor = {"omega": 1.0, "f": 2.0 * pi}.get(axis.name)
-    return axis if factor is None else Axis("tone.omega", axis.values * factor)
+    if axis.name == "f":
+        return Axis("tone.omega", axis.values * (2.0 * pi), axis)
+    return Axis("tone.omega", axis.values) if axis.name == "omega" else axis
 
 
 def _made_up_title(
@@ -649,7 +651,8 @@ def _made_up_title(
 ) -> str:
     """Return a title of the scene, the free parameters and the cases."""
     names = ", ".join(symbol_of(item.name) for item in free)
-    ranges = [range_in_words(axis.name, axis.values) for axis in over if axis.name in DESCRIBED]
+    stated = [axis.as_stated for axis in over]
+    ranges = [range_in_words(axis.name, axis.values) for axis in stated if axis.name in DESCRIBED]
     if history is not None:
         ranges.insert(0, history.load.words() or "a free decay")
     elif not {"omega", "omega_ratio"} & {axis.name for axis in over}:

@@ -318,7 +318,7 @@ class Tuned(Drawable):
             )
         finer = over_finer_bands(tuning)
         for axis, finer_axis in zip(tuning.over, finer.over if finer else tuning.over, strict=True):
-            largest = f"the largest of {axis.values.size} values of {axis.name}"
+            largest = f"the largest of {axis.values.size} values of {axis.as_stated.name}"
             if is_band(axis) and isfinite(best.finer):
                 yield f"{tuning.search.objective} is {largest}; finer: of {finer_axis.values.size}"
             elif is_band(axis):

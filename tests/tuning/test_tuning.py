@@ -73,6 +73,8 @@ def test_the_canonical_file_means_the_same():
     assert again == tuning
     assert again.hash == tuning.hash
     assert load_tuning(again, {"search": {"seed": 1}}).hash != tuning.hash
+    without = load_tuning(again.document() | {"surface": {"size": 7}})
+    assert without.surface.parameters == ("k2", "c2")  # the first two that are free
     assert tuning.case_count == 8
     assert tuning.cases()["P"].tolist() == [600, 800] * 4
     assert tuning.title.endswith("ω from 5 to 8 rad/s, P from 600 to 800 N")

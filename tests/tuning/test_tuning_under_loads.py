@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import qmc, truncnorm
 
 import nlds_vines as nv
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import LeftAside, RequestError
@@ -27,6 +28,7 @@ from nlds_vines.tuning.objective import (
     worst,
 )
 from nlds_vines.tuning.request import load_tuning
+from nlds_vines.tuning.result import Optimum, Tuned
 
 FILE = """
 title = "Struck"
@@ -157,13 +159,29 @@ def test_a_load_needs_no_harmonic_force_and_all_else_does(error_of):
     assert "are missing: omega" in error_of(load_tuning, {**harmonic, "system": parameters})
 
 
+def test_a_band_stays_in_hertz_in_request_title_and_report():
+    band = np.linspace(0.8, 1.2, 5)
+    tuning = load_tuning("tmd", {"over": {"f": {"values": band.tolist()}}})
+    assert tuning.document()["over"] == {"f": {"values": band.tolist()}}
+    np.testing.assert_array_equal(tuning.over[0].values, 2 * math.pi * band)
+    assert load_tuning(tuning.document()).over == tuning.over
+    assert tuning.title.endswith("tuned for f from 0.8 to 1.2 Hz")
+    best = Optimum({"k2": 500.0, "c2": 100.0}, 80.0, {"none": 80.0}, finer=81.0)
+    lines = [*Tuned(tuning, (best,), {0: 80.0}, 10, 0, ArchivePath.of("none.h5")).lines()]
+    assert "E1max is the largest of 5 values of f; finer: of 33" in lines
+
+
 @pytest.mark.parametrize("band", [{"omega": [5.0, 6.0, 7.0]}, {"f": [5 / 6, 1.0, 7 / 6]}])
 def test_a_band_under_a_tone_is_that_of_the_tone(band):
     tone = {"load": {"tone": {"amplitude": 3.0, "omega": 6.0}}, "over": band}
-    (axis,) = load_tuning("tmd", tone).over
+    tuning = load_tuning("tmd", tone)
+    (axis,) = tuning.over
     factor = 1.0 if "omega" in band else 2 * math.pi
     assert axis.name == "tone.omega"
     assert axis.values == pytest.approx([factor * one for one in next(iter(band.values()))])
+    name = "f" if "f" in band else "tone.omega"
+    assert tuning.document()["over"] == {name: {"values": next(iter(band.values()))}}
+    assert load_tuning(tuning.document()).over[0].values.tolist() == axis.values.tolist()
     harmonic = {**tone, "load": {**tone["load"], "harmonic": True}}
     assert load_tuning("tmd", harmonic).over[0].name == "omega"
 
@@ -173,6 +191,8 @@ def test_a_band_under_a_tone_is_that_of_the_tone(band):
     [
         ("--band 5:8:4", "omega = 5 to 8 rad/s (0.7958 to 1.273 Hz), 4 values"),
         ("--band f=0.8:1.2:5", "f = 0.8 to 1.2 Hz (5.027 to 7.54 rad/s), 5 values"),
+        ("--band f=0.8:1.2:5", "largest E1max of all cases: 5 values of f, from rest"),
+        ("--load tone:amplitude=3,omega=6 --band f=1:2:4", "f = 1 to 2 Hz (6.283 to 12.57 rad/s)"),
         ("--over f=0.8:1.2:5", "f = 0.8 to 1.2 Hz (5.027 to 7.54 rad/s), 5 values"),
         ("--over P=600:1000:3 --band 5:8:4", "P = 600 to 1000 N, 3 values"),
         ("--load tone:amplitude=3,omega=6 --band 5:8:4", "tone.omega = 5 to 8, 4 values"),

@@ -115,7 +115,7 @@ class ResponseCurves(Drawable):
         """Yield the title and a line for each curve: its peak, and the reduction of the peak."""
         yield self.request.title
         axis = self.request.cases[0].scan.axes[0]
-        stated = axis.stated or axis  # f [Hz] in place of omega, if the request has it
+        stated = axis.as_stated  # f [Hz] in place of omega, if the request has it
         unit, factor = described(stated.name).unit, stated.values[-1] / axis.values[-1]
         for curve in self.curves:
             at = factor * curve.peak_at

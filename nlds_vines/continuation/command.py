@@ -21,7 +21,7 @@ from nlds_vines.continuation.request import (
     STARTS,
     Begin,
     Continuation,
-    in_parameters,
+    interval_in,
     load_continuation,
 )
 from nlds_vines.errors import RequestError, at, number, shown
@@ -89,7 +89,8 @@ def continue_branch(
     to : path-like, optional
         The archive (.h5); by default none is kept.
     period : int, optional
-        With a state as start, n: the nT orbit nearest to it, stable or not.
+        With a state as start, n: the nT orbit nearest to it, stable or not, which is followed as
+        one of its least period.
     plane : (str, float, float), optional
         A second parameter, its smallest and its largest value around the system's own: curves of
         special points are followed in the plane of both.
@@ -148,11 +149,10 @@ def continue_branch(
     changes: dict[str, Any] = {"search": search}
     if plane is not None:
         changes["plane"] = {plane[0]: {"start": plane[1], "stop": plane[2]}}
-    along = {parameter: {"start": bounds[0], "stop": bounds[1]}}
-    changes["along"] = in_parameters(along, base, [*changes.get("plane", {})])
-    ((parameter, interval),) = changes["along"].items()
-    low, high = interval["start"], interval["stop"]
-    at_start = min(max(base.parameters.get(parameter, low), low), high)
+    entry = {parameter: {"start": bounds[0], "stop": bounds[1]}}
+    along = interval_in(entry, base, [*changes.get("plane", {})])
+    changes["along"] = along.entry()
+    at_start = along.nearest(base.parameters.get(along.name, along.low))
     is_state = isinstance(start, Sequence | np.ndarray) and not isinstance(start, str)
     if period is not None and not is_state:
         raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
@@ -160,7 +160,7 @@ def continue_branch(
         key = "policy" if start in ("rest", "random") else "label"
         changes["start"] = {key: start, "count": starts, "seed": seed}
     elif start is not None:
-        state, at_start, n = _periodic_start(base, parameter, start, at_start, period)
+        state, at_start, n = _periodic_start(base, along.name, start, at_start, period)
         changes["start"] = {"states": [state], "values": [at_start], "periods": [n]}
     request = load_continuation(base, changes, "continue_branch")
     how = RunOptions(None, resume, overwrite, quiet=quiet)
@@ -272,16 +272,15 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Continuati
         if view.content != "scan":
             raise RequestError(f"it holds a {view.content}, not a scan")
         system = system_in(path, view.text("scan"))
-        along = changes.get("along") or load_continuation(source).document()["along"]
-        changes["along"] = along = in_parameters(along, system)
-        (name,) = along
+        entry = changes.get("along") or load_continuation(source).along.entry()
+        along = interval_in(entry, system)
+        name, changes["along"] = along.name, along.entry()
         orbits = orbits_in(view, name, values)
         if "system" not in changes and source is None:
             others = [axis for axis in view.axes if axis != name and axis not in INITIAL]
             near = {n: abs(view[n] - values.get(n, view[n][0])).argmin() for n in others}
             changes["system"] = system.with_(**{n: float(view[n][i]) for n, i in near.items()})
-    low, high = (float(along[name][end]) for end in ("start", "stop"))
-    inside = [orbit for orbit in orbits if low <= orbit.value <= high]
+    inside = [orbit for orbit in orbits if along.low <= orbit.value <= along.high]
     if not inside:
         raise RequestError(f"--from {path}: no periodic orbit of it lies within the interval")
     changes["start"] = {

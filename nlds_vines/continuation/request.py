@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
-
-import numpy as np
 
 from nlds_vines.archives.provenance import CONTINUATION, Value
 from nlds_vines.errors import RequestError, at, checked_state, number, shown, string, table
@@ -222,17 +220,13 @@ class Continuation(Request):
         if self.begin.orbits:
             begin["states"] = [list(state) for state in self.begin.states]
             begin |= {"values": list(self.begin.values), "periods": list(self.begin.periods)}
-        intervals = {
-            key: {item.name: {"start": item.low, "stop": item.high}}
-            for key, item in zip(("along", "plane"), self.free, strict=False)
-        }
         return {
             "title": self.title,
             "system": self.system.to_table(),
-            "along": intervals.pop("along"),
+            "along": self.along.entry(),
             "start": begin,
             "search": entries(self, "search"),
-            **intervals,
+            **({} if self.plane is None else {"plane": self.plane.entry()}),
         }
 
 
@@ -242,7 +236,7 @@ FORM = Form("continuation", (Begin, Continuation), whole=("along", "plane"))
 DEFAULT_SYSTEM = "ssul-set6"
 """The default system."""
 
-DEFAULT_ALONG = {"omega": {"start": 5.0, "stop": 9.0}}
+DEFAULT_ALONG = Interval("omega", 5.0, 9.0)
 """The default free parameter with its interval."""
 
 
@@ -284,14 +278,19 @@ def load_continuation(
         return source
     request = FORM.read(DEFAULT_SYSTEM if source is None else source, changes, changes_from)
     system = request.as_set(request.system(DEFAULT_SYSTEM))
-    intervals = _intervals(request, system)
-    along = intervals.get("along") or _interval_of(DEFAULT_ALONG)
+    names = meant_by(system.scene, [n for key in ("along", "plane") for n in request.table(key)])
+    free, intervals = [*names, *system.following(names)], dict[str, Interval]()
+    for key in ("along", "plane"):
+        if table_of_one := request.table(key):
+            with at(request.place(key)):
+                intervals[key] = interval_in(table_of_one, system, free)
+    along = intervals.get("along", DEFAULT_ALONG)
     title = request.title("system", "set", "along", "plane")
     return request.make(
         Continuation,
         request.origin("along"),
         **request.of(Continuation),
-        title=f"{system_in_words(system)}: branches along {symbol_of(along.name)}"
+        title=f"{system_in_words(system)}: branches along {symbol_of((along.stated or along).name)}"
         if title is None
         else title,
         system=system,
@@ -309,47 +308,27 @@ def _begin(request: Merged) -> Begin:
         return Begin(**{"policy": policy} | entries)
 
 
-def _intervals(request: Merged, system: System) -> dict[str, Interval]:
-    """Return the intervals of the tables [along] and [plane], if they are given."""
-    free = [name for key in ("along", "plane") for name in request.table(key)]
-    free = meant_by(system.scene, free)
-    free += system.following(free)
-    intervals = {}
-    for key in ("along", "plane"):
-        if entries := request.table(key):
-            with at(request.place(key)):
-                intervals[key] = _interval_of(in_parameters(entries, system, free))
-    return intervals
-
-
-def in_parameters(
-    entries: Document, system: System, free: Collection[str] = ()
-) -> Mapping[str, Any]:
-    """Convert the table of an interval from a ratio, such as f [Hz], to its parameter.
+def interval_in(entries: Document, system: System, free: Collection[str] = ()) -> Interval:
+    """Return the interval of a table of one parameter, or of a ratio in its place, such as f [Hz].
 
     Arguments: the `entries` of the table; the `system`; the names of all `free` parameters.
 
-    Raises `RequestError` if the unit of the ratio depends on a free parameter.
+    Raises `RequestError` for a wrong table, and if the unit of a ratio depends on a free parameter.
     """
-    ratios = ratios_in(system.scene)
-    if len(entries) != 1 or not entries.keys() <= ratios.keys():
-        return entries
-    ((name, entry),) = entries.items()
-    ratio = ratios[name]
-    both = next((need for need in ratio.needs if need in free), None)
-    if both is not None:
-        raise RequestError(f"{name} follows from {both}, which is free, too: give {ratio.gives}")
-    ends = {end: number(f"{end} of {name}", value) for end, value in table(name, entry).items()}
-    ratio.what.check(np.array([*ends.values()]))
-    values = [float(ratio.parameter(value, system.parameters)) for value in ends.values()]
-    return {ratio.gives: dict(zip(ends, values if ratio.power > 0 else values[::-1], strict=True))}
-
-
-def _interval_of(entries: Document) -> Interval:
     if len(entries) != 1:
         raise RequestError(f"{', '.join(entries)} given; allowed: one parameter")
     ((name, entry),) = entries.items()
     bounds = table(name, entry, ("start", "stop"))
     if bounds.keys() != {"start", "stop"}:
         raise RequestError(f"{name} = {shown(dict(bounds))} must hold start and stop")
-    return Interval(name, bounds["start"], bounds["stop"])
+    ratio = ratios_in(system.scene).get(name)
+    if ratio is None:
+        return Interval(name, bounds["start"], bounds["stop"])
+    both = next((need for need in ratio.needs if need in free), None)
+    if both is not None:
+        raise RequestError(f"{name} follows from {both}, which is free, too: give {ratio.gives}")
+    ends = [number(f"{end} of {name}", bounds[end]) for end in ("start", "stop")]
+    stated = Interval(name, *ends)
+    values = [float(ratio.parameter(value, system.parameters)) for value in ends]
+    # f remains f whatever else is set
+    return Interval(ratio.gives, min(values), max(values), None if ratio.needs else stated)

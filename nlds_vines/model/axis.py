@@ -185,11 +185,15 @@ def _numbers(name: str, values: object) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Interval:
-    """A parameter and its interval; raises `RequestError` unless low < high."""
+    """A parameter and its interval; raises `RequestError` unless low < high.
+
+    `stated` is the interval of a ratio from which this one follows, as f [Hz] for omega.
+    """
 
     name: str
     low: float
     high: float
+    stated: Interval | None = None
 
     def __post_init__(self) -> None:
         """Check everything; integers become floats."""
@@ -205,7 +209,13 @@ class Interval:
 
     def heading(self) -> str:
         """Return the parameter and its ends."""
-        return f"{self.name} from {ends_in_words(self.name, self.low, self.high)}"
+        one = self.stated or self
+        return f"{one.name} from {ends_in_words(one.name, one.low, one.high)}"
+
+    def entry(self) -> dict[str, dict[str, float]]:
+        """Return the entry of a request file, along the ratio if one was stated."""
+        one = self.stated or self
+        return {one.name: {"start": one.low, "stop": one.high}}
 
     def nearest(self, value: float) -> float:
         """Return a value if it lies in the interval, otherwise the nearest end."""

@@ -38,6 +38,23 @@ def test_it_is_that_of_the_parameters_that_are_set():
     assert load_continuation(request.document()) == request
 
 
+def test_a_frequency_that_is_stated_in_hz_is_drawn_and_told_in_hz(tmp_path):
+    """The request keeps f, from which the bits of omega follow again."""
+    path = tmp_path / "hertz.h5"
+    nv.continue_branch("ssul-set6", "f", (0.98, 1.0), step=0.5, to=path, quiet=True)
+    archive = nv.open_archive(path)
+    assert (archive.request.along.low, archive.request.along.high) == (2 * pi * 0.98, 2 * pi)
+    assert archive.request.along.heading() == "f from 0.98 to 1 Hz (6.158 to 6.283 rad/s)"
+    assert archive.request.document()["along"] == {"f": {"start": 0.98, "stop": 1.0}}
+    assert archive.request.title.endswith("along f")
+    labels = [axes.get_xlabel() for axes in nv.plot(path).axes]
+    assert "frequency of the force $f$ [Hz]" in labels
+    plane = {"along": {"P": {"start": 700, "stop": 900}}, "plane": {"f": {"start": 1, "stop": 2}}}
+    request = load_continuation("ssul-set6", plane | {"set": {"omega": 7.0}})
+    assert request.plane.heading().startswith("f from 1 to 2 Hz")
+    assert load_continuation(request.document()) == request
+
+
 def test_the_second_parameter_may_be_one():
     planes = {
         "along": {"omega": {"start": 6.0, "stop": 7.0}},

@@ -390,7 +390,8 @@ def end_beside(arm: Arm, grazing: Special) -> None:
     if arm.end != "lost" or length(last.weights, place - last.cycle.place) > NEAR_GRAZING:
         return
     there = grazing.point.cycle
-    cycle = replace(last.cycle, state=there.state, values=there.values, points=there.points)
+    points = there.points[: last.cycle.n]  # it may repeat an orbit of a shorter period
+    cycle = replace(last.cycle, state=there.state, values=there.values, points=points)
     labels = label_of_cycle(cycle), label_of_cycle(there)
     end, index = replace(last, cycle=cycle), len(arm.points) - 1
     _end_at(arm, replace(grazing, point=end, before=labels[0], after=labels[1], index=index))

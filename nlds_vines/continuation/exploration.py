@@ -237,6 +237,7 @@ class Explorer:
         """Follow the branches of all seeds, then those that leave them; return the tracks."""
         for seed in seeds:
             cycle = at_value(self._map, seed.place, seed.n, float(seed.place[-1]))
+            cycle = None if cycle is None else self._of_least_period(cycle)
             if cycle is None or self.lies_on(cycle) is not None:
                 continue
             self._keep(partial(self._both_ways, cycle))
@@ -327,6 +328,7 @@ class Explorer:
             near = np.abs(cycle.place - point.cycle.place) * point.weights
             if near.max() >= FARTHEST:
                 continue
+            cycle = self._of_least_period(cycle)
             if self.lies_on(cycle) is None:
                 return self._both_ways(cycle, grazing)
             outcome = Switch.KNOWN
@@ -398,6 +400,21 @@ class Explorer:
                         other.switches[j] = Switch.KNOWN
 
     # ---- comparison with branches followed before ----
+
+    def _of_least_period(self, cycle: Cycle) -> Cycle:
+        """Return an orbit as one of its least period: of 3T as one of T if its sections coincide.
+
+        Newton's method for n periods may end in an orbit of which n is a multiple of the period.
+        """
+        size = cycle.state.size
+        weights = self._map.weights(cycle, self._bounds.lengths)[:size]
+        off = (np.abs(cycle.points[:, :size] - cycle.state) * weights).max(axis=1)
+        for n in range(1, cycle.n):
+            if cycle.n % n == 0 and off[n - 1] < SAME_ORBIT:
+                shorter = at_value(self._map, cycle.place, n, float(cycle.values[0]))
+                if shorter is not None:
+                    return shorter
+        return cycle
 
     def lies_on(self, cycle: Cycle) -> int | None:
         """Return the number of the track that an orbit belongs to; None if it is new.

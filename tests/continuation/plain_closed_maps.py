@@ -558,6 +558,12 @@ def test_a_start_on_a_known_branch_is_not_followed_again():
     assert [track.n for track in tracks] == [1, 2]
 
 
+@pytest.mark.parametrize(("n", "state", "least"), [(3, 0.6875, 1), (6, logistic_2T(3.2), 2)])
+def test_an_orbit_is_followed_as_one_of_its_least_period(n, state, least):
+    (track,) = explored(LOGISTIC, (3.1, 3.3), ((state, 3.2), n))
+    assert {point.cycle.n for point in track.points} == {least}
+
+
 def test_orbits_are_one_at_whatever_phase():
     high = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
     low = LOGISTIC.at(np.array([4.3 / 3.3 - logistic_2T(3.3), 3.3]), 2)

@@ -45,9 +45,10 @@ def test_special_points_of_a_rigid_oscillator(case):
     flips = special[special.kind == "PD"].value
     for flip in case["flips"]:
         assert np.abs(flips - flip["A"]).min() < 1e-9
-    grazing = special[special.kind == "GR"].value
-    if case["n"] == 1:
-        assert np.abs(grazing - case["grazing_A"]).min() < 1e-9
+    points, labels = path.special_points, {one for b in path.branches for one in b.labels.tolist()}
+    assert "2T,0" not in labels  # beyond the grazing of 2T,1 lies T,0
+    grazing = points[(points.kind == "GR") & (points.periodicity == 1)].value
+    assert np.abs(grazing - case["grazing_A"]).min() < 1e-9
 
 
 @pytest.mark.parametrize("case", CASES, ids=named)

@@ -327,8 +327,8 @@ def interval_in(entries: Document, system: System, free: Collection[str] = ()) -
     both = next((need for need in ratio.needs if need in free), None)
     if both is not None:
         raise RequestError(f"{name} follows from {both}, which is free, too: give {ratio.gives}")
-    ends = [number(f"{end} of {name}", bounds[end]) for end in ("start", "stop")]
-    stated = Interval(name, *ends)
-    values = [float(ratio.parameter(value, system.parameters)) for value in ends]
+    low, high = (number(f"{end} of {name}", bounds[end]) for end in ("start", "stop"))
+    stated = Interval(name, low, high)
+    values = [float(ratio.parameter(value, system.parameters)) for value in (low, high)]
     # f remains f whatever else is set
     return Interval(ratio.gives, min(values), max(values), None if ratio.needs else stated)

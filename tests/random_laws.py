@@ -15,8 +15,7 @@ from twin_of_laws import ChatterError, Course
 from twin_spans import Law, Model, Wall
 
 from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
-from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.scenes.base import Scene
+from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.simulation import simulate
 

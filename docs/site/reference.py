@@ -33,8 +33,7 @@ from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.loads.record_files import RecordFile
 from nlds_vines.model.parameters import LAWS, PARAMETERS, Parameter, of_second
 from nlds_vines.model.ratios import RATIOS
-from nlds_vines.model.scenes import SCENES, Scene
-from nlds_vines.model.scenes.base import BASES
+from nlds_vines.model.scenes import BASES, SCENES, Scene
 from nlds_vines.model.setting import settings_of
 from nlds_vines.orbits.records import STATUS, WANTS, spectral
 from nlds_vines.orbits.spectral_records import SpectralRecords

@@ -3,7 +3,7 @@
 In reading order:
 
     parameters       parameters: symbol, unit, range; the contact laws; initial conditions
-    scenes/          the kinds of systems, a file each
+    scenes           the kinds of systems
     quantities       recorded numbers: unit, meaning, where they are stored, how they are drawn
     axis             a parameter with its values, or with its bounds
     samples          tables of parameter sets, one a row

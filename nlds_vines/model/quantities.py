@@ -26,8 +26,7 @@ from nlds_vines.kernels.scene.codes import (
     OF_IMPULSES,
     POWERS,
 )
-from nlds_vines.model.scenes import Scene
-from nlds_vines.model.scenes.base import BASES
+from nlds_vines.model.scenes import BASES, Scene
 
 STRUCTURE = "structure"
 """The name of the forced body; kinds of one mass have another one (`Scene.body`)."""

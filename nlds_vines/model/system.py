@@ -39,8 +39,7 @@ from nlds_vines.model.ratios import (
     still_set,
     without_ratios,
 )
-from nlds_vines.model.scenes import SCENES, Scene
-from nlds_vines.model.scenes.base import BASES
+from nlds_vines.model.scenes import BASES, SCENES, Scene
 
 _FIELDS = {
     **{name: name for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")},

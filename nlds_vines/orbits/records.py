@@ -22,8 +22,7 @@ from nlds_vines.kernels.scene.codes import (
     TOO_STIFF,
 )
 from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, stored_in
-from nlds_vines.model.scenes import Scene
-from nlds_vines.model.scenes.base import LONGEST_NAME
+from nlds_vines.model.scenes import LONGEST_NAME, Scene
 
 WANTS = RECORDS
 """The words that `[record] want` accepts."""

@@ -10,8 +10,7 @@ import numpy as np
 
 from nlds_vines.errors import RequestError, number, shown
 from nlds_vines.model.parameters import INITIAL, PHASE
-from nlds_vines.model.scenes import Scene
-from nlds_vines.model.scenes.base import Values
+from nlds_vines.model.scenes import Scene, Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
 POLICIES = ("rest", "up", "down", "both", "random")

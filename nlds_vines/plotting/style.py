@@ -11,8 +11,7 @@ from typing import Any
 
 from nlds_vines.model.parameters import described
 from nlds_vines.model.quantities import BY_NAME, COORDINATES, STRUCTURE, clause
-from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.scenes.base import FOOT
+from nlds_vines.model.scenes import FOOT, SCENES
 from nlds_vines.plotting.notation import in_latex, latex_symbol, raised
 
 CM = 1 / 2.54

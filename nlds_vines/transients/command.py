@@ -21,7 +21,7 @@ from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError, at, from_text, number
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.parameters import CONTACT, HERTZ, setting_in_words
-from nlds_vines.model.scenes.base import BASES
+from nlds_vines.model.scenes import BASES
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.transients.survival import DELAY

@@ -18,8 +18,7 @@ from nlds_vines.errors import RequestError, choice, from_text, number, shown, ta
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.parameters import FORCING, STRUCTURE
 from nlds_vines.model.ratios import ratios_in
-from nlds_vines.model.scenes import Scene
-from nlds_vines.model.scenes.base import BASES
+from nlds_vines.model.scenes import BASES, Scene
 
 # ---- free parameters -----------------------------------------------------------------------------
 

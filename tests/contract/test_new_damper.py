@@ -1,11 +1,8 @@
-"""A new damper is one file and one entry of the catalog: done here with an example.
+"""A new damper is one entry of the scenes and one of the catalog: done here with an example.
 
 A damper in a symmetric cage: equation (5) with two obstacles at the same distance D on either side.
-The test writes the file and the entry, touches no kernel, and asks for
-facts that need no simulation.
+The test adds the entries, touches no kernel, and asks for facts that need no simulation.
 """
-
-import importlib
 
 import numpy as np
 import pytest
@@ -15,37 +12,20 @@ from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.command import main
 from nlds_vines.model import catalog as catalog_module
 from nlds_vines.model.catalog import catalog, load_system
+from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.orbits.simulation import simulate
 
-MODULE = '''
-"""Damper in a cage: two obstacles, each at the distance D from the damper at rest."""
-
-from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
-from nlds_vines.model.scenes.base import Scene
-
-
-def rest(p):
-    """Return the spring's rest offset u = 0 [m]."""
-    return 0.0 * p["D"]
-
-
-def to_wall(p):
-    """Return the shortening, and the lengthening, at touch: D [m]."""
-    return p["D"]
-
-
-SCENE = Scene(
+CAGED = Scene(
     kind="caged",
     meaning="damper in a cage: two obstacles at the same distance",
     parameter_names=(*STRUCTURE, *DAMPER, "D", *FORCING),
-    rest=rest,
-    gap_near=to_wall,
-    gap_far=to_wall,
+    rest=lambda p: 0.0 * p["D"],
+    gap_near=lambda p: p["D"],
+    gap_far=lambda p: p["D"],
     obstacle=lambda p: {"left stop": -p["D"], "right stop": p["D"]},
     struck={"near": "left stop", "far": "right stop"},
 )
-'''
 
 ENTRY = """
 [systems.caged-one]
@@ -59,11 +39,8 @@ values = { k2 = 600.0, c2 = 262.0, D = 0.5 }
 
 @pytest.fixture
 def caged(here, monkeypatch):
-    """Add the file and the entry; work in an empty folder."""
-    (here / "caged.py").write_text(MODULE)
-    monkeypatch.syspath_prepend(here)
-    scene = importlib.import_module("caged").SCENE
-    monkeypatch.setitem(SCENES, scene.kind, scene)
+    """Add the scene and the system; work in an empty folder."""
+    monkeypatch.setitem(SCENES, "caged", CAGED)
     original = catalog_module.resource_text
     monkeypatch.setattr(catalog_module, "resource_text", lambda name: original(name) + ENTRY)
     catalog.cache_clear()

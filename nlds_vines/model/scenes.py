@@ -1,4 +1,7 @@
-"""`Scene`, the description of a kind of system: its parameters, rest position, walls and laws."""
+"""The kinds of systems: parameters, rest position, walls and laws of each, and the table `SCENES`.
+
+A new kind is an entry of that table.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,18 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from nlds_vines.model.parameters import DAMPING, HERTZ, LAWS, SECOND, Law, of_second
+from nlds_vines.model.parameters import (
+    DAMPER,
+    DAMPING,
+    FORCING,
+    HERTZ,
+    LAWS,
+    OSCILLATOR,
+    SECOND,
+    STRUCTURE,
+    Law,
+    of_second,
+)
 
 Values = Mapping[str, Any]
 """Parameters by name, in SI units; each a float, or an array if it varies."""
@@ -218,3 +232,117 @@ class Scene:
     def _variants(self) -> dict[tuple[Any, ...], Scene]:
         """The scenes that `under` has returned."""
         return {}
+
+
+# ---- the kinds -----------------------------------------------------------------------------------
+
+_PARTS = (*STRUCTURE, *DAMPER)
+
+_KINDS = (
+    # the primary structure alone (Figures 2, 3, 6, 7), with which every damper is compared
+    Scene(
+        kind="none",
+        meaning="primary structure alone, without a damper",
+        parameter_names=STRUCTURE + FORCING,
+        components=("x1", "v1"),
+    ),
+    # Figures 3 to 7: the joint's force on the damper is -k2 u - c2 u'
+    Scene(
+        kind="tmd",
+        meaning="tuned mass damper: linear, without contact",
+        parameter_names=_PARTS + FORCING,
+        rest=lambda p: 0.0,
+    ),
+    # Figure 1d: by equation (5) the spring acts on the damper with -k2 (u - V - C); by equation (3)
+    # the contact is closed while z = V - u = r - C > 0, and pushes the damper in +x2
+    Scene(
+        kind="ssul",
+        meaning="single-sided unilateral NES: one obstacle, free to move away from it",
+        parameter_names=(*_PARTS, "C", "V", *FORCING),
+        rest=lambda p: p["V"] + p["C"],
+        gap_near=lambda p: p["C"],
+        obstacle=lambda p: {"obstacle": p["V"]},
+    ),
+    # Figure 1a: the spring acts on the damper with -k2 (u - D).  The structure is touched at u = 0,
+    # where the spring is shorter by r = D, and pushes the damper in +x2; the obstacle is touched at
+    # u = D + C, where it is longer by -r = C, and pushes it in -x2.  Both obey equation (2)
+    Scene(
+        kind="ssbl",
+        meaning="single-sided bilateral NES: strikes the structure and an obstacle",
+        parameter_names=(*_PARTS, "C", "D", *FORCING),
+        rest=lambda p: p["D"],
+        gap_near=lambda p: p["D"],
+        gap_far=lambda p: p["C"],
+        obstacle=lambda p: {"structure": 0.0 * p["D"], "obstacle": p["D"] + p["C"]},
+        struck={"near": "structure", "far": "obstacle"},
+        second="near",
+    ),
+    # Figure 1b: as ssbl without impacts on the structure, which the design has to prevent
+    Scene(
+        kind="ssvi-b",
+        meaning="single-sided NES: strikes an obstacle, must not reach the structure (x1 < x2)",
+        parameter_names=(*_PARTS, "C", "D", *FORCING),
+        rest=lambda p: p["D"],
+        gap_far=lambda p: p["C"],
+        limit=lambda p: p["D"],
+        obstacle=lambda p: {"structure": 0.0 * p["D"], "obstacle": p["D"] + p["C"]},
+    ),
+    # Figure 1c: the damper may pass the structure by up to L, to the shortening r = D + L
+    Scene(
+        kind="ssvi-c",
+        meaning="single-sided NES: strikes an obstacle, may pass the structure by L at most",
+        parameter_names=(*_PARTS, "C", "D", "L", *FORCING),
+        rest=lambda p: p["D"],
+        gap_far=lambda p: p["C"],
+        limit=lambda p: p["D"] + p["L"],
+        obstacle=lambda p: {"limit": -p["L"], "obstacle": p["D"] + p["C"]},
+    ),
+    # m x'' + c x' + k x = P cos(omega t) for x < C.  If spring, dashpot and stop stand on a base
+    # that moves by Y cos(omega t), x counts from the base, and P = m Y omega^2
+    Scene(
+        kind="oscillator",
+        meaning="impact oscillator: one mass with a stop",
+        parameter_names=(*OSCILLATOR, "C", *FORCING),
+        gap_near=lambda p: p["C"],
+        struck={"near": "stop", "far": "stop"},
+        obstacle=lambda p: {"stop": p["C"]},
+        body="oscillator",
+        components=("x", "v"),
+    ),
+    # -C_2 <= x <= C
+    Scene(
+        kind="oscillator-2",
+        meaning="impact oscillator with a stop on either side",
+        parameter_names=(*OSCILLATOR, "C", "C_2", *FORCING),
+        gap_near=lambda p: p["C"],
+        gap_far=lambda p: p["C_2"],
+        struck={"near": "stop", "far": "second stop"},
+        obstacle=lambda p: {"stop": p["C"], "second stop": -p["C_2"]},
+        body="oscillator",
+        second="far",
+        components=("x", "v"),
+    ),
+    # x'' = -g + Y omega^2 cos(omega t) for the height x > 0 above a table that moves by
+    # Y cos(omega t): the far wall, since it limits -x.  E1 is the energy m v^2 / 2
+    Scene(
+        kind="ball",
+        meaning="a ball on a vibrating table",
+        parameter_names=("m", "g", "Y", "omega"),
+        gap_far=lambda p: 0.0 * p["m"],
+        struck={"near": "table", "far": "table"},
+        obstacle=lambda p: {"table": 0.0 * p["m"]},
+        load=lambda p: -p["g"],
+        body="ball",
+        components=("x", "v"),
+    ),
+)
+
+SCENES: Mapping[str, Scene] = {scene.kind: scene for scene in _KINDS}
+"""All scenes by kind.  NES: nonlinear energy sink."""
+
+
+def scene_of(key: str) -> Scene:
+    """Return the scene of a `Scene.key`."""
+    kind, law, law_2, *optional = [*key.split("/"), "", ""][: max(3, key.count("/") + 1)]
+    names = [*optional, *BASES[:1]] if kind.endswith(FOOT) else optional
+    return SCENES[kind.removesuffix(FOOT)].under(law or HERTZ.name, law_2, names)

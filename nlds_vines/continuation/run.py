@@ -36,17 +36,17 @@ def compute(request: Continuation, piece: Piece = made_now, tell: Tell | None = 
     search = Search(request.doublings, request.step, request.unstable)
     explorer = Explorer(section_map, Bounds(along.low, along.high), search, piece)
     seeds = seeds_of(request, tell)
-    with section_map.compilation(tell):
-        tracks = explorer.run(seeds)
-        if not tracks:
-            raise RequestError(
-                "Newton's method closed no periodic orbit from the start: give a nearer state"
-            )
-        tables = tables_of(request, section_map, tracks)
-        if request.plane is None:
-            return tables
-        specials = [special for track in tracks for special in track.specials]
-        return tables | curves_through(request, specials, piece)
+    section_map.compile(tell)
+    tracks = explorer.run(seeds)
+    if not tracks:
+        raise RequestError(
+            "Newton's method closed no periodic orbit from the start: give a nearer state"
+        )
+    tables = tables_of(request, section_map, tracks)
+    if request.plane is None:
+        return tables
+    specials = [special for track in tracks for special in track.specials]
+    return tables | curves_through(request, specials, piece)
 
 
 def run(request: Continuation, output: Path, how: RunOptions | None = None) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -151,10 +150,11 @@ class SectionMap:
             columns.append(tuple(changed))
         return tuple(columns)
 
-    def compilation(self, tell: Tell | None) -> AbstractContextManager[None]:
-        """Return a context that reports through `tell` which kernels are compiled."""
-        needed = Needed(self.scene.key, "exact", ())
-        return Compilation(needed, tell, helped=False).followed(dict.fromkeys(KERNELS, BRANCHES))
+    def compile(self, tell: Tell | None) -> None:
+        """Compile the kernels of continuation, unless the cache has them; `tell` is told."""
+        compilation = Compilation(Needed(self.scene.key, "exact", ()), tell, helped=False)
+        with compilation.followed(dict.fromkeys(KERNELS, BRANCHES)):
+            compile_for(self.scene)
 
     def cells(self, points: np.ndarray) -> np.recarray:
         """Return the cell records for values (count, m) of the free parameters."""

@@ -398,8 +398,10 @@ class Batch:
             foot, ground = responses.moving_foot(self._scene), responses.moving_ground(self._scene)
             buffers = buffers._replace(response=response, foot=foot, ground=ground)
         span = Span(transient, periods, 1)
+        begun = starts.reshape(-1, 4)
         with self._compilation.followed():
-            status = run(self._parts, sweeps, starts.reshape(-1, 4), span, buffers)
+            run(self._parts, sweeps[:0], begun[:0], span, buffers)  # compiles
+        status = run(self._parts, sweeps, begun, span, buffers)
         broken = np.zeros(sweeps.shape) if violation is None else violation[..., 2]
         shape, other = cells.shape, energy[..., int(self._objective == "E2max")]
         if response is not None:
@@ -441,8 +443,9 @@ class Entries:
         """
         states, status = np.array(starts, float), np.zeros(len(cells), np.int64)
         begun = np.array(phases, float) / TURN
+        arguments = self._parts, records_of(cells), begun, states, status
         with self._compilation.followed({part_period.enter: "entry"}):
-            arguments = self._parts, records_of(cells), begun, states, status
-            on_threads(part_period.enter, arguments, len(cells), 16)
+            on_threads(part_period.enter, arguments, 0, 16)  # compiles
+        on_threads(part_period.enter, arguments, len(cells), 16)
         states[~np.isin(status, (OK, BAD_PARAMETERS, TOO_STIFF))] = np.nan
         return states

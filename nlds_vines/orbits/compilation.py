@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import JUDGED
-from nlds_vines.runs import interrupts
+from nlds_vines.runs import interrupts, progress
 from nlds_vines.runs.executors import free_memory, processors, threads_in_use
-from nlds_vines.runs.progress import Clock, Notice, Tell
+from nlds_vines.runs.progress import Clock, Tell
 
 SECONDS = {"orbit": 12, "verdict": 12, "branches": 12, "entry": 5}
 """Time [s] to compile each kernel of an SSul NES, for messages."""
@@ -82,7 +82,7 @@ def silent(quiet: bool) -> Iterator[None]:
 def notice(quiet: bool = False) -> Tell | None:
     """Return a function that prints messages in Python; None if quiet, or in a worker of a pool."""
     is_worker = multiprocessing.parent_process() is not None
-    return None if quiet or _silent or is_worker else Notice()
+    return None if quiet or _silent or is_worker else progress.notice()
 
 
 class _Told:

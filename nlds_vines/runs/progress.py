@@ -28,6 +28,8 @@ Tell = Callable[[str, float], object]
 class Progress:
     """Shows a bar on a terminal and in a notebook, and a line every few seconds elsewhere.
 
+    The pace and the time to go leave out what is waited for (`wait`), such as compiling.
+
     Arguments:
         total: pieces of work, None if unknown; unit: the singular of what is counted.
         done: pieces that were done before; quiet: show nothing.
@@ -49,10 +51,12 @@ class Progress:
         """Show the bar, if there is a terminal or a notebook."""
         if not self._quiet:
             self._bar = bar(total=self._total, initial=self._done, unit=self._unit)
+        _shown.append(self)
         return self
 
     def __exit__(self, *_: object) -> None:
         """Leave the bar as it is."""
+        _shown.remove(self)
         if self._bar is not None:
             self._bar.close()
 
@@ -61,7 +65,8 @@ class Progress:
         if self._bar is not None:
             self._bar.set_description_str(f"{text}: {seconds:.0f} s" if text else "")
             if not text:
-                self._bar.unpause()  # the wait does not count for the pace
+                self._bar.start_t += seconds
+                self._bar.last_print_t += seconds
         elif text and not (self._quiet or self._is_waiting):
             print(text, file=sys.stderr, flush=True)
         if not text:
@@ -90,6 +95,14 @@ class Progress:
                 left = duration((self._total - self._done) / rate)
                 text += f", {rate:.3g} a second, {left} to go"
             print(f"{text}; {words}", file=sys.stderr, flush=True)
+
+
+_shown: list[Progress] = []
+
+
+def notice() -> Tell:
+    """Return a `Tell` for Python: that of the progress that is shown, or a `Notice`."""
+    return _shown[-1].wait if _shown else Notice()
 
 
 class Notice:

@@ -1,18 +1,23 @@
 """Archives in use: how a scan stands, room for it, where it is from, repeated and compared."""
 
+import io
 import json
+import re
 import subprocess
 import sys
+import time
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 from commands import printed
 from made_up import make_scan, write
+from tqdm import tqdm
 
 import nlds_vines as nv
 from nlds_vines.archives import provenance
@@ -29,6 +34,7 @@ from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Tally, wanted_of
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
+from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.records import DIVERGED, OK
 from nlds_vines.runs.progress import Progress
 
@@ -75,23 +81,70 @@ def test_waiting_for_the_compiler_does_not_count_for_the_pace(capsys, monkeypatc
 
 
 def test_a_bar_forgets_the_wait_and_has_room_beside_its_words(monkeypatch):
-    messages = []
-
-    class Bar:
-        ncols = 100
-        set_description_str = update = close = staticmethod(lambda *_: None)
-        unpause = staticmethod(lambda: messages.append("unpause"))
-        set_postfix_str = staticmethod(lambda words, refresh: messages.append(words))
-
-    monkeypatch.setattr("nlds_vines.runs.progress.bar", lambda **_: Bar())
-    with Progress(9, "orbit") as progress:
-        progress.wait("compiling", 1.0)
-        progress.wait("", 2.0)
-        progress.note(1, "1 T,1; 0 failed")
+    now = [0.0]
+    shown = tqdm(total=30, file=io.StringIO(), ncols=100, mininterval=0.0)
+    shown._time = lambda: now[0]
+    shown.start_t = shown.last_print_t = 0.0
+    monkeypatch.setattr("nlds_vines.runs.progress.bar", lambda **_: shown)
+    with Progress(30, "orbit") as progress:
+        now[0] = 1.0
+        progress.wait("compiling", 0.0)
+        now[0] = 91.0
+        progress.wait("", 90.0)
+        now[0] = 92.0
+        progress.note(10, "10 T,1; 0 failed")
+        assert shown.format_dict["elapsed"] == 2.0
+        assert shown.format_dict["rate"] == pytest.approx(5.0)
+        assert shown.postfix == "10 T,1; 0 failed"
         progress.note(1, ", ".join(f"{n} {n}T,{n}" for n in range(100, 120)))
-    assert messages[:2] == ["unpause", "1 T,1; 0 failed"]
-    assert messages[2].endswith(", ...")
-    assert len(messages[2]) <= 100 - 66
+    assert shown.postfix.endswith(", ...")
+    assert len(shown.postfix) <= 100 - 66
+
+
+COMMANDS = {
+    "bifurcation": "--vary omega=7.3:7.6:9 --transient 50 --periods 20",
+    "response-curves": "--system none --system tmd --vary omega=5:7:3",
+    "continuation": "--along omega=5.4:5.5",
+    "tuning": "--free C --population 8 --generations 3 --polish 0 --transient 20 --periods 20",
+    "response-history": "--system none --system tmd --impulse 9 --duration 3",
+    "accuracy": "--system ssul-set6 --no-peers --periods 2",
+}
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_task_counts_compiling_as_pace(command, folder, ask, monkeypatch):
+    """All kernels take 1e6 s more to compile; no work is noted while they are compiled."""
+    late, depth, note = [0.0], [0], Progress.note
+    clock, followed = time.perf_counter, Compilation.followed
+
+    @contextmanager
+    def slow(self, parts=None):
+        tell, self._tell = self._tell, None
+        late[0], depth[0] = late[0] + 1e6, depth[0] + 1
+        began = clock()
+        with followed(self, parts):
+            yield
+        depth[0], self._tell = depth[0] - 1, tell
+        if tell is not None:
+            tell("compiling", 0.0)
+            tell("", 1e6 + clock() - began)
+
+    def checked(self, count, words):
+        assert depth[0] == 0
+        note(self, count, words)
+
+    monkeypatch.setattr(Compilation, "followed", slow)
+    monkeypatch.setattr(Progress, "note", checked)
+    monkeypatch.setattr("nlds_vines.runs.progress.LINE_EVERY", 0.0)
+    monkeypatch.setattr(
+        "nlds_vines.runs.progress.time", SimpleNamespace(perf_counter=lambda: clock() + late[0])
+    )
+    _, err = ask(command, *COMMANDS[command].split())
+    assert late[0] > 0.0
+    paces = [float(pace) for pace in re.findall(r"(\S+) a second", err)]
+    assert all(pace > 1e-2 for pace in paces), err
+    assert paces or command in ("continuation", "tuning")  # whose work has no known end
 
 
 # ---- whether there is room -----------------------------------------------------------------------

@@ -2,10 +2,12 @@
 Results that others have published
 ==================================
 
-Six numbers that other groups print; `scans/published-*.toml` are requests for four of them.  Budd
+Nine numbers that other groups print; `scans/published-*.toml` are requests for five cases.  Budd
 and Dux, Phil. Trans. R. Soc. A 347 (1994) 365, give two folds and a period doubling of an impact
 oscillator.  The examples of Siconos contain reference files of an event-driven integrator,
-for a ball and for an oscillator at its stop.
+for a ball and for an oscillator at its stop.  Weidemann, Bergman, Vakakis and Krack, Nonlinear Dyn.
+(2025), doi 10.1007/s11071-025-10928-4, give the largest clearance of a VI NES at which it strikes
+both walls in every period, from the slow manifold.
 """
 
 import matplotlib.pyplot as plt
@@ -33,6 +35,15 @@ numbers = {"m": 1e-3, "k": 100.0, "C": -9.81e-5, "e": 0.9, "P": 0.0, "omega": 10
 weight = nv.load_system("hard-oscillator", **numbers)
 impact = nv.simulate(weight, periods=4, start=(-1.0000981, 0.0)).impacts[19]
 
+damper = nv.load_system("vi-nes", omega=0.9885, P=0.46)
+start, plane = (10.97113964, 45.40283573, 78.78155884, 75.77855383), ("omega", 0.987, 0.99)
+branch = nv.continue_branch(damper, "P", (0.44, 0.47), start, period=1, plane=plane, quiet=True)
+(fold,) = branch.curves
+least = fold.values[:, 0].argmin()
+force, omega = map(float, fold.values[least])
+last = damper.with_(P=force, omega=omega)
+orbit = nv.simulate(last, periods=1, start=tuple(fold.states[least]), record=["trajectory"])
+
 rows = {
     "fold of 2T,1: clearance": (0.345147124453, fold_2.value),
     "fold of 3T,1: clearance": (0.122289075915, fold_3.value),
@@ -40,16 +51,20 @@ rows = {
     "ball after 8.5 s: speed": (-4.166519586e-02, ball.state[1]),
     "oscillator: time of impact 20": (0.1936844398238720, impact["touch"]),
     "oscillator: speed of impact 20": (42.72187248905225, impact["speed"]),
+    "VI NES: largest clearance": (0.33866, 0.002 * 75.0 / force),
+    "VI NES: amplitude there": (0.5703, np.abs(orbit.trajectory[:, 0]).max() / 75.0),
+    "VI NES: frequency there": (0.98846, omega),
 }
 for name, (published, here) in rows.items():
     print(f"{name:31} {published:.12g}  {here:.12g}  {abs(here / published - 1):.0e}")
 
 # %%
 # The deviations are the digits that are printed, but for the ball: its 44 earlier impacts amplify
-# the tolerance of that integrator, and here the closed form is met to 1e-12.
+# the tolerance of that integrator, and here the closed form is met to 1e-12.  The slow manifold of
+# the VI NES keeps one harmonic of the motion; the fold of the orbit itself lies 1 % below it.
 
-figure, axes = plt.subplots(figsize=(6.3, 2.4), layout="constrained")
+figure, axes = plt.subplots(figsize=(6.3, 3.0), layout="constrained")
 deviations = [abs(here / published - 1) for published, here in rows.values()]
 axes.barh([*rows], deviations, color="#0072b2")
-axes.set(xscale="log", xlabel="relative deviation from the published number", xlim=(1e-15, 1e-8))
+axes.set(xscale="log", xlabel="relative deviation from the published number", xlim=(1e-15, 1))
 axes.invert_yaxis()

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from rigid import CASES, RIGID, oscillator, start_of
 
-from nlds_vines import continue_branch, load_system
+from nlds_vines import continue_branch, load_system, open_archive, simulate, slow_manifold
+from nlds_vines.__main__ import main
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
@@ -165,3 +166,20 @@ def test_hertz_contacts_approach_the_rigid_ones_as_they_stiffen():
         orders = [np.log(a / b) / np.log(100.0) for a, b in itertools.pairwise(errors)]
         assert orders[-1] == pytest.approx(0.4, abs=0.02)
         assert errors[-1] < 1e-5
+
+
+def test_the_largest_clearance_of_a_free_mass_lies_a_percent_below_its_slow_manifold(tmp_path):
+    """The curve of folds of T,2 turns there; the manifold keeps one harmonic of the motion."""
+    main(["continuation", "published-vi-nes.toml", "-o", f"{tmp_path}/a.h5", "--quiet"])
+    branches = open_archive(tmp_path / "a.h5")
+    (fold,) = branches.curves
+    least = fold.values[:, 0].argmin()
+    assert 0 < least < len(fold.values) - 1
+    force, omega = map(float, fold.values[least])
+    system = branches.request.system.with_(P=force, omega=omega)
+    p, best = system.parameters, slow_manifold(system).best
+    orbit = simulate(system, 1, start=fold.states[least], record=("trajectory",))
+    ours = p["C"] * p["c1"] * p["k1"] / force, np.abs(orbit.trajectory[:, 0]).max() / p["C"], omega
+    published = np.array([0.33866, 0.5703, 0.98846])
+    assert (best.Gamma, best.xi, best.r) == pytest.approx(published, rel=5e-5)
+    assert 1.0 - ours / published == pytest.approx([9.5e-3, 2.0e-3, -8.5e-5], rel=0.05)

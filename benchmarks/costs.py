@@ -145,7 +145,7 @@ def _varying(system: System, settled: list[float] | None) -> Callable[[int], obj
     """Return a function that follows an orbit with four variations, as a verdict does."""
     from nlds_vines.kernels.cells import verdict as course
     from nlds_vines.kernels.orbit import variations
-    from nlds_vines.orbits.kernel_inputs import flow_on
+    from tests.flights import flow_on
 
     flow, tangent, start = flow_on(system), np.zeros(16), np.zeros(4)
     if settled is not None:

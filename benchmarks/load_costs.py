@@ -19,7 +19,8 @@ from scipy.integrate import solve_ivp
 from nlds_vines.kernels.cells.load_orbit import fly_under
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
-from nlds_vines.orbits import load_flight, simulation
+from nlds_vines.orbits import simulation
+from tests import flights
 
 PERIODS, REPEATS, SOLVED = 100, 41, 40
 SHIFT = 0.618033988749895  # of a cell, by which edges move on in a period: no record fits it
@@ -33,7 +34,7 @@ class Clock:
         """Take the place of the two kernels that are called from Python."""
         self.spent = 0.0
         simulation.run_cell = self.timed(simulation.run_cell)
-        load_flight.fly_under = self.timed(fly_under)
+        flights.fly_under = self.timed(fly_under)
 
     def timed(self, kernel: Callable[..., int]) -> Callable[..., int]:
         """Return a kernel whose time is noted."""
@@ -60,7 +61,7 @@ class Clock:
 def cells(system: System) -> tuple[int, np.ndarray, np.ndarray]:
     """Return how many cells a period has, edges of cells, and the harmonic force's coefficients."""
     p = system.parameters
-    count = max(math.ceil(system.period / load_flight.longest_cell(system)), 8)
+    count = max(math.ceil(system.period / flights.longest_cell(system)), 8)
     edges = np.linspace(0.0, PERIODS * system.period, round(PERIODS * (count + SHIFT)) + 1)
     phase, angle = p["omega"] * edges[:-1], p["omega"] * np.diff(edges)
     waves = np.cos(phase), -np.sin(phase), -np.cos(phase), np.sin(phase)
@@ -105,8 +106,8 @@ def main(name: str = "tmd") -> None:
         for degree in (1, 3, 14):
             load = load_of(edges, rows, degree)
             seconds = clock.of(
-                lambda load=load, record=record: load_flight.fly(  # type: ignore[misc]
-                    system, load, record=[*record, *["impacts"] * walls], quiet=True
+                lambda load=load, record=record: flights.fly(  # type: ignore[misc]
+                    system, load, record=[*record, *["impacts"] * walls]
                 )
             )
             cost, ratio = seconds / len(rows) * 1e9, seconds / len(rows) / (harmonic / count)

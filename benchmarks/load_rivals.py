@@ -24,7 +24,7 @@ from benchmarks.accuracy import SOLVERS
 from benchmarks.load_costs import Clock
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
-from nlds_vines.orbits.load_flight import fly, longest_cell
+from tests.flights import fly, longest_cell
 
 PERIODS, SPEED, FINEST = 20, 1.0, 1e-12
 RIVALS = ("SciPy DOP853, events", "SciPy Radau", "heyoka Taylor, events")
@@ -48,7 +48,7 @@ def last_state(system: System, tolerance: float) -> np.ndarray:
     load = SimpleNamespace(
         edges=np.linspace(0.0, end, count + 1), rows=np.zeros((count, 15)), jumps=jumps, share=1.0
     )
-    return fly(system, load, record=(), tolerance=tolerance, quiet=True).state
+    return fly(system, load, record=(), tolerance=tolerance).state
 
 
 def main(name: str = "ssul-set6") -> None:

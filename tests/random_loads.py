@@ -13,11 +13,10 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
+from flights import LOAD, fly, longest_cell
 from random_laws import NUDGE, TOO_SENSITIVE, Case, case_of, compare_impacts
 from twin_of_laws import ChatterError, Course
 from twin_spans import COS, ONE, SIN, V1, Model
-
-from nlds_vines.orbits.load_flight import LOAD, fly, longest_cell
 
 MOST_SPANS = 400  # of a segment: a contact that rests takes endless steps of the twin
 RECORD = ("states", "work", "impacts", "energy", "response", "clearance")
@@ -121,7 +120,7 @@ def errors_of(i: int, tolerance: float) -> dict[str, float]:
     case = case_of(i)
     segments = segments_of(i, case)
     load = load_of(case, segments, np.random.default_rng((32, i)))
-    flown = fly(case.system, load, start=case.start, record=RECORD, tolerance=tolerance, quiet=True)
+    flown = fly(case.system, load, start=case.start, record=RECORD, tolerance=tolerance)
     blows = np.zeros((len(segments) + 1, len(case.start)))
     blows[1:, V1] = [one.blow for one in segments]
     behind = flown.states[load.ends]

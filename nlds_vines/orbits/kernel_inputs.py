@@ -1,4 +1,4 @@
-"""The arguments of kernels: the parts of a scene, and the map of a system with its derivative."""
+"""The parts of a scene as the kernels take them."""
 
 from __future__ import annotations
 
@@ -7,14 +7,10 @@ from pkgutil import iter_modules
 from typing import Any
 
 from nlds_vines.kernels import laws
-from nlds_vines.kernels.cells.cells import prepared_cell
 from nlds_vines.kernels.impact.arc import make_arc
-from nlds_vines.kernels.motion.flight import PERIOD, cells_of, grid_of
 from nlds_vines.kernels.numerics.deciding import says
-from nlds_vines.kernels.orbit.variations import Flow, flow_of
-from nlds_vines.kernels.scene.scene import Ground, Parts, damper_of, structure_under
+from nlds_vines.kernels.scene.scene import Ground, Parts
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import Settings
 
 GROUND = Ground(*[0.0] * len(Ground._fields))
@@ -53,11 +49,3 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
         contact_tolerance=float(settings.stepped_to),
         period_steps=float(settings.period_steps),
     )
-
-
-def flow_on(system: System, method: str = "exact", settings: Settings | None = None) -> Flow:
-    """Return the map of a system from section to section with its derivative."""
-    parts, cell = parts_of(method, system.scene, settings), system.cell
-    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
-    n = cells_of(ps, damper)
-    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_of(ps, damper, n))

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from contact_laws import LAWS
+from flights import flow_on
 from support import Approach, contact_parts, fitted_order, period_map
 
 from nlds_vines import load_system, simulate
 from nlds_vines.kernels.laws.power import Damping, power_wall_with, root_for
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.solver_settings import Settings
 
 

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from flights import flow_on
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.blocks import Block
@@ -25,7 +26,6 @@ from nlds_vines.kernels.orbit.variations import (
 from nlds_vines.kernels.scene.codes import EXPONENTS, INTERVAL, LENGTH_OF_ROW, LYAPUNOV, OK
 from nlds_vines.model.linear_response import steady_state
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import flow_on
 
 
 def closed(name, omega, n, start=None):

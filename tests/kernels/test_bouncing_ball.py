@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from flights import flow_on
 from support import BOTH, period_map
 
 from nlds_vines import classify, simulate
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import flow_on
 
 pytestmark = pytest.mark.kernels
 

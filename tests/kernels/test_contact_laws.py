@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from contact_laws import LAWS, STEEP
+from flights import flow_on
 from random_laws import model_of
 from support import BOTH, period_map
 from twin_of_laws import follow
@@ -13,7 +14,6 @@ from twin_spans import Law, Model, Wall
 from nlds_vines import classify, load_system, simulate
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from flights import flow_on
 from rigid import CASES, RIGID, oscillator, start_of
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -22,7 +23,6 @@ from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.orbit import variations as shooting
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import flow_on
 
 ORBITS = [(case, orbit) for case in CASES for orbit in case["orbits"]]
 FLIPS = [(case, flip) for case in CASES for flip in case["flips"]]

@@ -6,6 +6,7 @@ is extrapolated from three steps, of which the last two also say how good it is.
 
 import numpy as np
 import pytest
+from flights import flow_on
 from scipy.linalg import expm
 from support import linear_flow, references, system_of
 
@@ -20,7 +21,6 @@ from nlds_vines.kernels.orbit import variations as shooting
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.labels import FLAGS
-from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.solver_settings import Settings
 

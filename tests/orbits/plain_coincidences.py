@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from flights import fly, load_of_kernels, longest_cell
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -17,7 +18,6 @@ from nlds_vines.kernels.watch.observe import RELEASE, TOUCH
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.loads.run import arrays_of
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.load_flight import _checked, fly, longest_cell
 from nlds_vines.orbits.simulation import room_for_impacts
 
 CHANGES = {
@@ -92,9 +92,7 @@ def load_with(twin, pieces, jumps):
 
 
 def flown(twin, pieces, jumps):
-    return fly(
-        twin.system, load_with(twin, pieces, jumps), record=("states", "impacts"), quiet=True
-    )
+    return fly(twin.system, load_with(twin, pieces, jumps))
 
 
 @pytest.mark.parametrize("blow", [0.5, -0.4, 0.0, -1.5])
@@ -134,7 +132,7 @@ def test_a_damper_that_rests_on_its_wall_is_pressed_by_and_by(law):
         rows[:, 0] = ramp * edges[:-1] if pushes else -0.25 * twin.p["m1"]
         rows[:, 1] = ramp * np.diff(edges) if pushes else 0.0
         load = SimpleNamespace(edges=edges, rows=rows, jumps=None, share=1.0 if pushes else 0.0)
-        flight = fly(twin.system, load, record=("states", "impacts"), quiet=True)
+        flight = fly(twin.system, load)
         start = np.array([0.0, 0.0, twin.system.rest, 0.0])
         force = (lambda t: ramp * t) if pushes else (lambda _: 0.0)
         y = twin.solve(start, 0.0, end, force, 0.0 if pushes else 0.25, True).y[:, -1]
@@ -151,7 +149,7 @@ def test_a_rigid_damper_that_rests_stays_until_the_wall_would_pull(e, sign):
     rows = np.zeros((count, 15))
     rows[:, 0] = -sign * 0.25 * p["m1"]
     load = SimpleNamespace(edges=np.linspace(0.0, end, count + 1), rows=rows, jumps=None, share=0.0)
-    flight = fly(system, load, record=("states", "impacts"), quiet=True)
+    flight = fly(system, load)
 
     def rate(_, y):
         if sign > 0.0:
@@ -175,7 +173,7 @@ def test_two_walls_without_clearance_are_mirror_images():
         rows[:, 0] = sign * 0.25 * system.parameters["m1"]
         edges = np.linspace(0.0, 0.12, count + 1)
         load = SimpleNamespace(edges=edges, rows=rows, jumps=None, share=0.0)
-        ends.append(sign * (fly(system, load, quiet=True).state - [0.0, 0.0, system.rest, 0.0]))
+        ends.append(sign * (fly(system, load).state - [0.0, 0.0, system.rest, 0.0]))
     np.testing.assert_allclose(*ends, rtol=0, atol=1e-14)
 
 
@@ -183,7 +181,7 @@ def test_the_last_time_inside_a_contact_is_where_e1_falls_through_the_level():
     """A twentieth of the way from E1 at the touch to that at the release."""
     twin, end = Twin("hertz"), 0.11
     load = load_with(twin, [(end, 0.0)], [1.0, 0.0])
-    checked, parts = _checked(twin.system, load), parts_of("exact", twin.system.scene)
+    checked, parts = load_of_kernels(load), parts_of("exact", twin.system.scene)
     cell, state = twin.system.cell, np.zeros(STATE_SIZE)
     buffers = buffers_for(room_for_impacts(0), None, len(load.edges), 9)
     assert fly_under(parts, cell, checked, state, buffers) == OK

@@ -22,6 +22,7 @@ from nlds_vines.kernels.scene.scene import CellBuffers, damper_of, structure_und
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.records import Violation
 from nlds_vines.orbits.simulation import impacts_of, room_for_impacts, start_state
 from nlds_vines.orbits.solver_settings import Settings, chosen_settings
 
@@ -91,4 +92,5 @@ def fly(
         E2max=None if peak is None or not damped else float(peak[1]),
         response=responses.values_of(buffers.response, system) if summed else None,
         clearance=None if buffers.clearance is None else float(buffers.clearance[0]),
+        violation=None if limit is None else Violation(int(limit[2]), *limit[:2].tolist()),
     )

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from nlds_vines.cli.terminal import DONE, WRONG_REQUEST, complain, ended, say
+from nlds_vines.cli.terminal import DONE, WRONG_REQUEST, complain, exit_status_of, say
 from nlds_vines.errors import unknown
 from nlds_vines.runs import interrupts
 
@@ -44,7 +44,7 @@ COMMANDS = USUAL | UPKEEP
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command that the first of the arguments names; returns its exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
-    status = ended("", lambda: _run(arguments))
+    status = exit_status_of("", lambda: _run(arguments))
     if argv is None:  # this process is the command
         interrupts.exit_status = status
     return status

@@ -28,7 +28,7 @@ from nlds_vines.cli.running import (
     refuse_begun,
     refuse_replacing,
 )
-from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, say
+from nlds_vines.cli.terminal import DONE, ORBITS_FAILED, complain, say
 from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
@@ -213,10 +213,10 @@ class _Job:
         status = portrait([str(request.path), "--plot", str(path), "--quiet", "--overwrite"])
         if status == INTERRUPTED:
             raise KeyboardInterrupt
-        if status not in (DONE, LANES_FAILED):
+        if status not in (DONE, ORBITS_FAILED):
             raise RequestError(f"{request.path} could not be drawn: see above")
         self._say(str(path))
-        return int(status == LANES_FAILED)
+        return int(status == ORBITS_FAILED)
 
     def _say(self, text: str) -> None:
         if not self.how.quiet:
@@ -246,7 +246,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     except Interrupted as stop:
         text = "interrupted: the same command goes on from what is computed"
         raise Interrupted(text, stop.status) from stop
-    return LANES_FAILED if failed else DONE
+    return ORBITS_FAILED if failed else DONE
 
 
 def _job(options: argparse.Namespace) -> _Job:

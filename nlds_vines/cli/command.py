@@ -41,7 +41,7 @@ from nlds_vines.cli.running import (
     request_path,
     run_options,
 )
-from nlds_vines.cli.terminal import DONE, LANES_FAILED, complain, ended, program, say
+from nlds_vines.cli.terminal import DONE, ORBITS_FAILED, complain, exit_status_of, program, say
 from nlds_vines.errors import LeftAside, RequestError, at, choice, from_text, refuse_bytes, shown
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
@@ -104,7 +104,7 @@ class Command:
             with _left_aside_in_a_line(self.name, getattr(options, "quiet", False)):
                 return self.carry_out(options)
 
-        status = ended(self.name, work)
+        status = exit_status_of(self.name, work)
         if argv is None:  # this process is the command
             interrupts.exit_status = status
         return status
@@ -321,7 +321,7 @@ class Job:
         failure = self.failure(results)
         if failure:
             complain(name, failure)
-        return LANES_FAILED if failure else DONE
+        return ORBITS_FAILED if failure else DONE
 
 
 def of_task(

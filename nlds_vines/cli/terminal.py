@@ -16,11 +16,11 @@ from nlds_vines.runs.interrupts import (
     terminated_like_interrupted,
 )
 
-DONE, LANES_FAILED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 2
+DONE, ORBITS_FAILED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 2
 """Exit statuses, beside those of `interrupts`."""
 
 
-def ended(name: str, work: Callable[[], int]) -> int:
+def exit_status_of(name: str, work: Callable[[], int]) -> int:
     """Run the `work` of the command `name`, print an error as one line, return the exit status.
 
     Output that was not written, as to a full disk, is an error like any other.

@@ -35,7 +35,7 @@ from nlds_vines.cli.running import (
     request_path,
     run_options,
 )
-from nlds_vines.cli.terminal import LANES_FAILED, complain
+from nlds_vines.cli.terminal import ORBITS_FAILED, complain
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
@@ -209,7 +209,7 @@ class Job(commands.Job):
             return super().carry_out(name, dry_run)
         except IntegrationError as error:
             complain(name, str(error))
-            return LANES_FAILED
+            return ORBITS_FAILED
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -13,7 +13,7 @@ from nlds_vines.archives.provenance import SCAN
 from nlds_vines.cli.command import TASKS, Command, Job, content_of
 from nlds_vines.cli.options import Parser
 from nlds_vines.cli.running import RunOptions, add_run_options, run_options
-from nlds_vines.cli.terminal import DIFFERENT, DONE, LANES_FAILED, say
+from nlds_vines.cli.terminal import DIFFERENT, DONE, ORBITS_FAILED, say
 from nlds_vines.errors import RequestError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     output = Path(options.output or f"{source.stem}-rerun.h5")
     job = _job(source, output, how)
     status = job.carry_out(_NAME, options.dry_run)
-    if options.dry_run or how.shard is not None or status not in (DONE, LANES_FAILED):
+    if options.dry_run or how.shard is not None or status not in (DONE, ORBITS_FAILED):
         return status
     return max(status, _compared(source, output, how.quiet))
 

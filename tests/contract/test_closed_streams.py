@@ -8,7 +8,7 @@ import sys
 import pytest
 from made_up import make_scan, write
 
-from nlds_vines.cli.terminal import ended
+from nlds_vines.cli.terminal import exit_status_of
 
 PROGRAM = f"{sys.executable} -m nlds_vines"
 
@@ -41,7 +41,7 @@ def test_a_closed_stream_changes_nothing(folder, closed):
 
 def test_no_file_gets_the_number_of_a_closed_stream(folder):
     program = (
-        "from nlds_vines.cli.terminal import ended; ended('', lambda: 0);"
+        "from nlds_vines.cli.terminal import exit_status_of; exit_status_of('', lambda: 0);"
         "print(open('a.h5').fileno())"
     )
     line = f'{sys.executable} -W ignore -c "{program}"'
@@ -67,10 +67,10 @@ def test_a_library_without_room_is_one_line(words, capsys):
     def work(text):
         raise ImportError(text)
 
-    assert ended("", lambda: work(words)) == 2
+    assert exit_status_of("", lambda: work(words)) == 2
     assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(ImportError, match="other"):
-        ended("", lambda: work("another reason: other"))
+        exit_status_of("", lambda: work("another reason: other"))
 
 
 SLOW_IMPORT = """

@@ -18,7 +18,7 @@ from scipy.optimize import minimize
 
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.tuning.design_space import values_of
-from nlds_vines.tuning.objective import Objective, Trials
+from nlds_vines.tuning.objective import Objective, at_rest
 from nlds_vines.tuning.request import Tuning, load_tuning
 from nlds_vines.tuning.run import PROMISING, distinct, polish, search_globally
 
@@ -49,7 +49,7 @@ class Designs:
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Return the objective (n,) of points (n, parameters) of the unit cube."""
-        designs = Trials.at_rest(values_of(self._tuning.free, points))
+        designs = at_rest(values_of(self._tuning.free, points))
         values = self._objective.results(designs)[:, 0]
         self.points = np.concatenate([self.points, points])
         self.values = np.concatenate([self.values, values])

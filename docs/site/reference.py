@@ -40,7 +40,7 @@ from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
 from nlds_vines.portrait.request import ColumnEntry, PortraitRequest, Times
 from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
-from nlds_vines.tuning.result import Findings, contents
+from nlds_vines.tuning.result import contents
 
 DOCS = Path(__file__).resolve().parents[1]
 MARKED = re.compile(r"(<!-- made: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -229,8 +229,9 @@ def of_tunings() -> str:
     drawn = load_tuning(tuning, {"uncertain": {"k1": "5%"}})
     one = np.zeros(1)
     columns = defaultdict(lambda: one, dict.fromkeys(tuning.names, one))
-    found = Findings(columns, np.zeros(1, int), np.ones((1, 1)), (one, one, np.ones((1, 1))), one)
-    entries = {e.name: e for request in (drawn, tuning) for e, _ in contents(request, found)}
+    judged = dict.fromkeys(("robustness", "search_best", "surface"), one)
+    results = [contents(r, columns, np.zeros(1, int), judged) for r in (drawn, tuning)]
+    entries = {entry.name: entry for result in results for entry, _ in result}
     rows = (_row(entry) for entry in entries.values())
     return table(("dataset", "dimensions", "unit", "meaning"), rows)
 

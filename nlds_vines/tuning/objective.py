@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from math import ceil
 from typing import NamedTuple
@@ -25,37 +25,18 @@ from nlds_vines.runs.store import Blocks
 from nlds_vines.tuning.design_space import FRESH_SEED, places_of
 from nlds_vines.tuning.request import DETUNING, SHIFT, SIZE, STARTS, STRETCH, Tuning
 
-
-@dataclass(frozen=True)
-class Trials:
-    """Designs to evaluate.
-
-    Attributes:
-        points: free parameters (n, parameters) [SI].
-        detuning: factors (n,) on omega; under a load, on the structure's natural frequency.
-        start: 0 for rest, i for the i-th random start (n,).
-        stretch: factors (n,) on the periods discarded and sampled; under a load, on the load.
-    """
-
-    points: np.ndarray
-    detuning: np.ndarray
-    start: np.ndarray
-    stretch: np.ndarray
-
-    @classmethod
-    def at_rest(cls, points: np.ndarray) -> Trials:
-        """Return trials of designs without a perturbation, from rest."""
-        ones = np.ones(len(points))
-        return cls(points, ones, np.zeros(len(points)), ones)
-
-    @property
-    def table(self) -> np.ndarray:
-        """All arrays as columns, one row for each trial."""
-        return np.column_stack([self.points, self.detuning, self.start, self.stretch])
-
-
 HOW = ("detuning", "random_start", "stretch")
-"""The columns of a trial's table after its parameters."""
+"""The columns of a trial after its free parameters [SI].
+
+detuning: a factor on omega; under a load, on the structure's natural frequency.  random_start: 0
+for rest, i for the i-th random start.  stretch: a factor on the periods discarded and sampled;
+under a load, on the load."""
+
+
+def at_rest(points: np.ndarray) -> np.ndarray:
+    """Return trials of designs (n, parameters) [SI] without a perturbation, one a row."""
+    return np.column_stack([points, np.tile([1.0, 0.0, 1.0], (len(points), 1))])
+
 
 RESULTS = ("objective", "E2max", "status", "worst_case")
 """The results of a trial: the objective, infinite for an inadmissible design; E2max [J], status and
@@ -85,15 +66,13 @@ class Objective:
     """
 
     def __init__(self, tuning: Tuning, tell: Tell | None = None, *, fresh: bool = False) -> None:
-        """Draw the uncertain parameters and the random starts."""
         self._tuning, self._tell = tuning, tell
         self._cases = tuning.cases()
         draws, seed = tuning.draws, tuning.search.seed
-        self._noise = np.arange(draws + 1)
         if fresh:
-            seed += FRESH_SEED
-            draws, self._noise = tuning.fresh_draws, np.arange(tuning.fresh_draws + 1)
-            self._noise[1:] += tuning.draws
+            draws, seed = tuning.fresh_draws, seed + FRESH_SEED
+        self._noise = np.arange(draws + 1)
+        self._noise[1:] += tuning.draws * fresh
         self._places = places_of(tuning.uncertain, draws, seed)
         self._batch = (
             Batch(tuning.system.scene, tell, float(tuning.tolerance), tuning.search.objective)
@@ -103,8 +82,8 @@ class Objective:
         generator = np.random.default_rng(tuning.search.seed)
         self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
 
-    def results(self, trials: Trials) -> np.ndarray:
-        """Return the results (n, columns) of trials, in the order of `results_of`.
+    def results(self, trials: np.ndarray) -> np.ndarray:
+        """Return the results (n, columns) of trials (n, parameters + 3), as in `results_of`.
 
         The objective is the maximum over the cases of E1max, or of the quantity that the search
         minimizes; with draws, the mean or a quantile of that maximum over the draws.
@@ -114,30 +93,29 @@ class Objective:
             values = worst(outcome_under(tuning, grid, self._tell))
             return over_draws(values, tuning.search.quantile, tuning.quantile)
         cells = tuning.system.cells(grid)
-        results = np.empty((len(trials.points), len(results_of(tuning))))
+        results = np.empty((len(trials), len(results_of(tuning))))
+        start, stretches = trials[:, -2].astype(int), trials[:, -1]
         starts = np.zeros((*cells.shape, 4))
-        moved = np.flatnonzero(trials.start)
+        moved = np.flatnonzero(start)
         if moved.size:
             drawn = random_states(cells[moved], self._starts_drawn, tuning.system.scene)
-            which = trials.start[moved].astype(int) - 1
-            starts[moved] = drawn[np.arange(moved.size), :, :, which]
-        for stretch in np.unique(trials.stretch):
-            rows = trials.stretch == stretch
+            starts[moved] = drawn[np.arange(moved.size), :, :, start[moved] - 1]
+        for stretch in np.unique(stretches):
+            rows = stretches == stretch
             periods = (round(n * stretch) for n in (tuning.transient, tuning.periods))
             values = worst(self._batch.run(cells[rows], starts[rows], *periods))
             results[rows] = over_draws(values, tuning.search.quantile, tuning.quantile)
         return results
 
-    def _grid(self, trials: Trials) -> dict[str, np.ndarray]:
+    def _grid(self, trials: np.ndarray) -> dict[str, np.ndarray]:
         """Return the parameters of every orbit (trials, draws, cases); draw 0 is nominal."""
         tuning, grid = self._tuning, dict(self._cases)
-        shape = len(trials.points), len(self._places), tuning.case_count
-        for i, name in enumerate(tuning.names):
-            grid[name] = trials.points[:, i, np.newaxis, np.newaxis]
+        shape = len(trials), len(self._places), tuning.case_count
+        *points, factor, _, stretch = trials.T[..., np.newaxis, np.newaxis]
+        grid |= dict(zip(tuning.names, points, strict=True))
         for i, one in enumerate(tuning.uncertain):
             nominal = grid.get(one.name, np.asarray(tuning.value(one.name)))
             grid[one.name] = one.at(nominal, self._places[:, i, np.newaxis])
-        factor = trials.detuning[:, np.newaxis, np.newaxis]
         if tuning.history is None:
             grid[tuning.frequency] = grid[tuning.frequency] * factor
         else:
@@ -145,7 +123,7 @@ class Objective:
             stiffness = grid.get(spring, np.asarray(tuning.value(spring)))
             scale = grid.get("scale", np.asarray(tuning.value("scale")))
             grid[spring] = stiffness * (factor * factor)
-            grid["scale"] = scale * trials.stretch[:, np.newaxis, np.newaxis]
+            grid["scale"] = scale * stretch
             grid["draw"] = self._noise[:, np.newaxis]
         return {name: np.broadcast_to(values, shape) for name, values in grid.items()}
 
@@ -240,7 +218,6 @@ class Log:
     """
 
     def __init__(self, tuning: Tuning, store: Blocks, progress: Progress) -> None:
-        """Begin with no evaluation."""
         self.tuning = tuning
         self.replayed = 0  # evaluations that an earlier run has saved
         self._objective = Objective(tuning, progress.wait)
@@ -248,14 +225,14 @@ class Log:
         self._blocks: list[np.ndarray] = []
         self._best = np.inf
 
-    def evaluate(self, trials: Trials, stage: str, seed: int) -> np.ndarray:
+    def evaluate(self, trials: np.ndarray, stage: str, seed: int) -> np.ndarray:
         """Return the objective (n,) of each trial, infinite for an inadmissible design.
 
         Raises `interrupts.Stopped` after a signal to stop.
         """
         results = self._results(self._objective, trials)
         marks = np.tile([STAGES[stage], seed], (len(results), 1))
-        self._blocks.append(np.column_stack([trials.table, results, marks]))
+        self._blocks.append(np.column_stack([trials, results, marks]))
         objectives, unit = results[:, 0], self.tuning.unit
         if stage in ("global", "polish"):
             self._best = min(self._best, float(objectives.min()))
@@ -268,11 +245,9 @@ class Log:
         These evaluations are not logged.  Raises `interrupts.Stopped` after a signal to stop.
         """
         objective = Objective(tuning, self._progress.wait, fresh=fresh)
-        return np.array(
-            [self._results(objective, Trials.at_rest(one))[0, 0] for one in points[:, None]]
-        )
+        return np.array([self._results(objective, at_rest(one))[0, 0] for one in points[:, None]])
 
-    def _results(self, objective: Objective, trials: Trials) -> np.ndarray:
+    def _results(self, objective: Objective, trials: np.ndarray) -> np.ndarray:
         """Return the results of trials, from a saved block or computed and saved."""
         check()
         key = self._calls
@@ -280,10 +255,9 @@ class Log:
         block, began = self._store.load(key), time.monotonic()
         if block is None:
             results = objective.results(trials)
-            arrays = {"asked": trials.table, "found": results}
-            self._store.save(key, arrays, time.monotonic() - began)
+            self._store.save(key, {"asked": trials, "found": results}, time.monotonic() - began)
             return results
-        if not np.array_equal(block["asked"], trials.table):
+        if not np.array_equal(block["asked"], trials):
             raise RequestError(f"{self._store.folder} does not fit this search: remove it")
         self.replayed += len(block["asked"])
         return block["found"]
@@ -342,15 +316,14 @@ def over_finer_bands(tuning: Tuning) -> Tuning | None:
 
 
 class Perturbation(NamedTuple):
-    """One perturbation of an optimum: its words, what it changes, and by how much.
+    """The words of a perturbation, the column of a trial that it changes, and by which factor.
 
-    `column` is a column of a trial or a free parameter; "" for none.  `value` is a factor; for the
-    column `start`, the number of the start.
+    For the column `random_start` the value is the number of the start.
     """
 
     words: str
-    column: str = ""
-    value: float = 1.0
+    column: str
+    value: float
 
 
 def perturbations(tuning: Tuning) -> list[Perturbation]:
@@ -359,26 +332,24 @@ def perturbations(tuning: Tuning) -> list[Perturbation]:
     def both(words: str, column: str, share: float) -> list[Perturbation]:
         return [Perturbation(f"{words} {s:+.0%}", column, 1.0 + s) for s in (-share, share)]
 
-    none, shifted = [Perturbation("none")], [one for n in tuning.names for one in both(n, n, SHIFT)]
+    none = Perturbation("none", "stretch", 1.0)
+    shifted = [one for name in tuning.names for one in both(name, name, SHIFT)]
     if tuning.history is not None:
         detuned = both("natural frequency", "detuning", DETUNING)
-        return [*none, *detuned, *both("load", "stretch", SIZE), *shifted]
-    starts = [Perturbation(f"random start {i}", "start", i) for i in range(1, STARTS + 1)]
+        return [none, *detuned, *both("load", "stretch", SIZE), *shifted]
+    starts = [Perturbation(f"random start {i}", "random_start", i) for i in range(1, STARTS + 1)]
     longer = Perturbation(f"{STRETCH} x the periods", "stretch", STRETCH)
-    return [*none, *both("omega", "detuning", DETUNING), longer, *shifted, *starts]
+    return [none, *both("omega", "detuning", DETUNING), longer, *shifted, *starts]
 
 
-def perturbed(tuning: Tuning, point: np.ndarray) -> Trials:
+def perturbed(tuning: Tuning, point: np.ndarray) -> np.ndarray:
     """Return the trials of a design [SI] under each perturbation; a band is shifted as a whole."""
-    every = perturbations(tuning)
-    points, ones = np.tile(point, (len(every), 1)), np.ones(len(every))
-    how = {"detuning": ones, "start": 0.0 * ones, "stretch": ones.copy()}
-    for row, one in enumerate(every):
-        if one.column in how:
-            how[one.column][row] = one.value
-        elif one.column:
-            points[row, tuning.names.index(one.column)] *= one.value
+    every, columns = perturbations(tuning), (*tuning.names, *HOW)
+    trials = at_rest(np.tile(point, (len(every), 1)))
+    for trial, one in zip(trials, every, strict=True):
+        place = columns.index(one.column)
+        trial[place] = one.value if one.column == "random_start" else trial[place] * one.value
     for i, name in enumerate(tuning.names):
         # within the range of the parameter, as Poisson's ratio up to 0.5
-        points[:, i] = np.clip(points[:, i], described(name).low, described(name).high)
-    return Trials(points, **how)
+        trials[:, i] = np.clip(trials[:, i], described(name).low, described(name).high)
+    return trials

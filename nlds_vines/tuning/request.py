@@ -443,6 +443,14 @@ class Tuning(Request):
         value = np.array([self.value(self.frequency)])
         return MappingProxyType({self.frequency: np.repeat(value, self.case_count)} | cases)
 
+    def surface_values(self) -> dict[str, np.ndarray]:
+        """Return the values of the two parameters of the surface by name; empty without one."""
+        if self.surface is None:
+            return {}
+        places = np.linspace(0.0, 1.0, self.surface.size)
+        by_name = {item.name: item for item in self.free}
+        return {name: by_name[name].value(places) for name in self.surface.parameters}
+
     @property
     def frequency(self) -> str:
         """The name of the forcing frequency: omega, or f or omega_ratio if that is set."""

@@ -35,50 +35,33 @@ _AT_BOUND = 1e-3  # of the range: an optimum so near to a bound is reported
 # ---- datasets ------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Findings:
-    """The results of a search, to be written.
-
-    Attributes:
-        columns: all evaluations, by column of the log.
-        optima: rows in the log of the nearly equal optima, the best first.
-        robustness: objectives (optima, perturbations).
-        surface: (values of the first parameter, of the second, objectives), or None.
-        spread: the best objective of each seed.
-        finer: objectives (optima,) over finer bands; None without a band.
-        fresh: objectives (optima,) over draws that the search did not have; None without draws.
-    """
-
-    columns: dict[str, np.ndarray]
-    optima: np.ndarray
-    robustness: np.ndarray
-    surface: tuple[np.ndarray, np.ndarray, np.ndarray] | None
-    spread: np.ndarray
-    finer: np.ndarray | None = None
-    fresh: np.ndarray | None = None
-
-
-def scales(tuning: Tuning, findings: Findings) -> list[Scale]:
-    """Return the dimensions of the archive."""
+def scales(tuning: Tuning, evaluations: int, optima: int) -> list[Scale]:
+    """Return the dimensions of an archive with so many evaluations and optima."""
     names = np.array([one.words for one in perturbations(tuning)], dtype=np.str_)
     seeds = np.array(tuning.search.all_seeds, dtype=np.int64)
-    count = len(findings.columns["objective"])
-    dims = [
-        Scale.counted("evaluation", count, "evaluation, in order"),
+    grid = tuning.surface_values() if optima else {}
+    return [
+        Scale.counted("evaluation", evaluations, "evaluation, in order"),
         Scale.counted("case", tuning.case_count, "case under which each design is judged"),
         Scale("search", seeds, "1", "seed of a search"),
-        Scale.counted("optimum", len(findings.optima), "near-equal optimum, the best first"),
+        Scale.counted("optimum", optima, "near-equal optimum, the best first"),
         Scale("perturbation", names, "1", "perturbation of an optimum"),
+        *(described(name).scale(values, "surface_") for name, values in grid.items()),
     ]
-    if tuning.surface is not None and findings.surface is not None:
-        for name, values in zip(tuning.surface.parameters, findings.surface, strict=False):
-            dims.append(described(name).scale(values, "surface_"))
-    return dims
 
 
-def contents(tuning: Tuning, findings: Findings) -> list[tuple[Dataset, np.ndarray]]:
-    """Return the datasets of the archive with their values; those without values are left out."""
-    columns, rows, dims = findings.columns, findings.optima, ("optimum",)
+def contents(
+    tuning: Tuning,
+    columns: Mapping[str, np.ndarray],
+    optima: np.ndarray,
+    judged: Mapping[str, np.ndarray],
+) -> list[tuple[Dataset, np.ndarray]]:
+    """Return the datasets of the archive with their values; those without values are left out.
+
+    Arguments: all evaluations, by column of the log; the rows in it of the `optima`, the best
+    first; the further `judged` objectives, by dataset.
+    """
+    dims, grid = ("optimum",), () if tuning.surface is None else tuning.surface.parameters
     datasets = [(entry, columns[entry.name]) for entry in _of_evaluations(tuning)]
     for name, values in tuning.cases().items():
         if name in DESCRIBED:
@@ -89,25 +72,23 @@ def contents(tuning: Tuning, findings: Findings) -> list[tuple[Dataset, np.ndarr
             entry = Dataset.real(f"case_{name}", ("case",), *of_load)
         datasets.append((entry, np.ascontiguousarray(values)))
     for name in tuning.names:
-        datasets.append((described(name).dataset(dims, "optimum_"), columns[name][rows]))
+        datasets.append((described(name).dataset(dims, "optimum_"), columns[name][optima]))
     place = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
-    datasets.append((place, rows))
+    datasets.append((place, optima))
     again = f"{tuning.judged_by(tuning.fresh_draws)} that the search did not have"
-    surface = "objective over two parameters, the others as in the best optimum"
-    grid = None if tuning.surface is None else tuning.surface.parameters
-    for name, dimensions, words, objectives in (
-        ("optimum_objective", dims, _judged(tuning), columns["objective"][rows]),
-        ("robustness", (*dims, "perturbation"), f"{tuning.judged} under a perturbation",
-         findings.robustness),
-        ("search_best", ("search",), "best objective of a search", findings.spread),
-        ("optimum_finer", dims, f"{tuning.judged}, with more values in each band", findings.finer),
-        ("optimum_fresh", dims, again, findings.fresh),
-        ("surface", tuple(f"surface_{name}" for name in grid or ()), surface,
-         None if grid is None or findings.surface is None else findings.surface[2]),
+    objectives = {"optimum_objective": columns["objective"][optima], **judged}
+    for name, dimensions, words in (
+        ("optimum_objective", dims, _judged(tuning)),
+        ("robustness", (*dims, "perturbation"), f"{tuning.judged} under a perturbation"),
+        ("search_best", ("search",), "best objective of a search"),
+        ("optimum_finer", dims, f"{tuning.judged}, with more values in each band"),
+        ("optimum_fresh", dims, again),
+        ("surface", tuple(f"surface_{name}" for name in grid),
+         "objective over two parameters, the others as in the best optimum"),
     ):  # fmt: skip
-        if objectives is not None:
+        if name in objectives:
             entry = Dataset.real(name, dimensions, tuning.unit, words, np.inf)
-            datasets.append((entry, objectives))
+            datasets.append((entry, objectives[name]))
     return [(entry, values) for entry, values in datasets if values.size]
 
 
@@ -117,22 +98,13 @@ def _judged(tuning: Tuning) -> str:
 
 def _of_evaluations(tuning: Tuning) -> list[Dataset]:
     """Return the datasets of the log, one for each column."""
-    dims, unit = ("evaluation",), tuning.unit
+    dims, unit, is_steady = ("evaluation",), tuning.unit, tuning.history is None
+    off = "factor on the structure's natural frequency, by its stiffness"
+    stretch = "factor on all numbers of periods" if is_steady else "factor on the load"
     table = [described(name).dataset(dims) for name in tuning.names]
-    if tuning.history is None:
-        each = "per forcing period"
-        table += [
-            Dataset.real("detuning", dims, "1", "factor on every omega"),
-            Dataset.whole("random_start", dims, "random start; 0: from rest"),
-            Dataset.real("stretch", dims, "1", "factor on all numbers of periods"),
-        ]
-    else:
-        each = "under the load"
-        off = "factor on the structure's natural frequency, by its stiffness"
-        table += [
-            Dataset.real("detuning", dims, "1", off),
-            Dataset.real("stretch", dims, "1", "factor on the load"),
-        ]
+    table += [Dataset.real("detuning", dims, "1", "factor on every omega" if is_steady else off)]
+    table += [Dataset.whole("random_start", dims, "random start; 0: from rest")] * is_steady
+    table += [Dataset.real("stretch", dims, "1", stretch)]
     if tuning.draws:
         largest = f"largest {tuning.search.objective} of all cases"
         share = f"{100 * tuning.quantile:g} % quantile"
@@ -146,6 +118,7 @@ def _of_evaluations(tuning: Tuning) -> list[Dataset]:
         Dataset.real("E2max", dims, "J", "the damper's energy in that case"),
         Dataset.whole("worst_case", dims, "number of that case"),
     ]
+    each = "per forcing period" if is_steady else "under the load"
     impacts = f"impacts {each} in that case, nominal"
     table += [Dataset.real(name, dims, "1", impacts) for name in impacts_of(tuning)]
     return [
@@ -186,14 +159,14 @@ class Optimum(Outlined):
     impacts: float = nan
 
     @property
-    def worst(self) -> float:
-        """The largest objective under any of the perturbations."""
-        return max(self.robustness.values())
-
-    @property
     def cause(self) -> str:
         """The perturbation with the largest objective."""
         return max(self.robustness, key=self.robustness.__getitem__)
+
+    @property
+    def worst(self) -> float:
+        """The largest objective under any of the perturbations."""
+        return self.robustness[self.cause]
 
 
 @dataclass(frozen=True, repr=False)
@@ -232,7 +205,7 @@ class Tuned(Drawable):
 
     @property
     def request(self) -> Tuning:
-        """The tuning, with which the same is computed again."""
+        """The same as `tuning`."""
         return self.tuning
 
     def heading(self) -> str:
@@ -363,19 +336,17 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
 def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
     if "optimum_objective" not in view:
         return
-    objective, causes = view["optimum_objective"], view["perturbation"].tolist()
-    finer = view["optimum_finer"] if "optimum_finer" in view else np.full(objective.size, nan)
-    rows = view["optimum_evaluation"]
-    fresh = view["optimum_fresh" if tuning.draws else "optimum_objective"]
-    columns = {name: view[name][rows].tolist() for name in OF_DRAWS if tuning.draws}
+    causes, rows = view["perturbation"].tolist(), view["optimum_evaluation"]
+    columns = {name: view[name][rows] for name in OF_DRAWS if tuning.draws}
+    columns["searched"] = view["optimum_objective"]
+    columns["objective"] = view["optimum_fresh"] if tuning.draws else columns["searched"]
+    if "optimum_finer" in view:
+        columns["finer"] = view["optimum_finer"]
     for name in impacts_of(tuning):
-        columns["impacts"] = view[name][rows].tolist()
-    for i in range(objective.size):
+        columns["impacts"] = view[name][rows]
+    for i, robustness in enumerate(view["robustness"].tolist()):
         yield Optimum(
             parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
-            objective=float(fresh[i]),
-            searched=float(objective[i]),
-            robustness=dict(zip(causes, view["robustness"][i].tolist(), strict=True)),
-            finer=float(finer[i]),
-            **{name: values[i] for name, values in columns.items()},
+            robustness=dict(zip(causes, robustness, strict=True)),
+            **{name: float(values[i]) for name, values in columns.items()},
         )

@@ -17,9 +17,9 @@ from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.store import Blocks, Write
 from nlds_vines.tuning.design_space import units_of, values_of
-from nlds_vines.tuning.objective import Log, Trials, over_finer_bands, perturbed
+from nlds_vines.tuning.objective import Log, at_rest, over_finer_bands, perturbed
 from nlds_vines.tuning.request import Search, Tuning, check_installed
-from nlds_vines.tuning.result import Findings, contents, scales
+from nlds_vines.tuning.result import contents, scales
 
 PROMISING = 0.25
 """A local search starts at designs whose objective is at most this share above the best."""
@@ -35,52 +35,39 @@ _INADMISSIBLE = 1e30  # in place of infinity, with which CMA-ES cannot compute
 
 
 def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
-    """Run a tuning and write the archive `output`.
+    """Search, test the optima, compute the surface through the best, and write the archive.
 
     Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with all finished blocks of evaluations
-    saved for --resume,
-    and `RequestError` if the archive cannot be written.
+    saved for --resume, and `RequestError` if the archive cannot be written.
     """
     how = RunOptions() if how is None else how
     use_threads(how.threads)
     store = Blocks(output, tuning)
 
     def work() -> Write:
-        most = tuning.most_evaluations
-        with Progress(most, "design", quiet=how.quiet, at_most=True) as progress:
+        search = tuning.search
+        with Progress(tuning.most_evaluations, "design", quiet=how.quiet, at_most=True) as progress:
             log = Log(tuning, store, progress)
-            findings = _findings(tuning, log)
+            spread = [_search(tuning, log, seed) for seed in search.all_seeds]
+            points, values, rows = log.designs()
+            chosen = _distinct(tuning, points, values, search.within)
+            best, judged = points[chosen], {"search_best": np.array(spread)}
+            tested = [log.evaluate(perturbed(tuning, p), "robustness", search.seed) for p in best]
+            judged["robustness"] = np.array(tested)
+            if chosen.size and tuning.surface is not None:
+                judged["surface"] = _surface(tuning, log, best[0])
+            columns, finer = log.columns(), over_finer_bands(tuning)
+            if finer is not None:
+                judged["optimum_finer"] = log.judged(finer, best)
+            if tuning.draws:
+                judged["optimum_fresh"] = log.judged(tuning, best, fresh=True)
         derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
         free = (*tuning.names, *derived)  # the archive has no single value of a free parameter
-        datasets = contents(tuning, findings)
-        return store.writer(scales(tuning, findings), datasets, free, replayed=log.replayed)
+        dims = scales(tuning, len(columns["objective"]), chosen.size)
+        datasets = contents(tuning, columns, rows[chosen], judged)
+        return store.writer(dims, datasets, free, replayed=log.replayed)
 
     store.carry_out(how, work)
-
-
-def _findings(tuning: Tuning, log: Log) -> Findings:
-    """Search with every seed; test the optima by perturbations, finer bands and fresh draws;
-    compute the surface through the best."""
-    search = tuning.search
-    spread = np.array([_search(tuning, log, seed) for seed in search.all_seeds])
-    points, values, rows = log.designs()
-    chosen = _distinct(tuning, points, values, search.within)
-    robustness = [
-        log.evaluate(perturbed(tuning, point), "robustness", search.seed)
-        for point in points[chosen]
-    ]
-    surface = _surface(tuning, log, points[chosen[0]]) if chosen.size else None
-    finer = over_finer_bands(tuning) if chosen.size else None
-    width = len(perturbed(tuning, points[0]).start)
-    return Findings(
-        columns=log.columns(),
-        optima=rows[chosen],
-        robustness=np.array(robustness).reshape(-1, width),
-        surface=surface,
-        spread=spread,
-        finer=None if finer is None else log.judged(finer, points[chosen]),
-        fresh=log.judged(tuning, points[chosen], fresh=True) if tuning.draws else None,
-    )
 
 
 def _search(tuning: Tuning, log: Log, seed: int) -> float:
@@ -88,7 +75,7 @@ def _search(tuning: Tuning, log: Log, seed: int) -> float:
 
     def evaluate(stage: str) -> Evaluate:
         def objective(units: np.ndarray) -> np.ndarray:
-            return log.evaluate(Trials.at_rest(values_of(tuning.free, units)), stage, seed)
+            return log.evaluate(at_rest(values_of(tuning.free, units)), stage, seed)
 
         return objective
 
@@ -132,21 +119,15 @@ def distinct(
     return np.array(chosen, dtype=int)
 
 
-def _surface(
-    tuning: Tuning, log: Log, best: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Evaluate the grid through the best design, a row at a time; None if none was requested."""
-    if tuning.surface is None:
-        return None
-    first, second = (tuning.names.index(name) for name in tuning.surface.parameters)
-    places = np.linspace(0.0, 1.0, tuning.surface.size)
-    across, up = tuning.free[first].value(places), tuning.free[second].value(places)
+def _surface(tuning: Tuning, log: Log, best: np.ndarray) -> np.ndarray:
+    """Evaluate the grid through the best design, a row at a time."""
+    (first, across), (second, up) = tuning.surface_values().items()
     rows = []
     for value in across:
         points = np.tile(best, (up.size, 1))
-        points[:, first], points[:, second] = value, up
-        rows.append(log.evaluate(Trials.at_rest(points), "surface", tuning.search.seed))
-    return across, up, np.array(rows)
+        points[:, tuning.names.index(first)], points[:, tuning.names.index(second)] = value, up
+        rows.append(log.evaluate(at_rest(points), "surface", tuning.search.seed))
+    return np.array(rows)
 
 
 # ---- searches ------------------------------------------------------------------------------------

@@ -51,7 +51,7 @@ def interrupt(monkeypatch):
         def results(self, trials):
             if len(calls) == most:
                 raise KeyboardInterrupt
-            calls.append(len(trials.points))
+            calls.append(len(trials))
             return real(self, trials)
 
         monkeypatch.setattr(Objective, "results", results)

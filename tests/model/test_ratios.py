@@ -12,7 +12,7 @@ from nlds_vines.continuation.request import load_continuation
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.request import load_response_history
-from nlds_vines.tuning.objective import Objective, Trials
+from nlds_vines.tuning.objective import Objective, at_rest
 from nlds_vines.tuning.request import load_tuning
 
 SIX = nv.load_system("ssul-set6").parameters
@@ -129,7 +129,7 @@ def test_frequencies_are_free_and_uncertain_in_a_tuning():
         {"free": {"frequency_ratio": {}, "zeta2": {}}, "uncertain": {"f1": "5%"}},
     )
     assert tuning.names == ("frequency_ratio", "zeta2")
-    grid = Objective(tuning)._grid(Trials.at_rest(np.array([[0.95, 0.1]])))
+    grid = Objective(tuning)._grid(at_rest(np.array([[0.95, 0.1]])))
     cells = tuning.system.cells(grid)[0, :, 0]
     structure = np.sqrt(cells["k1"] / cells["m1"])
     assert np.ptp(structure) > 0.1
@@ -298,7 +298,7 @@ def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
     point = np.array([[2000.0, 0.03, 0.2]])
     assert tuning.names == ("k2", "mass_ratio", "zeta2")
     objective = Objective(tuning)
-    cells = tuning.system.cells(objective._grid(Trials.at_rest(point)))[0, :, 0]
+    cells = tuning.system.cells(objective._grid(at_rest(point)))[0, :, 0]
     np.testing.assert_allclose(cells["m2"], 30.0, rtol=1e-15)
     np.testing.assert_allclose(cells["c2"], 0.2 * critical(2000.0, 30.0), rtol=1e-15)
     np.testing.assert_allclose(cells["omega"], 0.95 * np.sqrt(cells["k1"] / 1000.0), rtol=1e-15)

@@ -17,7 +17,7 @@ from nlds_vines.tuning.design_space import BOUNDS, Free, units_of, values_of
 from nlds_vines.tuning.objective import (
     Log,
     Objective,
-    Trials,
+    at_rest,
     perturbations,
     perturbed,
     worst,
@@ -132,18 +132,18 @@ def test_designs_and_the_unit_cube_belong_together():
 @pytest.mark.kernels
 def test_the_objective_is_the_peak_of_all_cases():
     tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.21, 6.28]}}})
-    results = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))
+    results = Objective(tuning).results(at_rest(np.array([[600.0, 262.0]])))
     assert results[0, 0] == pytest.approx(660.435, abs=1e-3)  # exact, from the transfer function
     assert results[0, 2:].tolist() == [OK, 0]
     tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.28]}}})
-    results = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))
+    results = Objective(tuning).results(at_rest(np.array([[600.0, 262.0]])))
     assert results[0, 0] == pytest.approx(635.107, abs=1e-3)
 
 
 @pytest.mark.kernels
 def test_a_perturbed_trial_is_the_perturbed_system():
     tuning = load_tuning("tmd", {"over": {"P": {"values": [400.0, 800.0]}}})
-    trials = Trials(np.array([[600.0, 262.0]]), np.array([1.01]), np.array([2.0]), np.ones(1))
+    trials = np.array([[600.0, 262.0, 1.01, 2.0, 1.0]])
     results = Objective(tuning).results(trials)[0]
     system = nv.load_system("tmd", k2=600.0, c2=262.0, P=800.0, omega=6.28 * 1.01)
     orbit = nv.simulate(system, 2, transient=300, record=("section", "energy"))
@@ -154,16 +154,14 @@ def test_a_perturbed_trial_is_the_perturbed_system():
 @pytest.mark.kernels
 def test_a_start_of_its_own_is_used():
     tuning = load_tuning("tmd", {"sampling": {"transient": 0}})
-    points = np.tile([600.0, 262.0], (STARTS + 1, 1))
-    trials = Trials(points, np.ones(STARTS + 1), np.arange(STARTS + 1.0), np.ones(STARTS + 1))
+    trials = np.array([[600.0, 262.0, 1.0, start, 1.0] for start in range(STARTS + 1)])
     assert len(np.unique(Objective(tuning).results(trials)[:, 0])) == STARTS + 1
 
 
 @pytest.mark.kernels
 def test_more_periods_tell_what_had_not_settled():
     tuning = load_tuning("tmd", {"sampling": {"transient": 2, "periods": 2}})
-    one = np.ones(2)
-    trials = Trials(np.tile([600.0, 262.0], (2, 1)), one, 0 * one, np.array([50.0, 1.0]))
+    trials = np.array([[600.0, 262.0, 1.0, 0.0, stretch] for stretch in (50.0, 1.0)])
     settled, early = Objective(tuning).results(trials)[:, 0]
     assert settled == pytest.approx(635.107, abs=1e-3)
     assert early < 0.9 * settled
@@ -173,7 +171,7 @@ def test_more_periods_tell_what_had_not_settled():
 def test_a_design_that_fails_is_infinitely_bad():
     tuning = load_tuning("tmd", {"free": {"k2": bounds(1.0, 1e14)}})
     points = np.array([[600.0, 262.0], [1e14, 262.0], [700.0, 200.0]])
-    results = Objective(tuning).results(Trials.at_rest(points))
+    results = Objective(tuning).results(at_rest(points))
     assert results[1, 0] == np.inf
     assert results[:, 2].tolist() == [OK, TOO_STIFF, OK]
     assert np.isfinite(results[[0, 2], 0]).all()
@@ -215,7 +213,7 @@ def test_a_winner_is_disturbed_in_one_way_at_a_time():
     tuning = load_tuning("ssul-set6", {"set": {"C": 0.1}})
     names = [one.words for one in perturbations(tuning)]
     trials = perturbed(tuning, np.array([1000.0, 50.0]))
-    rows = dict(zip(names, trials.table.tolist(), strict=True))
+    rows = dict(zip(names, trials.tolist(), strict=True))
     assert rows["none"] == [1000, 50, 1, 0, 1]
     assert rows["omega -1%"] == [1000, 50, 0.99, 0, 1]
     assert rows["5 x the periods"] == [1000, 50, 1, 0, 5]
@@ -228,7 +226,7 @@ def test_a_winner_is_disturbed_in_one_way_at_a_time():
 def test_a_disturbed_design_stays_possible():
     tuning = load_tuning("ssul-set6", {"free": {"nu2": bounds(0.1, 0.5)}})
     assert tuning.names[-1] == "nu2"
-    points = perturbed(tuning, np.array([500.0, 50.0, 0.1, 0.5])).points
+    points = perturbed(tuning, np.array([500.0, 50.0, 0.1, 0.5]))
     assert points[:, 3].max() == 0.5
     assert points[:, 3].min() == 0.49
 
@@ -294,15 +292,15 @@ def test_cma_finds_a_bowl_where_it_is_installed():
 
 def test_blocks_that_do_not_fit_a_search_are_refused(tmp_path):
     tuning = load_tuning("tmd")
-    store, trials = Blocks(tmp_path / "a.h5", tuning), Trials.at_rest(np.ones((2, 2)))
+    store, trials = Blocks(tmp_path / "a.h5", tuning), at_rest(np.ones((2, 2)))
     states = np.zeros((2, 4))
-    store.save(0, {"asked": trials.table, "found": states})
+    store.save(0, {"asked": trials, "found": states})
     with Progress(None, "design", quiet=True) as progress:
         log = Log(tuning, store, progress)
         assert log.evaluate(trials, "global", 0).tolist() == [0.0, 0.0]
         assert log.replayed == 2
         with pytest.raises(RequestError, match="does not fit this search"):
-            Log(tuning, store, progress).evaluate(Trials.at_rest(2 * np.ones((2, 2))), "global", 0)
+            Log(tuning, store, progress).evaluate(at_rest(2 * np.ones((2, 2))), "global", 0)
 
 
 @pytest.mark.long

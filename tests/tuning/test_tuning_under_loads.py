@@ -21,7 +21,7 @@ from nlds_vines.tuning.command import main
 from nlds_vines.tuning.design_space import CUT, DRAWS, Uncertain, places_of
 from nlds_vines.tuning.objective import (
     Objective,
-    Trials,
+    at_rest,
     over_draws,
     perturbations,
     perturbed,
@@ -276,7 +276,7 @@ def test_a_winner_under_a_load_is_disturbed_in_one_way_at_a_time():
     tuning = load_tuning("tmd", {**BLOW, "uncertain": {"k1": "1%"}})
     names = [one.words for one in perturbations(tuning)]
     trials = perturbed(tuning, DESIGN[0])
-    rows = dict(zip(names, trials.table.tolist(), strict=True))
+    rows = dict(zip(names, trials.tolist(), strict=True))
     assert rows == {
         "none": [1500, 100, 1, 0, 1],
         "natural frequency -1%": [1500, 100, 0.99, 0, 1],
@@ -309,7 +309,7 @@ def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
         "over": {"noise.rms": {"values": [1.0, 2.0]}},
         "uncertain": {"k2": "10%", "scale": 0.01}, "search": {"draws": 2},
     })  # fmt: skip
-    trials = Trials(DESIGN, np.array([1.01]), np.zeros(1), np.array([1.1]))
+    trials = np.array([[*DESIGN[0], 1.01, 0.0, 1.1]])
     results = Objective(tuning).results(trials)
     assert results[0].tolist()[2:4] == [TOO_STIFF, 0]
     assert results[0, 0] == np.inf
@@ -332,7 +332,7 @@ def test_the_objective_is_the_worst_decay(name):
     over = {"impulse": {"values": [300.0, 1000.0]}}
     tuning = load_tuning("ssul-set6", {**BLOW, "over": over, "search": {"objective": name}})
     points = np.array([[500.0, 80.0, 0.1], [900.0, 60.0, 0.05]])
-    results = Objective(tuning).results(Trials.at_rest(points))
+    results = Objective(tuning).results(at_rest(points))
     for row, (k2, c2, C) in zip(results, points, strict=True):
         system = nv.load_system("ssul-set6", k2=k2, c2=c2, C=C)
         numbers = [
@@ -348,7 +348,7 @@ def test_the_objective_is_the_worst_decay(name):
 def test_a_linear_damper_of_an_uncertain_structure_against_its_transfer_function():
     uncertain = {"k1": "5%", "P": {"spread": 50.0, "law": "uniform"}}
     tuning = load_tuning("tmd", {"uncertain": uncertain, "search": {"draws": 16}})
-    results = Objective(tuning).results(Trials.at_rest(DESIGN))[0]
+    results = Objective(tuning).results(at_rest(DESIGN))[0]
     p, (k2, c2) = tuning.system.parameters, DESIGN[0]
     s = 1j * p["omega"]
     energies = []
@@ -367,7 +367,7 @@ def test_noise_is_drawn_anew_in_each_draw():
     noise = {"rms": 100.0, "high": 12.0, "tones": 40, "seed": 4}
     tables = {"load": {"noise": noise}, "sampling": {"duration": 6.0}}
     tuning = load_tuning("tmd", {**tables, "search": {"draws": 2, "objective": "x1_rms"}})
-    results = Objective(tuning).results(Trials.at_rest(DESIGN))[0]
+    results = Objective(tuning).results(at_rest(DESIGN))[0]
     system, values = nv.load_system("tmd", k2=1500.0, c2=100.0), []
     for seed in (4, 5, 6):
         load = {"noise": {**noise, "seed": seed}}

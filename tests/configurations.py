@@ -20,7 +20,7 @@ SCANS = (("ssul", USUAL), ("tmd", ("section",)), ("oscillator", ("section", "imp
 
 def compile_all():
     """Compile the four configurations."""
-    from nlds_vines.continuation.section_map import compile_for
+    from nlds_vines.continuation.section_map import SectionMap
     from nlds_vines.kernels.numerics.elementary import exp, fill_cos_sin, fill_exp, log
     from nlds_vines.kernels.numerics.tones import fill_tones
     from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
@@ -31,7 +31,7 @@ def compile_all():
         wanted = Wanted(scene_of(scene), want, "exact", "quick", Settings.of("exact"))
         Kernels(wanted).prepare()
     nv.simulate(nv.load_system("ssul-set6"), periods=1, quiet=True)
-    compile_for(scene_of("ssul"))
+    SectionMap(nv.load_system("ssul-set6"), ("omega",)).compile(None)
     fill_cos_sin(np.zeros(1), np.zeros(1), np.zeros(1))  # by which loads have their coefficients
     fill_exp(np.zeros(1), np.zeros(1))
     fill_tones(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros((1, 15)))

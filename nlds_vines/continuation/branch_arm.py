@@ -421,8 +421,10 @@ def _is_beyond(section_map: SectionMap, point: Point) -> bool:
         return False
     n = point.cycle.n
     place = place_at(section_map, point.cycle.place, n)
-    measured = None if place is None else section_map.measure(place[np.newaxis], np.array([n]))
-    return measured is None or bool(measured.beyond[0] > 0.0)
+    if place is None:
+        return True
+    violation = section_map.measure(place[np.newaxis], np.array([n])).violation
+    return bool(violation[0, 1] > 0.0)
 
 
 def _end_at_limit(section_map: SectionMap, arm: Arm) -> None:

@@ -145,17 +145,17 @@ def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[T
         "branch_of_point": np.repeat(np.arange(len(tracks)), [len(t.points) for t in tracks]),
         "state": states_of(system, along, places),
         "section": states_of(system, along, rows),
-        "E1max": measured.E1max,
-        **({"E2max": measured.E2max} if system.scene.damper else {}),
-        "fastest_impact": measured.fastest,
-        "largest_force": measured.force,
+        "E1max": measured.energy[:, 0],
+        **({"E2max": measured.energy[:, 1]} if system.scene.damper else {}),
+        "fastest_impact": measured.strokes[:, 0],
+        "largest_force": measured.strokes[:, 1],
         "switch": np.array(
             [t.switches.get(at, Switch.NONE) for t in tracks for at in range(len(t.specials))],
             dtype=np.int8,
         ),
         "special_branch": np.repeat(np.arange(len(tracks)), [len(t.specials) for t in tracks]),
         "special_state": states_of(system, along, there[0]),
-        "special_E1max": section_map.measure(*there).E1max,
+        "special_E1max": section_map.measure(*there).energy[:, 0],
     }
 
 
@@ -219,113 +219,83 @@ SAME = 1.0e-7
 CURVE_END_FLAGS = {word: number for number, word in enumerate(CURVE_ENDS)}
 
 
-def curves_through(
-    request: Continuation,
-    specials: Sequence[Special],
-    piece: Piece,
-) -> dict[str, np.ndarray]:
+def curves_through(request: Continuation, specials: Sequence[Special], piece: Piece) -> Tables:
     """Follow the curves through `specials` in the plane of both parameters; return their tables.
 
     A special point on a curve that has been followed has no curve of its own.  `piece` saves each
     curve.
     """
-    plane = request.plane
-    assert plane is not None
-    along, second = request.along, float(request.system.parameters[plane.name])
+    along, plane = request.free
+    second = float(request.system.parameters[plane.name])
     settings = Settings(float(request.tolerance))
     section_map = SectionMap(request.system, (along.name, plane.name), settings)
     low, high = np.array([along.low, plane.low]), np.array([along.high, plane.high])
-    curves: list[Arrays] = []
+    curves = [_arrays_of(request, Curve("LP"))]
     for special in specials:
-        if special.kind not in CURVED or any(_holds(arrays, special, second) for arrays in curves):
+        if special.kind not in CURVED or any(
+            _holds(request, arrays, special, second) for arrays in curves
+        ):
             continue
 
         def follow(special: Special = special) -> Arrays:
             tracer = Tracer(section_map, special.kind, low, high)
             place = np.append(special.point.cycle.place, second)
             curve = trace_curve(tracer, place, special.point.cycle.n, special.impacts)
-            return _arrays_of(request, section_map, special, curve)
+            return _arrays_of(request, curve if curve and curve.points else Curve(special.kind))
 
         curves.append(piece(follow))
-    return _curve_tables(request, [arrays for arrays in curves if len(arrays["values"])])
+    tables = {name: np.concatenate([arrays[name] for arrays in curves]) for name in curves[0]}
+    numbers = np.cumsum([len(arrays["curve_kind"]) for arrays in curves]) - 1
+    for name, like in (("curve_of_point", "curve_impact_count"), ("curve_of_meeting", "meeting")):
+        tables[name] = np.repeat(numbers, [len(arrays[like]) for arrays in curves])
+    return tables | {"meeting": tables["meeting"].astype(object)}
 
 
-def _holds(arrays: Arrays, special: Special, second: float) -> bool:
+def _holds(request: Continuation, arrays: Arrays, special: Special, second: float) -> bool:
     """Return True if a curve passes a special point at the value `second` of its parameter.
 
     Between two points, the curve is interpolated by a parabola through three: its error is smaller
     than the distance of two special points of one branch.
     """
-    kind, n = arrays["about"][:2].tolist()
-    values = arrays["values"]
-    if (KINDS[kind], n) != (special.kind, special.point.cycle.n) or len(values) < 3:
+    about = arrays["curve_kind"].tolist(), arrays["curve_periodicity"].tolist()
+    first, across = (arrays[f"curve_{item.name}"] for item in request.free)
+    if about != ([KIND_FLAGS[special.kind]], [special.point.cycle.n]) or len(first) < 3:
         return False
-    for i in np.flatnonzero((values[:-1, 1] - second) * (values[1:, 1] - second) <= 0.0):
-        j = min(max(int(i) - 1, 0), len(values) - 3)
-        x, y = values[j : j + 3, 1], values[j : j + 3, 0]
+    for i in np.flatnonzero((across[:-1] - second) * (across[1:] - second) <= 0.0):
+        j = min(max(int(i) - 1, 0), len(first) - 3)
+        x, y = across[j : j + 3], first[j : j + 3]
         value = sum(
             y[k] * np.prod([(second - x[m]) / (x[k] - x[m]) for m in range(3) if m != k])
             for k in range(3)
         )
-        step = abs(values[i + 1, 0] - values[i, 0])
+        step = abs(first[i + 1] - first[i])
         if abs(value - special.value) <= max(SAME * abs(special.value), 1.0e-2 * step):
             return True
     return False
 
 
-def _arrays_of(
-    request: Continuation, section_map: SectionMap, special: Special, curve: Curve | None
-) -> Arrays:
-    """Return a curve as arrays; None has no points."""
-    size = section_map.size
-    points = [] if curve is None else [point.cycle for point in curve.points]
-    meetings = [] if curve is None else curve.meetings
-    ends = (-1, -1) if curve is None else tuple(CURVE_END_FLAGS[end] for end in curve.ends)
-    places = np.array([cycle.place for cycle in points]).reshape(-1, size + 2)
-    cycles = [meeting.point.cycle for meeting in meetings]
-    mu = np.array([cycle.multipliers for cycle in points], dtype=complex).reshape(-1, size)
-    about = [KIND_FLAGS[special.kind], special.point.cycle.n, *ends]
-    return {
-        "about": np.array(about, dtype=np.int64),
-        "values": places[:, size:],
-        "states": states_of(request.system, _names(request), places),
-        "multipliers": np.stack([mu.real, mu.imag], axis=-1),
-        "impacts": np.array([sum(cycle.counts) for cycle in points], dtype=np.int64),
-        "names": np.array([meeting.name for meeting in meetings], dtype="U8"),
-        "meetings": np.array([cycle.values for cycle in cycles]).reshape(-1, 2),
+def _arrays_of(request: Continuation, curve: Curve) -> Arrays:
+    """Return the datasets of one curve; without points, all are empty."""
+    names, size = [item.name for item in request.free], len(request.system.scene.components)
+    cycles = [point.cycle for point in curve.points]
+    places = np.array([cycle.place for cycle in cycles]).reshape(-1, size + 2)
+    met = np.array([meeting.point.cycle.values for meeting in curve.meetings]).reshape(-1, 2)
+    mu = np.array([cycle.multipliers for cycle in cycles], dtype=complex).reshape(-1, size)
+    whole = {
+        "curve_impact_count": [sum(cycle.counts) for cycle in cycles],
+        "curve_kind": [KIND_FLAGS[curve.kind] for _ in cycles[:1]],
+        "curve_periodicity": [cycle.n for cycle in cycles[:1]],
+        "curve_first_end": [CURVE_END_FLAGS[curve.ends[0]] for _ in cycles[:1]],
+        "curve_last_end": [CURVE_END_FLAGS[curve.ends[1]] for _ in cycles[:1]],
     }
-
-
-def _curve_tables(request: Continuation, curves: Sequence[Arrays]) -> dict[str, np.ndarray]:
-    """Return the arrays of the datasets of curves by name."""
-    names, size = _names(request), len(request.system.scene.components)
-
-    def joined(key: str, *shape: int) -> np.ndarray:
-        return np.concatenate([np.empty((0, *shape)), *(arrays[key] for arrays in curves)])
-
-    about = np.array([arrays["about"] for arrays in curves], dtype=np.int64).reshape(-1, 4)
-    counts = [len(arrays["values"]) for arrays in curves]
-    met = [len(arrays["meetings"]) for arrays in curves]
-    values, meetings = joined("values", 2), joined("meetings", 2)
     return {
-        "curve_of_point": np.repeat(np.arange(len(curves)), counts),
-        **{f"curve_{name}": values[:, i] for i, name in enumerate(names)},
-        "curve_state": joined("states", size),
-        "curve_multipliers": joined("multipliers", size, 2),
-        "curve_impact_count": joined("impacts").astype(np.int64),
-        "curve_kind": about[:, 0].astype(np.int8),
-        "curve_periodicity": about[:, 1],
-        "curve_first_end": about[:, 2].astype(np.int8),
-        "curve_last_end": about[:, 3].astype(np.int8),
-        "curve_of_meeting": np.repeat(np.arange(len(curves)), met),
-        **{f"meeting_{name}": meetings[:, i] for i, name in enumerate(names)},
-        "meeting": np.array([str(n) for a in curves for n in a["names"]], dtype=object),
+        **{f"curve_{name}": places[:, size + i] for i, name in enumerate(names)},
+        "curve_state": states_of(request.system, names, places),
+        "curve_multipliers": np.stack([mu.real, mu.imag], axis=-1),
+        **{name: np.array(values, dtype=np.int64) for name, values in whole.items()},
+        **{f"meeting_{name}": met[:, i] for i, name in enumerate(names)},
+        "meeting": np.array([meeting.name for meeting in curve.meetings], dtype="U8"),
     }
-
-
-def _names(request: Continuation) -> tuple[str, str]:
-    assert request.plane is not None
-    return request.along.name, request.plane.name
 
 
 def curve_scales(tables: Mapping[str, np.ndarray]) -> list[Scale]:
@@ -342,7 +312,7 @@ def curve_datasets(request: Continuation) -> Iterator[Dataset]:
     """Yield the datasets of curves in an archive."""
     point, curve, meeting = ("curve_point",), ("curve",), ("meeting_point",)
     yield Dataset.whole("curve_of_point", point, "curve that a point belongs to")
-    for name in _names(request):
+    for name in (item.name for item in request.free):
         yield PARAMETERS[name].dataset(point, "curve_")
         yield PARAMETERS[name].dataset(meeting, "meeting_")
     yield Dataset.real("curve_state", (*point, "component"), SI, "orbit at phase zero")

@@ -7,7 +7,7 @@ for bit.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from functools import partial
 
@@ -21,7 +21,6 @@ from nlds_vines.continuation.arclength import (
     point_of,
 )
 from nlds_vines.continuation.branch_arm import (
-    ENDS,
     MOST_POINTS,
     SAME_ORBIT,
     Arm,
@@ -32,7 +31,7 @@ from nlds_vines.continuation.branch_arm import (
     follow,
 )
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
-from nlds_vines.continuation.special_points import KINDS, Special, doubled, other_branch
+from nlds_vines.continuation.special_points import Special, doubled, other_branch
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.store import Arrays
 
@@ -55,8 +54,10 @@ NEAR = 0.05
 """Distance, relative to the orbit, within which a branch is compared with an orbit."""
 
 
-_CYCLE_ARRAYS = ("state", "values", "points", "matrix", "slopes", "multipliers")
-_CYCLE_NUMBERS = ("defect", "span", "clearance", "slowest", "volume")
+_OF_CYCLE = [name for name in Cycle.__slots__ if name != "since"]  # that is 0
+_OF_POINT = ("tangent", "weights", "border")
+_OF_SPECIAL = [field.name for field in fields(Special) if field.name != "point"]
+_OF_TRACK = ("origin", "parent", "at")
 
 
 class Switch(IntEnum):
@@ -135,31 +136,13 @@ def packed(track: Track | Switch) -> Arrays:
     """Return a track, or the reason why there is none, as arrays by name."""
     if isinstance(track, Switch):
         return {"switch": np.array([track])}
-    ends = [list(ENDS).index(end) for end in track.ends]
-    origin = [("start", "PD", "BP").index(track.origin), track.parent, track.at]
-    texts = [[s.before, s.after, s.wall] for s in track.specials]
-    numbers = [[s.residual, s.bracket, KINDS.index(s.kind), s.index] for s in track.specials]
+    points = [*track.points, *(special.point for special in track.specials)]
     return {
-        "ends": np.array(ends),
-        "origin": np.array(origin),
-        "texts": np.array(texts, dtype="U16").reshape(-1, 3),
-        "numbers": np.array(numbers, dtype=float).reshape(-1, 4),
-        **_packed_points("point", track.points),
-        **_packed_points("special", [s.point for s in track.specials]),
-    }
-
-
-def _packed_points(name: str, points: list[Point]) -> dict[str, np.ndarray]:
-    if not points:
-        return {}
-    cycles = [point.cycle for point in points]
-    return {
-        **{f"{name}_{key}": np.array([getattr(c, key) for c in cycles]) for key in _CYCLE_ARRAYS},
-        f"{name}_counts": np.array([c.counts for c in cycles]),
-        f"{name}_numbers": np.array([[getattr(c, key) for key in _CYCLE_NUMBERS] for c in cycles]),
-        f"{name}_tangent": np.array([p.tangent for p in points]),
-        f"{name}_weights": np.array([p.weights for p in points]),
-        f"{name}_border": np.array([p.border for p in points]),
+        **{name: np.array([getattr(p.cycle, name) for p in points]) for name in _OF_CYCLE},
+        **{name: np.array([getattr(p, name) for p in points]) for name in _OF_POINT},
+        **{name: np.array([getattr(s, name) for s in track.specials]) for name in _OF_SPECIAL},
+        **{name: np.array([getattr(track, name)]) for name in _OF_TRACK},
+        "ends": np.array(track.ends),
     }
 
 
@@ -167,35 +150,20 @@ def unpacked(arrays: Arrays) -> Track | Switch:
     """Return the track, or the reason why there is none, from the arrays of `packed`."""
     if "switch" in arrays:
         return Switch(int(arrays["switch"][0]))
-    ends, words = arrays["ends"].tolist(), list(ENDS)
-    origin, parent, at = arrays["origin"].tolist()
-    specials = [
-        Special(KINDS[int(kind)], point, before, after, residual, bracket, wall, int(index))
-        for point, (residual, bracket, kind, index), (before, after, wall) in zip(
-            _unpacked_points("special", arrays),
-            arrays["numbers"].tolist(),
-            arrays["texts"].tolist(),
-            strict=True,
-        )
-    ]
-    return Track(
-        _unpacked_points("point", arrays), specials, (words[ends[0]], words[ends[1]]),
-        ("start", "PD", "BP")[origin], parent, at,
-    )  # fmt: skip
-
-
-def _unpacked_points(name: str, arrays: Arrays) -> list[Point]:
-    if f"{name}_border" not in arrays:
-        return []
+    rows = {name: [*a] if a.ndim > 1 else a.tolist() for name, a in arrays.items()}
+    rows["counts"] = [tuple(row.tolist()) for row in rows["counts"]]
     points = []
-    for i, border in enumerate(arrays[f"{name}_border"].tolist()):
-        near, far = arrays[f"{name}_counts"][i].tolist()
-        numbers = dict(zip(_CYCLE_NUMBERS, arrays[f"{name}_numbers"][i].tolist(), strict=True))
-        rows = {key: arrays[f"{name}_{key}"][i] for key in _CYCLE_ARRAYS}
-        cycle = Cycle(counts=(near, far), **rows, **numbers)
-        tangent, weights = arrays[f"{name}_tangent"][i], arrays[f"{name}_weights"][i]
-        points.append(Point(cycle, tangent, weights, border))
-    return points
+    for i in range(len(rows["border"])):
+        cycle = Cycle(**{name: rows[name][i] for name in _OF_CYCLE})
+        points.append(Point(cycle, *(rows[name][i] for name in _OF_POINT)))
+    count = len(points) - len(rows["kind"])
+    specials = [
+        Special(point=point, **{name: rows[name][i] for name in _OF_SPECIAL})
+        for i, point in enumerate(points[count:])
+    ]
+    first, last = rows["ends"]
+    of_track = (rows[name][0] for name in _OF_TRACK)
+    return Track(points[:count], specials, (first, last), *of_track)
 
 
 # ---- following all branches ----

@@ -20,11 +20,10 @@ from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import System, cell_type
+from nlds_vines.model.system import System
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 
 NEARBY, TINY = 2.0**-10, 1.0e-9
@@ -39,9 +38,6 @@ KERNELS = (
     part_period.come_on,
 )  # fmt: skip
 """The compiled entries of a continuation."""
-
-BRANCHES = "branches"
-"""The name of these kernels in messages about compiling."""
 
 
 def shoots_from_flights(scene: Scene) -> bool:
@@ -152,9 +148,16 @@ class SectionMap:
 
     def compile(self, tell: Tell | None) -> None:
         """Compile the kernels of continuation, unless the cache has them; `tell` is told."""
+        parts, size, state = self._parts, self.size, np.zeros(4)
+        cells = np.zeros(1, self._template.dtype).view(np.recarray)  # refused at once
         compilation = Compilation(Needed(self.scene.key, "exact", ()), tell, helped=False)
-        with compilation.followed(dict.fromkeys(KERNELS, BRANCHES)):
-            compile_for(self.scene)
+        with compilation.followed(dict.fromkeys(KERNELS, "branches")):
+            cycles.fill_norms(parts, cells[0], np.zeros(size))
+            cycles.trace(parts, cells, cells, 0.0, state, room_for(1, size, 1))
+            if shoots_from_flights(self.scene):
+                part_period.come_on(parts, cells, 0.0, 1.0, state)
+            self.measure(np.zeros((0, size + len(self.names))), np.zeros(0, np.int64))
+            bordered(np.eye(size), np.zeros((1, size)), np.ones((1, size + 1)), np.zeros(size + 1))
 
     def cells(self, points: np.ndarray) -> np.recarray:
         """Return the cell records for values (count, m) of the free parameters."""
@@ -212,8 +215,9 @@ class SectionMap:
                 return None
             if not value <= allowed.high:
                 return None
-        y, traced = np.zeros(4), room_for(n, size, len(values))
+        y = np.zeros(4)
         y[:size] = place[:size]
+        traced = room_for(n, size, len(values))
         cell, changes = self.cells(values[np.newaxis]), self._changes(values)
         if cycles.trace(self._parts, cell, changes, self.since % 1.0, y, traced) != OK:
             return None
@@ -265,51 +269,26 @@ class SectionMap:
         Columns: wall (0 near, 1 far), touch and release [periods], approach speed [m/s].
         """
         rows = np.full((1, cycles.MOST_NOTED, 4), np.nan)
-        self._measure(place[np.newaxis], np.array([n]), rows)
+        self.measure(place[np.newaxis], np.array([n]), rows)
         impacts = rows[0][~np.isnan(rows[0, :, 0])]
         omega = float(self.cells(place[np.newaxis, self.size :])[0].omega)
         impacts[:, 1:3] *= omega / (2.0 * np.pi)
         return impacts
 
-    def measure(self, places: np.ndarray, periods: np.ndarray) -> Measured:
+    def measure(
+        self, places: np.ndarray, periods: np.ndarray, touches: np.ndarray | None = None
+    ) -> cycles.Extremes:
         """Measure the orbits from `places` (count, size + m), at phase zero, over `periods`."""
-        return self._measure(places, periods, np.empty((len(places), 0, 4)))
-
-    def _measure(self, places: np.ndarray, periods: np.ndarray, touches: np.ndarray) -> Measured:
-        count = len(places)
-        starts, energy, strokes = np.zeros((count, 4)), np.zeros((count, 2)), np.zeros((count, 2))
+        count, cells = len(places), self.cells(places[:, self.size :])
+        starts = np.zeros((count, 4))
         starts[:, : self.size] = places[:, : self.size]
-        violation = None if self.scene.limit is None else np.zeros((count, 3))
-        cells = self.cells(places[:, self.size :])
-        cycles.measure_cycles(
-            0,
-            count,
-            self._parts,
-            cells,
-            starts,
-            periods,
-            cycles.Extremes(energy, strokes, violation, touches),
-        )
-        depth = np.zeros(count) if violation is None else violation[:, 1]
-        return Measured(energy[:, 0], energy[:, 1], strokes[:, 0], strokes[:, 1], depth)
-
-
-@dataclass(frozen=True)
-class Measured:
-    """Maxima over each orbit (count,).
-
-    Attributes:
-        E1max, E2max: energies of primary structure and damper [J].
-        fastest: approach speed [m/s].
-        force: contact force [N].
-        beyond: excess over the limit of the scene [m].
-    """
-
-    E1max: np.ndarray
-    E2max: np.ndarray
-    fastest: np.ndarray
-    force: np.ndarray
-    beyond: np.ndarray
+        extremes = cycles.Extremes(
+            energy=np.zeros((count, 2)), strokes=np.zeros((count, 2)),
+            violation=None if self.scene.limit is None else np.zeros((count, 3)),
+            touches=np.empty((count, 0, 4)) if touches is None else touches,
+        )  # fmt: skip
+        cycles.measure_cycles(0, count, self._parts, cells, starts, periods, extremes)
+        return extremes
 
 
 def room_for(n: int, size: int, count: int) -> cycles.Traced:
@@ -341,26 +320,6 @@ def states_of(system: System, names: Sequence[str], places: np.ndarray) -> np.nd
         states[:, 2] = places[:, 0] - places[:, 2] + rest
         states[:, 3] = places[:, 1] - places[:, 3]
     return states
-
-
-@stoppable
-def compile_for(scene: Scene) -> None:
-    """Compile the kernels of continuation for a scene, unless the cache has them.
-
-    They are called with cells of zeros, which they refuse at once.
-    """
-    parts, size = parts_of("exact", scene), len(scene.components)
-    cells = np.zeros(1, cell_type(scene)).view(np.recarray)
-    cycles.fill_norms(parts, cells[0], np.zeros(size))
-    state = np.zeros(4)
-    cycles.trace(parts, cells, cells, 0.0, state, room_for(1, size, 1))
-    if shoots_from_flights(scene):
-        part_period.come_on(parts, cells, 0.0, 1.0, state)
-    violation = None if scene.limit is None else np.zeros((0, 3))
-    none, pair = np.zeros(0, np.int64), np.zeros((0, 2))
-    extremes = cycles.Extremes(pair, pair, violation, np.zeros((0, 0, 4)))
-    cycles.measure_cycles(0, 0, parts, cells, np.zeros((0, 4)), none, extremes)
-    bordered(np.eye(size), np.zeros((1, size)), np.ones((1, size + 1)), np.zeros(size + 1))
 
 
 def bordered(

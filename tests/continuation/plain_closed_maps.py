@@ -99,7 +99,7 @@ class Map:
         return np.empty((0, 3))
 
     def measure(self, places, periods):
-        return SimpleNamespace(beyond=places[:, 0] - self.limit)
+        return SimpleNamespace(violation=(places - self.limit)[:, [0, 0]])
 
 
 LOGISTIC = Map(

@@ -8,12 +8,11 @@ In reading order:
     special_points  test functions, their sign changes, branches that leave there
     branch_arm      one branch in one direction, and the reason of its end
     exploration     all branches that start orbits lead to
-    start_orbits    from rest, from random starts, from the archive of a scan
     special_curves  curves of special points in the plane of two parameters
     branch_table    the datasets of the archive
     result          `Continued`: branches, special points, curves
     regime_borders  why a scan's regimes change
-    run             from request to archive
+    run             start orbits; from request to archive
     picture         the diagram of branches, and curves in their plane
     command         `python -m nlds_vines.continuation` and `nv.continue_branch`
 """

@@ -264,7 +264,7 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Continuati
     if text is None:
         return load_continuation(source, changes, changes_from)
     from nlds_vines.archives.archive import read
-    from nlds_vines.continuation.start_orbits import orbits_in, system_in
+    from nlds_vines.continuation.run import orbits_in, system_in
 
     file, _, cell = text.partition("@")
     path, values = Path(file), numbers_by_name("--from", cell)

@@ -54,10 +54,14 @@ NEAR = 0.05
 """Distance, relative to the orbit, within which a branch is compared with an orbit."""
 
 
-_OF_CYCLE = [name for name in Cycle.__slots__ if name != "since"]  # that is 0
+_OF_CYCLE = [one.name for one in fields(Cycle) if one.name != "since"]  # that is 0
 _OF_POINT = ("tangent", "weights", "border")
-_OF_SPECIAL = [field.name for field in fields(Special) if field.name != "point"]
+_OF_SPECIAL = [one.name for one in fields(Special) if one.name != "point"]
 _OF_TRACK = ("origin", "parent", "at")
+
+
+Seed = tuple[np.ndarray, int]
+"""A start orbit: its place (size + 1,), state and parameter, and its number of periods."""
 
 
 class Switch(IntEnum):
@@ -67,6 +71,11 @@ class Switch(IntEnum):
     FOLLOWED = 1
     KNOWN = 2  # followed before
     FAILED = 3  # searched for and not located
+
+
+def turned(point: Point) -> Point:
+    """Return a point with the opposite tangent."""
+    return Point(point.cycle, -point.tangent, point.weights, -point.border)
 
 
 @dataclass
@@ -94,10 +103,6 @@ class Track:
     @classmethod
     def joined(cls, down: Arm, up: Arm) -> Track:
         """Return the track of two directions from the same first point."""
-
-        def turned(point: Point) -> Point:
-            return Point(point.cycle, -point.tangent, point.weights, -point.border)
-
         before = len(down.points) - 1
         specials = [
             replace(
@@ -169,57 +174,52 @@ def unpacked(arrays: Arrays) -> Track | Switch:
 # ---- following all branches ----
 
 
-@dataclass(frozen=True, eq=False)
-class Seed:
-    """A start orbit: its place (size + 1,), state and parameter, and its number of periods."""
+@dataclass
+class Explorer:
+    """Follows branches one after another; a branch ends where it meets one followed before.
 
-    place: np.ndarray
-    n: int
+    Attributes:
+        piece: saves each track.
+        doublings: number of successive period doublings whose branches are followed.
+        longest: weighted length of the longest step.
+        unstable: the most successive unstable points.
+    """
 
-
-@dataclass(frozen=True)
-class Search:
-    """Limits of the search: successive `doublings` of the period, the `longest` step, and the most
-    successive `unstable` points."""
-
+    section_map: SectionMap
+    bounds: Bounds
+    piece: Piece = made_now
     doublings: int = 0
     longest: float = LONGEST_STEP
     unstable: int = MOST_POINTS
-
-
-class Explorer:
-    """Follows branches one after another; a branch ends where it meets one followed before."""
-
-    def __init__(
-        self,
-        section_map: SectionMap,
-        bounds: Bounds,
-        search: Search,
-        piece: Piece = made_now,
-    ) -> None:
-        self._map, self._bounds, self._search = section_map, bounds, search
-        self._piece = piece
-        self.tracks: list[Track] = []
+    tracks: list[Track] = field(default_factory=list)
 
     def run(self, seeds: Sequence[Seed]) -> list[Track]:
         """Follow the branches of all seeds, then those that leave them; return the tracks."""
-        for seed in seeds:
-            cycle = at_value(self._map, seed.place, seed.n, float(seed.place[-1]))
+        for place, n in seeds:
+            cycle = at_value(self.section_map, place, n, float(place[-1]))
             cycle = None if cycle is None else self._of_least_period(cycle)
-            if cycle is None or self.lies_on(cycle) is not None:
+            if cycle is None or self.lies_on(cycle):
                 continue
             self._keep(partial(self._both_ways, cycle))
-        longest = max((track.n for track in self.tracks), default=1) * 2**self._search.doublings
-        done = 0
-        while done < len(self.tracks):
-            for at in range(len(self.tracks[done].specials)):
-                self._switch(done, at, longest)
-            done += 1
+        longest = max((track.n for track in self.tracks), default=1) * 2**self.doublings
+        for number, track in enumerate(self.tracks):  # to which the branches that leave are added
+            for at, special in enumerate(track.specials):
+                make: Callable[[int, int], Track | Switch]
+                if special.kind == "PD" and 2 * track.n <= longest:
+                    make = self._from_doubling
+                elif special.kind == "BP":
+                    make = self._from_branch_point
+                elif special.kind == "GR" and "grazing" in track.ends:
+                    make = self._from_grazing
+                else:
+                    continue
+                if at not in track.switches:
+                    track.switches[at] = self._keep(partial(make, number, at))
         return self.tracks
 
     def _keep(self, make: Callable[[], Track | Switch]) -> Switch:
         """Add the next track, saved by an earlier run or made now; return the outcome."""
-        made = unpacked(self._piece(lambda: packed(make())))
+        made = unpacked(self.piece(lambda: packed(make())))
         if isinstance(made, Switch):
             return made
         self._share_points(made)
@@ -229,17 +229,21 @@ class Explorer:
 
     def _both_ways(self, cycle: Cycle, grazing: Special | None = None) -> Track | Switch:
         """Follow a branch in both directions from an orbit, which may lie beside a `grazing`."""
-        arms = []
-        for sign in (1.0, -1.0):
-            start = first_point(self._map, cycle, self._bounds, sign)
-            if start is None:
-                return Switch.FAILED
-            arms.append(self._follow(start))
+        starts = [first_point(self.section_map, cycle, self.bounds, sign) for sign in (1.0, -1.0)]
+        return self._joined([start for start in starts if start is not None], grazing=grazing)
+
+    def _joined(
+        self, starts: list[Point], first: float = FIRST_STEP, grazing: Special | None = None
+    ) -> Track | Switch:
+        """Follow both directions of a branch from their first points, unless it is closed."""
+        arms: list[Arm] = []
+        for start in starts:
+            arms.append(self._follow(start, first))
             if grazing is not None:
                 end_beside(arms[-1], grazing)
             if arms[0].end == "closed":
                 return Track(arms[0].points, arms[0].specials, ("closed", "closed"))
-        return Track.joined(arms[1], arms[0])
+        return Track.joined(arms[1], arms[0]) if len(arms) == 2 else Switch.FAILED
 
     def _follow(self, start: Point, first: float = FIRST_STEP) -> Arm:
         """Follow one direction of a branch from a point, with a first step of length `first`."""
@@ -249,34 +253,14 @@ class Explorer:
             nonlocal count
             check()
             count += 1
-            if count % EVERY:
-                return False
-            return self.lies_on(point_at_zero(self._map, point).cycle) is not None
+            return count % EVERY == 0 and self.lies_on(point_at_zero(self.section_map, point).cycle)
 
-        search = self._search
         return follow(
-            self._map, start, self._bounds, followed=followed, first=first,
-            longest=search.longest, unstable=search.unstable,
+            self.section_map, start, self.bounds, followed=followed, first=first,
+            longest=self.longest, unstable=self.unstable,
         )  # fmt: skip
 
     # ---- from a special point on ----
-
-    def _switch(self, parent: int, at: int, longest: int) -> None:
-        """Follow the branch that leaves the track number `parent` at its special point `at`."""
-        track = self.tracks[parent]
-        kind = track.specials[at].kind
-        if at in track.switches:
-            return
-        make: Callable[[int, int], Track | Switch]
-        if kind == "PD" and 2 * track.n <= longest:
-            make = self._from_doubling
-        elif kind == "BP":
-            make = self._from_branch_point
-        elif kind == "GR" and "grazing" in track.ends:
-            make = self._from_grazing
-        else:
-            return
-        track.switches[at] = self._keep(partial(make, parent, at))
 
     def _from_grazing(self, parent: int, at: int) -> Track | Switch:
         """Follow the other branch at a grazing of rigid bodies: without the impact, or with it.
@@ -286,53 +270,48 @@ class Explorer:
         """
         grazing, outcome = self.tracks[parent].specials[at], Switch.FAILED
         point = grazing.point
-        for place in places_around(self._map, point):
+        for place in places_around(self.section_map, point):
             value = float(place[-1])
-            if not self._bounds.contains(value):
+            if not self.bounds.contains(value):
                 continue
-            cycle = at_value(self._map, place, point.cycle.n, value)
+            cycle = at_value(self.section_map, place, point.cycle.n, value)
             if cycle is None or cycle.counts == point.cycle.counts:
                 continue
             near = np.abs(cycle.place - point.cycle.place) * point.weights
             if near.max() >= FARTHEST:
                 continue
             cycle = self._of_least_period(cycle)
-            if self.lies_on(cycle) is None:
+            if not self.lies_on(cycle):
                 return self._both_ways(cycle, grazing)
             outcome = Switch.KNOWN
         return outcome
 
     def _from_doubling(self, parent: int, at: int) -> Track | Switch:
         origin = self.tracks[parent].specials[at].point
-        beside = doubled(self._map, origin)
+        beside = doubled(self.section_map, origin)
         if beside is None:
             return Switch.FAILED
-        if self.lies_on(beside[0].cycle) is not None:
-            return Switch.KNOWN
         start, far = beside
+        if self.lies_on(start.cycle):
+            return Switch.KNOWN
         arm = self._follow(start, far)
-        first = self._map.at(origin.cycle.place, start.cycle.n)
+        first = self.section_map.at(origin.cycle.place, start.cycle.n)
         if first is not None:  # the branch begins with the orbit that doubles
-            begin = point_of(self._map, first, start.tangent, self._bounds.lengths)
+            begin = point_of(self.section_map, first, start.tangent, self.bounds.lengths)
             arm.points.insert(0, begin or Point(first, start.tangent, start.weights, 0.0))
             arm.specials = [replace(s, index=s.index + 1) for s in arm.specials]
         return Track(arm.points, arm.specials, ("shorter", arm.end), "PD", parent, at)
 
     def _from_branch_point(self, parent: int, at: int) -> Track | Switch:
-        beside = other_branch(self._map, self.tracks[parent].specials[at].point)
+        beside = other_branch(self.section_map, self.tracks[parent].specials[at].point)
         if beside is None:
             return Switch.FAILED
-        if self.lies_on(beside[0].cycle) is not None:
+        start, far = beside
+        if self.lies_on(start.cycle):
             return Switch.KNOWN
-        arms, (start, far) = [], beside
-        for turned in (1.0, -1.0):
-            point = Point(start.cycle, turned * start.tangent, start.weights, turned * start.border)
-            arms.append(self._follow(point, far))
-            if arms[0].end == "closed":
-                ends = ("closed", "closed")
-                return Track(arms[0].points, arms[0].specials, ends, "BP", parent, at)
-        track = Track.joined(arms[1], arms[0])
-        track.origin, track.parent, track.at = "BP", parent, at
+        track = self._joined([start, turned(start)], far)
+        if isinstance(track, Track):
+            track.origin, track.parent, track.at = "BP", parent, at
         return track
 
     def _note_doubling_at_end(self, track: Track) -> None:
@@ -357,7 +336,7 @@ class Explorer:
         for i, mine in enumerate(track.specials):
             for other in self.tracks:
                 for j, theirs in enumerate(other.specials):
-                    if not _meet(self._map, (track, mine), (other, theirs)):
+                    if not _meet(self.section_map, (track, mine), (other, theirs)):
                         continue
                     if mine.kind == "BP":
                         best = min(mine, theirs, key=lambda special: special.residual)
@@ -375,30 +354,30 @@ class Explorer:
         Newton's method for n periods may end in an orbit of which n is a multiple of the period.
         """
         size = cycle.state.size
-        weights = self._map.weights(cycle, self._bounds.lengths)[:size]
+        weights = self.section_map.weights(cycle, self.bounds.lengths)[:size]
         off = (np.abs(cycle.points[:, :size] - cycle.state) * weights).max(axis=1)
         for n in range(1, cycle.n):
             if cycle.n % n == 0 and off[n - 1] < SAME_ORBIT:
-                shorter = at_value(self._map, cycle.place, n, float(cycle.values[0]))
+                shorter = at_value(self.section_map, cycle.place, n, float(cycle.values[0]))
                 if shorter is not None:
                     return shorter
         return cycle
 
-    def lies_on(self, cycle: Cycle) -> int | None:
-        """Return the number of the track that an orbit belongs to; None if it is new.
+    def lies_on(self, cycle: Cycle) -> bool:
+        """Return True if an orbit belongs to a track.
 
         Newton's method brings the track to the orbit's parameter; the orbits are the same if they
         agree to round-off at any phase.
         """
         value = float(cycle.values[0])
-        for number, track in enumerate(self.tracks):
+        for track in self.tracks:
             if track.n != cycle.n:
                 continue
             for place in crossings(track, cycle):
-                other = at_value(self._map, place, cycle.n, value)
-                if other is not None and is_same(self._map, cycle, other):
-                    return number
-        return None
+                other = at_value(self.section_map, place, cycle.n, value)
+                if other is not None and is_same(self.section_map, cycle, other):
+                    return True
+        return False
 
 
 def places_around(section_map: SectionMap, point: Point) -> Iterator[np.ndarray]:

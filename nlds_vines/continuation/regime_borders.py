@@ -17,9 +17,9 @@ from nlds_vines.cli.terminal import table
 from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.result import Branch, Continued, map_of
+from nlds_vines.continuation.run import orbits_in
 from nlds_vines.continuation.section_map import SectionMap, place_of
 from nlds_vines.continuation.special_points import doubling_near
-from nlds_vines.continuation.start_orbits import orbits_in
 from nlds_vines.model.labels import final
 
 ENDING = ("LP", "PD", "NS", "BP", "LIM")

@@ -1,11 +1,17 @@
-"""A continuation from request to archive; each complete branch or curve is a block."""
+"""A continuation from request to archive; each complete branch or curve is a block.
+
+Start orbits are from rest, from random starts, or from the archive of a scan.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
 
+import numpy as np
+
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.continuation.branch_arm import Bounds
 from nlds_vines.continuation.branch_table import (
@@ -17,14 +23,132 @@ from nlds_vines.continuation.branch_table import (
     scales_of,
     tables_of,
 )
-from nlds_vines.continuation.exploration import Explorer, Piece, Search, made_now
-from nlds_vines.continuation.request import Continuation
+from nlds_vines.continuation.exploration import Explorer, Piece, Seed, made_now
+from nlds_vines.continuation.request import Continuation, Orbit
 from nlds_vines.continuation.result import map_of
-from nlds_vines.continuation.start_orbits import seeds_of
+from nlds_vines.continuation.section_map import place_of
 from nlds_vines.errors import RequestError
+from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.model.system import System
+from nlds_vines.orbits.batch import Kernels, Wanted
+from nlds_vines.orbits.records import USUAL
+from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Arrays, Blocks, Write
+
+TRANSIENT, PERIODS = 600, 120
+"""Forcing periods after which a start is classified, and those that are sampled for it."""
+
+
+def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
+    """Return the start orbits of a continuation.
+
+    Raises `RequestError` if no start ends in a periodic orbit, or none in one with the label.
+    """
+    begin, name, system = request.begin, request.along.name, request.system
+    if begin.policy == "orbits":
+        return [(place_of(system, name, o.value, o.state), o.period) for o in begin.orbits]
+    there = system.with_(**{name: request.value})
+    starts = np.zeros((1, 4))
+    if begin.policy != "rest":
+        draws = start_states(Start("random", begin.count, begin.seed))
+        starts = random_states(there.cells(), draws, there.scene)
+    orbits = list(_classified(there, starts, float(request.tolerance), tell))
+    seeds = [(n, y) for label, n, y in orbits if n and label in (begin.label or label)]
+    if not seeds:
+        labels = ", ".join(dict.fromkeys(label for label, _, _ in orbits))
+        where = f"{name} = {request.value:g}"
+        if begin.label:
+            raise RequestError(f"no start at {where} ends in {begin.label}: {labels}")
+        who = "the orbit from rest" if begin.policy == "rest" else "every random start"
+        raise RequestError(
+            f"{who} at {where} is {labels}: only a periodic orbit can be followed; give a start"
+        )
+    size = len(there.scene.components)
+    used = seeds[:1] if begin.label else seeds
+    return [(np.append(y[:size], request.value), n) for n, y in used]
+
+
+def _classified(
+    system: System, starts: np.ndarray, tolerance: float, tell: Tell | None
+) -> Iterator[tuple[str, int, np.ndarray]]:
+    """Yield label, n, and a state (4,) at phase zero of the orbit of each start (count, 4)."""
+    wanted = Wanted(system.scene, USUAL, "exact", "standard", Settings(tolerance))
+    cells = np.repeat(np.atleast_1d(system.cells()), len(starts))[:, np.newaxis]
+    outputs = Kernels(wanted, tell).run(cells, starts, TRANSIENT, PERIODS)
+    arrays = outputs.verdicts(cells)
+    for i in range(len(starts)):
+        n = int(arrays["periodicity"][i, 0]) if outputs.status[i, 0] == OK else 0
+        point, state = arrays["orbit_point"][i, 0], np.zeros(4)
+        state[: point.size] = point
+        if system.rest is not None:
+            state[2] = point[0] - (point[2] - system.rest)
+            state[3] = point[1] - point[3]
+        yield str(arrays["label"][i, 0]), n, state
+
+
+# ---- from the archive of a scan ----
+
+
+def orbits_in(view: ArchiveView, name: str, cell: dict[str, float]) -> tuple[Orbit, ...]:
+    """Return periodic orbits of a scan along a parameter that it varied.
+
+    Arguments:
+        name: the parameter.
+        cell: values of varied parameters by name, of which the nearest cells count; of parameters
+            that are missing, the first.  If it holds `name` itself, there is one cell; otherwise
+            the first, the middle and the last cell of each run of equal labels.
+
+    Raises `RequestError` if the archive holds no periods or no states.
+    """
+    if name not in view.axes:
+        raise RequestError(f"{view.path} varies {', '.join(view.axes)}, not {name}")
+    for dataset in ("periodicity", "label"):
+        if dataset not in view:
+            raise RequestError(f"{view.path} holds no {dataset}: scan with regime in --record")
+    where = {axis: 0 for axis in view.axes if axis != name}
+    for axis, value in cell.items():
+        if axis not in view.axes:
+            raise RequestError(f"{view.path} varies {', '.join(view.axes)}, not {axis}")
+        where[axis] = int(np.abs(view[axis] - value).argmin())
+    one = where.pop(name, None)
+    source = "orbit_point" if "orbit_point" in view else "section"
+    if source not in view:
+        raise RequestError(f"{view.path} holds no section: record section or evidence")
+    values = view[name]
+    period, label = view.take("periodicity", **where), view.take("label", **where)
+    states = view.take(source, **where)
+    if source == "section":
+        states = states[..., -1, :]
+    orbits = []
+    for start in range(period.shape[1]):
+        for i in _of_runs(label[:, start]) if one is None else (one,):
+            n, state = int(period[i, start]), states[i, start]
+            if n > 0 and np.isfinite(state).all():
+                orbits.append(Orbit(tuple(state.tolist()), float(values[i]), n))
+    return tuple(orbits)
+
+
+def _of_runs(labels: np.ndarray) -> Iterator[int]:
+    """Yield the first, the middle and the last index of each run of equal labels."""
+    begin = 0
+    for end in range(1, len(labels) + 1):
+        if end == len(labels) or labels[end] != labels[begin]:
+            yield from sorted({begin, (begin + end - 1) // 2, end - 1})
+            begin = end
+
+
+def system_in(path: Path, text: str) -> System:
+    """Return the system of a scan's document."""
+    from nlds_vines.archives.files import parse_toml
+    from nlds_vines.bifurcation.request import load_scan
+
+    return load_scan(parse_toml(text, str(path))).system
+
+
+# ---- from request to archive ----
 
 
 def compute(request: Continuation, piece: Piece = made_now, tell: Tell | None = None) -> Tables:
@@ -33,8 +157,8 @@ def compute(request: Continuation, piece: Piece = made_now, tell: Tell | None = 
     `piece` saves each of them; `tell` receives messages about compiling.
     """
     along, section_map = request.along, map_of(request)
-    search = Search(request.doublings, request.step, request.unstable)
-    explorer = Explorer(section_map, Bounds(along.low, along.high), search, piece)
+    bounds, limits = Bounds(along.low, along.high), (request.step, request.unstable)
+    explorer = Explorer(section_map, bounds, piece, request.doublings, *limits)
     seeds = seeds_of(request, tell)
     section_map.compile(tell)
     tracks = explorer.run(seeds)

@@ -16,8 +16,6 @@ from nlds_vines.continuation.arclength import angle_of, close, length, point_of
 from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow, half_of
 from nlds_vines.continuation.exploration import (
     Explorer,
-    Search,
-    Seed,
     Switch,
     Track,
     crossings,
@@ -139,8 +137,8 @@ def start_at(system, value, state, n=1, bounds=None, sign=1.0):
 
 
 def explored(system, bounds, *seeds, **search):
-    explorer = Explorer(system, Bounds(*bounds), Search(**search))
-    return explorer.run([Seed(np.array(place, dtype=float), n) for place, n in seeds])
+    explorer = Explorer(system, Bounds(*bounds), **search)
+    return explorer.run([(np.array(place, dtype=float), n) for place, n in seeds])
 
 
 # ---- arclength -----------------------------------------------------------------------------------
@@ -582,17 +580,17 @@ def test_a_track_is_crossed_where_it_has_the_parameter():
 
 def test_what_is_recalled_is_not_computed_again():
     computed = []
-    arguments = LOGISTIC, Bounds(1.5, 3.5), Search(doublings=1)
-    seeds = [Seed(np.array([0.5, 2.0]), 1)]
+    arguments = LOGISTIC, Bounds(1.5, 3.5)
+    seeds = [(np.array([0.5, 2.0]), 1)]
 
     def note(make):
         computed.append(make())
         return computed[-1]
 
-    tracks = Explorer(*arguments, note).run(seeds)
+    tracks = Explorer(*arguments, note, doublings=1).run(seeds)
     LOGISTIC.calls.clear()
     left = iter(computed)
-    again = Explorer(*arguments, lambda make: next(left)).run(seeds)
+    again = Explorer(*arguments, lambda make: next(left), doublings=1).run(seeds)
     assert len(LOGISTIC.calls) < 40
     assert [t.values.tolist() for t in again] == [t.values.tolist() for t in tracks]
     assert [(t.origin, t.parent, t.at, t.ends) for t in again] == [

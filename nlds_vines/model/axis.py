@@ -40,7 +40,6 @@ class Axis(Outlined):
     stated: Axis | None = None
 
     def __post_init__(self) -> None:
-        """Check, sort and freeze the values."""
         string("name of an axis", self.name)
         unsorted = _numbers(self.name, self.values)
         values = np.sort(unsorted)
@@ -59,13 +58,11 @@ class Axis(Outlined):
         return self.stated or self
 
     def heading(self) -> str:
-        """Return the parameter, the ends and the number of its values."""
         name, values = self.as_stated.name, self.as_stated.values
         ends = ends_in_words(name, float(values[0]), float(values[-1]))
         return f"{name} = {ends}, {values.size} value{'s' * (values.size > 1)}"
 
     def outline(self) -> Rows:
-        """Return nothing else."""
         return ()
 
     def entry(self) -> dict[str, dict[str, list[float]]]:
@@ -114,13 +111,11 @@ class Axis(Outlined):
         )
 
     def __eq__(self, other: object) -> bool:
-        """Return True if the other axis has the same name and equal values."""
         if not isinstance(other, Axis):
             return NotImplemented
         return self.name == other.name and np.array_equal(self.values, other.values)
 
     def __hash__(self) -> int:
-        """Hash by name and values."""
         return hash((self.name, self.values.tobytes()))
 
 
@@ -196,7 +191,6 @@ class Interval:
     stated: Interval | None = None
 
     def __post_init__(self) -> None:
-        """Check everything; integers become floats."""
         choice("parameter", self.name, (*PARAMETERS, *RATIOS))
         for end in ("low", "high"):
             value = number(f"{end} of {self.name}", getattr(self, end))
@@ -208,15 +202,12 @@ class Interval:
             )
 
     def heading(self) -> str:
-        """Return the parameter and its ends."""
         one = self.stated or self
         return f"{one.name} from {ends_in_words(one.name, one.low, one.high)}"
 
     def entry(self) -> dict[str, dict[str, float]]:
-        """Return the entry of a request file, along the ratio if one was stated."""
         one = self.stated or self
         return {one.name: {"start": one.low, "stop": one.high}}
 
     def nearest(self, value: float) -> float:
-        """Return a value if it lies in the interval, otherwise the nearest end."""
         return min(max(value, self.low), self.high)

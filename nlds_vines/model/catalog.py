@@ -263,7 +263,6 @@ def request_path(source: str | os.PathLike[str]) -> Path:
 
 
 def figure_files() -> list[Path]:
-    """Return the packaged request files of the paper's figures and of further studies."""
     folder = _packed() if _packed().is_dir() else _clone() / "scans"
     return sorted(path for pattern in _FIGURES for path in folder.glob(pattern))
 

@@ -91,7 +91,6 @@ def final(label: str) -> str:
 
 
 def finals(labels: np.ndarray) -> np.ndarray:
-    """Return the final regimes of an array of labels, strings in an object array."""
     words, index = _words(labels)
     return np.array([final(word) for word in words], dtype=object)[index]
 
@@ -147,13 +146,11 @@ def most_frequent(labels: np.ndarray) -> np.ndarray:
 
 
 def by_frequency(labels: np.ndarray) -> list[tuple[str, int]]:
-    """Return the different labels with their counts, the most frequent first."""
     words, counts = np.unique(labels.astype(np.str_), return_counts=True)
     order = np.argsort(-counts, kind="stable")
     return [(str(words[i]), int(counts[i])) for i in order]
 
 
 def _words(labels: np.ndarray) -> tuple[list[str], np.ndarray]:
-    """Return the different labels, and the array of their indices."""
     words, index = np.unique(labels.astype(np.str_), return_inverse=True)
     return words.tolist(), index.reshape(labels.shape)

@@ -32,11 +32,9 @@ class Parameter:
     above: bool = False
 
     def dataset(self, dims: tuple[str, ...], prefix: str = "") -> Dataset:
-        """Return the dataset of its values, with `prefix` before its name."""
         return Dataset.real(f"{prefix}{self.name}", dims, self.unit, self.meaning)
 
     def scale(self, values: np.ndarray, prefix: str = "") -> Scale:
-        """Return the dimension along which it varies, with `prefix` before its name."""
         return Scale(f"{prefix}{self.name}", values, self.unit, self.meaning)
 
     @property
@@ -96,12 +94,10 @@ class Law:
 
     @property
     def instant(self) -> bool:
-        """Whether an impact takes no time."""
         return self.force is None
 
     @property
     def allowed(self) -> tuple[str, ...]:
-        """The names of all its parameters."""
         return self.constants + ((self.instead,) if self.instead else ()) + self.optional
 
     @property
@@ -303,7 +299,6 @@ DESCRIBED: Mapping[str, Parameter] = {**PARAMETERS, **INITIAL, **RATIOS}
 
 
 def described(name: str) -> Parameter:
-    """Return the description of a parameter, an initial condition or a ratio."""
     return DESCRIBED[name]
 
 
@@ -316,12 +311,10 @@ def component_of(name: str) -> str:
 
 
 def symbol_of(name: str) -> str:
-    """Return the symbol of a parameter; an unknown name, which is refused later, as it is."""
     return DESCRIBED[name].symbol if name in DESCRIBED else name
 
 
 def with_unit(name: str, text: str) -> str:
-    """Return a text followed by the unit of a parameter, if it has one."""
     unit = DESCRIBED[name].unit if name in DESCRIBED else "1"
     return text if unit == "1" else f"{text} {unit}"
 
@@ -341,5 +334,4 @@ def setting_in_words(name: str, value: float) -> str:
 
 
 def range_in_words(name: str, values: np.ndarray) -> str:
-    """Return a parameter with the first and the last of its values and their unit."""
     return f"{symbol_of(name)} from {with_unit(name, f'{values[0]:g} to {values[-1]:g}')}"

@@ -97,7 +97,6 @@ class Quantity:
         return words.replace(STRUCTURE, body)
 
     def from_buffer(self, values: np.ndarray) -> np.ndarray:
-        """Return the values of this quantity from its buffer."""
         if self.of is not None:
             return self.of(values)
         return values if self.column is None else values[..., self.column]
@@ -114,7 +113,6 @@ class Quantity:
         return Dataset(name, dims, self.dtype, self.unit, words, self.fill, flags)
 
     def words_in(self, scene: Scene) -> str:
-        """Return its meaning in a scene."""
         first = "primary structure" if scene.body == STRUCTURE else scene.body
         (x, v), by = scene.components[:2], "the motion of the foot" if scene.foot else "the force"
         frame = ", absolute" if scene.foot else ", relative to the ground" if scene.relative else ""
@@ -204,7 +202,6 @@ def _response(
 
 
 def _whole(name: str, words: str, record: tuple[str, ...], **options: Any) -> Quantity:
-    """Return a count, -1 if it does not apply."""
     options = {"fill": -1, **options}
     return Quantity(name, "1", words, record, dtype="int32", **options)
 
@@ -218,7 +215,6 @@ def _code(name: str, words: str, record: tuple[str, ...], fill: int, **options: 
 
 
 def _of_verdict(name: str, unit: str, words: str, column: int, **options: Any) -> Quantity:
-    """Return a number of the evidence behind a verdict."""
     options = {"record": ("evidence",), **options}
     return Quantity(name, unit, words, buffer="evidence", column=column, **options)
 
@@ -475,7 +471,6 @@ COORDINATES: Mapping[str, tuple[str, str]] = MappingProxyType(
 
 
 def drawn_in(place: str) -> tuple[str, ...]:
-    """Return the names of the quantities drawn by default in a place: `MAPS`, `CURVES` ..."""
     return tuple(entry.name for entry in QUANTITIES if place in entry.drawn)
 
 
@@ -496,7 +491,6 @@ def recorded(scene: Scene, want: Collection[str]) -> list[Quantity]:
 
 
 def stored_in(buffer: str) -> tuple[Quantity, ...]:
-    """Return the quantities stored in a buffer, in the order of the table."""
     return tuple(entry for entry in QUANTITIES if entry.buffer == buffer)
 
 

@@ -54,11 +54,9 @@ class Ratio:
 
     @property
     def name(self) -> str:
-        """The name in files and Python."""
         return self.what.name
 
     def fits(self, names: Collection[str]) -> bool:
-        """Return True if all its parameters are among `names`."""
         return {self.gives, *self.needs} <= {*names}
 
     def unit_of(self, values: Mapping[str, Any]) -> Any:
@@ -85,7 +83,6 @@ class Ratio:
             return square * unit if self.power == 2 else np.divide(unit, square)
 
     def of(self, parameter: float, values: Mapping[str, Any]) -> float:
-        """Return the ratio of a parameter [SI] among the other `values`."""
         relative = float(parameter / self.unit_of(values))
         if self.power == 1:
             return relative
@@ -93,7 +90,6 @@ class Ratio:
 
 
 def _numbers(name: str, value: Any) -> Any:
-    """Return a float, or an array as it is."""
     return value if isinstance(value, np.ndarray) else number(name, value)
 
 
@@ -133,7 +129,6 @@ RATIOS = (
 
 
 def ratios_in(scene: Scene) -> Mapping[str, Ratio]:
-    """Return the ratios of a scene's parameters, by name."""
     return _ratios_of(scene.parameter_names)
 
 

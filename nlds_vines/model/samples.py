@@ -38,43 +38,35 @@ class Samples:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the columns: parameters, ratios, initial conditions."""
         return tuple(self.columns)
 
     @property
     def count(self) -> int:
-        """Number of samples."""
         return next(iter(self.columns.values())).size
 
     def document(self) -> dict[str, list[float]]:
-        """Return the table `[samples]` of a request file."""
         return {name: values.tolist() for name, values in self.columns.items()}
 
     def ranges(self) -> list[str]:
-        """Return the least and the greatest value of each column in words."""
         return [
             f"{name} = {ends_in_words(name, float(values.min()), float(values.max()))}"
             for name, values in self.columns.items()
         ]
 
     def contents(self) -> Iterator[tuple[Dataset, np.ndarray]]:
-        """Yield the columns as datasets of an archive."""
         for name, values in self.columns.items():
             yield described(name).dataset((SAMPLE,)), values
 
     def __eq__(self, other: object) -> bool:
-        """Return True for equal columns in the same order."""
         return isinstance(other, Samples) and list(self.document().items()) == list(
             other.document().items()
         )
 
     def __hash__(self) -> int:
-        """Hash by names and values."""
         return hash(tuple((name, values.tobytes()) for name, values in self.columns.items()))
 
 
 def sample_scale(count: int) -> Scale:
-    """Return the dimension of `count` samples."""
     return Scale.counted(SAMPLE, count, "row of the table of samples, from 1", 1)
 
 

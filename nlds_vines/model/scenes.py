@@ -103,7 +103,6 @@ class Scene:
 
     @property
     def damper(self) -> bool:
-        """Whether a damper is joined to the structure."""
         return self.rest is not None
 
     @property
@@ -124,16 +123,13 @@ class Scene:
 
     @property
     def bodies_struck(self) -> tuple[str, ...]:
-        """The bodies that the walls belong to."""
         return tuple(self.struck[wall] for wall in self.walls)
 
     @property
     def laws(self) -> tuple[Law, ...]:
-        """The laws of its contacts: one, or two if the second wall has its own."""
         return (self.law,) if self.law_2 is None else (self.law, self.law_2)
 
     def law_at(self, wall: str) -> Law:
-        """Return the law of a wall, "near" or "far"."""
         return self.law_2 if self.law_2 is not None and wall == self.second else self.law
 
     def ending(self, wall: str) -> str:
@@ -141,7 +137,6 @@ class Scene:
         return SECOND if self.law_2 is not None and wall == self.second else ""
 
     def is_damped(self, wall: str) -> bool:
-        """Return True if the law of a wall has Hunt and Crossley's damping."""
         return DAMPING + self.ending(wall) in self.optional
 
     def contact(self, names: Collection[str]) -> tuple[str, ...]:
@@ -175,7 +170,6 @@ class Scene:
 
     @property
     def relative(self) -> bool:
-        """Whether positions are relative to a moving ground."""
         return bool(self.shaken) and not self.absolute
 
     def own_of(self, names: Collection[str]) -> tuple[str, ...]:
@@ -230,7 +224,6 @@ class Scene:
 
     @cached_property
     def _variants(self) -> dict[tuple[Any, ...], Scene]:
-        """The scenes that `under` has returned."""
         return {}
 
 

@@ -49,8 +49,6 @@ class Check(Protocol):
 
 @dataclass(frozen=True)
 class Whole:
-    """A whole number from `low` to `high`."""
-
     low: int
     high: int = 10**9
 
@@ -88,16 +86,12 @@ class OneOf:
 
 @dataclass(frozen=True)
 class Text:
-    """A text of one line."""
-
     def __call__(self, name: str, value: Any, /) -> str:
         return string(name, value)
 
 
 @dataclass(frozen=True)
 class Truth:
-    """True or false."""
-
     def __call__(self, name: str, value: Any, /) -> bool:
         if not isinstance(value, bool):
             raise RequestError(f"{name} = {shown(value)} must be true or false")
@@ -152,12 +146,10 @@ class Setting:
 
     @property
     def has_option(self) -> bool:
-        """Whether it has an option."""
         return bool(self.form or self.option)
 
     @property
     def flag(self) -> str:
-        """The name of its option."""
         return self.option or f"--{self.key.replace('_', '-')}"
 
     @property
@@ -235,7 +227,6 @@ class Request(Outlined):
         return []
 
     def to_toml(self) -> str:
-        """Return the canonical TOML text, from which an equal request is read."""
         return toml_text(self.document())
 
     @cached_property
@@ -302,7 +293,6 @@ class Form:
 
     @cached_property
     def tables(self) -> dict[str, dict[str, Setting]]:
-        """The settings by table and key; none of a table whose keys are names of parameters."""
         tables: dict[str, dict[str, Setting]] = {name: {} for name in (*self.names, *self.whole)}
         for owner in self.owners:
             for entry in settings_of(owner).values():
@@ -311,7 +301,6 @@ class Form:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys at the top of a file."""
         return ("title", "system", *self.tables, *self.lists, *self.rows)
 
     def read(
@@ -447,7 +436,6 @@ class Merged:
         }
 
     def rows(self, key: str) -> list[Any]:
-        """Return the validated entries of an array of tables."""
         entries, read = self.document.get(key, []), reader(self.form.rows[key])
         with at(self.origin(key)):
             if not isinstance(entries, list | tuple) or (not entries and key in self.document):
@@ -455,7 +443,6 @@ class Merged:
             return [read(f"[[{key}]] {number}", one) for number, one in enumerate(entries, start=1)]
 
     def axes(self, name: str) -> tuple[Axis, ...]:
-        """Return the axes of a table of parameters, with every value checked."""
         axes = []
         for parameter, entry in self.table(name).items():
             with at(f"{self.place(name)} {parameter}"):

@@ -124,8 +124,6 @@ def tune(
 
 
 class Job(commands.Job):
-    """A tuning and where it goes."""
-
     default: ClassVar[str] = f"{_NAME}.h5"
 
     request: Tuning
@@ -188,7 +186,6 @@ class Job(commands.Job):
 
 
 def _spread(option: str, text: str) -> dict[str, Any]:
-    """Return the entry of [uncertain] for SPREAD or SPREAD:LAW."""
     size, _, law = text.partition(":")
     entry: dict[str, Any] = {
         "spread": size if size.endswith("%") else from_text(float, option, size)
@@ -197,7 +194,6 @@ def _spread(option: str, text: str) -> dict[str, Any]:
 
 
 def _free(texts: list[str]) -> dict[str, Any]:
-    """Return the document of options NAME or NAME=LOW:HIGH."""
     bounds = named("--free", "NAME or NAME=LOW:HIGH", "", "free", _bounds)
     assert bounds.read is not None
     return dict(bounds.read([text if "=" in text else f"{text}=:" for text in texts]))

@@ -86,12 +86,10 @@ class Free(Interval):
 
     @property
     def logarithmic(self) -> bool:
-        """Whether distances are taken between logarithms."""
         return self.name in BOUNDS and BOUNDS[self.name].logarithmic and self.low > 0
 
     @property
     def inert(self) -> bool:
-        """Whether the dynamics do not depend on it."""
         return self.name in INERT
 
     def value(self, unit: np.ndarray) -> np.ndarray:
@@ -177,7 +175,6 @@ class Uncertain:
     law: str = NORMAL
 
     def __post_init__(self) -> None:
-        """Check everything."""
         choice(f"distribution of {self.name}", self.law, (NORMAL, UNIFORM))
         if not number(f"spread of {self.name}", self.spread) > 0.0:
             raise RequestError(f"spread of {self.name} = {self.spread!r} must be > 0")
@@ -200,7 +197,6 @@ class Uncertain:
         return cls(name, number(f"spread of {name}", spread), False, law)
 
     def entry(self) -> dict[str, Any]:
-        """Return the table of a tuning file that means this."""
         return {"spread": f"{self.spread!r}%" if self.relative else self.spread, "law": self.law}
 
     @property
@@ -214,7 +210,6 @@ class Uncertain:
         return values + places * (self.spread * scale)
 
     def words(self) -> str:
-        """Return name, spread and distribution as text."""
         return f"{self.name} ±{self.spread:g}{' %' if self.relative else ''} ({self.law})"
 
 

@@ -54,7 +54,6 @@ def impacts_of(tuning: Tuning) -> tuple[str, ...]:
 
 
 def results_of(tuning: Tuning) -> tuple[str, ...]:
-    """Return the names of the results of a tuning's trials."""
     return (*RESULTS, *(OF_DRAWS if tuning.draws else ()), *impacts_of(tuning))
 
 
@@ -263,7 +262,6 @@ class Log:
         return block["found"]
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return all evaluations so far, by column."""
         names = (*self.tuning.names, *HOW, *results_of(self.tuning), "stage", "seed")
         table = np.concatenate(self._blocks) if self._blocks else np.empty((0, len(names)))
         return dict(zip(names, table.T, strict=True))
@@ -292,7 +290,6 @@ _FINER = 8
 
 
 def is_band(axis: Axis) -> bool:
-    """Return True if the values of a parameter stand for a range."""
     return axis.name in DESCRIBED and axis.values.size >= BAND
 
 

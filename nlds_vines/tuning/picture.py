@@ -71,7 +71,6 @@ def tuning_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
 
 
 def _fill(axes: Axes, view: ArchiveView, name: str = "") -> None:
-    """Draw the surface of a tuning with its bar of shades, or the curve, into axes."""
     free = _free(view)
     if "surface" not in view and len(free) == 1:
         _draw_curve(axes, view, free[0])
@@ -124,7 +123,6 @@ def _best(view: ArchiveView) -> str:
 
 
 def _names(view: ArchiveView) -> list[str]:
-    """Return the two parameters of the surface."""
     return [dim.removeprefix("surface_") for dim in view.dims("surface")]
 
 

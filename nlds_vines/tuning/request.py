@@ -95,8 +95,6 @@ def _of_search(default: Any, check: Check, words: str, form: str = "", **options
 
 @dataclass(frozen=True)
 class Search:
-    """The settings of a search; checked when made."""
-
     method: str = _of_search(
         "de", OneOf(SEARCHES, "search method"),
         f"the global search: {' or '.join(f'`{name}`' for name in SEARCHES)}", "METHOD",
@@ -141,19 +139,16 @@ class Search:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        """Check everything."""
         check_settings(self)
         if self.draws == 1 or self.draws & (self.draws - 1):
             raise RequestError(f"draws = {self.draws} must be a power of two, 2 to {MOST_DRAWS}")
 
     @property
     def all_seeds(self) -> range:
-        """The seeds, one for each search."""
         return range(self.seed, self.seed + self.seeds)
 
 
 def check_installed(method: str) -> None:
-    """Raise `RequestError` if a search needs a package that is not installed."""
     if method == "cma" and importlib.util.find_spec("cma") is None:
         raise RequestError(
             "search method 'cma' needs the package cma: pip install 'nlds-vines[cma]'; "
@@ -163,8 +158,6 @@ def check_installed(method: str) -> None:
 
 @dataclass(frozen=True)
 class Surface:
-    """The grid of the objective over two free parameters, `size` values each."""
-
     parameters: tuple[str, str] = setting(
         MISSING, Checked(lambda value: _two_names(value), listed=True), "surface",
         "two free parameters over which the objective is computed, through the optimum", "A,B",
@@ -175,7 +168,6 @@ class Surface:
     )
 
     def __post_init__(self) -> None:
-        """Check the size; the tuning checks the parameters."""
         check_settings(self)
 
 
@@ -248,7 +240,6 @@ class Tuning(Request):
     tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
 
     def __post_init__(self) -> None:
-        """Check everything."""
         string("title", self.title)
         over = [axis.name for axis in self.over if not self._of_load(axis.name)]
         refuse_twice(self.system.scene, [*self.names, *over])
@@ -629,7 +620,6 @@ def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, di
 def _over(
     request: Merged, system: System, history: HistoryRequest | None, changing: list[str]
 ) -> tuple[Axis, ...]:
-    """Return the axes of [over]; the parameters `changing` are free or uncertain."""
     scene = system.scene
     with at(request.place("over")):
         cases = prod(announced(request.table("over")))
@@ -657,7 +647,6 @@ def _of_tone(axis: Axis) -> Axis:
 def _made_up_title(
     system: System, free: tuple[Free, ...], over: tuple[Axis, ...], history: HistoryRequest | None
 ) -> str:
-    """Return a title of the scene, the free parameters and the cases."""
     names = ", ".join(symbol_of(item.name) for item in free)
     stated = [axis.as_stated for axis in over]
     ranges = [range_in_words(axis.name, axis.values) for axis in stated if axis.name in DESCRIBED]

@@ -36,7 +36,6 @@ _AT_BOUND = 1e-3  # of the range: an optimum so near to a bound is reported
 
 
 def scales(tuning: Tuning, evaluations: int, optima: int) -> list[Scale]:
-    """Return the dimensions of an archive with so many evaluations and optima."""
     names = np.array([one.words for one in perturbations(tuning)], dtype=np.str_)
     seeds = np.array(tuning.search.all_seeds, dtype=np.int64)
     grid = tuning.surface_values() if optima else {}
@@ -97,7 +96,6 @@ def _judged(tuning: Tuning) -> str:
 
 
 def _of_evaluations(tuning: Tuning) -> list[Dataset]:
-    """Return the datasets of the log, one for each column."""
     dims, unit, is_steady = ("evaluation",), tuning.unit, tuning.history is None
     off = "factor on the structure's natural frequency, by its stiffness"
     stretch = "factor on all numbers of periods" if is_steady else "factor on the load"

@@ -120,7 +120,6 @@ def distinct(
 
 
 def _surface(tuning: Tuning, log: Log, best: np.ndarray) -> np.ndarray:
-    """Evaluate the grid through the best design, a row at a time."""
     (first, across), (second, up) = tuning.surface_values().items()
     rows = []
     for value in across:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
-from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.errors import RequestError, at, number, shown
 from nlds_vines.model.axis import MOST_VALUES
 from nlds_vines.model.parameters import described, ends_in_words
 
@@ -140,34 +140,19 @@ def _checked(table: Mapping[Any, Any]) -> Samples:
             array = np.zeros((0, 0))
         if array.ndim != 1:
             raise RequestError(f"column {name} must be a list of numbers")
-        columns[name] = _numbers(name, array)
+        if array.dtype.kind not in "iuf" or not np.isfinite(array).all():
+            for row, value in enumerate(array.tolist(), start=1):
+                with at(f"row {row}"):
+                    number(name, value)
+        columns[name] = array.astype(np.float64) + 0.0  # -0.0 becomes 0.0; a copy
+        columns[name].setflags(write=False)
     counts = {name: column.size for name, column in columns.items()}
     if len({*counts.values()}) > 1:
         words = ", ".join(f"{name} {count}" for name, count in counts.items())
         raise RequestError(f"columns of different lengths: {words}; all must have as many values")
-    if not 1 <= min(counts.values()) <= MOST_VALUES:
-        raise RequestError(
-            f"the table has {min(counts.values())} rows; allowed: 1 to {MOST_VALUES}"
-        )
+    if not 1 <= (count := min(counts.values())) <= MOST_VALUES:
+        raise RequestError(f"the table has {count} rows; allowed: 1 to {MOST_VALUES}")
     return Samples(columns)
-
-
-def _numbers(name: str, values: np.ndarray) -> np.ndarray:
-    """Return a read-only copy of a column (n,) as floats; refuse text and what is not finite."""
-    if values.dtype.kind not in "iuf":
-        is_number = [isinstance(v, int | float | np.number) and not isinstance(v, bool | np.bool_)
-                     for v in values.tolist()]  # fmt: skip
-        if not all(is_number):
-            row = is_number.index(False)
-            value = values.tolist()[row]
-            raise RequestError(f"{name} = {shown(value)} in row {row + 1} must be a number")
-    column = values.astype(np.float64) + 0.0  # -0.0 becomes 0.0; a copy
-    wrong = np.flatnonzero(~np.isfinite(column))
-    if wrong.size:
-        row = int(wrong[0])
-        raise RequestError(f"{name} = {column[row]!s} in row {row + 1} must be a finite number")
-    column.setflags(write=False)
-    return column
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
@@ -177,12 +162,12 @@ def _read_csv(path: Path) -> dict[str, np.ndarray]:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is no text (UTF-8)"
         raise RequestError(f"cannot be read: {reason}") from None
-    lines = text.splitlines()
-    numbered = [(i, x) for i, x in enumerate(lines, 1) if x.strip() and not x.startswith("#")]
+    lines = enumerate(text.splitlines(), start=1)
+    numbered = {i: line for i, line in lines if line.strip() and not line.startswith("#")}
     if not numbered:
         raise RequestError("the file is empty; its first line must name the columns")
-    separator = max(",;\t", key=numbered[0][1].count)
-    heading, *rows = csv.reader((line for _, line in numbered), delimiter=separator)
+    separator = max(",;\t", key=next(iter(numbered.values())).count)
+    heading, *rows = csv.reader(numbered.values(), delimiter=separator)
     names = [name.strip() for name in heading]
     if "" in names:
         raise RequestError(
@@ -193,8 +178,7 @@ def _read_csv(path: Path) -> dict[str, np.ndarray]:
         twice = next(name for name in names if names.count(name) > 1)
         raise RequestError(f"column {shown(twice)} occurs twice")
     values = np.empty((len(rows), len(names)))
-    for i, row in enumerate(rows):
-        line = numbered[i + 1][0]
+    for i, (line, row) in enumerate(zip([*numbered][1:], rows, strict=False)):
         if len(row) != len(names):
             raise RequestError(f"line {line} has {len(row)} cells, the heading {len(names)}")
         for j, cell in enumerate(row):

@@ -16,7 +16,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache, cached_property
 from types import MappingProxyType
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from nlds_vines.archives.files import read_toml, toml_text
 from nlds_vines.archives.representation import Outlined
@@ -40,11 +40,9 @@ from nlds_vines.model.system import System, refuse_contradiction
 Made = TypeVar("Made")
 
 
-class Check(Protocol):
-    """Validates the value of a key: returns it as it is stored, or raises `RequestError`."""
-
-    def __call__(self, name: str, value: Any, /) -> Any:
-        """Return the value; `name` is that of the key, for messages."""
+Check = Callable[[str, Any], Any]
+"""Validates the value of a key, which it is given the name of: returns the value as it is stored,
+or raises `RequestError`."""
 
 
 @dataclass(frozen=True)
@@ -96,14 +94,6 @@ class Truth:
         if not isinstance(value, bool):
             raise RequestError(f"{name} = {shown(value)} must be true or false")
         return value
-
-
-@dataclass(frozen=True)
-class ParameterTable:
-    """A table of parameters, which the system checks."""
-
-    def __call__(self, name: str, value: Any, /) -> Any:
-        return table(name, value)
 
 
 @dataclass(frozen=True)
@@ -187,18 +177,6 @@ def _settings_of(owner: Any, table: str | None) -> dict[str, Setting]:
     return settings
 
 
-def reader(record: Any) -> Callable[[str, object], Any]:
-    """Return a function that makes a `record` from an entry of an array of tables at a place."""
-    by_key = {item.key: (name, item.check) for name, item in settings_of(record).items()}
-
-    def read(place: str, entry: object) -> Any:
-        with at(place):
-            values = table("it", entry, by_key)
-            return record(**{by_key[key][0]: by_key[key][1](key, values[key]) for key in values})
-
-    return read
-
-
 def check_settings(owner: Any) -> None:
     """Validate the fields of an object by their settings; None stays if it is the default."""
     for name, entry in settings_of(owner).items():
@@ -232,7 +210,18 @@ class Request(Outlined):
     @cached_property
     def hash(self) -> str:
         """SHA-256 of the canonical TOML without titles and sources, which do not change numbers."""
-        return request_hash(self.document())
+
+        def counted(system: Document) -> Document:
+            return {
+                key: system[key] for key in ("kind", "parameters", "law", "law_2") if key in system
+            }
+
+        document = {**self.document(), "title": ""}
+        if "system" in document:
+            document["system"] = counted(document["system"])
+        if "systems" in document:
+            document["systems"] = [counted(system) for system in document["systems"]]
+        return hashlib.sha256(toml_text(document).encode()).hexdigest()
 
 
 # ---- requests read from documents ----------------------------------------------------------------
@@ -436,11 +425,16 @@ class Merged:
         }
 
     def rows(self, key: str) -> list[Any]:
-        entries, read = self.document.get(key, []), reader(self.form.rows[key])
+        entries, record, rows = self.document.get(key, []), self.form.rows[key], []
+        by_key = {item.key: (name, item.check) for name, item in settings_of(record).items()}
         with at(self.origin(key)):
             if not isinstance(entries, list | tuple) or (not entries and key in self.document):
                 raise RequestError(f"{key} = {shown(entries)} must be one or more tables [[{key}]]")
-            return [read(f"[[{key}]] {number}", one) for number, one in enumerate(entries, start=1)]
+            for place, entry in enumerate(entries, start=1):
+                with at(f"[[{key}]] {place}"):
+                    given = [(*by_key[k], k, v) for k, v in table("it", entry, by_key).items()]
+                    rows.append(record(**{name: check(k, v) for name, check, k, v in given}))
+        return rows
 
     def axes(self, name: str) -> tuple[Axis, ...]:
         axes = []
@@ -510,15 +504,3 @@ class Merged:
             text = f"{self.layers[0][0]}: left aside here: {', '.join(self.left)}"
             warnings.warn(text, LeftAside, stacklevel=3)
         return request
-
-
-def request_hash(document: Document) -> str:
-    """Return the SHA-256 of a request's document without titles and sources."""
-    keys = ("kind", "parameters", "law", "law_2")  # the laws if they are not Hertz'
-    counted = {**document, "title": ""}
-    if "system" in document:
-        counted["system"] = {k: v for k, v in document["system"].items() if k in keys}
-    if "systems" in document:
-        systems = document["systems"]
-        counted["systems"] = [{k: v for k, v in one.items() if k in keys} for one in systems]
-    return hashlib.sha256(toml_text(counted).encode()).hexdigest()

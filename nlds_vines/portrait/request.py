@@ -22,6 +22,7 @@ from nlds_vines.errors import (
     from_text,
     shown,
     string,
+    table,
     whole,
 )
 from nlds_vines.model.parameters import setting_in_words
@@ -32,7 +33,6 @@ from nlds_vines.model.setting import (
     Form,
     Merged,
     OneOf,
-    ParameterTable,
     Real,
     Request,
     Text,
@@ -409,7 +409,7 @@ class ColumnEntry:
 
     name: str = setting("", Text(), "[column]", "what stands above it")
     settings: Mapping[str, Any] | None = setting(
-        None, ParameterTable(), "[column]", "parameters of it", key="set"
+        None, table, "[column]", "parameters of it", key="set"
     )
     window: Window | None = setting(
         None, Checked(lambda value: checked_window("window", value)), "[column]",

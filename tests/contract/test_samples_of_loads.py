@@ -32,7 +32,7 @@ def test_each_case_has_the_parameters_and_the_load_of_its_row():
         ({"k1": [4e4, -1.0], "impulse": [1.0, 2.0]}, "k1 = -1.0"),
         ({"k3": [4e4], "impulse": [1.0]}, "k3"),
         ({"omega": [6.0], "impulse": [1.0]}, "the harmonic force is off"),
-        ({"impulse": [1.0, float("nan")]}, "impulse = nan in row 2"),
+        ({"impulse": [1.0, float("nan")]}, "row 2: impulse = nan"),
     ],
 )
 def test_tables_that_do_not_fit_are_refused(columns, words, error_of):

@@ -22,7 +22,7 @@ from nlds_vines.archives.files import read_toml
 from nlds_vines.archives.provenance import RESPONSE_CURVES, Value
 from nlds_vines.bifurcation.request import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request import Scan, load_scan
-from nlds_vines.errors import RequestError, at, checked_words, shown, string, unknown, whole
+from nlds_vines.errors import RequestError, at, checked_words, shown, string, table, unknown, whole
 from nlds_vines.model.catalog import as_system, catalog, request_path
 from nlds_vines.model.parameters import PARAMETERS, range_in_words, setting_in_words
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
@@ -33,7 +33,6 @@ from nlds_vines.model.setting import (
     Document,
     Form,
     OneOf,
-    ParameterTable,
     Request,
     Text,
     Truth,
@@ -92,7 +91,7 @@ class Panel:
     title: str = setting("", Text(), "[panels]", "what stands above it")
     system: Any = setting(None, _SYSTEM, "[panels]", "of all its curves")
     settings: Mapping[str, Any] | None = setting(
-        None, ParameterTable(), "[panels]", "parameters of all its curves", key="set"
+        None, table, "[panels]", "parameters of all its curves", key="set"
     )
     base: bool = setting(False, Truth(), "[panels]", "whether it is that of the original tuning")
 
@@ -115,7 +114,7 @@ class Case:
     )
     system: Any = setting(None, _SYSTEM, "[curves]", "its system", usual="the panel's")
     settings: Mapping[str, Any] | None = setting(
-        None, ParameterTable(), "[curves]", "parameters of it", key="set"
+        None, table, "[curves]", "parameters of it", key="set"
     )
     base: bool = setting(False, Truth(), "[curves]", "whether it is drawn stronger")
     color: str = setting(

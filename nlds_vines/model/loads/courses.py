@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from dataclasses import MISSING, dataclass
 from functools import cached_property
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -121,7 +121,7 @@ def growth(exponents: np.ndarray, rises: np.ndarray) -> np.ndarray:
 
 
 def polynomial(coefficients: np.ndarray, at: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return the rows (n, TERMS) of polynomials over cells.
+    """Return the rows (n, m) of polynomials over cells.
 
     Arguments: `coefficients` (n, m) of the powers of a time [s]; `at` (n,), that time where each
     cell begins; `lengths` (n,) of the cells [s].
@@ -133,17 +133,17 @@ def polynomial(coefficients: np.ndarray, at: np.ndarray, lengths: np.ndarray) ->
     for first in range(terms - 1):
         for k in range(terms - 2, first - 1, -1):
             shifted[:, k] += at * shifted[:, k + 1]
-    rows, scale = np.zeros((len(at), TERMS)), np.ones(len(at))
-    for k in range(terms):
-        rows[:, k] = shifted[:, k] * scale
+    scale = np.ones(len(at))
+    for k in range(1, terms):
         scale = scale * lengths
-    return rows
+        shifted[:, k] *= scale
+    return shifted
 
 
 def values_of(rows: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return the value of each row (n, TERMS) at its `x` (n,), 0 to 1 within the cell (Horner)."""
+    """Return the value of each row (n, m) at its `x` (n,), 0 to 1 within the cell (Horner)."""
     values = rows[:, -1].copy()
-    for k in range(TERMS - 2, -1, -1):
+    for k in range(rows.shape[1] - 2, -1, -1):
         values = values * x + rows[:, k]
     return values
 
@@ -194,7 +194,7 @@ def canonical(text: str) -> str | None:
     return _SPELLINGS.get(word)
 
 
-def unit_in(name: str, value: object) -> str:
+def unit_in(name: str, value: Any, /) -> str:
     """Return the unit that `value` means; raise `RequestError` for any other value."""
     unit = canonical(value) if isinstance(value, str) else None
     if unit is None:
@@ -202,29 +202,16 @@ def unit_in(name: str, value: object) -> str:
     return unit
 
 
-@dataclass(frozen=True)
-class Unit:
-    """The unit of a load, in any spelling."""
-
-    def __call__(self, name: str, value: Any, /) -> str:
-        return unit_in("unit", value)
-
-
-AnyLoad = TypeVar("AnyLoad", bound="Load")
-
 TIME = Real(0.0, 1e9)
 LENGTH = Real(0.0, 1e9, inside=True)
 
 
-@dataclass(frozen=True)
-class Size:
-    """A number other than zero, of either sign."""
-
-    def __call__(self, name: str, value: Any, /) -> float:
-        size = number(name, value)
-        if not 0.0 < abs(size) <= 1e15:
-            raise RequestError(f"{name} = {size!r}; allowed: up to 1e15 to either side, and not 0")
-        return size
+def nonzero(name: str, value: Any, /) -> float:
+    """Return a number other than zero, of either sign."""
+    size = number(name, value)
+    if not 0.0 < abs(size) <= 1e15:
+        raise RequestError(f"{name} = {size!r}; allowed: up to 1e15 to either side, and not 0")
+    return size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -257,7 +244,7 @@ class Load:
         return entries(self, self.table)
 
     @classmethod
-    def of(cls: type[AnyLoad], entry: object) -> AnyLoad:
+    def of(cls, entry: object) -> Self:
         """Return the load of a table; raise `RequestError` if that is none or has wrong keys."""
         settings = {setting.key: setting for setting in settings_of(cls).values()}
         with at(f"[{cls.table}]"):
@@ -272,7 +259,7 @@ class Load:
 class Course(Load):
     """A load over time: a force on m1 or an acceleration of the ground."""
 
-    unit: str = setting("N", Unit(), "", UNIT_WORDS)
+    unit: str = setting("N", unit_in, "", UNIT_WORDS)
 
     @property
     def is_acceleration(self) -> bool:
@@ -293,7 +280,7 @@ class Course(Load):
         raise NotImplementedError
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return the Taylor coefficients (n, TERMS), in its unit, over cells without a kink inside.
+        """Return Taylor coefficients (n, m), m <= TERMS, in its unit, over cells without a kink.
 
         Arguments: the times at which the cells begin (n,) and their lengths (n,) [s].
         """
@@ -311,7 +298,7 @@ class Course(Load):
 class Pulse(Course):
     """One or several equal pulses, one after the other."""
 
-    peak: float = setting(MISSING, Size(), "", "largest value, in `unit`; either sign")
+    peak: float = setting(MISSING, nonzero, "", "largest value, in `unit`; either sign")
     length: float = setting(MISSING, LENGTH, "", "how long it lasts [s]")
     at: float = setting(0.0, TIME, "", "when it begins [s]")
     repeat: int = setting(1, Whole(1, 10**5), "", "how many there are")
@@ -351,9 +338,10 @@ class Pulse(Course):
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         which = self._at(begins + 0.5 * lengths)
-        rows, acting = np.zeros((len(begins), TERMS)), which >= 0
-        since = begins[acting] - self.begins[which[acting]]
-        rows[acting] = self.peak * self.shape(since, lengths[acting])
+        acting = which >= 0
+        shapes = self.shape(begins[acting] - self.begins[which[acting]], lengths[acting])
+        rows = np.zeros((len(begins), shapes.shape[1]))
+        rows[acting] = self.peak * shapes
         return rows
 
     def shape(self, since: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -467,7 +455,7 @@ LINEAR, LOGARITHMIC = "linear", "logarithmic"
 class Tone(Course):
     """A cos(omega t + phase), from t = 0 on."""
 
-    amplitude: float = setting(MISSING, Size(), "", "A, in `unit`")
+    amplitude: float = setting(MISSING, nonzero, "", "A, in `unit`")
     omega: float = setting(MISSING, RATE, "", "frequency [rad/s]")
     phase: float = setting(0.0, Real(-1e6, 1e6), "", "at t = 0 [rad]")
 
@@ -489,7 +477,7 @@ class Sweep(Course):
     omega = first (last / first)^(tau / length) if it is logarithmic.
     """
 
-    amplitude: float = setting(MISSING, Size(), "", "A, in `unit`")
+    amplitude: float = setting(MISSING, nonzero, "", "A, in `unit`")
     first: float = setting(MISSING, RATE, "", "frequency where it begins [rad/s]")
     last: float = setting(MISSING, RATE, "", "where it ends [rad/s]: below `first`, it goes down")
     length: float = setting(MISSING, LENGTH, "", "how long it lasts [s]")
@@ -547,7 +535,8 @@ class Sweep(Course):
         else:
             rise = 0.5 * (self.last - self.first) / self.length
             line = np.array([[0.0, self.first / TURN, rise / TURN]])
-            phase = polynomial(np.repeat(line, len(since), axis=0), since, lengths)
+            phase = np.zeros((len(since), TERMS))
+            phase[:, :3] = polynomial(np.repeat(line, len(since), axis=0), since, lengths)
         phase[:, 0] -= 0.25  # sin = cos a quarter of a turn before
         rows[acts] = self.amplitude * cosine_of(phase)
         return rows

@@ -22,10 +22,10 @@ from nlds_vines.model.loads.courses import (
     Load,
     Noise,
     Rectangular,
-    Size,
     Sweep,
     Tone,
     Triangular,
+    nonzero,
     values_of,
 )
 from nlds_vines.model.loads.record import Record
@@ -83,7 +83,7 @@ class Cells:
 class Blow(Load):
     """One or several impulses on m1, each of which changes v1 at once."""
 
-    impulse: float = setting(MISSING, Size(), "", "[N s]; either sign")
+    impulse: float = setting(MISSING, nonzero, "", "[N s]; either sign")
     at: float = setting(0.0, TIME, "", "when it acts [s]")
     repeat: int = setting(1, Whole(1, 10**5), "", "how many there are")
     every: float = setting(0.0, TIME, "", "time from one to the next [s]")
@@ -120,15 +120,15 @@ def _loads(kind: str) -> Any:
     """Return the field of the loads of a kind, given as a table, a list of tables or a path."""
 
     def check(value: object) -> tuple[Load, ...]:
-        of = ALL[kind].of
-        if isinstance(value, list | tuple):
-            return tuple(one if isinstance(one, Load) else of(one) for one in value)
-        if kind == Record.kind and isinstance(value, str):
-            return (of({"file": value}),)
-        return (of(value),)
+        each = value if isinstance(value, list | tuple) else [value]
+        return tuple(one if isinstance(one, Load) else ALL[kind].of(one) for one in each)
 
     words = f"{_WORDS[kind]}; a table `[load.{kind}]`, or a list of several"
     return setting((), Checked(check), "load", words)
+
+
+def _impulse(value: object) -> float:
+    return nonzero("impulse", value) if number("impulse", value) else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +139,7 @@ class Loading:
     """
 
     impulse: float = setting(
-        0.0, Checked(lambda value: value and Size()("impulse", value)), "load",
+        0.0, Checked(_impulse), "load",
         "of a blow on m1 at t = 0 [N s]", "N_S",
     )  # fmt: skip
     harmonic: bool = setting(
@@ -322,7 +322,8 @@ class Loading:
         begins, lengths = edges[:-1], np.diff(edges)
         rows = np.zeros((len(begins), TERMS))
         for one, size in acting:
-            rows += one.rows(begins, lengths) * size
+            powers = one.rows(begins, lengths)
+            rows[:, : powers.shape[1]] += powers * size
         jumps = np.zeros(len(edges)) if blows else None
         for time, size in blows:
             assert jumps is not None

@@ -15,7 +15,7 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, at, number, shown, table
-from nlds_vines.model.loads.courses import TERMS, TIME, Course, polynomial, unit_in
+from nlds_vines.model.loads.courses import TIME, Course, polynomial, unit_in
 from nlds_vines.model.loads.record_files import MOST_SAMPLES, RecordFile
 from nlds_vines.model.setting import OneOf, Text, Truth, setting, settings_of
 
@@ -25,17 +25,12 @@ GAP = 1.5
 """A step this many times the median one is a gap."""
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """A tuple of two or more finite numbers."""
-
-    def __call__(self, name: str, value: Any, /) -> tuple[float, ...]:
-        if not isinstance(value, list | tuple) or not 2 <= len(value) <= MOST_SAMPLES:
-            allowed = f"a list of 2 to {MOST_SAMPLES} numbers"
-            raise RequestError(f"{name} = {shown(value)} must be {allowed}")
-        if set(map(type, value)) == {float} and np.isfinite(samples := np.array(value)).all():
-            return tuple((samples + 0.0).tolist())  # -0.0 becomes 0.0, as in `number`
-        return tuple(number(f"{name}, sample {i},", one) for i, one in enumerate(value, 1))
+def _samples(name: str, value: Any, /) -> tuple[float, ...]:
+    if not isinstance(value, list | tuple) or not 2 <= len(value) <= MOST_SAMPLES:
+        raise RequestError(f"{name} = {shown(value)} must be a list of 2 to {MOST_SAMPLES} numbers")
+    if set(map(type, value)) == {float} and np.isfinite(samples := np.array(value)).all():
+        return tuple((samples + 0.0).tolist())  # -0.0 becomes 0.0, as in `number`
+    return tuple(number(f"{name}, sample {i},", one) for i, one in enumerate(value, 1))
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -46,8 +41,8 @@ class Record(Outlined, Course):
     samples become part of the request; `source` and `reading` say where they come from.
     """
 
-    times: tuple[float, ...] = setting(MISSING, Numbers(), "", "of the samples [s], ascending")
-    values: tuple[float, ...] = setting(MISSING, Numbers(), "", "the samples, in `unit`")
+    times: tuple[float, ...] = setting(MISSING, _samples, "", "of the samples [s], ascending")
+    values: tuple[float, ...] = setting(MISSING, _samples, "", "the samples, in `unit`")
     at: float = setting(0.0, TIME, "", "when the first sample is [s]")
     interpolation: str = setting(
         LINEAR, OneOf((LINEAR, CUBIC), "interpolation"), "",
@@ -69,7 +64,9 @@ class Record(Outlined, Course):
 
     @classmethod
     def of(cls, entry: object) -> Record:
-        """Return the record in a table, or in the file that the table names."""
+        """Return the record in a table, or in the file that the table or a path names."""
+        if isinstance(entry, str):
+            entry = {"file": entry}
         if not isinstance(entry, Mapping) or "file" not in entry:
             return super().of(entry)
         of_file = settings_of(RecordFile)
@@ -80,11 +77,12 @@ class Record(Outlined, Course):
             entry = table(cls.kind, entry, [*of_file, *keys])
             unit = unit_in("unit", entry["unit"]) if "unit" in entry else ""
             file = RecordFile(**{key: entry[key] for key in of_file if key in entry})
-            samples = file.read(unit)
+            path = Path(file.file)
+            with at(str(path)):
+                samples = file.read(unit)
         rest = {key: value for key, value in entry.items() if key not in of_file}
-        path = Path(file.file)
         with at(str(path)):
-            return super().of({"source": path.name, **rest, **samples._asdict()})
+            return super().of({"source": path.name, **rest, **samples})
 
     def check(self) -> None:
         if len(self.times) != len(self.values):
@@ -108,6 +106,9 @@ class Record(Outlined, Course):
     def step(self) -> float:
         """The largest step [s]."""
         return float(np.diff(self._times).max())
+
+    def words(self) -> str:
+        return f"record {self.source or len(self.values)}"
 
     def summary(self, duration: float) -> str:
         """Return the line that says what was read, and how much of it is within a duration [s]."""
@@ -133,14 +134,18 @@ class Record(Outlined, Course):
 
     @cached_property
     def _pieces(self) -> np.ndarray:
-        """The coefficients (n - 1, 4) of the powers of the time from each sample on."""
+        """The coefficients (n + 1, 2 or 4) of the powers of the time from each sample on.
+
+        The first row, before the first sample, and the last one are 0.
+        """
         y, h = np.array(self.values), np.diff(self._times)
-        slopes, pieces = np.diff(y) / h, np.zeros((len(h), 4))
-        pieces[:, 0], pieces[:, 1] = y[:-1], slopes
-        if self.interpolation == CUBIC:
+        is_cubic, slopes = self.interpolation == CUBIC, np.diff(y) / h
+        pieces = np.zeros((len(y) + 1, 4 if is_cubic else 2))
+        pieces[1:-1, 0], pieces[1:-1, 1] = y[:-1], slopes
+        if is_cubic:
             m = _curvatures(h, slopes)
-            pieces[:, 1] -= h * (2.0 * m[:-1] + m[1:]) / 6.0
-            pieces[:, 2], pieces[:, 3] = 0.5 * m[:-1], np.diff(m) / (6.0 * h)
+            pieces[1:-1, 1] -= h * (2.0 * m[:-1] + m[1:]) / 6.0
+            pieces[1:-1, 2], pieces[1:-1, 3] = 0.5 * m[:-1], np.diff(m) / (6.0 * h)
         return pieces
 
     @property
@@ -151,13 +156,9 @@ class Record(Outlined, Course):
         return np.zeros(len(times))
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        rows = np.zeros((len(begins), TERMS))
-        piece = np.searchsorted(self.at + self._times, begins + 0.5 * lengths, side="right") - 1
-        acts = (piece >= 0) & (piece < len(self._pieces))
-        piece = piece[acts]
-        since = begins[acts] - (self.at + self._times[piece])
-        rows[acts] = polynomial(self._pieces[piece], since, lengths[acts])
-        return rows
+        kinks = self.kinks
+        piece = np.searchsorted(kinks, begins + 0.5 * lengths, side="right")
+        return polynomial(self._pieces[piece], begins - kinks[piece - 1], lengths)
 
 
 def _curvatures(h: np.ndarray, slopes: np.ndarray) -> np.ndarray:

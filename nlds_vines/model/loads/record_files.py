@@ -14,22 +14,14 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import MISSING, dataclass
 from functools import cache, partial
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from nlds_vines.archives.files import open_regular
-from nlds_vines.errors import RequestError, at, from_text, shown, unknown, whole
+from nlds_vines.errors import RequestError, from_text, shown, unknown, whole
 from nlds_vines.model.loads.courses import UNITS, canonical, unit_in
-from nlds_vines.model.setting import (
-    Checked,
-    OneOf,
-    Real,
-    Text,
-    Whole,
-    check_settings,
-    setting,
-)
+from nlds_vines.model.setting import OneOf, Real, Text, Whole, check_settings, setting
 
 MOST_SAMPLES = 10**6
 """Samples of a record: hours of an accelerogram."""
@@ -51,21 +43,13 @@ _TIME_UNITS = {
 _TIME_NAMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "tid")
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
+_PLAIN = re.compile(r"[0-9eE+\-. ]*")  # of these signs `float` reads what `_NUMBER` is, no more
 _NOT_FINITE = ("nan", "+nan", "-nan", "inf", "+inf", "-inf")
 _NOTES = ("#", "%", "//", "!", "|")  # marks before comments
 _SIGNS = {0x2212: "-", 0xA0: " ", 0x2009: " ", 0x202F: " ", 0xFEFF: None, 0x1A: None}
 _HDF5 = (".h5", ".hdf5", ".nc")
 _HEADING = re.compile(r"\"[^\"]*\"|[^\s\[(]+(?:\s*[\[(][^\[(\])]*[\])])?")
 """A heading between blanks: a name, and its unit in brackets, which may stand apart from it."""
-
-
-class Samples(NamedTuple):
-    """The samples in a file: times [s], values, the unit of these, and how the file was read."""
-
-    times: tuple[float, ...]
-    values: tuple[float, ...]
-    unit: str
-    reading: str
 
 
 class Column(NamedTuple):
@@ -89,11 +73,11 @@ Lines = list[tuple[int, str]]
 """The lines of a text that are not empty, with their numbers."""
 
 
-def _column(value: object) -> int | str:
+def _column(name: str, value: Any, /) -> int | str:
     if isinstance(value, str):
         is_number = value.isascii() and value.isdigit()
-        return from_text(int, "column", value) if is_number else value
-    return whole("column", value, 0)
+        return from_text(int, name, value) if is_number else value
+    return whole(name, value, 0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,7 +90,7 @@ class RecordFile:
     dt: float = setting(0.0, Real(0.0, 1e6), "", "step between the samples of a file [s]")
     skip: int = setting(0, Whole(0, 10**6), "", "lines to leave out at the beginning of a file")
     column: int | str = setting(
-        "", Checked(_column), "",
+        "", _column, "",
         "name or number of the column of the values; 0: all numbers of a file, row by row",
     )  # fmt: skip
     time_unit: str = setting("", OneOf(("", *TIMES), "time_unit"), "", "`s`, `ms` or `min`")
@@ -115,84 +99,64 @@ class RecordFile:
     def __post_init__(self) -> None:
         check_settings(self)
 
-    def read(self, unit: str) -> Samples:
-        """Return the samples in the file; `unit` is that of the values, empty for the file's own.
+    def read(self, unit: str) -> dict[str, Any]:
+        """Return the settings of the record in the file: times [s], values, unit and reading.
+
+        Arguments: the `unit` of the values, empty for the file's own.
 
         Raises `RequestError` for a file that cannot be read, and for one that can be read in
         several ways, with the key that chooses one.
         """
-        path = Path(self.file)
-        with at(str(path)):
-            content = self._content(path)
-            columns, notes = content.columns, [content.format] if content.format else []
-            if content.dt and self.dt and not math.isclose(self.dt, content.dt, rel_tol=1e-6):
-                raise RequestError(
-                    f"dt = {self.dt:g} s, but the file has steps of {content.dt:g} s"
-                )
-            dt = content.dt or self.dt
-            time = None if dt else self._time(content)
-            column = self._values(columns, time)
-            if not unit and not column.unit:
-                raise RequestError(
-                    f"give the unit of {_name_of(column, columns)}, in its heading as "
-                    f"`acceleration [g]` or as unit; allowed: {', '.join(UNITS)}"
-                )
-            unit = unit or unit_in(f"unit of {_name_of(column, columns)}", column.unit)
-            values = column.read()
-            if time is None:
-                times = [dt * i for i in range(len(values))]
-            else:
-                time_unit = _TIME_UNITS.get((self.time_unit or time.unit or "s").lower())
-                if time_unit is None:
-                    words = ", ".join(TIMES)
-                    raise RequestError(f"unit of time {time.unit!r}; allowed as time_unit: {words}")
-                times = [TIMES[time_unit] * t for t in time.read()]
-                if len(times) != len(values):
-                    text = f"{len(times)} times for {len(values)} values of {column.name!r}"
-                    raise RequestError(text)
-                if not _is_time(time):
-                    notes.append(f"times [{time_unit}] in {_name_of(time, columns)}")
-            others = [_name_of(one, columns) for one in columns if one not in (time, column)]
-            if others and self.column == "":
-                notes.append(f"values in {_name_of(column, columns)}, not in {', '.join(others)}")
-        return Samples(tuple(times), tuple(values), unit, "; ".join(notes)[:200])
+        content = self._content(Path(self.file))
+        columns, notes = content.columns, [content.format] if content.format else []
+        if content.dt and self.dt and not math.isclose(self.dt, content.dt, rel_tol=1e-6):
+            raise RequestError(f"dt = {self.dt:g} s, but the file has steps of {content.dt:g} s")
+        dt = content.dt or self.dt
+        time = None if dt else _time_of(content)
+        column = self._values(columns, time)
+        name = _name_of(column, columns)
+        if not unit and not column.unit:
+            raise RequestError(
+                f"give the unit of {name}, in its heading as `acceleration [g]` or as unit; "
+                f"allowed: {', '.join(UNITS)}"
+            )
+        unit = unit or unit_in(f"unit of {name}", column.unit)
+        values = column.read()
+        if time is None:
+            times = [dt * i for i in range(len(values))]
+        else:
+            time_unit = _TIME_UNITS.get((self.time_unit or time.unit or "s").lower())
+            if time_unit is None:
+                words = ", ".join(TIMES)
+                raise RequestError(f"unit of time {time.unit!r}; allowed as time_unit: {words}")
+            times = [TIMES[time_unit] * t for t in time.read()]
+            if len(times) != len(values):
+                text = f"{len(times)} times for {len(values)} values of {column.name!r}"
+                raise RequestError(text)
+            if not _is_time(time):
+                notes.append(f"times [{time_unit}] in {_name_of(time, columns)}")
+        others = [_name_of(one, columns) for one in columns if one not in (time, column)]
+        if others and self.column == "":
+            notes.append(f"values in {name}, not in {', '.join(others)}")
+        return {"times": times, "values": values, "unit": unit, "reading": "; ".join(notes)[:200]}
 
     def _content(self, path: Path) -> Content:
-        data = _bytes_of(path)
-        if path.suffix.lower() in _HDF5 or data.startswith(b"\x89HDF\r\n\x1a\n"):
+        is_hdf5 = path.suffix.lower() in _HDF5
+        try:
+            with open_regular(path) as file:
+                data = bytes(file.read(8 if is_hdf5 else MOST_BYTES + 1))
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise RequestError(f"cannot be read: {reason}") from None
+        if is_hdf5 or data.startswith(b"\x89HDF\r\n\x1a\n"):
             return _of_hdf5(path)
-        texts = _lines(data)[self.skip :]
+        texts = _lines_in(data)[self.skip :]
         del data  # which may be 64 MB
         lines = [(i, text) for i, text in enumerate(texts, self.skip + 1) if text.strip()]
         if not lines:
             raise RequestError("holds no numbers")
         contents = (reads(lines) for reads in FORMATS)
         return next(filter(None, contents), None) or _table(lines, self)
-
-    def _time(self, content: Content) -> Column:
-        """Return the column of the times: a named one, or the first if it ascends."""
-        columns = content.columns
-        if len(columns) < 2:
-            raise RequestError(
-                "needs two columns, time and force or acceleration; one column needs dt, its step"
-            )
-        if named := [one for one in columns if _is_time(one)]:
-            return named[0]
-        if content.is_ordered and _ascends(columns[0].read()):
-            return columns[0]
-        if content.is_ordered:
-            raise RequestError(
-                "its first column has no ascending times: give dt, the step of its samples, or a "
-                "heading with `time`"
-            )
-        ascending = [one for one in columns if _ascends(one.read())]
-        if len(ascending) != 1:
-            names = ", ".join(one.name for one in columns)
-            raise RequestError(
-                f"{len(ascending)} of the datasets {names} ascend; allowed: one alone, a dataset "
-                "`time` or `t`, or dt, the step of the samples"
-            )
-        return ascending[0]
 
     def _values(self, columns: Sequence[Column], time: Column | None) -> Column:
         """Return the column of the values: the chosen one, or the first beside the times."""
@@ -211,6 +175,32 @@ class RecordFile:
             allowed = [one.name or str(columns.index(one) + 1) for one in others]
             raise unknown("column", str(self.column), allowed)
         return chosen
+
+
+def _time_of(content: Content) -> Column:
+    """Return the column of the times: a named one, or the first if it ascends."""
+    columns = content.columns
+    if len(columns) < 2:
+        raise RequestError(
+            "needs two columns, time and force or acceleration; one column needs dt, its step"
+        )
+    if named := [one for one in columns if _is_time(one)]:
+        return named[0]
+    if content.is_ordered:
+        if _ascends(columns[0].read()):
+            return columns[0]
+        raise RequestError(
+            "its first column has no ascending times: give dt, the step of its samples, or a "
+            "heading with `time`"
+        )
+    ascending = [one for one in columns if _ascends(one.read())]
+    if len(ascending) != 1:
+        names = ", ".join(one.name for one in columns)
+        raise RequestError(
+            f"{len(ascending)} of the datasets {names} ascend; allowed: one alone, a dataset "
+            "`time` or `t`, or dt, the step of the samples"
+        )
+    return ascending[0]
 
 
 def _is_time(column: Column) -> bool:
@@ -243,22 +233,12 @@ def _of_hdf5(path: Path) -> Content:
 # ---- text ----------------------------------------------------------------------------------------
 
 
-def _bytes_of(path: Path) -> bytes:
-    try:
-        with open_regular(path) as file:
-            data = file.read(8) if path.suffix.lower() in _HDF5 else file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise RequestError(f"cannot be read: {reason}") from None
+def _lines_in(data: bytes) -> list[str]:
+    """Return the lines of a text in UTF-8, UTF-16 or Latin-1, with plain signs and blanks."""
     if len(data) > MOST_BYTES:
         raise RequestError(f"has more than {MOST_BYTES} bytes")
     if data.startswith((b"PK\x03\x04", b"\x1f\x8b")):
         raise RequestError("is a workbook or compressed; allowed: text (CSV) and HDF5")
-    return bytes(data)
-
-
-def _lines(data: bytes) -> list[str]:
-    """Return the lines of a text in UTF-8, UTF-16 or Latin-1, with plain signs and blanks."""
     is_utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     encodings = ["utf-16"] if is_utf16 else ["utf-8-sig", "latin-1"]
     if not is_utf16 and 0 in data[:100]:
@@ -278,15 +258,27 @@ def _lines(data: bytes) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
-def number_in(cell: str, decimal: str = ".") -> float | None:
+def _number(cell: str) -> float | None:
     """Return the number in a cell, None for other text; D marks exponents as well."""
-    if decimal == ",":
-        if "." in cell:
-            return None
-        cell = cell.replace(",", ".")
     if _NUMBER.fullmatch(cell):
         return float(cell.replace("D", "E").replace("d", "e"))
     return float(cell) if cell.lower() in _NOT_FINITE else None
+
+
+def _numbers(cells: Sequence[str], decimal: str = ".") -> list[float] | None:
+    """Return the numbers in cells; None if a cell has no number, or if there is none."""
+    text = " ".join(cells)
+    if decimal == ",":
+        if "." in text:
+            return None
+        cells, text = [cell.replace(",", ".") for cell in cells], text.replace(",", ".")
+    if _PLAIN.fullmatch(text):
+        try:
+            return [*map(float, cells)] or None
+        except ValueError:
+            return None
+    numbers = [_number(cell) for cell in cells]
+    return None if None in numbers else [value for value in numbers if value is not None]
 
 
 def _row_by_row(lines: Iterable[tuple[int, str]], count: int, width: int = 0) -> list[float]:
@@ -299,12 +291,10 @@ def _row_by_row(lines: Iterable[tuple[int, str]], count: int, width: int = 0) ->
         if len(numbers) >= count:
             break
         fields = [text[i : i + width].strip() for i in range(0, len(text), width)] if width else []
-        row = [number_in(cell) for cell in fields if cell]
-        if not row or None in row:
-            row = [number_in(cell) for cell in text.split()]
-        if None in row:
+        row = _numbers([cell for cell in fields if cell]) or _numbers(text.split())
+        if row is None:
             raise RequestError(f"line {place}: {shown(text.strip())} must hold numbers alone")
-        numbers += [value for value in row if value is not None]
+        numbers += row
     return numbers
 
 
@@ -320,9 +310,9 @@ def _series(lines: Lines, begin: int, count: int, width: int = 0) -> list[float]
 
 # ---- formats -------------------------------------------------------------------------------------
 
-_PEER = (
-    re.compile(r"NPTS\s*=\s*(?P<count>\d+)[\s,]*DT\s*=\s*(?P<dt>[\d.EeDd+-]+)", re.IGNORECASE),
-    re.compile(r"(?P<count>\d+)[\s,]+(?P<dt>[\d.EeDd+-]+)\s+NPTS,?\s*DT", re.IGNORECASE),
+_PEER = re.compile(
+    r"NPTS\s*=\s*(\d+)[\s,]*DT\s*=\s*([\d.EeDd+-]+)|(\d+)[\s,]+([\d.EeDd+-]+)\s+NPTS,?\s*DT",
+    re.IGNORECASE,
 )
 _UNITS_OF = re.compile(r"\bUNITS?\s*(?:OF|:|=)\s*(\S+)", re.IGNORECASE)
 _CSMIP = re.compile(
@@ -341,6 +331,10 @@ _REALS = re.compile(r"(\d+)\s+Real-header values follow", re.IGNORECASE)
 _SMC = re.compile(r"\s*[12]\s+(?:UN)?CORRECTED ACCELEROGRAM")
 
 
+def _joined(lines: Lines) -> str:
+    return "\n".join([text for _, text in lines])
+
+
 def _head(lines: Lines) -> list[str]:
     return [text[:200] for _, text in lines[:HEADER]]
 
@@ -349,83 +343,79 @@ def _peer(lines: Lines) -> Content | None:
     """PEER .AT2: a header with NPTS, DT and the unit, then five or eight values a line."""
     head = _head(lines)
     for i, text in enumerate(head):
-        match = next(filter(None, (pattern.search(text) for pattern in _PEER)), None)
+        match = _PEER.search(text)
         if not match:
             continue
         title = " ".join(head[: i + 1])
         if other := re.search(r"\b(velocity|displacement)\b", title, re.IGNORECASE):
             raise RequestError(f"holds a {other[1].lower()}; needs an acceleration or a force")
         named = _UNITS_OF.search(title)
-        count = int(match["count"])
+        count, dt = int(match[1] or match[3]), match[2] or match[4]
         if sum(len(text.split()) for _, text in lines[i + 1 :]) > count:
             raise RequestError(f"the header states {count} values, more follow")
         read = cache(partial(_series, lines, i + 1, count))
         unit = named[1].strip(".,;") if named else ""
-        return Content([Column("", unit, read)], _step(match["dt"]), "PEER")
+        return Content([Column("", unit, read)], _step(dt), "PEER")
     return None
 
 
 def _step(text: str) -> float:
-    dt = number_in(text)
+    dt = _number(text)
     if dt is None or not 0.0 < dt < math.inf:
         raise RequestError(f"its header states a step of {text!r} s; dt must be above 0")
     return dt
 
 
-def _channels(
-    lines: Lines, heads: list[tuple[int, re.Match[str]]], units: list[str]
-) -> list[Column]:
-    """Return the acceleration of each channel of a file, whose header lines are `heads`."""
-    columns: list[Column] = []
-    for (i, match), unit in zip(heads, units, strict=True):
-        field = _FORTRAN.search(lines[i][1][:200])
-        read = partial(_series, lines, i + 1, int(match["count"]), int(field[1]) if field else 0)
-        name = f"channel {len(columns) + 1}" if len(heads) > 1 else ""
-        columns.append(Column(name, unit, read))
-    return columns
+def _width(line: str) -> int:
+    """Return the width of the fields that a header states in Fortran's words; 0 if it does not."""
+    field = _FORTRAN.search(line[:200])
+    return int(field[1]) if field else 0
 
 
-def _heads(lines: Lines, pattern: re.Pattern[str]) -> list[tuple[int, re.Match[str]]]:
-    matches = ((i, pattern.search(text[:200])) for i, (_, text) in enumerate(lines))
-    return [(i, match) for i, match in matches if match]
+def _volume(lines: Lines) -> Content | None:
+    """CSMIP .V2 and COSMOS: the accelerations of one channel or several, each below a header.
 
-
-def _csmip(lines: Lines) -> Content | None:
-    """CSMIP .V2: `7601 points of accel data equally spaced at .005 sec, in ...`, then values."""
-    heads = _heads(lines, _CSMIP)
-    if not heads:
-        return None
-    steps = {_step(match["dt"]) for _, match in heads}
-    if len(steps) > 1:
-        raise RequestError(f"its channels have the steps {sorted(steps)} s; allowed: one step")
-    units = [match["unit"].strip(".,;") if match["unit"] else "" for _, match in heads]
-    return Content(_channels(lines, heads, units), steps.pop(), "CSMIP")
-
-
-def _cosmos(lines: Lines) -> Content | None:
-    """COSMOS: integer and real headers, then `7601 acceleration pts, approx 38 secs, units=...`.
-
-    The step is real header 62 [ms], or 34 [s]; it must agree with the duration beside the values.
+    CSMIP: `7601 points of accel data equally spaced at .005 sec, in ...`; COSMOS: integer and real
+    headers, then `7601 acceleration pts, approx 38 secs, units=...`.  The step of the latter is
+    real header 62 [ms], or 34 [s]; it must agree with the duration beside the values.
     """
-    heads, reals = _heads(lines, _COSMOS), _heads(lines, _REALS)
-    if not heads or not reals:
+    whole = _joined(lines).lower()
+    if "points of accel" not in whole and "pts," not in whole:
         return None
-    (begin, real), (_, head) = reals[0], heads[0]
-    field = _FORTRAN.search(lines[begin][1][:200])
-    header = _row_by_row(lines[begin + 1 :], int(real[1]), int(field[1]) if field else 0)
-    count, seconds = int(head["count"]), float(head["seconds"])
-    steps = [
-        header[61] * 1e-3 if len(header) > 61 else 0.0,
-        header[33] if len(header) > 33 else 0.0,
-    ]
-    agree = [dt for dt in steps if dt > 0.0 and abs(count * dt - seconds) <= 1.5 + 0.02 * seconds]
-    if not agree:
-        raise RequestError(
-            f"its headers state steps of {steps[0]:g} and {steps[1]:g} s for {count} values in "
-            f"{seconds:g} s; copy the values into a file of their own, and give dt"
+    marked = [(i, text[:200]) for i, (_, text) in enumerate(lines) if "accel" in text.lower()]
+    heads = [(i, match) for i, text in marked if (match := _CSMIP.search(text))]
+    if heads:
+        steps = {_step(match["dt"]) for _, match in heads}
+        if len(steps) > 1:
+            raise RequestError(f"its channels have the steps {sorted(steps)} s; allowed: one step")
+        dt, name = steps.pop(), "CSMIP"
+    else:
+        heads = [(i, match) for i, text in marked if (match := _COSMOS.search(text))]
+        texts = ((i, text[:200]) for i, (_, text) in enumerate(lines) if heads)
+        reals = [(i, match) for i, text in texts if (match := _REALS.search(text))]
+        if not reals:
+            return None
+        (begin, real), head = reals[0], heads[0][1]
+        header = _row_by_row(lines[begin + 1 :], int(real[1]), _width(lines[begin][1]))
+        count, seconds = int(head["count"]), float(head["seconds"])
+        header += [0.0] * 62
+        choices = [header[61] * 1e-3, header[33]]
+        agree = [h for h in choices if h > 0.0 and abs(count * h - seconds) <= 1.5 + 0.02 * seconds]
+        if not agree:
+            raise RequestError(
+                f"its headers state steps of {choices[0]:g} and {choices[1]:g} s for {count} "
+                f"values in {seconds:g} s; copy the values into a file of their own, and give dt"
+            )
+        dt, name = agree[0], "COSMOS"
+    columns = [
+        Column(
+            f"channel {channel}" if len(heads) > 1 else "",
+            (match["unit"] or "").strip(".,;"),
+            partial(_series, lines, i + 1, int(match["count"]), _width(lines[i][1])),
         )
-    units = [match["unit"] for _, match in heads]
-    return Content(_channels(lines, heads, units), agree[0], "COSMOS")
+        for channel, (i, match) in enumerate(heads, 1)
+    ]
+    return Content(columns, dt, name)
 
 
 def _smc(lines: Lines) -> Content | None:
@@ -448,16 +438,16 @@ def _counted(lines: Lines) -> Content | None:
     """Titles, a line with the number of values and their step [s], then the values."""
     for i, text in enumerate(_head(lines)):
         cells = text.split()
-        row = [number_in(cell) for cell in cells]
-        if None in row:
+        row = _numbers(cells)
+        if row is None:
             continue
-        if len(row) != 2 or not cells[0].isdigit() or not 0.0 < (dt := row[1] or 0.0) <= 10.0:
+        if len(row) != 2 or not cells[0].isdigit() or not 0.0 < (dt := row[1]) <= 10.0:
             return None
         count, rows = int(cells[0]), [text.split() for _, text in lines[i + 1 :]]
         if count < 3 or sum(map(len, rows)) != count:
             return None
         if all(len(one) == 2 for one in rows):
-            first = [float(count), *(number_in(one[0]) or 0.0 for one in rows)]
+            first = [float(count), *(_number(one[0]) or 0.0 for one in rows)]
             if _ascends(first):
                 raise RequestError(
                     f"line {lines[i][0]} states {count} values at steps of {dt:g} s, or is the "
@@ -473,11 +463,11 @@ def _unit_in_titles(lines: Lines) -> str:
     title = " ".join(text[:200] for _, text in lines[-3:])
     if match := _UNITS_OF.search(title):
         return match[1].strip(".,;")
-    words = [match[1] for match in _BRACKETED.finditer(title) if is_unit(match[1])]
+    words = [match[1] for match in _BRACKETED.finditer(title) if _is_unit(match[1])]
     return words[-1] if words else ""
 
 
-FORMATS: tuple[Callable[[Lines], Content | None], ...] = (_peer, _csmip, _cosmos, _smc, _counted)
+FORMATS: tuple[Callable[[Lines], Content | None], ...] = (_peer, _volume, _smc, _counted)
 """The formats that state how many values follow, and their step."""
 
 
@@ -505,8 +495,19 @@ class Dialect(NamedTuple):
 
     def numbers(self, text: str) -> list[float] | None:
         """Return the numbers of a line; None if a cell is none."""
-        row = [number_in(cell, self.decimal) for cell in self.cells(text)]
-        return None if not row or None in row else [value or 0.0 for value in row]
+        return _numbers(self.cells(text), self.decimal)
+
+    def columns(self, rows: Lines, width: int) -> list[list[float]] | None:
+        """Return the columns of rows that have `width` numbers each; None for any other rows."""
+        texts = [text for _, text in rows]
+        if self.cut is None:
+            cells = [cell for text in texts for cell in text.split()]
+            is_even = {len(text.split()) for text in texts} == {width}
+        else:
+            cells = self.cut.join(texts).split(self.cut)
+            is_even = {text.count(self.cut) for text in texts} == {width - 1}
+        numbers = _numbers(cells, self.decimal) if is_even else None
+        return None if numbers is None else [numbers[i::width] for i in range(width)]
 
 
 _DIALECTS = tuple(
@@ -520,10 +521,10 @@ _DIALECTS = tuple(
 
 def _table(lines: Lines, keys: RecordFile) -> Content:
     """Return the columns of a table; the lines before it are titles, headings and comments."""
-    body = [
-        (i, text.partition("#")[0]) for i, text in lines if not text.lstrip().startswith(_NOTES)
-    ]
-    body = [(i, text) for i, text in body if text.strip()]
+    body, whole = lines, _joined(lines)
+    if any(mark in whole for mark in _NOTES):
+        cut = ((i, text.partition("#")[0]) for i, text in lines)
+        body = [(i, text) for i, text in cut if text.strip() and not _is_note(text)]
     dialect, width = _dialect(body, keys.decimal)
     may_flow = keys.column == 0 or (keys.dt > 0.0 and keys.column == "")
     begin = 0
@@ -535,7 +536,7 @@ def _table(lines: Lines, keys: RecordFile) -> Content:
             )
         begin += 1
     rows = body[begin:]
-    titles = [(i, text) for i, text in lines if i < rows[0][0]]
+    titles = [*takewhile(lambda line: line[0] < rows[0][0], lines)]
     headings = _headings(titles, dialect, width)
     if len(rows) > MOST_SAMPLES:
         raise RequestError(f"more than {MOST_SAMPLES} samples, which are allowed")
@@ -554,13 +555,18 @@ def _table(lines: Lines, keys: RecordFile) -> Content:
         read = cache(partial(_all_numbers, rows, dialect))
         columns = [Column("", _unit_in_titles(titles), read)]
         return Content(columns, format=", ".join([*notes, f"{len(row)} values a row"]))
+    plain = cache(partial(dialect.columns, rows, width))
     columns = [
-        Column(name, unit, cache(partial(_numbers_in_column, rows, dialect, width, i)))
+        Column(name, unit, cache(partial(_numbers_in_column, plain, rows, dialect, width, i)))
         for i, (name, unit) in enumerate(headings or [("", "")] * width)
     ]
     if width == 1:
         columns = [columns[0]._replace(unit=columns[0].unit or _unit_in_titles(titles))]
     return Content(columns, format=", ".join(notes))
+
+
+def _is_note(text: str) -> bool:
+    return text.lstrip().startswith(_NOTES)
 
 
 def _dialect(body: Lines, decimal: str) -> tuple[Dialect, int]:
@@ -581,17 +587,23 @@ def _dialect(body: Lines, decimal: str) -> tuple[Dialect, int]:
     return chosen, width
 
 
-def _numbers_in_column(rows: Lines, dialect: Dialect, width: int, i: int) -> list[float]:
+def _numbers_in_column(
+    plain: Callable[[], list[list[float]] | None],
+    rows: Lines, dialect: Dialect, width: int, i: int,
+) -> list[float]:  # fmt: skip
+    """Return the numbers in a column of rows: at once if they are `plain`, or row by row."""
+    if columns := plain():
+        return columns[i]
     numbers = []
     for place, text in rows:
         cells = dialect.cells(text, width)
         if len(cells) != width:
             raise RequestError(f"line {place}: {len(cells)} columns; others have {width}")
-        value = number_in(cells[i], dialect.decimal)
+        value = _numbers(cells[i : i + 1], dialect.decimal)
         if value is None:
             words = f"{shown(cells[i])} is no number" if cells[i] else "a value is missing"
             raise RequestError(f"line {place}: {words}")
-        numbers.append(value)
+        numbers += value
     return numbers
 
 
@@ -620,7 +632,7 @@ def _headings(titles: Lines, dialect: Dialect, width: int) -> list[tuple[str, st
                 "between commas? save the file with semicolons); skip leaves the line out"
             )
         return []
-    if all(is_unit(cell) or not cell for cell in rows[-1]):
+    if all(_is_unit(cell) or not cell for cell in rows[-1]):
         names = rows[0] if len(rows) == 2 and len(rows[0]) == width else [""] * width
         return [
             (_heading(name)[0], cell.strip("[]()"))
@@ -639,7 +651,7 @@ def _heading_cells(text: str, dialect: Dialect, width: int) -> list[str]:
     return headings
 
 
-def is_unit(text: str) -> bool:
+def _is_unit(text: str) -> bool:
     """Return True for a unit of time, force or acceleration."""
     word = text.strip("[]() ")
     return word.lower() in _TIME_UNITS or canonical(word) is not None
@@ -650,6 +662,6 @@ def _heading(word: str) -> tuple[str, str]:
     if match := re.search(r"\[([^\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)", word):
         return word[: match.start()].strip(" /_,"), (match[1] or match[2] or "").strip()
     for place in (match.start() for match in re.finditer(r"[\s/_,]", word)):
-        if is_unit(word[place + 1 :]):
+        if _is_unit(word[place + 1 :]):
             return word[:place].strip(" /_,"), word[place + 1 :].strip()
     return word, ""

@@ -17,7 +17,7 @@ from typing import Any
 
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves.request import CurveRequest
+from nlds_vines.bifurcation.response_curves import CurveRequest
 from nlds_vines.cli.command import TASKS, Command
 from nlds_vines.cli.options import Parser
 from nlds_vines.cli.running import (
@@ -183,8 +183,7 @@ class _Job:
 
         done, began = path.exists() and not self.how.overwrite, time.perf_counter()
         how = replace(self.how, quiet=True)
-        cached = {} if isinstance(request, Scan) else {"cached": self.cached}
-        TASKS[request.content].part("run").run(request, path, how, **cached)
+        TASKS[request.content].part("run").run(request, path, how, self.cached)
         seconds = time.perf_counter() - began
         number = list(self.archives).index(path) + 1
         spent = "there already" if done else f"{request.lanes} orbits in {seconds:.1f} s"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from nlds_vines.archives.files import read_toml
 from nlds_vines.bifurcation.request import Scan, load_scan
-from nlds_vines.bifurcation.response_curves.request import CurveRequest, load_curves
+from nlds_vines.bifurcation.response_curves import CurveRequest, load_curves
 from nlds_vines.errors import at, string
 from nlds_vines.model.catalog import catalog, figure_files
 

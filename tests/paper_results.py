@@ -11,9 +11,10 @@ from unittest import mock
 
 import numpy as np
 
+from nlds_vines.bifurcation import run as running
+from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves import run as running
-from nlds_vines.bifurcation.response_curves.request import CurveRequest
+from nlds_vines.bifurcation.response_curves import CurveRequest
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
@@ -275,13 +276,24 @@ def write_curves(
     path: Path, request: CurveRequest, numbers: Sequence[dict[str, np.ndarray]]
 ) -> Path:
     """Write an archive of response curves that holds these numbers of each case."""
-    pairs = zip(request.cases, numbers, strict=True)
-    results = [_filled(case.scan, row) for case, row in pairs]
-    names = (running.datasets_of(case.scan) for case in request.cases)
-    rows = [{n: row[n] for n in keys} for keys, row in zip(names, results, strict=True)]
-    with mock.patch.object(running, "_compute", side_effect=rows):
+    rows = zip(request.scans, numbers, strict=True)
+    results = {scan.hash: _filled(scan, row) for scan, row in rows}
+    with mock.patch.object(running, "Computer", Computed(lambda scan: results[scan.hash])):
         running.run(request, path, RunOptions(quiet=True))
     return path
+
+
+def Computed(results: Callable[[Scan], Mapping[str, np.ndarray]]) -> Any:
+    """Return a class in the place of `run.Computer` whose blocks are cut from `results(scan)`."""
+
+    class Cut:
+        def __init__(self, scan: Scan, **_: Any) -> None:
+            self.scan, self.arrays = scan, results(scan)
+
+        def block(self, block: Block) -> dict[str, np.ndarray]:
+            return {name: array[block.selection] for name, array in self.arrays.items()}
+
+    return Cut
 
 
 def write_figure(folder: Path, short: str, evidence: Any) -> Path:

@@ -21,7 +21,7 @@ import numpy as np
 from nlds_vines.__main__ import COMMANDS
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.request import Scan, ScanContents
-from nlds_vines.bifurcation.response_curves.request import Case, CurveRequest, Panel
+from nlds_vines.bifurcation.response_curves import Case, CurveRequest, Panel
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
 from nlds_vines.continuation.branch_table import curve_datasets

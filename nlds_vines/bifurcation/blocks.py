@@ -22,6 +22,7 @@ from nlds_vines.runs.executors import Shard, free_disk, free_memory
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
+    from nlds_vines.bifurcation.response_curves import CurveRequest
 
 BLOCK_PERIODS = 200_000
 """Forcing periods in a block: some tenths of a second, which an interruption may lose."""
@@ -39,7 +40,8 @@ _LANE_BYTES = 1024  # bytes of one orbit without its section: counts, energies, 
 class Block:
     """A rectangle of cells, computed and stored as one.
 
-    `slices` has one pair per axis of the scan: the first cell, and the cell after the last one.
+    `slices` has one pair per axis of the scan: the first cell, and the cell after the last one; of
+    response curves the first pair is that of one case.
     """
 
     index: int
@@ -59,15 +61,18 @@ class Block:
         return tuple(slice(first, stop) for first, stop in self.slices)
 
 
-def blocks_of(scan: Scan, shard: Shard | None = None) -> list[Block]:
-    """Return the blocks of a scan, or of one shard of it.
+def blocks_of(request: Scan | CurveRequest, shard: Shard | None = None) -> list[Block]:
+    """Return the blocks of a scan, or of one shard of it; those of response curves case by case.
 
     If orbits follow an attractor along the last axis, that axis stays whole.
     """
-    rows, along = _block_sides(scan)
-    rows_of = [_spans(n, rows) for n in scan.shape[:-1]]
-    spans = product(*rows_of, _spans(scan.shape[-1], along))
-    blocks = [Block(index, tuple(slices)) for index, slices in enumerate(spans)]
+    blocks: list[Block] = []
+    for case, scan in enumerate(request.scans):
+        rows, along = _block_sides(scan)
+        sides = [*(_spans(n, rows) for n in scan.shape[:-1]), _spans(scan.shape[-1], along)]
+        if scan is not request:
+            sides = [[(case, case + 1)], *sides]
+        blocks += [Block(len(blocks) + i, slices) for i, slices in enumerate(product(*sides))]
     return blocks if shard is None else blocks[shard.blocks]
 
 

@@ -460,6 +460,11 @@ class Scan(Request):
             self.window,
         )  # fmt: skip
 
+    @property
+    def scans(self) -> list[Scan]:
+        """Itself alone: response curves have several."""
+        return [self]
+
     @cached_property
     def table(self) -> Table:
         """The datasets of its archive."""
@@ -468,6 +473,10 @@ class Scan(Request):
     def scales(self) -> tuple[Scale, ...]:
         """Return the dimensions of its archive with their values."""
         return self._contents.scales()
+
+    def inputs(self) -> Iterator[tuple[Dataset, np.ndarray]]:
+        """Yield the parameters of samples as datasets."""
+        yield from () if self.sampled is None else self.sampled.contents()
 
     @property
     def _contents(self) -> ScanContents:

@@ -26,6 +26,7 @@ from nlds_vines.archives.files import parse_toml
 from nlds_vines.bifurcation.blocks import Block, block_bytes, blocks_of, share_in_words
 from nlds_vines.bifurcation.cell_orbit import STEP, own_states
 from nlds_vines.bifurcation.request import Scan, load_scan
+from nlds_vines.bifurcation.response_curves import CurveRequest
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.scene import Span
@@ -49,7 +50,7 @@ from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
 from nlds_vines.runs.progress import Progress, Tell
-from nlds_vines.runs.store import Blocks, Write
+from nlds_vines.runs.store import Arrays, Blocks, Write
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
@@ -158,6 +159,40 @@ def wanted_of(scan: Scan, settings: Settings | None = None) -> Wanted:
     """Return the records that a scan wants of whole orbits; `settings` None means its own."""
     settings = scan.settings if settings is None else settings
     return Wanted(scan.system.scene, plain(scan.want), scan.method, scan.effort, settings)
+
+
+class Cases:
+    """Computes blocks of response curves, each of one case.
+
+    `cached` are the arrays of blocks by the hash of their scan and their place in it; those that
+    are computed are added.
+    """
+
+    def __init__(
+        self, request: CurveRequest, tell: Tell | None, cached: dict[object, Arrays] | None
+    ) -> None:
+        self.scan, self._tell = request, tell
+        self._cached = {} if cached is None else cached
+        self._computer: Computer | None = None
+
+    def block(self, block: Block) -> dict[str, np.ndarray]:
+        """Return the datasets of a block by name, with the fill value where the case lacks one."""
+        (case, _), *slices = block.slices
+        scan = self.scan.scans[case]
+        key = scan.hash, tuple(slices)
+        if key not in self._cached:
+            if self._computer is None or self._computer.scan is not scan:
+                self._computer = Computer(scan, tell=self._tell)
+            self._cached[key] = self._computer.block(Block(block.index, tuple(slices)))
+        table = dict[str, np.ndarray]()
+        for name, entry in self.scan.table.datasets.items():
+            tail = self.scan.table.shape(name)[len(block.shape) :]
+            kind = object if entry.dtype == "str" else entry.dtype
+            table[name] = np.full((*block.shape, *tail), entry.fill, kind)
+            if (array := self._cached[key].get(name)) is not None:
+                of_one_wall = table[name].ndim > array.ndim + 1
+                table[name][(0, ..., 0) if of_one_wall else 0] = array
+        return table
 
 
 class Computer:
@@ -381,22 +416,29 @@ class Report:
         return [*self.tally.inadmissible(), *chaos]
 
 
-def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
-    """Compute a scan into the archive `output` and return a `Report`.
+def run(
+    request: Scan | CurveRequest,
+    output: Path,
+    how: RunOptions | None = None,
+    cached: dict[object, Arrays] | None = None,
+) -> Report:
+    """Compute a scan or response curves into the archive `output` and return a `Report`.
 
-    With a shard only its blocks are computed; the shard that finds all blocks of the scan makes the
-    archive.  Workers of a scheduler or an executor compute each block on `how.threads` threads, by
-    default one.
+    `cached`, as `Cases` takes it, are results of other response curves.  With a shard only its
+    blocks are computed; the shard that finds all blocks of the scan makes the archive.  Workers of
+    a scheduler or an executor compute each block on `how.threads` threads, by default one.
 
     Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every finished block saved for
     --resume, and `RequestError` if the archive cannot be written.
     """
     how = RunOptions() if how is None else how
     began, waited = time.perf_counter(), Compilation.waited
+    scan = request.scans[0]
     watched = most_watched(scan.transient, scan.periods, scan.effort)
     report = Report(Path(output), how.shard, watched)
     use_threads(how.threads)  # at once: what Numba lacks is known before anything is begun
-    every, selected, store = blocks_of(scan), blocks_of(scan, how.shard), Blocks(output, scan)
+    every, selected = blocks_of(request), blocks_of(request, how.shard)
+    store = Blocks(output, request)
     store.keys = [block.index for block in selected]
     if how.shard is not None and not selected:
         report.empty = share_in_words(scan, how.shard)
@@ -411,19 +453,24 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
                 report.tally.note(arrays)
         lanes = scan.starts * sum(block.cells for block in selected)
         with Progress(lanes, "orbit", done=report.tally.lanes, quiet=how.quiet) as progress:
-            computer = Computer(scan, tell=progress.wait)
+            computer: Computer | Cases = (
+                Computer(request, tell=progress.wait)
+                if isinstance(request, Scan)
+                else Cases(request, progress.wait, cached)
+            )
             if how.executor is None and how.scheduler is None:
                 _save(store, ((b, *_timed(computer, b)) for b in left), report.tally, progress)
             elif left:
+                assert isinstance(request, Scan)  # no command hands response curves to workers
                 with _pool(how) as pool:
-                    results = _by_workers(scan, left, pool, how.threads or 1)
+                    results = _by_workers(request, left, pool, how.threads or 1)
                     _save(store, results, report.tally, progress)
                 use_threads(how.threads)  # workers that are threads of this process took others
         report.missing = len(store.missing(block.index for block in every))
         if report.missing and how.shard is None and not store.is_delivered():
             text = "blocks have vanished: --resume computes them again"
             raise RequestError(f"{store.folder}: {report.missing} {text}")
-        return None if report.missing else writer_of(scan, store, every)
+        return None if report.missing else writer_of(request, store, every)
 
     if not store.carry_out(how, work):
         report.note_archive()
@@ -453,7 +500,7 @@ def _save(
             saving.result()
 
 
-def _timed(computer: Computer, block: Block) -> tuple[dict[str, np.ndarray], float]:
+def _timed(computer: Computer | Cases, block: Block) -> tuple[dict[str, np.ndarray], float]:
     """Compute a block; return its datasets with the types of the archive, and the seconds."""
     interrupts.check()
     began, arrays = time.perf_counter(), computer.block(block)
@@ -511,7 +558,7 @@ def _computer(toml: str) -> Computer:
 # ---- the archive ---------------------------------------------------------------------------------
 
 
-def writer_of(scan: Scan, store: Blocks, blocks: Sequence[Block]) -> Write:
+def writer_of(request: Scan | CurveRequest, store: Blocks, blocks: Sequence[Block]) -> Write:
     """Return a function that writes the archive, with one block in memory at a time."""
 
     def saved() -> Iterator[tuple[Block, dict[str, np.ndarray]]]:
@@ -522,15 +569,15 @@ def writer_of(scan: Scan, store: Blocks, blocks: Sequence[Block]) -> Write:
                 raise FileNotFoundError(f"block {block.index} is missing")
             yield block, arrays
 
-    table, scales, attractors = scan.table, list(scan.scales()), None
-    if ATTRACTOR in scan.want:
+    table, scales, attractors = request.table, list(request.scales()), None
+    if isinstance(request, Scan) and ATTRACTOR in request.want:
         from nlds_vines.bifurcation.attractor_ends import AttractorTable
 
-        ends = Computer(scan, helped=False).ends
+        ends = Computer(request, helped=False).ends
         assert ends is not None
         attractors = AttractorTable(ends, saved(), interrupts.check)
         table, scales = attractors.joined(), attractors.scales()
-    columns = [] if scan.sampled is None else [*scan.sampled.contents()]
+    columns = [*request.inputs()]
     if columns:
         datasets = [*table.datasets.values(), *(entry for entry, _ in columns)]
         table = Table.of(datasets, table.length)
@@ -547,6 +594,6 @@ def writer_of(scan: Scan, store: Blocks, blocks: Sequence[Block]) -> Write:
     spent, when = store.spent, provenance.now()
 
     def attributes() -> dict[str, provenance.Value]:
-        return provenance.attributes(scan, scan.about | spent, when)
+        return provenance.attributes(request, request.about | spent, when)
 
     return lambda path: archive.write(path, table, scales, pieces(), attributes)

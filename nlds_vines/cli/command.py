@@ -142,6 +142,7 @@ class Task(NamedTuple):
     reads: str = ""
     result: str = "result"
     draws: str = "picture"
+    command: str = "command"
 
     def part(self, word: str) -> Any:
         """Return the module of its folder that has this name."""
@@ -161,7 +162,9 @@ TASKS: Mapping[str, Task] = {
     SCAN: Task("bifurcation", "scan_in", draws="picture.drawing"),
     TUNING: Task("tuning", "tuned"),
     CONTINUATION: Task("continuation", "continued"),
-    RESPONSE_CURVES: Task("bifurcation.response_curves", "curves_in"),
+    RESPONSE_CURVES: Task(
+        "bifurcation", "curves_in", "response_curves", "picture.curves", "curve_command"
+    ),
     RESPONSE_HISTORY: Task("loads", "histories_in"),
     PORTRAIT: Task("portrait", "portrait_in"),
 }

@@ -9,7 +9,7 @@ from nlds_vines.archives.archive import ArchivePath, read
 from nlds_vines.cli.command import task_of
 
 if TYPE_CHECKING:
-    from nlds_vines.bifurcation.response_curves.result import ResponseCurves
+    from nlds_vines.bifurcation.response_curves import ResponseCurves
     from nlds_vines.bifurcation.result import ScanArchive
     from nlds_vines.continuation.result import Continued
     from nlds_vines.loads.result import ResponseHistories

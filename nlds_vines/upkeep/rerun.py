@@ -48,7 +48,7 @@ def _job(source: Path, output: Path, how: RunOptions) -> Job:
     if content != SCAN and task.reads and (how.shard is not None or how.scheduler is not None):
         raise RequestError(f"--shard and --scheduler are for scans: this is a {content}")
     task = task if task.reads else TASKS[SCAN]  # which says that this is none
-    job: Job = task.part("command").Job(task.read(source).request, source, output, None, how)
+    job: Job = task.part(task.command).Job(task.read(source).request, source, output, None, how)
     return job
 
 

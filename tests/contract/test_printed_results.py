@@ -12,8 +12,7 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.representation import WIDTH
-from nlds_vines.bifurcation.response_curves.request import load_curves
-from nlds_vines.bifurcation.response_curves.result import ResponseCurve, ResponseCurves
+from nlds_vines.bifurcation.response_curves import ResponseCurve, ResponseCurves, load_curves
 from nlds_vines.loads.result import PEAKS, LoadScan, ResponseHistories, ResponseHistory
 from nlds_vines.model.quantities import SHARES, WAYS
 from nlds_vines.model.setting import Request
@@ -117,10 +116,8 @@ def made_up():
     yield LoadScan(PATH, many, {"E1max": values, "x1_max": values}, np.zeros_like(values, int))
     omega = {"omega": {"start": 5.0, "stop": 8.0, "num": 100}}
     page = load_curves({"vary": omega, "curves": [{"system": name} for name in names]})
-    curves = [
-        ResponseCurve(name, np.ones(MANY), dict.fromkeys(("E1max", "E2max"), np.ones((MANY, 1))), 2)
-        for name in names
-    ]
+    numbers = dict.fromkeys(("E1max", "E2max"), np.ones((MANY, 1)))
+    curves = [ResponseCurve(case.title, case, numbers) for case in page.cases]
     yield curves[0]
     yield ResponseCurves(PATH, page, tuple(curves))
     yield nv.slow_manifold(nv.load_system("vi-nes"))

@@ -66,7 +66,7 @@ TUNING = {**SET6, "surface": {"parameters": ["k2", "c2"]}}
 KINDS = {
     "scan": Kind("bifurcation.request", "load_scan", SCAN, "bifurcation"),
     "response curves": Kind(
-        "bifurcation.response_curves.request", "load_curves", {**SCAN, "curves": [{}]},
+        "bifurcation.response_curves", "load_curves", {**SCAN, "curves": [{}]},
         "response-curves",
     ),
     "portrait": Kind("portrait.request", "load_portrait", SET6, "portrait"),

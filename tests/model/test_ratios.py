@@ -7,7 +7,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.bifurcation.response_curves.request import load_curves, with_structure_alone
+from nlds_vines.bifurcation.response_curves import load_curves, with_structure_alone
 from nlds_vines.continuation.request import load_continuation
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.errors import RequestError

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.response_curves.picture import draw_curves
-from nlds_vines.bifurcation.response_curves.request import curves_from
-from nlds_vines.bifurcation.response_curves.result import ResponseCurve
+from nlds_vines.bifurcation.picture.curves import draw_curves
+from nlds_vines.bifurcation.response_curves import ResponseCurve, ResponseCurves, curves_from
 from nlds_vines.errors import RequestError
 from nlds_vines.tuning.request import load_tuning
 
@@ -167,11 +166,9 @@ def page(systems, **changes):
 def test_a_page_draws_the_closed_form_over_its_curve():
     vary = {"omega": {"start": 0.9, "stop": 1.1, "num": 5}}
     request = page([with_clearance(50.0)], vary=vary)
-    values = [
-        ResponseCurve(name, request.values, {"E1max": np.ones((5, 1))}) for name in request.names
-    ]
+    curves = [ResponseCurve("", case, {"E1max": np.ones((5, 1))}) for case in request.cases]
     for log in (False, True):
-        figure = draw_curves(replace(request, log=log), values)
+        figure = draw_curves(ResponseCurves(None, replace(request, log=log), curves))
         drawn = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 100]
         assert len(drawn) == 1
         response = nv.slow_manifold(with_clearance(50.0)).response()

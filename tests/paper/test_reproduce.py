@@ -12,9 +12,8 @@ from matplotlib.colors import to_hex
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation import run as scan_run
-from nlds_vines.bifurcation.response_curves import picture as drawing
-from nlds_vines.bifurcation.response_curves import run as curve_run
-from nlds_vines.bifurcation.response_curves.result import curves_in
+from nlds_vines.bifurcation.picture import curves as drawing
+from nlds_vines.bifurcation.response_curves import curves_in
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.interrupts import Interrupted
 from paper import command, report
@@ -92,7 +91,7 @@ def test_what_is_computed_is_used_again_and_what_changes_is_computed(
     before = (here / "out" / "page.png").read_bytes()
 
     with monkeypatch.context() as patch:
-        patch.setattr(curve_run, "Computer", never)
+        patch.setattr(scan_run, "Computer", never)
         assert make("page.toml", "-o", "out") == 0
         assert capsys.readouterr().out.count("there already") == 1
         assert (here / "out" / "page.png").read_bytes() == before
@@ -142,7 +141,6 @@ def test_a_script_beside_a_request_does_the_same(here):
 
 def test_a_dry_run_computes_and_writes_nothing(here, capsys, monkeypatch):
     monkeypatch.setattr(scan_run, "run", never)
-    monkeypatch.setattr(curve_run, "run", never)
     assert main(["--dry-run"]) == 0
     out = capsys.readouterr().out
     for name in ("figure2a.png", "figure8.png", "study-stiffness.png"):
@@ -177,13 +175,13 @@ def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
 
 
 def test_failed_orbits_are_told_and_make_status_1(here, capsys, monkeypatch, make):
-    def with_failures(scan, *_):
+    def with_failures(scan):
         arrays = unfilled(scan)
         arrays["E1max"][:] = 1.0
         arrays["status"][:] = np.array([[1], [1], [0], [0], [0], [0]])
-        return {name: arrays[name] for name in curve_run.datasets_of(scan)}
+        return arrays
 
-    monkeypatch.setattr(curve_run, "_compute", with_failures)
+    monkeypatch.setattr(scan_run, "Computer", paper_results.Computed(with_failures))
     assert make("page.toml") == 1
     assert capsys.readouterr().err.count("8 of 24 orbits failed") == 1
 
@@ -193,15 +191,15 @@ def test_a_case_of_several_figures_is_computed_once(here, monkeypatch):
     figures = {name: load_figure(Path(f"{name}.toml")) for name in ("page", "other")}
     computed = []
 
-    def compute(scan, *_):
+    def compute(scan):
         computed.append(scan.system.parameters["c1"])
         arrays = unfilled(scan)
         arrays["E1max"][:], arrays["status"][:] = scan.system.parameters["c1"], 0
-        return {name: arrays[name] for name in curve_run.datasets_of(scan)}
+        return arrays
 
     monkeypatch.setattr(command, "packaged_figures", lambda: figures)
     monkeypatch.setattr(report, "write", lambda *_: None)
-    monkeypatch.setattr(curve_run, "_compute", compute)
+    monkeypatch.setattr(scan_run, "Computer", paper_results.Computed(compute))
     assert main(["-o", "out", "--quiet"]) == 0
     assert computed == [452.0, 452.0, 552.0, 552.0, 600.0, 600.0]
     for name, changed in (("page", 552.0), ("other", 600.0)):
@@ -213,7 +211,7 @@ def test_an_interruption_is_status_130(here, capsys, monkeypatch, make):
     def stop(*_, **__):
         raise Interrupted("stopped")
 
-    monkeypatch.setattr(curve_run, "run", stop)
+    monkeypatch.setattr(scan_run, "run", stop)
     assert make("page.toml") == 130
     assert "goes on" in capsys.readouterr().err
 
@@ -297,7 +295,7 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
 
 def page_of(short, archives):
     curves = curves_in(archives / paper_results.requests()[short].archive)
-    return curves.request, drawing.draw_curves(curves.request, curves.curves)
+    return curves.request, drawing.draw_curves(curves)
 
 
 def panels_of(figure):
@@ -335,7 +333,7 @@ def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
     numbers = {"E1max": omega, "E2max": omega, "impact_count": np.where(free, 0, 120)}
     curves = curves_in(paper_results.write_curves(tmp_path / "a.h5", request, [numbers]))
-    (frame,) = drawing.draw_curves(request, curves.curves).axes
+    (frame,) = drawing.draw_curves(curves).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
     spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
     assert [tuple(np.round(span, 2)) for span in spans] == [(5.0, 7.5), (7.7, 7.9), (7.9, 8.0)]
@@ -410,7 +408,7 @@ def test_the_whole_paper_is_reproduced(tmp_path):
 
 
 def test_one_figure_by_name(tmp_path, monkeypatch):
-    monkeypatch.setattr(curve_run, "run", never)
+    monkeypatch.setattr(scan_run, "run", never)
     with pytest.raises(AssertionError):
         reproduce_paper(tmp_path / "out", only=["2b"])
     with pytest.raises(RequestError, match="unknown figure"):

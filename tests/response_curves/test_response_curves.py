@@ -9,16 +9,17 @@ from matplotlib.colors import to_hex
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
-from nlds_vines.bifurcation.response_curves import run as running
-from nlds_vines.bifurcation.response_curves.command import main
-from nlds_vines.bifurcation.response_curves.picture import draw_curves
-from nlds_vines.bifurcation.response_curves.request import (
+from nlds_vines.bifurcation import run as running
+from nlds_vines.bifurcation.curve_command import main
+from nlds_vines.bifurcation.picture.curves import draw_curves
+from nlds_vines.bifurcation.response_curves import (
     ALONE,
+    ResponseCurve,
+    ResponseCurves,
     curves_from,
     load_curves,
     with_structure_alone,
 )
-from nlds_vines.bifurcation.response_curves.result import ResponseCurve
 from nlds_vines.model.linear_response import response
 from nlds_vines.orbits.records import OK
 from nlds_vines.upkeep.rerun import differing
@@ -113,7 +114,7 @@ def test_the_archive_is_verified_repeated_and_redrawn(here, answer, refusal):
 
 @pytest.mark.kernels
 def test_an_interrupted_run_keeps_what_is_complete(here, monkeypatch):
-    whole, count = running._compute, []
+    whole, count = running.Cases.block, []
 
     def stopped(*arguments):
         count.append(1)
@@ -121,11 +122,11 @@ def test_an_interrupted_run_keeps_what_is_complete(here, monkeypatch):
             raise KeyboardInterrupt
         return whole(*arguments)
 
-    monkeypatch.setattr(running, "_compute", stopped)
+    monkeypatch.setattr(running.Cases, "block", stopped)
     assert main(["page.toml", "-o", "a.h5", "--quiet"]) == 130
     assert main(["page.toml", "-o", "a.h5", "--quiet"]) == 2
     count.clear()
-    monkeypatch.setattr(running, "_compute", lambda *a: count.append(1) or whole(*a))
+    monkeypatch.setattr(running.Cases, "block", lambda *a: count.append(1) or whole(*a))
     assert main(["page.toml", "-o", "a.h5", "--quiet", "--resume"]) == 0
     assert len(count) == 2  # of three curves one was there
     assert main(["page.toml", "-o", "b.h5", "--quiet"]) == 0
@@ -258,8 +259,8 @@ def axes_of(numbers, start=None, **figure):
     tables = {"vary": {"omega": {"values": values}}, "figure": figure, "start": start or {}}
     request = curves_from("ssul-set6", tables, "a test")
     numbers = {name: array.reshape(len(values), -1) for name, array in numbers.items()}
-    curves = [ResponseCurve(name, request.values, numbers) for name in request.names]
-    return draw_curves(request, curves).axes
+    curves = [ResponseCurve("", case, numbers) for case in request.cases]
+    return draw_curves(ResponseCurves(None, request, curves)).axes
 
 
 def test_no_line_joins_two_regimes():

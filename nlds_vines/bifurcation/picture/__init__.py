@@ -8,5 +8,6 @@ In reading order:
     regime_map        two varied parameters: regimes, and how many coexist, by color
     basin_map         basins of attraction, and their shares along a parameter
     sample_panels     samples: histograms, exceedance, scatter against parameters
+    curves            response curves, case by case
     drawing           what draws the archive of a scan: diagrams, maps, basins
 """

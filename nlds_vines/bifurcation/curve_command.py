@@ -12,7 +12,7 @@ import numpy as np
 
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves.request import (
+from nlds_vines.bifurcation.response_curves import (
     CURVE_STARTS,
     SAMPLING,
     CurveRequest,
@@ -26,7 +26,7 @@ from nlds_vines.errors import choice
 from nlds_vines.plotting.bands import refuse_undrawable
 
 if TYPE_CHECKING:
-    from nlds_vines.bifurcation.response_curves.result import ResponseCurves
+    from nlds_vines.bifurcation.response_curves import ResponseCurves
 
 _NAME = "response-curves"
 _EXAMPLES = """\
@@ -134,10 +134,6 @@ class Job(commands.Job):
         ]
 
 
-def _start(text: str) -> dict[str, Any]:
-    return {"start": {"policy": choice("--start", text, CURVE_STARTS)}}
-
-
 COMMAND = commands.of_task(
     _NAME,
     curves_from,
@@ -150,7 +146,10 @@ COMMAND = commands.of_task(
         ),
         SET,
         VARY,
-        Option("--start", "POLICY", "rest, up, down or both [rest]", _start),
+        Option(
+            "--start", "POLICY", "rest, up, down or both [rest]",
+            lambda text: {"start": {"policy": choice("--start", text, CURVE_STARTS)}},
+        ),
     ),
     (Scan, CurveRequest),
     but=("want", "effort", "signals"),

@@ -1,6 +1,8 @@
-"""The request of response curves: cases, each a scan along the same parameter, and their look.
+"""Response curves: cases, each a scan along the same parameter, in one archive.
 
-Its file is a scan file with a table `[[curves]]` for each case.  With `[[panels]]` every case
+Its datasets are those of scans with a dimension `case`.
+
+A request file is a scan file with a table `[[curves]]` for each case.  With `[[panels]]` every case
 is drawn in every panel, or in the panel that it names; case and panel may each name a system and
 set parameters.
 """
@@ -10,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,13 +20,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
+from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.files import read_toml
 from nlds_vines.archives.provenance import RESPONSE_CURVES, Value
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.request import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError, at, checked_words, shown, string, table, unknown, whole
 from nlds_vines.model.catalog import as_system, catalog, request_path
-from nlds_vines.model.parameters import PARAMETERS, range_in_words, setting_in_words
+from nlds_vines.model.linear_response import energy_alone
+from nlds_vines.model.parameters import PARAMETERS, described, range_in_words, setting_in_words
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
@@ -45,11 +51,13 @@ from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.starts import Start
+from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.palette import damper_colors
 from nlds_vines.plotting.style import HUES
 
 LINES = ("solid", "dashed", "dashdot")  # of curves; the damper's energy is dotted
 ALONE = "without damper"
+CASE, WALL = "case", "wall"  # dimensions
 DAMPERS = ("ssul-set6", "ssbl", "tmd")  # compared by default: those of the paper's Table 2
 
 SAMPLING = {"transient": 600, "periods": 240}
@@ -84,6 +92,10 @@ def _color(value: object) -> str:
     raise unknown("color", value, [*HUES, "#rrggbb"])
 
 
+def _in_words(settings: Mapping[str, Any] | None) -> str:
+    return ", ".join(setting_in_words(*item) for item in (settings or {}).items())
+
+
 @dataclass(frozen=True)
 class Panel:
     """A panel of the picture; `base` marks that of the original tuning."""
@@ -97,13 +109,11 @@ class Panel:
 
     @property
     def words(self) -> str:
-        """Its title, else its settings in words."""
-        settings = (self.settings or {}).items()
-        return self.title or ", ".join(setting_in_words(*item) for item in settings)
+        return self.title or _in_words(self.settings)
 
 
-@dataclass(frozen=True)
-class Case:
+@dataclass(frozen=True, repr=False)
+class Case(Outlined):
     """A curve of the picture; once its file is read, `scan` is what is computed for it.
 
     `panel` is then the number of its panel, from 1.
@@ -130,14 +140,10 @@ class Case:
 
     @property
     def title(self) -> str:
-        """Its label, else its settings or its system in words."""
-        settings = (self.settings or {}).items()
-        words = ", ".join(setting_in_words(*item) for item in settings)
-        return self.label or words or system_in_words(self.scan.system)
+        return self.label or _in_words(self.settings) or system_in_words(self.scan.system)
 
     @property
     def manifold(self) -> SlowManifold | None:
-        """The slow manifold of its system, if that has one."""
         try:
             return slow_manifold(self.scan.system)
         except RequestError:
@@ -228,14 +234,13 @@ class CurveRequest(Request):
     @cached_property
     def names(self) -> tuple[str, ...]:
         """A unique name for each case: its title and, with several panels, that of its panel."""
-        words = [{case.title: None, self.panel_of(case).words: None} for case in self.cases]
-        titles = [", ".join(filter(None, both)) for both in words]
-        numbers = [titles[:i].count(title) + 1 for i, title in enumerate(titles)]
-        pairs = zip(titles, numbers, strict=True)
-        return tuple(title if number == 1 else f"{title} [{number}]" for title, number in pairs)
-
-    def panel_of(self, case: Case) -> Panel:
-        return self.panels[(case.panel or 1) - 1]
+        names: list[str] = []
+        for case in self.cases:
+            words = {case.title: None, self.panels[(case.panel or 1) - 1].words: None}
+            names.append(", ".join(filter(None, words)))
+        numbers = [names[:i].count(name) + 1 for i, name in enumerate(names)]
+        pairs = zip(names, numbers, strict=True)
+        return tuple(name if number == 1 else f"{name} [{number}]" for name, number in pairs)
 
     @property
     def body(self) -> str:
@@ -255,29 +260,64 @@ class CurveRequest(Request):
     @property
     def about(self) -> dict[str, Value]:
         """The attributes of its archive beside the request itself."""
-        return {"along": self.axis}
+        return {"along": self.axis, "content": self.content}
+
+    @property
+    def scans(self) -> list[Scan]:
+        return [case.scan for case in self.cases]
+
+    @cached_property
+    def table(self) -> Table:
+        """The datasets of all scans with one value for each orbit, or for each wall."""
+        datasets: dict[str, Dataset] = {}
+        for scan in sorted(self.scans, key=lambda scan: not scan.system.scene.damper):
+            for name, entry in scan.table.datasets.items():
+                dims, former = (CASE, *entry.dims), datasets.get(name)
+                is_wider = former is None or len(dims) > len(former.dims)
+                if is_wider and {*entry.tail} <= {WALL}:
+                    datasets[name] = replace(entry, dims=dims)
+        return Table(datasets, {scale.name: scale.values.size for scale in self.scales()})
+
+    def scales(self) -> list[Scale]:
+        starts = np.array(self.scans[0].start.names, dtype=np.str_)
+        return [
+            Scale(CASE, np.array(self.names), "1", "damper, or the structure alone"),
+            PARAMETERS[self.axis].scale(self.values),
+            Scale("start", starts, "1", "start of the orbit"),
+            Scale(WALL, np.array(["near", "far"]), "1", "wall that is struck"),
+        ]
+
+    def inputs(self) -> Iterator[tuple[Dataset, np.ndarray]]:
+        """Yield the name, the kind and the parameters of each system as datasets."""
+        systems = [scan.system for scan in self.scans]
+        names, kinds = [one.name for one in systems], [one.kind for one in systems]
+        yield Dataset.text("system", (CASE,), "name of the system"), np.array(names, object)
+        yield Dataset.text("kind", (CASE,), "kind of damper"), np.array(kinds, object)
+        for name in PARAMETERS:
+            values = np.array([one.parameters.get(name, np.nan) for one in systems])
+            if name != self.axis and not np.isnan(values).all():
+                yield PARAMETERS[name].dataset((CASE,)), values
 
     @cached_property
     def hash(self) -> str:
         """SHA-256 of what determines the numbers: the scans and the names of the cases."""
-        scans = (case.scan.hash for case in self.cases)
-        text = "\n".join(f"{scan} {name}" for scan, name in zip(scans, self.names, strict=True))
+        pairs = zip(self.cases, self.names, strict=True)
+        text = "\n".join(f"{case.scan.hash} {name}" for case, name in pairs)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def document(self) -> dict[str, Any]:
         """Return the complete request file, which gives this request again, as nested tables."""
         most = max((case.scan for case in self.cases), key=lambda scan: len(scan.want))
         scan = most.document()  # records that a system cannot give are left out when this is read
-        rows = [
-            entries(case, "[curves]") | {"system": case.scan.system.to_table()}
-            for case in self.cases
-        ]
         return {
             "title": self.title,
             **{key: scan[key] for key in ("vary", "start", "sampling", "record")},
             "figure": entries(self, "figure"),
             "panels": [entries(panel, "[panels]") for panel in self.panels],
-            "curves": rows,
+            "curves": [
+                entries(case, "[curves]") | {"system": case.scan.system.to_table()}
+                for case in self.cases
+            ],
         }
 
 
@@ -316,17 +356,11 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     if systems:
         with at("--system"):
             made = [as_system(str(one) if isinstance(one, os.PathLike) else one) for one in systems]
-        rows = [
-            {
-                "system": system,
-                "label": system_in_words(system),
-                "color": color,
-                "line": LINES[i % len(LINES)] if system.scene.damper else "solid",
-            }
-            for i, (system, color) in enumerate(
-                zip(made, damper_colors([one.name for one in made]), strict=True)
-            )
-        ]
+        colors, rows = damper_colors([system.name for system in made]), []
+        for i, (system, color) in enumerate(zip(made, colors, strict=True)):
+            line = LINES[i % len(LINES)] if system.scene.damper else "solid"
+            label = system_in_words(system)
+            rows.append({"system": system, "label": label, "color": color, "line": line})
         changes |= {"curves": rows, "panels": [{}]}
     request = load_curves(document, changes, where)
     if not is_document and "title" not in changes:
@@ -365,10 +399,23 @@ def load_curves(
                 with at(f"[[curves]] {place}"):
                     if whole("panel", row.panel or number, 1, len(panels)) != number:
                         continue
-                    case = _case(shared, panel, replace(row, panel=number))
-                    if case.scan.hash in hashes:
+                    if panel.system is not None and row.system is not None:
+                        text = "system is named by [[panels]] as well: name it in one of the two"
+                        raise RequestError(text)
+                    of_panel, of_case = panel.settings or {}, row.settings or {}
+                    if both := sorted(of_panel.keys() & of_case.keys()):
+                        text = f"{both[0]} is set by [[panels]] as well: set it in one of the two"
+                        raise RequestError(text)
+                    systems = (panel.system, row.system, shared.get("system"))
+                    system = next((one for one in systems if one is not None), None)
+                    settings = {**shared.get("set", {}), **of_panel, **of_case}
+                    scan = load_scan({**shared, "system": system, "set": settings})
+                    if len(scan.axes) != 1:
+                        raise RequestError(f"{len(scan.axes)} parameters are varied; allowed: one")
+                    case = replace(row, panel=number, settings=of_case, scan=scan, system=None)
+                    if scan.hash in hashes:
                         raise RequestError(f"{case.title} stands twice in one panel")
-                hashes.add(case.scan.hash)
+                hashes.add(scan.hash)
                 cases.append(case)
             if not hashes:
                 raise RequestError(f"[[panels]] {number} has no curve")
@@ -383,47 +430,166 @@ def load_curves(
     )
 
 
-def _case(shared: Document, panel: Panel, case: Case) -> Case:
-    """Return a case in a panel with its scan; `shared` are the tables at the top of the file."""
-    if panel.system is not None and case.system is not None:
-        raise RequestError("system is named by [[panels]] as well: name it in one of the two")
-    of_panel, of_case = panel.settings or {}, case.settings or {}
-    if both := sorted(of_panel.keys() & of_case.keys()):
-        raise RequestError(f"{both[0]} is set by [[panels]] as well: set it in one of the two")
-    settings = {**of_panel, **of_case}
-    system = next((x.system for x in (panel, case) if x.system is not None), shared.get("system"))
-    scan = load_scan({**shared, "system": system, "set": {**shared.get("set", {}), **settings}})
-    if len(scan.axes) != 1:
-        raise RequestError(f"{len(scan.axes)} parameters are varied; allowed: one")
-    return replace(case, settings=of_case, scan=scan, system=None)
-
-
 def with_structure_alone(request: CurveRequest) -> CurveRequest:
     """Return a request of one panel with each structure alone before the dampers.
 
     A structure that is a case already is not added, nor one that lacks the varied parameter (k2).
     """
-    scans = [scan for case in request.cases if (scan := structure_alone(case.scan))]
-    there = {case.scan.hash for case in request.cases}
-    bare = {scan.hash: scan for scan in scans if scan.hash not in there}
+    allowed, title = SCENES["none"].allowed, catalog()["none"].title
+    there, alone = {case.scan.hash for case in request.cases}, dict[str, Scan]()
+    for scan in (case.scan for case in request.cases):
+        system = scan.system
+        if system.scene.damper and request.axis in allowed:
+            values = {name: value for name, value in system.parameters.items() if name in allowed}
+            ratios = ratios_in(SCENES["none"])
+            fixed = {k: v for k, v in system.fixed_ratios.items() if k in ratios}
+            bare = System("none", values, title=title, fixed_ratios=fixed)
+            want = tuple(word for word in ("energy", "response") if word in scan.want)
+            scan = replace(scan, title=title, system=bare, want=want)
+            if scan.hash not in there:
+                alone[scan.hash] = scan
     cases = [
         Case(ALONE, None, {}, color=HUES["gray"], line=LINES[i % len(LINES)], panel=1, scan=scan)
-        for i, scan in enumerate(bare.values())
+        for i, scan in enumerate(alone.values())
     ]
     return replace(request, cases=(*cases, *request.cases))
 
 
-def structure_alone(scan: Scan) -> Scan | None:
-    """Return the scan of a damper's structure alone.
+# ---- results -------------------------------------------------------------------------------------
 
-    None if the system has no damper, or the structure lacks the varied parameter.
+
+@dataclass(frozen=True, repr=False)
+class ResponseCurve(Outlined):
+    """The results along the curve of one case.
+
+    Attributes
+    ----------
+    name : str
+        The name of the case.
+    case : Case
+        Its scan, and the look of its curve.
+    numbers : dict of (n, starts) ndarray
+        The recorded quantities by name; of two walls the larger value.
     """
-    allowed, system = SCENES["none"].allowed, scan.system
-    if not system.scene.damper or scan.axes[0].name not in allowed:
-        return None
-    values = {name: value for name, value in system.parameters.items() if name in allowed}
-    ratios = {k: v for k, v in system.fixed_ratios.items() if k in ratios_in(SCENES["none"])}
-    title = catalog()["none"].title
-    want = tuple(word for word in ("energy", "response") if word in scan.want)
-    alone = System("none", values, title=title, fixed_ratios=ratios)
-    return replace(scan, title=title, system=alone, want=want)
+
+    name: str
+    case: Case
+    numbers: Mapping[str, np.ndarray]
+
+    def outline(self) -> Rows:
+        return [("recorded", ", ".join(self.numbers))]
+
+    @property
+    def values(self) -> np.ndarray:
+        """The parameter along the curve, (n,)."""
+        return self.case.scan.axes[0].values
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a recorded quantity (n,) of the first start; `RequestError` for another name."""
+        if name not in self.numbers:
+            allowed = ", ".join(self.numbers)
+            raise RequestError(f"{shown(name)} is not recorded along curves; allowed: {allowed}")
+        return self.numbers[name][:, 0]
+
+    @property
+    def E1max(self) -> np.ndarray:
+        """Largest energies of the structure [J], (n,)."""
+        return self["E1max"]
+
+    @property
+    def peak(self) -> float:
+        """The highest E1max, of all starts [J]; NaN if none is finite."""
+        return float(np.fmax.reduce(self.numbers["E1max"], axis=None))
+
+    @property
+    def peak_at(self) -> float:
+        highest = np.fmax.reduce(self.numbers["E1max"], axis=1)
+        return float(self.values[np.nanargmax(highest)]) if np.isfinite(self.peak) else np.nan
+
+    @property
+    def peak_reduction(self) -> float:
+        """1 - peak / peak of the structure alone in closed form; NaN without a damper."""
+        scan = self.case.scan
+        alone = float(energy_alone(scan.cells()).max()) if scan.system.scene.damper else np.nan
+        return 1.0 - self.peak / alone if alone else np.nan
+
+    @property
+    def failed(self) -> int:
+        return int(np.count_nonzero(self.numbers["status"] > 0)) if "status" in self.numbers else 0
+
+    def cycles(self, start: int = 0) -> np.ndarray:
+        """Return n,k of each nT,k as text, "" for no period; (0,) if no impacts are recorded."""
+        n, k = (self.numbers.get(name) for name in ("periodicity", "impact_count"))
+        if n is None or k is None or (k < 0).all():  # without walls
+            return np.empty(0, dtype=np.str_)
+        pairs = zip(n[:, start], k[:, start], strict=True)
+        return np.array(
+            [f"{periods},{impacts}" if periods > 0 else "" for periods, impacts in pairs]
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class ResponseCurves(Drawable):
+    """The response curves in an archive.
+
+    Attributes
+    ----------
+    path : ArchivePath
+    request : CurveRequest
+        The request; computed again, it gives the same numbers.
+    curves : tuple of ResponseCurve
+        The results of each case, in the order of `request.cases`; `curves["TMD"]` by name.
+    """
+
+    drawn_by = "nlds_vines.bifurcation.picture.curves"
+
+    path: ArchivePath
+    request: CurveRequest
+    curves: tuple[ResponseCurve, ...]
+
+    @property
+    def failed(self) -> int:
+        """Number of orbits that failed."""
+        return sum(curve.failed for curve in self.curves)
+
+    def __getitem__(self, name: str) -> ResponseCurve:
+        """Return the curve of a case; `RequestError` for another name."""
+        for curve in self.curves:
+            if curve.name == name:
+                return curve
+        allowed = ", ".join(curve.name for curve in self.curves)
+        raise RequestError(f"case = {shown(name)} is not there; allowed: {allowed}")
+
+    def lines(self) -> Iterator[str]:
+        """Yield the title and a line for each curve: its peak, and the reduction of the peak."""
+        yield self.request.title
+        axis = self.request.cases[0].scan.axes[0]
+        stated = axis.as_stated  # f [Hz] in place of omega, if the request has it
+        unit, factor = described(stated.name).unit, stated.values[-1] / axis.values[-1]
+        for curve in self.curves:
+            at = factor * curve.peak_at
+            text = f"{curve.name}: peak {curve.peak:.5g} J at {stated.name} = {at:g}"
+            text += f" {unit}" if unit != "1" else ""
+            if np.isfinite(curve.peak_reduction):
+                lower = "lower" if curve.peak_reduction >= 0 else "higher"
+                percent = 100 * abs(curve.peak_reduction)
+                text += f", {percent:.1f} % {lower} than that of the structure alone"
+            yield text + (f"; {curve.failed} orbits failed" if curve.failed else "")
+
+
+def curves_in(path: str | os.PathLike[str]) -> ResponseCurves:
+    with read(path) as view:
+        return curves_of(view)
+
+
+def curves_of(view: ArchiveView) -> ResponseCurves:
+    """Return the response curves in an open archive; `RequestError` for another archive."""
+    request = view.request(RESPONSE_CURVES, load_curves)
+    dims = ("case", request.axis, "start")
+    curves = []
+    for i, (name, case) in enumerate(zip(request.names, request.cases, strict=True)):
+        numbers = {key: view[key][i] for key in view.names if view.dims(key)[:3] == dims}
+        for key, values in numbers.items():
+            numbers[key] = np.fmax.reduce(values, axis=-1) if values.ndim > 2 else values
+        curves.append(ResponseCurve(name, case, numbers))
+    return ResponseCurves(ArchivePath.of(view.path), request, tuple(curves))

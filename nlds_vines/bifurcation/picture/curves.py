@@ -14,8 +14,14 @@ from matplotlib.markers import CARETDOWN
 from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.response_curves.request import ENERGY, Case, CurveRequest
-from nlds_vines.bifurcation.response_curves.result import ResponseCurve, curves_of
+from nlds_vines.bifurcation.response_curves import (
+    ENERGY,
+    Case,
+    CurveRequest,
+    ResponseCurve,
+    ResponseCurves,
+    curves_of,
+)
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.model.linear_response import harmonic_energy
 from nlds_vines.model.quantities import BY_NAME
@@ -69,21 +75,12 @@ _OF_HARMONIC: Mapping[str, Callable[..., Any]] = {
     "v1_max": lambda m1, k1, omega, x: omega * x,
 }  # of a harmonic motion of m1 on k1 with the frequency omega and the amplitude x
 
-Content = Sequence[tuple[Case, ResponseCurve]]
-"""The cases of a panel with the results along their curves."""
-
 
 @styled()
 def draw_curves(
-    request: CurveRequest,
-    curves: Sequence[ResponseCurve],
-    page: Page = TWO_COLUMNS,
-    show: Sequence[str] = (),
+    results: ResponseCurves, page: Page = TWO_COLUMNS, show: Sequence[str] = ()
 ) -> Figure:
-    """Return the figure of response curves.
-
-    Arguments: the `request`; the results along the curves of its cases, in their order; the `page`;
-    the panels to `show`, of `panels_of`, by default `usual_of`.
+    """Return the figure of response curves; `show` are panels of `panels_of`, None: `usual_of`.
 
     A line joins orbits of one regime alone, the others are dots.  A second sweep is a thinner line;
     where it differs from the first, and where a response is quasiperiodic or chaotic, the panel is
@@ -92,6 +89,7 @@ def draw_curves(
     panel is light yellow; its windows without impacts are white between dashed lines, and a thin
     line if they are too narrow for that.
     """
+    request = results.request
     names = list(show or usual_of(request))
     upper = [name for name in names if name != REDUCTION]
     several, alike = len(request.panels) > 1, len(request.show) == 1
@@ -104,9 +102,8 @@ def draw_curves(
         first = frames[0] if frames else None
         shares = first if alike and name != REDUCTION else None
         frame = figure.add_subplot(place, sharex=first, sharey=shares)
-        _fill_panel(frame, request, curves, name)
-        below = [other for other in names[index + 1 :] if other == REDUCTION]
-        if index + columns < len(names) or below:
+        _fill_panel(frame, results, name)
+        if index + columns < len(names) or REDUCTION in names[index + 1 :]:
             frame.tick_params(labelbottom=False)
         else:
             label = axis_label(request.axis)
@@ -123,15 +120,14 @@ def draw_curves(
         frames.append(frame)
     if alike and upper:
         _limit_ordinate(frames[0], frames[: len(upper)], request)
-    lettered = len(names) > 1 and not several
-    if lettered:
+    if not several:
         write_letters(frames)
     top = frames[0]
     if columns > 1:  # the legend is as wide as all panels side by side
         top = figure.add_subplot(grid[0, :])
         top.set_axis_off()
-    named = lettered or several
-    add_legend(top, [*legend_of(request)], "above", LETTER_ROOM if named else 0.0, handlelength=2.2)
+    room = LETTER_ROOM if several or len(names) > 1 else 0.0
+    add_legend(top, [*legend_of(request)], "above", room, handlelength=2.2)
     finish(figure, grid, request.title)
     return figure
 
@@ -149,68 +145,70 @@ def panels_of(request: CurveRequest) -> dict[str, str]:
 
 
 def usual_of(request: CurveRequest) -> list[str]:
-    """Return the panels that are drawn by default."""
     return [name for name in panels_of(request) if name != REDUCTION or request.reduction]
 
 
-def _fill_panel(
-    frame: Axes, request: CurveRequest, curves: Sequence[ResponseCurve], name: str
-) -> None:
+def _fill_panel(frame: Axes, results: ResponseCurves, name: str) -> None:
+    request = results.request
     place = list(panels_of(request)).index(name)
     panel = place + 1 if len(request.panels) > 1 else 1
-    pairs = zip(request.cases, curves, strict=True)
-    content = [(case, curve) for case, curve in pairs if case.panel in (None, panel)]
+    curves = [curve for curve in results.curves if curve.case.panel == panel]
     if name == REDUCTION:
-        _draw_reduction(frame, content)
+        _draw_reduction(frame, curves)
     else:
-        shown = request.show[place] if len(request.show) > 1 else request.show[0]
-        _draw_quantity(frame, content, request, shown)
+        _draw_quantity(frame, curves, request, request.show[place if len(request.show) > 1 else 0])
     if request.values.size > 1:
         frame.set_xlim(*request.values[[0, -1]])
     frame.tick_params(top=True, right=True)
 
 
-def _draw_quantity(frame: Axes, content: Content, request: CurveRequest, name: str) -> None:
-    for case, curve in content:
-        if case.shade and "impact_count" in curve.numbers:
+def _draw_quantity(
+    frame: Axes, curves: Sequence[ResponseCurve], request: CurveRequest, name: str
+) -> None:
+    for curve in curves:
+        if curve.case.shade and "impact_count" in curve.numbers:
             _shade_impacts(frame, curve)
-        _shade_windows(frame, case, curve, name)
-    if request.axis == "omega":
-        _mark_natural_frequencies(frame, [case for case, _ in content])
+        _shade_windows(frame, curve, name)
+    natural = _natural_frequencies([curve.case for curve in curves], request)
+    for frequency, color in natural.items():  # one line, or a tick for each of several
+        line: dict[str, Any] = {"color": RESONANCE, "linewidth": 0.7}
+        if len(natural) > 1:
+            line = {"color": color, "linewidth": 1.2, "ymin": 0.94}
+        frame.axvline(frequency, zorder=2, **line)
     with_damper = name == ENERGY and request.damper_energy
-    for case, curve in content:
-        look = _look_of(case)
-        for start in range(case.scan.starts if name in curve.numbers else 0):
+    recorded = [curve for curve in curves if name in curve.numbers]
+    for curve in curves:
+        look, numbers = _look_of(curve.case), curve.numbers
+        for start in range(curve.case.scan.starts if name in numbers else 0):
             width = look["linewidth"] * (_THIN if start else 1.0)
-            _draw_curve(frame, curve, curve.numbers[name], look | {"linewidth": width}, start)
-        if with_damper and "E2max" in curve.numbers and case.scan.system.scene.damper:
-            _draw_curve(frame, curve, curve.numbers["E2max"], look | {"linestyle": _DOTTED})
+            _draw_curve(frame, curve, numbers[name], look | {"linewidth": width}, start)
+        if with_damper and "E2max" in numbers and curve.case.scan.system.scene.damper:
+            _draw_curve(frame, curve, numbers["E2max"], look | {"linestyle": _DOTTED})
     up = quantity_label(name, BY_NAME[name].unit, BY_NAME[name].words, request.body)
     if with_damper:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
     frame.set_ylabel(up)
     _limit_ordinate(frame, [frame], request)
-    recorded = [(case, curve) for case, curve in content if name in curve.numbers]
     if request.log:
-        _mark_below(frame, [(c, r.values[r[name] <= 0.0]) for c, r in recorded], "zero")
-    for case, _ in content if request.manifold and name in _OF_HARMONIC else ():
+        _mark_below(frame, [(c, c.values[c[name] <= 0.0]) for c in recorded], "zero")
+    for case in (curve.case for curve in curves if request.manifold and name in _OF_HARMONIC):
         if (manifold := case.manifold) is not None:
-            frequency, amplitude = manifold.response().outline
+            across, amplitude = manifold.response().outline
             m1, k1, _ = case.scan.system.structure
             look = _MANIFOLD | {"color": case.color, "scalex": False, "scaley": False}
-            frame.plot(frequency, _OF_HARMONIC[name](m1, k1, frequency, amplitude), **look)
+            frame.plot(across, _OF_HARMONIC[name](m1, k1, across, amplitude), **look)
 
 
-def _draw_reduction(frame: Axes, content: Content) -> None:
+def _draw_reduction(frame: Axes, curves: Sequence[ResponseCurve]) -> None:
     """Draw the reduction by each damper in percent, from -100 % on; zero is marked."""
     frame.axhline(0, color=RESONANCE, linewidth=0.7, zorder=2)
-    damped = [(case, curve) for case, curve in content if REDUCTION in curve.numbers]
-    damped = [(case, curve) for case, curve in damped if case.scan.system.scene.damper]
-    for case, curve in damped:
-        _draw_curve(frame, curve, 100 * curve.numbers[REDUCTION], _look_of(case))
+    curves = [curve for curve in curves if REDUCTION in curve.numbers]
+    curves = [curve for curve in curves if curve.case.scan.system.scene.damper]
+    for curve in curves:
+        _draw_curve(frame, curve, 100 * curve.numbers[REDUCTION], _look_of(curve.case))
     low, high = frame.get_ylim()
     frame.set_ylim(max(low, _LEAST_REDUCTION), min(high, 105))
-    below = [(c, r.values[100 * r[REDUCTION] < _LEAST_REDUCTION]) for c, r in damped]
+    below = [(c, c.values[100 * c[REDUCTION] < _LEAST_REDUCTION]) for c in curves]
     _mark_below(frame, below, f"below \N{MINUS SIGN}{-_LEAST_REDUCTION:g} %")
     frame.set_ylabel("reduction [%]")
 
@@ -246,33 +244,33 @@ def _limit_ordinate(frame: Axes, alike: Sequence[Axes], request: CurveRequest) -
         write_out_ticks(frame.yaxis)
 
 
-def _mark_below(frame: Axes, below: Sequence[tuple[Case, np.ndarray]], words: str) -> None:
+def _mark_below(frame: Axes, below: Sequence[tuple[ResponseCurve, np.ndarray]], words: str) -> None:
     """Mark the values at which curves lie below a panel; `words` say so in the panel."""
     look: dict[str, Any] = {"markersize": 3.0, "clip_on": False, "zorder": 5, "marker": CARETDOWN}
     look |= {"linestyle": "none", "transform": frame.get_xaxis_transform()}
-    for case, values in below:
+    for curve, values in below:
         if values.size:
             few = values[:: max(1, values.size // _MOST_MARKS)]
-            frame.plot(few, np.zeros(few.size), color=case.color, **look)
+            frame.plot(few, np.zeros(few.size), color=curve.case.color, **look)
     if any(values.size for _, values in below):
         text = f"\N{BLACK DOWN-POINTING TRIANGLE} {words}"
         at: dict[str, Any] = {"transform": frame.transAxes, "va": "bottom", "zorder": 5}
         frame.text(0.01, 0.05, text, fontsize=7, **at)
 
 
-def _shade_windows(frame: Axes, case: Case, curve: ResponseCurve, name: str) -> None:
+def _shade_windows(frame: Axes, curve: ResponseCurve, name: str) -> None:
     """Shade where two sweeps differ, by value or nT,k, and where the response is irregular."""
     windows = np.zeros(curve.values.size, dtype=bool)
     if "regime" in curve.numbers:
         windows |= np.isin(curve["regime"], _MODULATED)
-    if name in curve.numbers and case.scan.starts > 1:
+    if name in curve.numbers and curve.case.scan.starts > 1:
         up, down = curve.numbers[name].T
         windows |= np.abs(up - down) > _ALIKE * float(np.nanmax(np.fmax(up, down), initial=0.0))
         if (cycles := curve.cycles()).size:
             windows |= cycles != curve.cycles(1)
     for band in bands(curve.values, np.where(windows, "shaded", "")):
         if band.label:
-            frame.axvspan(band.low, band.high, color=case.color, **_WINDOW)
+            frame.axvspan(band.low, band.high, color=curve.case.color, **_WINDOW)
 
 
 def _shade_impacts(frame: Axes, curve: ResponseCurve) -> None:
@@ -288,20 +286,11 @@ def _shade_impacts(frame: Axes, curve: ResponseCurve) -> None:
             frame.axvline(band.center, **_NARROW_BOUND)
 
 
-def _natural_frequencies(cases: Sequence[Case]) -> dict[float, str]:
-    """Return the different sqrt(k1 / m1) [rad/s], each with the color of a case."""
+def _natural_frequencies(cases: Sequence[Case], request: CurveRequest) -> dict[float, str]:
+    """Return the different sqrt(k1 / m1) [rad/s] on an axis of omega, each with a case's color."""
     parameters = [(case.scan.system.parameters, case.color) for case in cases]
-    return {sqrt(p["k1"] / p["m1"]): color for p, color in parameters if p.get("k1")}
-
-
-def _mark_natural_frequencies(frame: Axes, cases: Sequence[Case]) -> None:
-    """Mark omega0 = sqrt(k1 / m1): by a line, or by a tick for each of several."""
-    places = _natural_frequencies(cases)
-    if len(places) == 1:
-        frame.axvline(next(iter(places)), color=RESONANCE, linewidth=0.7, zorder=2)
-        return
-    for place, color in places.items():
-        frame.axvline(place, ymin=0.94, color=color, linewidth=1.2, zorder=2)
+    frequencies = {sqrt(p["k1"] / p["m1"]): color for p, color in parameters if p.get("k1")}
+    return frequencies if request.axis == "omega" else {}
 
 
 def _in_latex(settings: Mapping[str, Any] | None) -> str:
@@ -321,7 +310,7 @@ def legend_of(request: CurveRequest) -> Iterator[Any]:
     """Yield the entries of the legend: the cases of the first panel, then the marks."""
     cases = request.cases
     for case in cases:
-        if case.panel in (None, 1):
+        if case.panel == 1:
             label = typeset(case.label) or _in_latex(case.settings) or typeset(case.title)
             yield Line2D([], [], label=label, **_look_of(case))
     if request.damper_energy:
@@ -342,33 +331,25 @@ def legend_of(request: CurveRequest) -> Iterator[Any]:
         yield Patch(facecolor=IMPACTS, edgecolor="#c9bd78", linewidth=0.4, label="impacts")
         bound = _BOUND | {"linestyle": (0, (3, 2))}  # short enough for the legend
         yield Line2D([], [], label="bound of a window without", **bound)
-    if request.axis == "omega" and _natural_frequencies(cases):
+    if _natural_frequencies(cases, request):
         numbers = range(1, len(request.panels) + 1)
-        panels = [[case for case in cases if case.panel in (None, i)] for i in numbers]
+        panels = [[case for case in cases if case.panel == i] for i in numbers]
         look = {"linewidth": 0.7}
-        if any(len(_natural_frequencies(panel)) > 1 for panel in panels):
+        if any(len(_natural_frequencies(panel, request)) > 1 for panel in panels):
             look = {"linestyle": "none", "marker": "|", "markersize": 7}
         yield Line2D([], [], label=r"$\omega_0=\sqrt{k_1/m_1}$", color=RESONANCE, **look)
 
 
-# ---- from an archive -----------------------------------------------------------------------------
-
-
-def _draw(view: ArchiveView, names: Sequence[str], page: Page) -> Figure:
-    results = curves_of(view)
-    return draw_curves(results.request, results.curves, page, names)
-
-
 def _fill(axes: Axes, view: ArchiveView, name: str) -> None:
     results = curves_of(view)
-    _fill_panel(axes, results.request, results.curves, name)
+    _fill_panel(axes, results, name)
     axes.set_xlabel(axis_label(results.request.axis))
     axes.legend(handles=[*legend_of(results.request)])
 
 
 PICTURE = Picture(
     panels=lambda view: panels_of(curves_of(view).request),
-    draw=_draw,
+    draw=lambda view, names, page: draw_curves(curves_of(view), page, names),
     fill=_fill,
     usual=lambda view: usual_of(curves_of(view).request),
 )

@@ -12,10 +12,11 @@ from twin_spans import Law, Model, Wall
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 
-# Cheap ones: by Hertz, linear, restitution, a power, in a scene of one's own with a load, a limit;
-# in case 30 a damped wall lets go.
-SAMPLE = (0, 14, 15, 20, 25, 27, 30, 34)
-FIXED = (13, 20, 25)
+# Cheap ones of all kinds: by Hertz, with a limit, linear, restitution, a power, in a scene of one's
+# own with a load; in case 30 a damped wall lets go.
+SAMPLE = (0, 8, 9, 14, 15, 20, 25, 27, 30, 34, 50, 67, 75, 82, 90, 107, 132, 165, 172, 205)
+FIXED = (8, 9, 13, 20, 25, 82, 90, 107, 140, 205, 222)
+ROUGH = (13, 20, 25)  # of which
 
 
 @pytest.fixture(autouse=True)
@@ -33,7 +34,7 @@ def test_as_the_twin_sees_it(i):
 @pytest.mark.parametrize("i", FIXED)
 def test_fixed_steps_as_the_twin_sees_it(i):
     errors = errors_of(case_of(i), 0.0, {"method": "rk4", "period_steps": 512.0})
-    assert worst_of(errors) <= 1e-4, errors
+    assert worst_of(errors) <= (1e-4 if i in ROUGH else 1e-7), errors
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-12])

@@ -9,9 +9,10 @@ from nlds_vines.model.system import System
 
 @pytest.fixture(autouse=True)
 def short(monkeypatch):
-    """Let orbits be followed for some periods only before and while something is measured."""
-    monkeypatch.setattr(costs, "TRANSIENT", 60)
-    monkeypatch.setattr(costs, "FEWER", 20)
+    """Let few orbits be followed for some periods."""
+    short = {"TRANSIENT": 6, "ORBITS": 1, "PERIODS": 2, "VARIED": 2, "JUDGED": 1, "DIAGRAM": 20}
+    for name, number in short.items():
+        monkeypatch.setattr(costs, name, number)
 
 
 @pytest.mark.parametrize("kind", ["none", "tmd", "ssul", "ssvi-b"])
@@ -21,7 +22,8 @@ def test_every_part_can_be_followed(kind):
     system = System(kind, load_system(names.get(kind, kind), omega=6.28).parameters)
     names = []
     for part in costs.parts(system):
-        part.run(2)
+        part.run()
+        part.without()
         names.append(part.name)
     assert names[1] == "+ four variations"
     assert ("+ impacts" in names) == bool(system.scene.walls)

@@ -112,13 +112,15 @@ def _carry_out(options: argparse.Namespace) -> int:
         opened.begin()  # loads kernels while Bokeh is imported
         try:
             from nlds_vines.explore.live_page import Page
-            from nlds_vines.explore.page_server import PageServer
+            from nlds_vines.explore.page_server import serve
 
-            server = PageServer(lambda document: Page(document, opened), place)
-            say(
-                scan.title, f"open {server.address}", "Ctrl-C ends it; what it computes is not kept"
+            def greet(address: str) -> None:
+                end = "Ctrl-C ends it; what it computes is not kept"
+                say(scan.title, f"open {address}", end)
+
+            return serve(
+                lambda document: Page(document, opened), place, greet, not options.no_browser
             )
-            return server.serve(not options.no_browser)
         finally:
             if not opened.close():
                 exit_without_destructors()

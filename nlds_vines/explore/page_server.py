@@ -21,7 +21,6 @@ from bokeh.application import Application
 from bokeh.application.handlers.function import FunctionHandler
 from bokeh.document import Document
 from bokeh.resources import Resources
-from bokeh.server.auth_provider import AuthProvider
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
 from tornado.httpserver import HTTPServer
@@ -61,67 +60,40 @@ class Headers(OutputTransform):
         return status_code, headers, rest[0]
 
 
-class Refused(RequestHandler):
-    """The answer to a refused request, whatever its method."""
+class Answer(RequestHandler):
+    """A refusal, or the way from the printed address to the page, whatever the method."""
 
-    def initialize(self, status: int, words: str) -> None:
-        """Take the status and the reason."""
-        self._answer = status, words
+    def initialize(self, status: int, words: str, **cookie: str) -> None:
+        """Take the status and the reason of a refusal, or the `cookie` of an admitted browser."""
+        self._answer = status, words, cookie
 
     def prepare(self) -> None:
-        status, words = self._answer
-        self.set_status(status)
-        self.set_header("Content-Type", "text/plain; charset=utf-8")
-        self.finish(f"refused: {words}\n")
-
-
-class Owner(AuthProvider):
-    """Admits a browser that has opened the printed address."""
-
-    login_url = ENTRY
-    login_handler: Any = None
-    get_user_async = get_login_url = logout_url = logout_handler = None
-
-    def __init__(self, host: str) -> None:
-        """Draw the token; the name of the cookie holds the port, since ports share cookies."""
-        self.token = token = secrets.token_urlsafe(24)
-        self.cookie = cookie = f"nlds_vines_{host.rpartition(':')[2]}"
-
-        class Entry(RequestHandler):
-            def get(self) -> None:
-                self.set_cookie(cookie, token, httponly=True, samesite="Lax", path="/")
-                self.redirect("/")
-
-        self.login_handler = Entry
-        super().__init__()
-
-    def is_token(self, words: str) -> bool:
-        """Return True for the token; the time that takes does not depend on `words`."""
-        return hmac.compare_digest(words.encode(), self.token.encode())
-
-    def brings_cookie(self, request: HTTPServerRequest) -> bool:
-        """Return True if a request has the token in its cookie."""
-        cookie = request.cookies.get(self.cookie)
-        return cookie is not None and self.is_token(cookie.value)
-
-    @property
-    def get_user(self) -> Any:
-        """The function that returns the user of a request, None for anybody but the owner."""
-        return lambda handler: "owner" if self.brings_cookie(handler.request) else None
+        status, words, cookie = self._answer
+        if cookie:
+            for name, value in cookie.items():
+                self.set_cookie(name, value, httponly=True, samesite="Lax", path="/")
+            self.redirect("/")
+        else:
+            self.set_status(status)
+            self.set_header("Content-Type", "text/plain; charset=utf-8")
+            self.finish(f"refused: {words}\n")
 
 
 class OwnersServer(BokehTornado):
     """Bokeh's server behind a check of the cookie, the host and the origin of each request."""
 
-    def __init__(self, application: Application, host: str) -> None:
-        """Take the `host`, address and port, under which the page is served."""
-        self._host, self.owner = host, Owner(host)
+    def __init__(self, fill: Callable[[Document], object], host: str) -> None:
+        """Draw the token; `fill` fills a new page at `host`, an address and a port.
+
+        The name of the cookie contains the port, since all ports of a host share cookies.
+        """
+        self._host, self.token = host, secrets.token_urlsafe(24)
+        self._cookie = f"nlds_vines_{host.rpartition(':')[2]}"
         super().__init__(
-            {"/": application},
+            {"/": Application(FunctionHandler(fill))},
             extra_websocket_origins=[host],
             absolute_url=f"http://{host}",
             ico_path="none",
-            auth_provider=self.owner,
             sign_sessions=True,
             secret_key=secrets.token_bytes(32),
             check_unused_sessions_milliseconds=500,
@@ -136,67 +108,62 @@ class OwnersServer(BokehTornado):
         return resources
 
     def find_handler(self, request: HTTPServerRequest, **settings: Any) -> Any:
-        """Return Bokeh's handler of an admitted request, or else a refusal."""
+        """Return Bokeh's handler of an admitted request, or else an `Answer`."""
+
+        def is_token(words: str) -> bool:  # in a time that does not depend on the words
+            return hmac.compare_digest(words.encode(), self.token.encode())
+
         names = ("Origin", "Sec-Websocket-Origin")
         origins = [origin for name in names for origin in request.headers.get_list(name)]
-        is_ours = request.headers.get_list("Host") == [self._host]
-        is_ours = is_ours and set(origins) <= {f"http://{self._host}"}
-        words = ""
-        if not is_ours or "%00" in request.path:
-            words = _ADDRESS
-        elif request.path == ENTRY:
-            token = request.arguments.get("token", [b""])[-1]
-            words = "" if self.owner.is_token(token.decode("latin-1")) else _ADDRESS
-        elif not self.owner.brings_cookie(request):
-            words = _ADDRESS
-        elif request.path == "/" and len(self.get_sessions("/")) >= MOST_PAGES:
-            answer = {"status": 503, "words": _CROWDED}
-            return self.get_handler_delegate(request, Refused, answer)
-        if words:
-            return self.get_handler_delegate(request, Refused, {"status": 403, "words": words})
-        return super().find_handler(request, **settings)
+        is_ours = request.headers.get_list("Host") == [self._host] and "%00" not in request.path
+        cookie, token = request.cookies.get(self._cookie), request.arguments.get("token", [b""])[-1]
+        answer: dict[str, Any] = {"status": 403, "words": _ADDRESS}
+        if is_ours and {*origins} <= {f"http://{self._host}"}:
+            if request.path == ENTRY:
+                answer |= {self._cookie: self.token} if is_token(token.decode("latin-1")) else {}
+            elif cookie is not None and is_token(cookie.value):
+                if request.path != "/" or len(self.get_sessions("/")) < MOST_PAGES:
+                    return super().find_handler(request, **settings)
+                answer = {"status": 503, "words": _CROWDED}
+        return self.get_handler_delegate(request, Answer, answer)
 
 
-class PageServer:
-    """A server of one page on this machine."""
+def serve(
+    fill: Callable[[Document], object],
+    listening: socket.socket,
+    greet: Callable[[str], object],
+    browser: bool,
+) -> int:
+    """Serve a page on this machine until Ctrl-C or SIGTERM; return the exit status.
 
-    def __init__(self, fill: Callable[[Document], object], listening: socket.socket) -> None:
-        """Take a `listening` socket; `fill` fills the document of a new page."""
-        for name in ("bokeh", "tornado"):  # a page shows its own errors
-            logging.getLogger(name).setLevel(logging.CRITICAL)
-        host = "{}:{}".format(*listening.getsockname())
-        self._status, self._fill, self._loop = 0, fill, IOLoop.current()
-        application = Application(FunctionHandler(self._open))
-        owners = OwnersServer(application, host)
-        self.address = f"http://{host}{ENTRY}?token={owners.owner.token}"
-        http = HTTPServer(owners)
-        http.add_socket(listening)
-        self._server = BaseServer(self._loop, owners, http)
+    Arguments: `fill` fills the document of a new page; a `listening` socket; `greet` is called with
+    the address; whether to open a `browser` there.
+    """
+    for name in ("bokeh", "tornado"):  # a page shows its own errors
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    status, loop, host = 0, IOLoop.current(), "{}:{}".format(*listening.getsockname())
 
-    def serve(self, browser: bool) -> int:
-        """Serve until Ctrl-C or SIGTERM and return the exit status; open a `browser` or not."""
-        signals = signal.SIGINT, signal.SIGTERM
-        before = {number: signal.signal(number, self._handle) for number in signals}
-        try:
-            self._server.start()
-            if browser:
-                self._loop.call_later(0.1, self._show)
-            self._loop.start()
-        finally:
-            self._server.stop(wait=False)
-            for number, handler in before.items():
-                signal.signal(number, handler)
-        return self._status
+    def end(number: int, frame: object) -> None:
+        nonlocal status
+        status = INTERRUPTED if number == signal.SIGINT else TERMINATED
+        loop.add_callback_from_signal(loop.stop)
 
-    def _open(self, document: Document) -> None:
-        """Fill the document of a new page, unless the server is ending."""
-        if not self._status:
-            self._fill(document)
-
-    def _show(self) -> None:
-        """Open a browser, in a thread, as one that runs in a terminal would block."""
-        threading.Thread(target=webbrowser.open, args=(self.address,), daemon=True).start()
-
-    def _handle(self, number: int, frame: object) -> None:
-        self._status = INTERRUPTED if number == signal.SIGINT else TERMINATED
-        self._loop.add_callback_from_signal(self._loop.stop)
+    # a page that is requested while the server ends remains empty
+    owners = OwnersServer(lambda document: None if status else fill(document), host)
+    http = HTTPServer(owners)
+    http.add_socket(listening)
+    server = BaseServer(loop, owners, http)
+    address = f"http://{host}{ENTRY}?token={owners.token}"
+    greet(address)
+    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        server.start()
+        if browser:  # in a thread, as one that runs in a terminal would block
+            show = threading.Thread(target=webbrowser.open, args=(address,), daemon=True)
+            loop.call_later(0.1, show.start)
+        loop.start()
+    finally:
+        server.stop(wait=False)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return status

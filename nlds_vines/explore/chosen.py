@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import isfinite, log10
+from typing import NamedTuple
 
 from nlds_vines.bifurcation.cell_orbit import CellStart
 from nlds_vines.bifurcation.request import Scan
@@ -12,7 +12,14 @@ from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import SETTLED
 from nlds_vines.explore.map_computation import Range, finer
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.model.parameters import CONTACT, INITIAL, PHASE, component_of, described
+from nlds_vines.model.parameters import (
+    CONTACT,
+    INITIAL,
+    PHASE,
+    Parameter,
+    component_of,
+    described,
+)
 from nlds_vines.model.system import System
 
 LOGARITHMIC = ("K", "E1", "E2", "A", "B", "kc", "k2", "c1", "c2", "cc", "hunt_crossley")
@@ -76,7 +83,8 @@ class Chosen:
         state = tuple(moved.get(name, value) for name, value in pairs)
         return CellStart(state, "the start of the sliders")
 
-    def slider_values(self) -> dict[str, float]:
+    def values(self) -> dict[str, float]:
+        """Return the values that sliders show [SI units]."""
         return {**self.scan.system.parameters, **self.results.values_of(self.cell), **self.free}
 
     def part(self, ranges: Sequence[Range] | None = None) -> Scan:
@@ -93,7 +101,7 @@ class Chosen:
 
     def add(self, results: Stored) -> None:
         """Show another map, at the cell nearest to the chosen values; forget the later levels."""
-        values = self.slider_values()
+        values = self.values()
         nearest = [int(abs(axis.values - values[axis.name]).argmin()) for axis in results.scan.axes]
         self.levels = [*self.levels[: self.place + 1], results]
         self.place += 1
@@ -112,14 +120,11 @@ class Chosen:
         return True
 
 
-@dataclass(frozen=True)
-class SliderSpec:
-    """The slider of a parameter: name, symbol, unit, meaning, ends and value [SI units]."""
+class SliderSpec(NamedTuple):
+    """The slider of a parameter: the description of what it shows, its ends and its value."""
 
     name: str
-    symbol: str
-    unit: str
-    meaning: str
+    entry: Parameter
     low: float
     high: float
     value: float
@@ -131,12 +136,10 @@ class SliderSpec:
             return value
         return log10(value) if value > 0 else log10(self.low)
 
-    def value_at(self, position: float) -> float:
-        return 10.0**position if self.logarithmic else position
 
-
-def sliders_of(scan: Scan) -> list[SliderSpec]:
+def sliders_of(results: Stored) -> list[SliderSpec]:
     """Return the sliders of a scan: first those of its axes, then all other parameters."""
+    scan = results.scan
     varied = {axis.name: axis.values for axis in scan.axes}
     values = {name: float(cells[cells.size // 2]) for name, cells in varied.items()}
     values |= scan.system.parameters
@@ -144,10 +147,11 @@ def sliders_of(scan: Scan) -> list[SliderSpec]:
         values = {name: value for name, value in values.items() if name not in CONTACT}
     specs = []
     for name, value in values.items():
-        entry, is_axis, logarithmic = described(name), name in varied, False
+        is_axis, logarithmic, (shown, one) = name in varied, False, results.shown(name)
+        entry, value = described(shown), value / one
         size = abs(value) or 1.0
         if is_axis and varied[name].size > 1:
-            low, high = float(varied[name][0]), float(varied[name][-1])
+            low, high = float(varied[name][0]) / one, float(varied[name][-1]) / one
             value = min(max(value, low), high)
         elif name.removesuffix("_2") in LOGARITHMIC and value > 0:
             low, high, logarithmic = value / _DECADES, value * _DECADES, True
@@ -157,6 +161,5 @@ def sliders_of(scan: Scan) -> list[SliderSpec]:
             low, high = entry.low + (size / 100 if entry.above else 0), _WIDE * size
         else:
             low, high = -_WIDE * size, _WIDE * size
-        words = entry.symbol, entry.unit, entry.meaning
-        specs.append(SliderSpec(name, *words, low, high, value, is_axis, logarithmic))
+        specs.append(SliderSpec(name, entry, low, high, value, is_axis, logarithmic))
     return sorted(specs, key=lambda spec: not spec.axis)

@@ -16,7 +16,8 @@ from nlds_vines.cli.command import Command, changes
 from nlds_vines.cli.options import SET, SYSTEM, Parser
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.cli.terminal import DONE, say
-from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.errors import RequestError, choice, shown, whole
+from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.system import System
 from nlds_vines.runs.interrupts import exit_without_destructors
 
@@ -25,6 +26,9 @@ ADDRESS = "127.0.0.1"
 
 PORT = 5006
 """The default port; 0 takes a free one."""
+
+FREQUENCY = f"of the frequency of the force: {', '.join(UNITS)} [as stated]"
+"""The help of --frequency."""
 
 _CELLS = 401  # of the diagram of a system without a scan
 _WINDOW = (0.7, 1.3)  # of its frequencies, in natural frequencies of the structure
@@ -49,6 +53,15 @@ def refuse_without_bokeh(command: str) -> None:
     if find_spec("bokeh") is None:
         raise RequestError(
             f"{command} needs Bokeh: python -m pip install 'nlds-vines[explore]' installs it"
+        )
+
+
+def refuse_samples(scan: Scan) -> None:
+    """Raise `RequestError` for samples of parameters, which are no map."""
+    if scan.sampled is not None:
+        raise RequestError(
+            f"{scan.title}: samples have no axis, so there is no map to click; "
+            "`nlds-vines plot` draws them, `nlds-vines portrait FILE.h5 --at sample=3` one orbit"
         )
 
 
@@ -91,24 +104,27 @@ def _carry_out(options: argparse.Namespace) -> int:
         scan = load_scan(source, document, "command line")
     refuse_without_bokeh("explore")
     RunOptions()  # refuses an environment in which no kernel can be loaded
+    if options.frequency is not None:
+        choice("--frequency", options.frequency, UNITS)
     results = None
     if is_archive:
         from nlds_vines.explore.map_data import stored
 
         assert source is not None
-        results = stored(source)
+        results = stored(source, options.frequency)
         scan = results.scan
     assert scan is not None
+    refuse_samples(scan)
     if options.dry_run:
         listening(port).close()
         sides = " x ".join(str(n) for n in scan.shape)
-        varied = ", ".join(axis.name for axis in scan.axes)
-        say(f"{scan.title}: {varied}, {sides} cells, {scan.starts} starts each")
+        varied = ", ".join(axis.heading() for axis in scan.axes)
+        say(f"{scan.title}: {varied}; {sides} cells, {scan.starts} starts each")
         return DONE
     with closing(listening(port)) as place:
         from nlds_vines.explore.map_computation import Opened
 
-        opened = Opened(results, scan)
+        opened = Opened(results or scan, options.frequency)
         opened.begin()  # loads kernels while Bokeh is imported
         try:
             from nlds_vines.explore.live_page import Page
@@ -142,6 +158,7 @@ def _declare(parser: Parser) -> None:
     for option in (SYSTEM, SET):
         option.add(parser)
     add("--port", type=int, default=PORT, metavar="N", help=f"[{PORT}]; 0: one that is free")
+    add("--frequency", metavar="UNIT", help=FREQUENCY)
     add("--no-browser", action="store_true", help="only print the address")
     add("--dry-run", action="store_true", help="only say what would be shown")
 

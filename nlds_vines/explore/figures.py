@@ -192,6 +192,10 @@ class MapFigure:
             )
             self.strip.axis.visible = self.strip.grid.visible = False
             self.regimes = Layer(self.strip)
+        # cells that are not computed must differ from chaos on a dark page, too
+        regimes = self.main if self.is_map else self.strip
+        if regimes is not None:
+            regimes.stylesheets.append(":host { --bk-background-fill-color: var(--empty); }")
 
     @property
     def figures(self) -> list[Any]:

@@ -10,7 +10,7 @@ import base64
 import shlex
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,6 +21,7 @@ import numpy as np
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import catalog
+from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.system import System
 from nlds_vines.orbits.signals import contact_forces, harmonic_force, relative_displacement
 from nlds_vines.portrait.request import Column, PortraitRequest, Window
@@ -68,22 +69,6 @@ _one_at_a_time = threading.Lock()  # two orbits at a time gain nothing, and slow
 
 
 @dataclass(frozen=True)
-class Sampling:
-    """The settings of a scan with which an orbit is followed."""
-
-    transient: int = 600
-    periods: int = 120
-    method: str = "exact"
-    effort: str = "standard"
-    tolerance: float | str | None = None
-
-    @classmethod
-    def of(cls, scan: Scan) -> Sampling:
-        """Return the sampling of a scan."""
-        return cls(scan.transient, scan.periods, scan.method, scan.effort, scan.tolerance)
-
-
-@dataclass(frozen=True)
 class LiveOrbit:
     """An orbit: the request of its portrait, the sampled window, its regime, arrays by panel.
 
@@ -93,8 +78,8 @@ class LiveOrbit:
     request: PortraitRequest
     view: View
     regime: Regime | None
-    trouble: str = ""
-    panels: Mapping[str, Arrays] = field(default_factory=dict)
+    trouble: str
+    panels: Mapping[str, Arrays]
 
     @property
     def label(self) -> str:
@@ -103,11 +88,16 @@ class LiveOrbit:
 
 
 def live_orbit(
-    system: System, start: Sequence[float] | None, sampling: Sampling, history: str = SETTLED
+    system: System,
+    start: Sequence[float] | None,
+    scan: Scan,
+    history: str = SETTLED,
+    unit: str = RAD,
 ) -> LiveOrbit:
     """Follow and classify the orbit of a system from a start (x1, v1, x2, v2) [m, m/s].
 
-    Arguments: `history`, one of `HISTORIES`.
+    Arguments: the `scan` with whose sampling it is followed; `history`, one of `HISTORIES`; the
+    `unit` of frequencies in its portrait.
 
     Raises `RequestError` for an impossible start and for an orbit that ends early.  Once compiled,
     a periodic orbit of an SSul NES takes 4 ms, chaos up to 0.1 s, and a history from the start
@@ -117,12 +107,12 @@ def live_orbit(
     from nlds_vines.orbits.simulation import IntegrationError
     from nlds_vines.portrait.run import views_of
 
-    end = sampling.transient + max(sampling.periods, SHOW)
-    tolerance = sampling.tolerance if sampling.method == "exact" else None
+    window = Window(scan.transient, scan.transient + max(scan.periods, SHOW))
+    tolerance = scan.tolerance if scan.method == "exact" else None
     request = PortraitRequest(
-        system.title or system.name, (Column(system, Window(sampling.transient, end)),),
-        start=None if start is None else tuple(start), samples=SAMPLES, method=sampling.method,
-        tolerance=tolerance,
+        system.title or system.name, (Column(system, window),),
+        start=None if start is None else tuple(start), samples=SAMPLES, method=scan.method,
+        tolerance=tolerance, frequency=HZ if unit == HZ else RAD,
     )  # fmt: skip
     regime, trouble = None, ""
     with _one_at_a_time:
@@ -130,16 +120,17 @@ def live_orbit(
             (view,) = views_of(request)
             try:
                 regime = classify(
-                    system, start=start, transient=sampling.transient, periods=sampling.periods,
-                    method=sampling.method, effort=sampling.effort, tolerance=tolerance,
+                    system, start=start, transient=scan.transient, periods=scan.periods,
+                    method=scan.method, effort=scan.effort, tolerance=tolerance,
                 )  # fmt: skip
             except (IntegrationError, RequestError) as error:
                 trouble = str(error)
             panels = {"history": history_of(request, view, history), **panels_without_time(view)}
         except IntegrationError as error:
             raise RequestError(str(error)) from None
-    multipliers = np.empty(0, complex) if regime is None else regime.multipliers
-    multipliers = np.empty(0, complex) if multipliers is None else multipliers
+    multipliers = np.empty(0, complex)
+    if regime is not None and regime.multipliers is not None:
+        multipliers = regime.multipliers
     panels["multipliers"] = {"re": multipliers.real, "im": multipliers.imag}
     return LiveOrbit(request, view, regime, trouble, panels)
 
@@ -147,7 +138,7 @@ def live_orbit(
 # ---- arrays --------------------------------------------------------------------------------------
 
 
-def history_of(request: PortraitRequest, view: View, name: str = SETTLED) -> Arrays:
+def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
     """Return a history of an orbit, one of `HISTORIES`.
 
     Returns t [forcing periods], x1, v1, x2, u = x2 - x1 [m, m/s], contact force and harmonic force
@@ -157,9 +148,8 @@ def history_of(request: PortraitRequest, view: View, name: str = SETTLED) -> Arr
     from nlds_vines.portrait.run import followed
 
     system = view.column.system
-    if name == SETTLED:
-        states, time = view.states[: SHOW * view.samples], view.time[: SHOW * view.samples]
-    else:
+    states, time = view.states[: SHOW * view.samples], view.time[: SHOW * view.samples]
+    if name != SETTLED:
         end = {"short": SHOW, "long": LONG}.get(name, view.column.window.begin + SHOW)
         columns = (Column(system, Window(0, min(end, MOST_PERIODS))),)
         orbit = followed(replace(request, columns=columns), columns, quiet=True)
@@ -171,32 +161,25 @@ def history_of(request: PortraitRequest, view: View, name: str = SETTLED) -> Arr
     if system.scene.damper:
         history |= {"x2": states[:, 2], "u": relative_displacement(system, states)}
     history |= {"force": force, "harmonic": harmonic_force(system, time)}
-    if len(states) > 4 * MOST_POINTS:
-        return _extremes(history)
+    count = len(states)
+    if count > 4 * MOST_POINTS:
+        # the extreme values in `MOST_POINTS` equal pieces of time: a line through them covers the
+        # same pixels as the curve
+        size = -(-count // MOST_POINTS)
+        firsts = np.arange(0, count, size)
+        middles = np.minimum(firsts + size // 2, count - 1)
+        ends = {
+            column: np.stack([end.reduceat(values, firsts) for end in (np.minimum, np.maximum)], -1)
+            for column, values in history.items()
+        }
+        ends["t"] = history["t"][np.stack([firsts, middles], axis=-1)]
+        return {column: values.ravel() for column, values in ends.items()}
     # every n-th sample, and all of a contact with those beside it
-    drawn = np.zeros(len(states), bool)
-    drawn[:: max(1, -(-len(states) // MOST_POINTS))] = True
+    drawn = np.zeros(count, bool)
+    drawn[:: max(1, -(-count // MOST_POINTS))] = True
     touching = np.pad(force != 0, 1)
     drawn |= touching[1:-1] | touching[:-2] | touching[2:]
-    return {name: values[drawn] for name, values in history.items()}
-
-
-def _extremes(history: Arrays) -> Arrays:
-    """Return the extreme values in each of `MOST_POINTS` equal pieces of time.
-
-    A line through them covers the same pixels as the curve.
-    """
-    count = len(history["t"])
-    size = -(-count // MOST_POINTS)
-    firsts = np.arange(0, count, size)
-    middles = np.minimum(firsts + size // 2, count - 1)
-    ends = {
-        name: np.stack(
-            [np.minimum.reduceat(values, firsts), np.maximum.reduceat(values, firsts)], axis=-1
-        ).ravel()
-        for name, values in history.items()
-    }
-    return ends | {"t": history["t"][np.stack([firsts, middles], axis=-1)].ravel()}
+    return {column: values[drawn] for column, values in history.items()}
 
 
 def panels_without_time(view: View) -> dict[str, Arrays]:
@@ -206,18 +189,14 @@ def panels_without_time(view: View) -> dict[str, Arrays]:
     impact holds phases [rad] and a column of speeds [m/s] for each wall.  Arrays of a damper are
     empty if there is none.
     """
-    cycles = min(view.cycle, len(view.section), MOST_CYCLES)
-    states = view.states[-cycles * view.samples :]
+    states = view.states[-min(view.cycle, MOST_CYCLES) * view.samples :]
     states = np.concatenate([states[:: max(1, len(states) // (6 * MOST_POINTS))], states[-1:]])
     damper = states[:, 2:4] if states.shape[1] == 4 else np.empty((0, 2))
-    section = dict(zip(("x1", "v1", "x2", "v2"), view.section.T, strict=False))
     parts = list(view.impact_section.values())
     touches = {"phase": np.concatenate([np.empty(0), *(points[:, 0] for points in parts)])}
     for i, wall in enumerate(view.column.system.scene.walls):
-        speeds = (
-            part[:, 1] if i == k else np.full(len(part), np.nan) for k, part in enumerate(parts)
-        )
-        touches[wall] = np.concatenate([*speeds])
+        speeds = [part[:, 1] if i == k else 0 * part[:, 1] + np.nan for k, part in enumerate(parts)]
+        touches[wall] = np.concatenate(speeds)
     spectrum = view.spectrum
     wanted = (spectrum.order > 0) & (spectrum.order <= HIGHEST)
     amplitude = spectrum.amplitude[wanted]
@@ -225,7 +204,7 @@ def panels_without_time(view: View) -> dict[str, Arrays]:
     return {
         "phase1": {"x": states[:, 0], "v": states[:, 1]},
         "phase2": {"x": damper[:, 0], "v": damper[:, 1]},
-        "section": section,
+        "section": dict(zip(("x1", "v1", "x2", "v2"), view.section.T, strict=False)),
         "touches": touches,
         "spectrum": {"order": spectrum.order[wanted], "amplitude": np.maximum(amplitude, floor)},
     }
@@ -277,10 +256,8 @@ def portrait_command(request: PortraitRequest) -> str:
     """Return the command line that draws a portrait; of no catalog system, with `PORTRAIT`."""
     (column,) = request.columns
     system, base = column.system, catalog().get(column.system.name)
-    words = ["nlds-vines", "portrait", "--system", system.name]
-    if base is None or (base.kind, base.law, base.law_2) != (
-        system.kind, system.law, system.law_2,
-    ):  # fmt: skip
+    laws = "kind", "law", "law_2"
+    if base is None or any(getattr(base, one) != getattr(system, one) for one in laws):
         return f"nlds-vines portrait {PORTRAIT}"
     changed = {k: v for k, v in system.parameters.items() if base.parameters.get(k) != v}
     try:
@@ -289,16 +266,19 @@ def portrait_command(request: PortraitRequest) -> str:
         is_repeated = False
     if not is_repeated:
         return f"nlds-vines portrait {PORTRAIT}"
+    words = ["nlds-vines", "portrait", "--system", system.name]
     for name, value in changed.items():
         words += ["--set", f"{name}={value!r}"]
     if request.start is not None:
-        words.append(f"--start={','.join(repr(value) for value in request.start)}")
+        words.append(f"--start={','.join(map(repr, request.start))}")
     words += ["--windows", f"{column.window.begin}:{column.window.end}"]
     words += ["--samples", str(request.samples)]
     if request.method != "exact":
         words += ["--method", request.method]
     elif request.tolerance not in (None, 1e-9):
         words += ["--tolerance", repr(request.tolerance)]
+    if request.frequency != RAD:
+        words += ["--frequency", request.frequency]
     return shlex.join(words)
 
 
@@ -307,8 +287,7 @@ def picture(request: PortraitRequest, view: View) -> str:
     from nlds_vines.plotting.save import save_figure
     from nlds_vines.portrait.picture import portrait
 
-    figure = portrait(request, [view])
     with TemporaryDirectory() as folder:
-        path = Path(folder) / PICTURE
-        save_figure(figure, path, request.title, ("recipe_hash", request.hash))
+        path, origin = Path(folder) / PICTURE, ("recipe_hash", request.hash)
+        save_figure(portrait(request, [view]), path, request.title, origin)
         return base64.b64encode(path.read_bytes()).decode()

@@ -48,20 +48,20 @@ from nlds_vines.explore.live_orbit import (
     PORTRAIT,
     SCAN,
     LiveOrbit,
-    Sampling,
     evidence_of,
     portrait_command,
     words_of,
 )
 from nlds_vines.explore.map_computation import COMPILING, READY, Job, Opened
+from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.map_view import (
-    Places,
     Show,
     cell_in_words,
     diagram_values,
     in_brackets,
     painted,
     painted_diagram,
+    places_of,
     shows_of,
 )
 
@@ -153,17 +153,18 @@ class Page:
                 text(text="Click in a phase plane to start an orbit there.", css_classes=["hint"]),
                 self.files, self.button("draw the orbit as a picture", self.draw),
             ],
-            "parameters": self.parameters(results.scan),
+            "parameters": self.parameters(results),
         }  # fmt: skip
         frame(self.document, results.scan.title, parts)
         keys = CustomJS(args={"target": self.key}, code=page_file("keys.js"))
         self.document.js_on_event(DocumentReady, keys)
 
-    def parameters(self, scan: Scan) -> list[Any]:
+    def parameters(self, results: Stored) -> list[Any]:
         """Return a slider and an exact input for every parameter."""
         self.sliders: dict[str, tuple[SliderSpec, Slider, NumericInput]] = {}
-        for spec in sliders_of(scan):
-            title = f"{in_brackets(spec.symbol, spec.unit)} · {spec.meaning}"
+        for spec in sliders_of(results):
+            entry = spec.entry
+            title = f"{in_brackets(entry.symbol, entry.unit)} · {entry.meaning}"
             low, high, value = map(spec.position, (spec.low, spec.high, spec.value))
             slider = Slider(
                 title=title, start=low, end=high, value=value, step=(high - low) / 1000,
@@ -280,14 +281,15 @@ class Page:
         self.tip.visible = True
 
     def slide(self, name: str, position: float) -> None:
-        spec = self.sliders[name][0]
-        self.set_value(name, float(f"{spec.value_at(position):.5g}"))
+        value = 10.0**position if self.sliders[name][0].logarithmic else position
+        self.set_value(name, float(f"{value:.5g}"))
 
     def set_value(self, name: str, value: float | None) -> None:
-        """Set a parameter; a value that the system refuses changes nothing."""
-        before = dict(self.chosen.free)
+        """Set a parameter to a shown value; one that the system refuses changes nothing."""
+        before, spec = dict(self.chosen.free), self.sliders[name][0]
         try:
-            self.chosen.free[name] = number(name, value)
+            one = self.chosen.results.shown(name)[1]
+            self.chosen.free[name] = number(spec.entry.name, value) * one
             self.follow()
         except Exception:
             self.chosen.free = before
@@ -314,7 +316,8 @@ class Page:
         begin = self.chosen.begins(system)
         self.show_values()
         self.asked += 1
-        arguments = system, begin.state, Sampling.of(self.chosen.scan), self.chosen.history
+        results, history = self.chosen.results, self.chosen.history
+        arguments = system, begin.state, results.scan, history, results.unit
         self.opened.aside(self.compute, self.asked, begin.words, arguments)
 
     def compute(self, number: int, words: str, arguments: Any) -> None:
@@ -355,15 +358,16 @@ class Page:
 
     def show_values(self) -> None:
         """Let sliders and inputs show the chosen values."""
-        values = self.chosen.slider_values()
+        results, values = self.chosen.results, self.chosen.values()
+        shown = {name: value / results.shown(name)[1] for name, value in values.items()}
         with self.sets():
             for name, (spec, slider, exact) in self.sliders.items():
-                position = min(max(spec.position(values[name]), slider.start), slider.end)
+                position = min(max(spec.position(shown[name]), slider.start), slider.end)
                 if abs(position - slider.value) > 0.6 * slider.step:
                     slider.value = position
-                if exact.value != (rounded := float(f"{values[name]:.7g}")):
+                if exact.value != (rounded := float(f"{shown[name]:.7g}")):
                     exact.value = rounded
-                changed = ["changed"] if values[name] != spec.value and not spec.axis else []
+                changed = ["changed"] if shown[name] != spec.value and not spec.axis else []
                 if slider.css_classes != changed:
                     slider.css_classes = changed
 
@@ -372,7 +376,7 @@ class Page:
     def show_level(self) -> None:
         """Show the chosen map: its axes, its choices, its cells."""
         results, before = self.chosen.results, self.show.value
-        self.map.show_axes([Places.of(axis) for axis in results.scan.axes])
+        self.map.show_axes(places_of(results))
         self.offer_shows()
         with self.sets():
             self.start.options = [(str(k), name) for k, name in enumerate(results.starts)]
@@ -439,7 +443,7 @@ class Page:
     def refine(self, *sides: tuple[float, float]) -> None:
         """Begin to compute a part of the map finer; the coarse cells stay beneath it."""
         ranges = [
-            (min(map(place.value, side)), max(map(place.value, side)))
+            (min(map(place.parameter, side)), max(map(place.parameter, side)))
             for place, side in zip(self.map.places, sides, strict=False)
         ]
         self.compute_map(self.chosen.part(ranges), beneath=True)
@@ -450,8 +454,8 @@ class Page:
     def compute_map(self, scan: Scan, beneath: bool) -> None:
         """Compute a map in the background and show it meanwhile."""
         if self.job is not None:
-            self.job.cancel()
-        self.job = job = Job(scan, self.changed)
+            self.job.cancelled = True
+        self.job = job = Job(scan, self.changed, self.chosen.results.unit)
         if self.map.is_map:
             source = self.map.picture.source.data if beneath else {"image": [], "x": [], "y": []}
             self.map.beneath.mapper.update(
@@ -461,7 +465,7 @@ class Page:
         self.chosen.add(job.results)
         self.show_level()
         self.follow()
-        job.begin()
+        job.start()
 
     def changed(self) -> None:
         """Show new results soon; called in the threads of the work."""
@@ -489,7 +493,7 @@ class Page:
 
     def cancel_job(self) -> None:
         if self.job is not None:
-            self.job.cancel()
+            self.job.cancelled = True
         self.say_job()
 
     def say_state(self) -> None:
@@ -566,7 +570,7 @@ class Page:
         if self.changed in self.opened.listeners:
             self.opened.listeners.remove(self.changed)
         if self.job is not None:
-            self.job.cancel()
+            self.job.cancelled = True
 
 
 def encoded(words: str) -> str:

@@ -18,10 +18,11 @@ import numpy as np
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.live_orbit import Sampling, live_orbit
+from nlds_vines.explore.live_orbit import live_orbit
 from nlds_vines.explore.map_data import Stored, empty
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import described
+from nlds_vines.model.ratios import axes_of_parameters
 from nlds_vines.runs.progress import Clock
 
 MOST_ORBITS = 40_000
@@ -63,73 +64,58 @@ def finer(scan: Scan, ranges: tuple[Range, ...], settings: dict[str, float] | No
         if first >= last:
             raise RequestError(f"{axis.name} from {low:g} to {high:g}: it must be {entry.allowed}")
         count = max(FEWEST, round(axis.values.size * share))
-        axes.append(Axis.spaced(axis.name, first, last, count))
+        part = Axis.spaced(axis.name, first, last, count)
+        if axis.stated is not None:
+            one = float(axis.values[-1] / axis.stated.values[-1])
+            stated = Axis.spaced(axis.stated.name, first / one, last / one, count)
+            (part,) = axes_of_parameters((stated,), scan.system.scene, scan.system.parameters, ())
+        axes.append(part)
     system = scan.system.with_(**settings) if settings else scan.system
     return replace(
         scan, axes=tuple(axes), system=system, title=scan.title.removesuffix(_PART) + _PART
     )
 
 
-class Job:
+class Job(threading.Thread):
     """A scan that is computed in its own thread, block after block.
 
     Attributes: the `results`; how many orbits are `done` of the `total`; the `error` that ended it;
-    a `note` on what precedes the first block.
+    a `note` on what precedes the first block; whether it was `cancelled`.
     """
 
-    def __init__(self, scan: Scan, changed: Callable[[], object]) -> None:
-        """Prepare to compute `scan`; its thread calls `changed` after every block."""
-        self.results: Stored = empty(scan)
+    def __init__(self, scan: Scan, changed: Callable[[], object], unit: str | None = None) -> None:
+        """Prepare to compute `scan`, which calls `changed` after every block; `unit` as `empty`."""
+        super().__init__(name="refining", daemon=True)
+        self.results = empty(scan, unit)
         self.done, self.total = 0, scan.lanes
         self.error = self.note = ""
-        self._changed, self._stop = changed, threading.Event()
-        self._thread = threading.Thread(target=self._run, name="refining", daemon=True)
-
-    def begin(self) -> None:
-        self._thread.start()
-
-    @property
-    def running(self) -> bool:
-        return self._thread.is_alive()
-
-    @property
-    def cancelled(self) -> bool:
-        return self._stop.is_set()
+        self.cancelled = False
+        self._changed = changed
 
     @property
     def share(self) -> float:
         return self.done / self.total
 
-    def cancel(self) -> None:
-        self._stop.set()
-
-    def wait(self, seconds: float | None = None) -> None:
-        if self._thread.is_alive():
-            self._thread.join(seconds)
-
-    def _note(self, text: str, seconds: float) -> None:
-        self.note = text
-        if not self._stop.is_set():
+    def _tell(self, note: str, seconds: float = 0.0) -> None:
+        self.note = note
+        if not self.cancelled:
             self._changed()
 
-    def _run(self) -> None:
+    def run(self) -> None:
         from nlds_vines.bifurcation.run import Computer
 
         scan = self.results.scan
         try:
-            computer = Computer(scan, tell=self._note, helped=False)
+            computer = Computer(scan, tell=self._tell, helped=False)
             for block in blocks_of(scan):
-                if self._stop.is_set():
+                if self.cancelled:
                     break
                 self.results.put(block, computer.block(block))
                 self.done += block.cells * scan.starts
-                self.note = ""
-                if not self._stop.is_set():
-                    self._changed()
+                self._tell("")
         except (RequestError, MemoryError) as error:
             self.error = str(error) or type(error).__name__
-        if not self._stop.is_set():
-            self._changed()
+            self._tell(self.note)
 
 
 class Opened:
@@ -139,18 +125,18 @@ class Opened:
     of the kernels changes.
     """
 
-    def __init__(self, results: Stored | None, scan: Scan | None = None) -> None:
-        """Take the results in an archive, or a `scan` to compute."""
+    def __init__(self, source: Stored | Scan, unit: str | None = None) -> None:
+        """Take the results in an archive, or a scan to compute; `unit` as `empty`."""
         self.listeners: list[Callable[[], object]] = []
         self.kernels = LOADING
         self.waited = 0.0  # seconds since the compilation began
         self._clock: Clock | None = None
         self.job: Job | None = None
-        if results is None:
-            assert scan is not None
-            self.job = Job(scan, self._changed)
-            results = self.job.results
-        self.results = results
+        if isinstance(source, Stored):
+            self.results = source
+        else:
+            self.job = Job(source, self._changed, unit)
+            self.results = self.job.results
         self._calls: SimpleQueue[tuple[Callable[..., object], Any]] = SimpleQueue()
         self._follows = False
         # a daemon, unlike the threads of an executor: no exit waits until it has compiled
@@ -185,9 +171,10 @@ class Opened:
         A compilation cannot be ended.
         """
         if self.job is not None:
-            self.job.cancel()
-            self.job.wait(LAST_SECONDS)
-        is_computing = self.job is not None and self.job.running
+            self.job.cancelled = True
+            if self.job.is_alive():
+                self.job.join(LAST_SECONDS)
+        is_computing = self.job is not None and self.job.is_alive()
         return not (self._warming.is_alive() or self._follows or is_computing)
 
     def _warm(self) -> None:
@@ -200,7 +187,7 @@ class Opened:
                 cell = self.results.middle
                 system = self.results.system_of(cell)
                 state = self.results.start_of(cell, 0, system).state
-                live_orbit(system, state, Sampling.of(self.results.scan))
+                live_orbit(system, state, self.results.scan)
         except (RequestError, IntegrationError):
             pass  # the page shows this error if the cell is chosen
         finally:
@@ -211,7 +198,7 @@ class Opened:
         self.kernels = READY
         self._changed()
         if self.job is not None:
-            self.job.begin()
+            self.job.start()
 
     def _compiles(self, kernel: object) -> None:
         if self._clock is None:

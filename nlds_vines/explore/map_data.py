@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,9 @@ from nlds_vines.bifurcation.cell_orbit import (
 )
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError
+from nlds_vines.model.axis import Axis
 from nlds_vines.model.quantities import QUANTITIES, TOUCHED, drawn_in
+from nlds_vines.model.ratios import RAD, frequency_in, frequency_unit, meant_by
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import NOT_COMPUTED
 
@@ -41,10 +44,7 @@ NUMBERS = tuple(dict.fromkeys(entry.name for entry in QUANTITIES if entry.single
 TOUCHES = drawn_in(TOUCHED)
 """The datasets with a number for each touch, which only diagrams show."""
 
-_PLAIN = (
-    *NUMBERS,
-    *("capture", "status", "label", "multipliers", "orbit_point"),
-)
+_PLAIN = (*NUMBERS, "capture", "status", "label", "multipliers", "orbit_point")
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,12 @@ class Stored:
     """The results of a scan, cell by cell.
 
     Attributes:
-        scan: the request; its axes are those of the map.
+        scan: the request.
         arrays: datasets by name, shape (*cells, starts, ...) as in an archive; `section` holds
             the last sampled periods, as many as `MOST_SECTION` allows.
         about: attributes of the archive, its provenance among them; empty for a scan under way.
         path: path of the archive; None for a scan under way.
+        unit: the unit in which frequencies are shown, one of `ratios.UNITS`.
         blocks: the blocks computed so far, of a scan under way.
     """
 
@@ -64,8 +65,38 @@ class Stored:
     arrays: Mapping[str, np.ndarray]
     about: Mapping[str, Any] = field(default_factory=dict)
     path: Path | None = None
+    unit: str = RAD
     blocks: list[Block] = field(default_factory=list, compare=False, repr=False)
     _cache: dict[str, tuple[int, Any]] = field(default_factory=dict, compare=False, repr=False)
+
+    @cached_property
+    def frequency(self) -> tuple[str, float]:
+        """The parameter that is shown for omega, and the omega [rad/s] at which it is 1."""
+        scan = self.scan
+        varied = meant_by(scan.system.scene, [axis.name for axis in scan.axes])
+        constant = {*scan.system.parameters} - {*varied, *scan.system.following(varied)}
+
+        def value_of(name: str) -> float:
+            return scan.system.parameters[name] if name in constant else np.nan
+
+        return frequency_in(self.unit, value_of)
+
+    def shown(self, name: str) -> tuple[str, float]:
+        """Return what is shown for a parameter, and the parameter [SI units] where that is 1."""
+        return self.frequency if name == "omega" else (name, 1.0)
+
+    @cached_property
+    def axes(self) -> tuple[Axis, ...]:
+        """The axes as they are shown: the frequency in its unit."""
+        axes = []
+        for axis in self.scan.axes:
+            name, one = self.shown(axis.name)
+            if axis.stated is not None and axis.stated.name == name:
+                axis = axis.stated
+            elif name != axis.name:
+                axis = Axis(name, axis.values / one)
+            axes.append(axis)
+        return tuple(axes)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -131,10 +162,13 @@ class Stored:
         self.blocks.append(block)
 
 
-def stored(path: str | os.PathLike[str]) -> Stored:
+def stored(path: str | os.PathLike[str], unit: str | None = None) -> Stored:
     """Return the results in the archive of a scan.
 
-    Raises `RequestError` if there is no such file, if it is damaged, or if it is not a scan's.
+    Arguments: the `unit` in which frequencies are shown, None for that of the request.
+
+    Raises `RequestError` if there is no such file, if it is damaged, if it is not a scan's, and for
+    a wrong unit.
     """
     path = Path(path)
     with archive.read(path) as view:
@@ -158,18 +192,25 @@ def stored(path: str | os.PathLike[str]) -> Stored:
                 arrays[name] = view.take(name, forcing_period=slice(-shape[-2], None))
             else:
                 arrays[name] = view[name]
-        return Stored(scan, arrays, view.attrs, path)
+        return _shown(Stored(scan, arrays, view.attrs, path), unit)
 
 
-def empty(scan: Scan) -> Stored:
-    """Return the results of a scan that begins: no cell is computed yet."""
+def empty(scan: Scan, unit: str | None = None) -> Stored:
+    """Return the results of a scan that begins: no cell is computed yet; `unit` as `stored`."""
     arrays: dict[str, np.ndarray] = {}
     for name, shape in _shapes(scan).items():
         dataset = scan.table.datasets[name]
         dtype = object if dataset.dtype == "str" else dataset.dtype
         arrays[name] = np.full(shape, dataset.fill, dtype)
     arrays["status"][...] = NOT_COMPUTED
-    return Stored(scan, arrays)
+    return _shown(Stored(scan, arrays), unit)
+
+
+def _shown(results: Stored, unit: str | None) -> Stored:
+    unit = frequency_unit(unit, results.scan.document())
+    results = replace(results, unit=unit)
+    assert results.frequency  # refuses a unit that the scan does not have
+    return results
 
 
 def _shapes(scan: Scan) -> dict[str, tuple[int, ...]]:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from html import escape
 from math import isfinite
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from bokeh.palettes import Viridis256
@@ -33,7 +33,7 @@ from nlds_vines.plotting.palette import (
     ordered,
     short,
 )
-from nlds_vines.plotting.style import NAVY, NO_VALUE, start_colors
+from nlds_vines.plotting.style import GRAY, NAVY, NO_VALUE, STARTS, start_colors
 
 INK = "#3f77b5"
 """The color of a single curve, readable on a light page and on a dark one."""
@@ -56,37 +56,53 @@ _SHADES = 254  # of numbers; codes 0 and 1 mean "not computed" and "no value"
 
 
 class Places(NamedTuple):
-    """The places of the cells of an axis: their values or, of uneven values, 0, 1, 2 ..."""
+    """The places of the cells of an axis: its shown values or, of uneven values, 0, 1, 2 ...
+
+    `low` and `high` are the outer edges of the first and the last cell; the parameter is `one`
+    times the values of the `axis` [SI units].
+    """
 
     axis: Axis
     at: np.ndarray
     low: float
     high: float
     even: bool
-
-    @classmethod
-    def of(cls, axis: Axis) -> Places:
-        """Return the places of the cells and the outer edges of the first and the last."""
-        values, count = axis.values, axis.values.size
-        step = (values[-1] - values[0]) / (count - 1) if count > 1 else abs(values[0]) or 1.0
-        close = np.abs(values - values[0] - step * np.arange(count)) <= 1e-6 * abs(step) * count
-        even = bool(close.all())
-        at, size = (values, step) if even else (np.arange(count, dtype=float), 1.0)
-        return cls(axis, at, float(at[0] - size / 2), float(at[-1] + size / 2), even)
+    one: float
 
     def nearest(self, place: float) -> int | None:
         """Return the index of the cell at a place, None outside the map."""
         inside = self.low <= place <= self.high
         return int(np.abs(self.at - place).argmin()) if inside else None
 
-    def value(self, place: float) -> float:
-        """Return the value of the parameter at a place."""
-        return place if self.even else float(np.interp(place, self.at, self.axis.values))
+    def parameter(self, place: float) -> float:
+        """Return the value of the parameter at a place [SI units]."""
+        value = place if self.even else float(np.interp(place, self.at, self.axis.values))
+        return value * self.one
+
+    def of(self, parameter: Any) -> np.ndarray:
+        """Return the places of values of the parameter [SI units]."""
+        values = np.asarray(parameter, float) / self.one
+        return values if self.even else np.interp(values, self.axis.values, self.at)
 
     @property
     def label(self) -> str:
         entry = described(self.axis.name)
         return f"{entry.meaning.partition(';')[0]}, {in_brackets(entry.symbol, entry.unit)}"
+
+
+def places_of(results: Stored) -> list[Places]:
+    """Return the places of the cells along each axis of a map or a diagram."""
+    places = []
+    for axis, stored in zip(results.axes, results.scan.axes, strict=True):
+        values, count = axis.values, axis.values.size
+        step = (values[-1] - values[0]) / (count - 1) if count > 1 else abs(values[0]) or 1.0
+        close = np.abs(values - values[0] - step * np.arange(count)) <= 1e-6 * abs(step) * count
+        even = bool(close.all())
+        at, size = (values, step) if even else (np.arange(count, dtype=float), 1.0)
+        _, one = results.shown(stored.name)
+        low, high = float(at[0] - size / 2), float(at[-1] + size / 2)
+        places.append(Places(axis, at, low, high, even, one))
+    return places
 
 
 def in_brackets(words: str, unit: str) -> str:
@@ -297,8 +313,9 @@ def diagram_values(results: Stored, show: Show) -> np.ndarray:
 
 
 def diagram_colors(results: Stored) -> list[str]:
-    """Return the color of each start in a diagram."""
-    return [INK if shade == NAVY else shade for shade in start_colors(results.starts)]
+    """Return the color of each start in a diagram, readable on a light page and on a dark one."""
+    shades = {NAVY: INK, STARTS[-1]: GRAY}
+    return [shades.get(shade, shade) for shade in start_colors(results.starts)]
 
 
 def painted_diagram(
@@ -309,7 +326,7 @@ def painted_diagram(
     Its `size` [pixels] sets its cost, not the number of dots, and dots are as fine in any zoom.
     """
     (x0, x1, y0, y1), (width, height) = window, size
-    values, places = diagram_values(results, show), Places.of(results.scan.axes[0])
+    values, places = diagram_values(results, show), places_of(results)[0]
     with np.errstate(invalid="ignore", over="ignore"):
         columns = np.rint((places.at - x0) / (x1 - x0) * (width - 1))
         rows = np.rint((values - y0) / (y1 - y0) * (height - 1))
@@ -385,7 +402,7 @@ def cell_in_words(results: Stored, cell: tuple[int, int], start: int) -> list[st
     """Return the label of a cell, empty if there is none, its place, and its recorded numbers."""
     row, several = cell[0] * results.shape[1] + cell[1], len(results.starts) > 1
     head = results.starts[start] if several else ""
-    pairs = zip(results.scan.axes, cell, strict=False)
+    pairs = zip(results.axes, cell, strict=False)
     lines = [", ".join(values_in_words(axis)[i] for axis, i in pairs)]
     if "label" in results:
         labels = results.lanes("label")[row].tolist()

@@ -17,7 +17,9 @@ from nlds_vines.cli.running import (
     refuse_same,
 )
 from nlds_vines.cli.terminal import DONE, say
-from nlds_vines.explore.command import refuse_without_bokeh
+from nlds_vines.errors import choice
+from nlds_vines.explore.command import FREQUENCY, refuse_samples, refuse_without_bokeh
+from nlds_vines.model.ratios import UNITS
 
 _EXAMPLES = """\
 examples:
@@ -39,9 +41,12 @@ def _carry_out(options: argparse.Namespace) -> int:
     check_writable("output", output)
     refuse_replacing("output", output, RunOptions(overwrite=options.overwrite))
     refuse_without_bokeh("report")
+    if options.frequency is not None:
+        choice("--frequency", options.frequency, UNITS)
     from nlds_vines.explore.map_data import stored
 
-    results = stored(source)
+    results = stored(source, options.frequency)
+    refuse_samples(results.scan)
     if options.dry_run:
         say(f"{results.scan.title}: {results.scan.lanes} orbits into {output}")
         return DONE
@@ -61,6 +66,7 @@ def _declare(parser: Parser) -> None:
     add("source", metavar="FILE.h5", help="an archive")
     add("-o", "--output", metavar="PAGE.html", help="[FILE.html]")
     add("--branches", metavar="FILE.h5", help="a continuation, drawn over the map")
+    add("--frequency", metavar="UNIT", help=FREQUENCY)
     add("--overwrite", action="store_true", help="replace a page")
     add("--dry-run", action="store_true", help="only say what would be done")
     add("--quiet", action="store_true", help="say nothing")

@@ -36,7 +36,6 @@ from nlds_vines.explore.figures import (
 from nlds_vines.explore.map_data import NUMBERS, Stored
 from nlds_vines.explore.map_view import (
     STATUS_SHOW,
-    Places,
     Show,
     column,
     diagram_colors,
@@ -46,6 +45,7 @@ from nlds_vines.explore.map_view import (
     numbers_of,
     painted,
     painted_diagram,
+    places_of,
     shows_of,
     values_in_words,
 )
@@ -103,7 +103,7 @@ def report_page(
 
     It holds as many states of the sections and as many recorded numbers as `MOST_BYTES` allow.
     """
-    special = [] if branches is None else [special_table(branches)]
+    special = [] if branches is None else [special_table(branches, results)]
     tables = [table for table in (*special, *tables) if table.rows]
     empty = Section(np.empty((results.scan.lanes, 0, 0), "<u2"), np.empty(0), np.empty(0))
     bare = _page(results, branches, tables, empty, [])
@@ -183,10 +183,10 @@ def _page(
         or (show.classes and show.column != "computed")
     ] or [STATUS_SHOW]  # fmt: skip
     document, figure = Document(), MapFigure(results, False)
-    figure.show_axes([Places.of(axis) for axis in results.scan.axes])
+    figure.show_axes(places_of(results))
     figure.put_strip(results)
     arguments = _arguments(results, figure, shows, section, names)
-    lines = {} if branches is None else draw_branches(figure.main, branches, results.scan)
+    lines = {} if branches is None else draw_branches(figure.main, branches, results)
     source, planes = ColumnDataSource({name: [] for name in components}, name="section"), []
     spans = section.step * _LAST / 10 if points else np.ones(len(components))
     for i in range(0, len(components), 2):

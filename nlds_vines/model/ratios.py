@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, number
+from nlds_vines.errors import RequestError, choice, number
 from nlds_vines.model import parameters
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import PARAMETERS, Parameter
@@ -126,6 +126,32 @@ RATIOS = (
     _ratio("omega_ratio", "omega", ("k", "m"), _frequency),
 )
 """All ratios; a ratio comes after those whose parameters its unit needs."""
+
+
+def frequency_unit(unit: str | None, document: Mapping[str, Any]) -> str:
+    """Return a unit of `UNITS`; of None Hz if a table of a request states f, else rad/s."""
+    if unit is None:
+        tables = (table for table in document.values() if isinstance(table, Mapping))
+        return HZ if any("f" in table for table in tables) else RAD
+    return choice("frequency", unit, UNITS)
+
+
+def frequency_in(unit: str, value_of: Callable[[str], float]) -> tuple[str, float]:
+    """Return the name of the frequency in a unit, and the omega [rad/s] at which it is 1.
+
+    `value_of` returns the one value of a parameter, NaN if there is none or there are several.
+    """
+    if unit == RAD:
+        return "omega", 1.0
+    name = {HZ: "f", RATIO: "omega_ratio"}[unit]
+    for ratio in RATIOS:
+        values = {need: value_of(need) for need in ratio.needs}
+        if ratio.name == name and all(value > 0.0 for value in values.values()):
+            return name, float(ratio.unit_of(values))
+    raise RequestError(
+        "frequency = 'ratio' needs one frequency sqrt(k1 / m1) of the structure, which the results "
+        "do not have: take Hz"
+    )
 
 
 def ratios_in(scene: Scene) -> Mapping[str, Ratio]:

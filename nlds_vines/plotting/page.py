@@ -46,7 +46,7 @@ from matplotlib.transforms import offset_copy
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.files import open_regular, parse_toml
 from nlds_vines.errors import RequestError, choice, shown
-from nlds_vines.model.ratios import HZ, RAD, RATIO, RATIOS, UNITS
+from nlds_vines.model.ratios import HZ, RAD, RATIO, frequency_in, frequency_unit
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label
 
@@ -326,7 +326,6 @@ def size_of(axes: Axes) -> tuple[float, float]:
 
 
 _LABELS = {HZ: r"frequency of the force $f$ [Hz]", RATIO: r"frequency ratio $\omega/\omega_0$"}
-_RATIOS = {HZ: "f", RATIO: "omega_ratio"}
 _SYMBOLS = {HZ: r"$f$ [Hz]", RATIO: r"$\omega/\omega_0$"}
 
 
@@ -361,16 +360,19 @@ def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: boo
     Raises `RequestError` for a ratio without one frequency of the structure and, if `strict`, for a
     unit of a figure without such an axis.
     """
-    if unit is None:
-        tables = parse_toml(view.text("scan"), "the attribute scan").values()
-        unit = HZ if any("f" in table for table in tables if isinstance(table, dict)) else RAD
-        strict = False
-    if choice("frequency", unit, UNITS) == RAD:
-        return
+    strict = strict and unit is not None
+    unit = frequency_unit(unit, parse_toml(view.text("scan"), "the attribute scan"))
     labeled = list(_labeled(figure))
-    if not (labeled or strict):
+    if unit == RAD or not (labeled or strict):
         return
-    factor = 1.0 / _unit(view, _RATIOS[unit])
+
+    def value_of(name: str) -> float:
+        """Return the value that a parameter has everywhere in the archive, NaN for several."""
+        values = view[name] if name in view else np.asarray(view.attrs.get(name, np.nan))
+        first = float(np.ravel(values)[0])
+        return first if (values == first).all() else np.nan
+
+    factor = 1.0 / frequency_in(unit, value_of)[1]
     if not labeled:
         raise RequestError(f"frequency = {unit!r}: the picture has no axis of the frequency omega")
     for axis, along in labeled:
@@ -389,25 +391,6 @@ def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: boo
     spec = figure.axes[0].get_subplotspec()
     if isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine) and spec is not None:
         fit(figure, spec.get_topmost_subplotspec().get_gridspec())  # other numbers, other widths
-
-
-def _unit(view: ArchiveView, name: str) -> float:
-    """Return the omega [rad/s] at which a ratio is 1 in all of an archive."""
-    for ratio in RATIOS:
-        values = {need: _only(view, need) for need in ratio.needs}
-        if ratio.name == name and all(value > 0.0 for value in values.values()):
-            return ratio.unit_of(values)
-    raise RequestError(
-        "frequency = 'ratio' needs one frequency sqrt(k1 / m1) of the structure, which the archive "
-        "does not have: take Hz"
-    )
-
-
-def _only(view: ArchiveView, name: str) -> float:
-    """Return the value that a parameter has everywhere in an archive, NaN if it has several."""
-    values = view[name] if name in view else np.asarray(view.attrs.get(name, np.nan))
-    first = float(np.ravel(values)[0])
-    return first if (values == first).all() else np.nan
 
 
 def _labeled(figure: Figure) -> Iterator[tuple[Axis, Sequence[Axis]]]:

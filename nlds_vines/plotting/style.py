@@ -75,11 +75,12 @@ ROUND_OFF = 1e-17
 """The value at which an error of zero is drawn; smaller values are round-off."""
 
 _POLICIES = {"rest": NAVY, "up": HUES["blue"], "down": HUES["vermillion"]}
-_STARTS = (
+STARTS = (
     NAVY,
     *(HUES[name] for name in ("vermillion", "blue", "pink", "orange", "sky")),
     "#555555",
 )
+"""Colors of starts without a color of their own, the last one too dark for a dark page."""
 
 
 def axis_label(parameter: str) -> str:
@@ -109,7 +110,7 @@ def body_of(kind: object) -> str:
 
 def start_colors(starts: Sequence[str]) -> list[str]:
     """Return a color for every start, by its name; others repeat after seven."""
-    return [_POLICIES.get(name, _STARTS[i % len(_STARTS)]) for i, name in enumerate(starts)]
+    return [_POLICIES.get(name, STARTS[i % len(STARTS)]) for i, name in enumerate(starts)]
 
 
 def _labeled(meaning: str, symbol: str, unit: str) -> str:

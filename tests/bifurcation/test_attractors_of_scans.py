@@ -312,4 +312,4 @@ def test_the_page_of_an_archive_begins_orbits_where_the_axes_say(plane):
         assert start.state == (view["x_0"][3], view["v_0"][7])
     assert start.words == f"x_0 = {start.state[0]:g}, v_0 = {start.state[1]:g}"
     assert [axis.name for axis in archive.scan.axes] == ["x_0", "v_0"]
-    assert [spec.name for spec in sliders_of(archive.scan)][:2] == ["x_0", "v_0"]
+    assert [spec.name for spec in sliders_of(archive)][:2] == ["x_0", "v_0"]

@@ -92,6 +92,8 @@ def test_every_drawing_command_has_a_unit_of_the_frequency(here, ask, refusal, m
     for name in ("bifurcation", "response-curves", "continuation", "tuning", "transients",
                  "response-history --impulse 1", "portrait"):  # fmt: skip
         assert "kHz" in refusal(*name.split(), "--frequency", "kHz")
+    for name in ("explore", "report"):
+        assert "kHz" in refusal(name, next(here.glob("*.h5")), "--frequency", "kHz")
 
 
 def test_a_logarithmic_axis_has_round_numbers_of_hz(tmp_path):

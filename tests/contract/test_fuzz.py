@@ -231,7 +231,7 @@ def page(here, monkeypatch):
     from nlds_vines.explore.map_data import stored
 
     monkeypatch.setattr(live_orbit, "live_orbit", lambda *_: None)
-    monkeypatch.setattr(map_computation.Job, "begin", lambda _: None)
+    monkeypatch.setattr(map_computation.Job, "start", lambda _: None)
     page = Page(Document(), Opened(stored(write(here / "a.h5", make_scan(vary=MAP)))))
     page.later = lambda *_: None
     yield page

@@ -138,7 +138,7 @@ def test_a_slider_moves_the_orbit(page, click, small_map):
     click(0, 0)
     state = "m('history data').data.x1[100]"
     before = value_of(page, state)
-    place = [spec.name for spec in sliders_of(stored(small_map).scan)].index("C")
+    place = [spec.name for spec in sliders_of(stored(small_map))].index("C")
     exact = page.locator("#parameters input").nth(place)
     handle = page.locator("#parameters .noUi-handle").nth(place)
     acted(page, lambda: handle.press("ArrowRight"))
@@ -215,6 +215,10 @@ def test_both_themes_are_there(page):
     assert color_in(page) == light
     page.locator("button", has_text="◐").click()
     assert color_in(page) == dark
+    clear = page.evaluate("getComputedStyle(document.documentElement).getPropertyValue('--empty')")
+    assert (
+        min(int(clear[i : i + 2], 16) for i in (1, 3, 5)) > 2 * 0x1A
+    )  # chaos is not far from dark
     page.locator("button", has_text="◐").click()
     assert color_in(page) == light
 

@@ -15,16 +15,19 @@ from nlds_vines.explore.live_orbit import (
     LONG,
     MOST_POINTS,
     SHOW,
-    Sampling,
     evidence_of,
     live_orbit,
     portrait_command,
     words_of,
 )
 from nlds_vines.explore.map_computation import FEWEST, MOST_ORBITS, Job, finer
+from nlds_vines.explore.map_data import empty
 from nlds_vines.portrait.request import load_portrait
 
-SAMPLING = Sampling(60, 30, effort="quick")
+SAMPLING = load_scan(
+    None,
+    {"sampling": {"transient": 60, "periods": 30, "effort": "quick"}},
+)
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +112,7 @@ def test_the_multipliers_are_in_the_unit_circle(orbit):
 
 @pytest.mark.kernels
 def test_chaos_has_words_and_no_multipliers():
-    orbit = live_orbit(nv.load_system("ssul-set6", omega=7.39), None, Sampling())
+    orbit = live_orbit(nv.load_system("ssul-set6", omega=7.39), None, load_scan())
     assert orbit.regime is not None
     assert orbit.label == "chaos"
     assert orbit.panels["multipliers"]["re"].size == 0
@@ -206,8 +209,8 @@ def test_an_empty_part_is_refused(low_high):
 def test_a_job_computes_what_the_scan_means():
     messages = []
     job = Job(SCAN, lambda: messages.append(job.share))
-    job.begin()
-    job.wait()
+    job.start()
+    job.join()
     assert (job.done, messages[-1], job.error) == (55, 1.0, "")
     assert (job.results.arrays["label"] != "").all()
 
@@ -221,23 +224,23 @@ def test_a_job_says_that_kernels_are_compiled(monkeypatch):
     monkeypatch.setattr("nlds_vines.bifurcation.run.Computer", Compiling)
     messages = []
     job = Job(SCAN, lambda: messages.append(job.note))
-    job.begin()
-    job.wait()
+    job.start()
+    job.join()
     assert messages[0] == "compiling the kernels of ssul"
     assert messages[-1] == ""
 
 
 def test_a_cancelled_job_ends_with_its_block(monkeypatch):
     monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 1)
-    job = Job(SCAN, lambda: job.cancel())
-    job.begin()
-    job.wait()
+    job = Job(SCAN, lambda: setattr(job, "cancelled", True))
+    job.start()
+    job.join()
     assert 0 < job.done < 55
-    assert not job.running
+    assert not job.is_alive()
 
 
 def test_there_is_a_slider_for_every_parameter():
-    entries = sliders_of(SCAN)
+    entries = sliders_of(empty(SCAN))
     assert {entry.name for entry in entries} == set(SCAN.system.parameters)
     assert [entry.name for entry in entries[:2]] == ["P", "omega"] or [
         entry.name for entry in entries[:2]
@@ -250,6 +253,6 @@ def test_there_is_a_slider_for_every_parameter():
 
 def test_a_varied_stiffness_has_a_slider_in_place_of_the_constants():
     scan = load_scan({"system": "ssul-set6", "vary": {"K": {"start": 1e7, "stop": 9e7, "num": 5}}})
-    names = [entry.name for entry in sliders_of(scan)]
+    names = [entry.name for entry in sliders_of(empty(scan))]
     assert names[0] == "K"
     assert "E1" not in names

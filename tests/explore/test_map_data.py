@@ -7,7 +7,7 @@ import pytest
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.run import Computer
-from nlds_vines.explore.live_orbit import Sampling, live_orbit
+from nlds_vines.explore.live_orbit import live_orbit
 from nlds_vines.explore.map_data import empty, stored
 from nlds_vines.explore.map_view import classes_of, column, label_codes, shows_of
 from nlds_vines.explore.report_page import section_points
@@ -46,7 +46,7 @@ def test_every_cell_live_has_the_label_of_the_archive(small_map):
         for k in range(2):
             system = archive.system_of(cell)
             start = archive.start_of(cell, k, system)
-            orbit = live_orbit(system, start.state, Sampling.of(archive.scan))
+            orbit = live_orbit(system, start.state, archive.scan)
             assert orbit.label == archive.arrays["label"][(*cell, k)]
 
 

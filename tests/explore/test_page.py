@@ -1,5 +1,6 @@
 """A page without a browser: what its widgets do, what it shows, what ends with it."""
 
+import json
 import re
 import threading
 import time
@@ -13,7 +14,7 @@ bokeh = pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
 from bokeh.document import Document  # noqa: E402
 from bokeh.events import DoubleTap, MouseMove, RangesUpdate, SelectionGeometry, Tap  # noqa: E402
-from conftest import MAP, made_up  # noqa: E402
+from conftest import DIAGRAM, MAP, made_up  # noqa: E402
 
 from nlds_vines.bifurcation.request import load_scan  # noqa: E402
 from nlds_vines.errors import RequestError  # noqa: E402
@@ -22,7 +23,9 @@ from nlds_vines.explore.figures import BODY, OrbitFigures  # noqa: E402
 from nlds_vines.explore.live_page import Page  # noqa: E402
 from nlds_vines.explore.map_computation import COMPILING, LOADING, READY, Opened  # noqa: E402
 from nlds_vines.explore.map_data import stored  # noqa: E402
+from nlds_vines.explore.report_page import report_page  # noqa: E402
 from nlds_vines.model.catalog import load_system  # noqa: E402
+from nlds_vines.model.parameters import described  # noqa: E402
 from nlds_vines.plotting.palette import DAMPERS, short  # noqa: E402
 from nlds_vines.portrait.request import load_portrait  # noqa: E402
 
@@ -208,8 +211,8 @@ def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):
     assert not job.cancelled
     page.close()
     assert job.cancelled
-    job.wait(20.0)
-    assert not job.running
+    job.join(20.0)
+    assert not job.is_alive()
     assert opened.listeners == []
     assert not [t for t in threading.enumerate() if t.name == "refining"]
 
@@ -266,11 +269,11 @@ def test_the_page_says_what_the_kernels_do(small_map):
 
 
 def test_a_scan_is_computed_while_it_is_seen(small_diagram):
-    opened = Opened(None, stored(small_diagram).scan)
+    opened = Opened(stored(small_diagram).scan)
     seen = Seen(opened)
     opened.begin()
     seen.settle(
-        lambda _: opened.job.share == 1.0 and opened.kernels == READY and not opened.job.running
+        lambda _: opened.job.share == 1.0 and opened.kernels == READY and not opened.job.is_alive()
     )
     seen.settle()
     for label in stored(small_diagram).arrays["label"].ravel():
@@ -282,7 +285,7 @@ def test_a_scan_is_computed_while_it_is_seen(small_diagram):
 @pytest.fixture
 def idle(tmp_path, monkeypatch):
     """A page that computes nothing."""
-    monkeypatch.setattr("nlds_vines.explore.map_computation.Job.begin", lambda _: None)
+    monkeypatch.setattr("nlds_vines.explore.map_computation.Job.start", lambda _: None)
     monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
     seen = Seen(Opened(stored(made_up(MAP, tmp_path / "map.h5"))))
     seen.settle()
@@ -299,6 +302,46 @@ def test_the_pointer_shows_a_cell_and_nothing_beside_the_map(idle):
     assert page.tip.styles["left"] == "90px"
     idle.event(main, MouseMove, x=1.0, y=700.0, sx=0, sy=30)
     assert not page.tip.visible
+
+
+HERTZ = {**DIAGRAM, "vary": {"f": {"start": 1.1, "stop": 1.3, "num": 9}}}
+
+
+@pytest.mark.parametrize(
+    ("document", "unit", "name", "one"),
+    [(HERTZ, None, "f", 2 * np.pi), (MAP, "Hz", "f", 2 * np.pi),
+     (MAP, "ratio", "omega_ratio", np.sqrt(39.5)), (HERTZ, "rad/s", "omega", 1.0)],
+)  # fmt: skip
+def test_a_page_has_one_unit_of_the_frequency(document, unit, name, one, tmp_path, monkeypatch):
+    """Axes, clicks, words, fields and parts have it; systems and requests have rad/s."""
+    monkeypatch.setattr("nlds_vines.explore.map_computation.Job.start", lambda _: None)
+    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
+    archive = stored(made_up(document, tmp_path / "a.h5"), unit)
+    seen = Seen(Opened(archive))
+    page, entry, omega = seen.page, described(name), archive.scan.axes[0].values
+    unit_words = "" if entry.unit == "1" else f" {entry.unit}"
+    assert page.map.main.xaxis.axis_label.endswith(
+        f"{entry.symbol} [{entry.unit}]" if unit_words else entry.symbol
+    )
+    at = page.map.places[1].at[0] if page.map.is_map else 0.0
+    seen.event(page.map.main, Tap, x=omega[3] / one, y=at)
+    assert page.chosen.cell == (3, 0)
+    assert f"{entry.symbol} = {omega[3] / one:.6g}{unit_words}" in page.readout.text
+    _, slider, exact = page.sliders["omega"]
+    assert slider.title.startswith(entry.symbol)
+    assert exact.value == pytest.approx(omega[3] / one)
+    exact.value = float(f"{omega[4] / one:.6g}")
+    assert page.chosen.system().parameters["omega"] == pytest.approx(omega[4], rel=1e-5)
+    page.refine((omega[2] / one, omega[5] / one), (0.0, 800.0))
+    part = page.job.results
+    np.testing.assert_allclose(part.scan.axes[0].values[[0, -1]], omega[[2, 5]])
+    np.testing.assert_allclose(part.axes[0].values[[0, -1]], omega[[2, 5]] / one)
+    assert part.scan.document()["vary"].keys() == document["vary"].keys()
+    assert (part.axes[0].name, load_scan(part.scan.document()).axes) == (name, part.scan.axes)
+    html = report_page(archive).html
+    words = f"{entry.symbol} = {omega[1] / one:.6g}{unit_words}"
+    assert json.dumps(words) in html
+    page.close()
 
 
 def test_the_chosen_cell_is_told_in_words(idle):

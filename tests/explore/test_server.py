@@ -5,6 +5,7 @@ import http.client
 import signal
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
+import numpy as np
 import pytest
 
 import nlds_vines as nv
@@ -169,6 +170,18 @@ def test_a_map_of_too_many_orbits_is_refused_in_one_line(here, refusal):
     line = refusal("explore", "large.toml", "--no-browser", "--port", "0")
     assert line.count("\n") == 1
     assert "has 100000000 orbits; a page shows up to 4000000" in line
+
+
+@pytest.mark.parametrize("command", ["explore", "report"])
+def test_samples_are_refused_in_one_line(command, here, refusal):
+    samples = {"k1": np.array([3.9e4, 4e4]), "C": np.array([0.06, 0.062])}
+    sampling = {"transient": 10, "periods": 8}
+    nv.scan("ssul-set6", samples=samples, sampling=sampling, to="samples.h5", quiet=True)
+    for more in ([], ["--dry-run"]):
+        line = refusal(command, "samples.h5", *more)
+        assert line.count("\n") == 1
+        assert "samples have no axis" in line
+        assert "--at sample=3" in line
 
 
 PLANE = {

@@ -109,7 +109,6 @@ class Point:
 
 
 def real_product(factors: list[complex]) -> float:
-    """Return the real part of the product of complex factors."""
     product = 1.0 + 0.0j
     for factor in factors:
         product *= factor
@@ -117,35 +116,18 @@ def real_product(factors: list[complex]) -> float:
 
 
 def length(weights: np.ndarray, step: np.ndarray) -> float:
-    """Return the weighted length of a step (size + 1,)."""
     scaled = weights * step
     return math.sqrt(float((scaled * scaled).sum()))
 
 
 def close(
-    section_map: SectionMap, place: np.ndarray, n: int, row: np.ndarray, weights: np.ndarray
-) -> tuple[Cycle | None, float]:
-    """Return the nT orbit in the plane through `place` normal to `row` (size + 1,).
-
-    Returns
-    -------
-    cycle : Cycle or None
-        None if Newton's method does not converge.
-    contraction : float
-        Ratio of Newton's second to its first step; 0 if there was no second step.
-    """
-    cycle, _, ratio = corrected(section_map, place, n, row, weights)
-    return cycle, ratio
-
-
-def corrected(
     section_map: SectionMap,
     place: np.ndarray,
     n: int,
     row: np.ndarray,
     weights: np.ndarray,
     equation: Equation | None = None,
-) -> tuple[Cycle | None, np.ndarray, float]:
+) -> tuple[Cycle | None, float, np.ndarray]:
     """Return the nT orbit in the plane through `place` normal to `row`, by Newton's method.
 
     Parameters
@@ -156,12 +138,12 @@ def corrected(
     Returns
     -------
     cycle : Cycle or None
-        As from `close`.
+        None if Newton's method does not converge.
+    contraction : float
+        Ratio of Newton's second to its first step; 0 if there was no second step.
     rows : (m, size + m) ndarray
         The rows that border the closing equations: the derivatives of `equation`, if there is one,
         and `row`.
-    contraction : float
-        As from `close`.
     """
     anchor, before, first, ratio = place, math.inf, 0.0, 0.0
     rows, rules = row[np.newaxis], OF_BRANCH if equation is None else OF_CURVE
@@ -179,13 +161,13 @@ def corrected(
         elif cycle.defect <= CLOSED or (
             cycle.defect <= GOOD_ENOUGH and cycle.defect > 0.25 * before
         ):
-            return cycle, rows, ratio
+            return cycle, ratio, rows
         step, _ = bordered(closing(cycle), cycle.slopes, rows, right)
         if step is None or not np.isfinite(step).all():
             break
         far = length(weights, step)
         if far <= rules.round_off:
-            return cycle, rows, ratio
+            return cycle, ratio, rows
         if iteration == 0:
             first = far
         elif iteration == 1 and first > rules.least_first:
@@ -193,7 +175,7 @@ def corrected(
         if far > 2.0 * first:
             break
         place, before = place + step, cycle.defect
-    return None, rows, math.inf
+    return None, math.inf, rows
 
 
 def tangent_of(
@@ -233,14 +215,13 @@ def along(section_map: SectionMap, point: Point, step: float) -> tuple[Point | N
     """
     place = point.cycle.place + step * point.tangent
     row = point.weights * point.weights * point.tangent
-    cycle, contraction = close(section_map, place, point.cycle.n, row, point.weights)
+    cycle, contraction, _ = close(section_map, place, point.cycle.n, row, point.weights)
     if cycle is None:
         return None, contraction
     return point_of(section_map, cycle, point.tangent, 1.0 / point.weights[-1:]), contraction
 
 
 def angle_of(a: Point, b: Point) -> float:
-    """Return the angle between the tangents of two points."""
     weights = a.weights * a.weights
     cosine = float((weights * a.tangent * b.tangent).sum()) / length(a.weights, b.tangent)
     return math.acos(max(-1.0, min(1.0, cosine)))
@@ -378,7 +359,6 @@ def cycle_at_zero(zero: SectionMap, cycle: Cycle) -> Cycle | None:
 
 
 def point_at_zero(zero: SectionMap, point: Point) -> Point:
-    """Return a point of a branch in the map at phase zero."""
     if not point.cycle.since:
         return point
     at_zero = moved(zero.shot(point.cycle.since), zero, point)

@@ -97,7 +97,6 @@ class Arm:
 
     @cached_property
     def begin(self) -> Point:
-        """The first point."""
         return self.points[0]
 
 
@@ -114,7 +113,6 @@ class Bounds:
         return np.array([self.high - self.low])
 
     def contains(self, value: float) -> bool:
-        """Return True if a value lies in the interval."""
         return self.low <= value <= self.high
 
 
@@ -237,25 +235,19 @@ def _append(
     else:
         for special in specials_between(section_map, a, b):
             arm.specials.append(replace(special, index=len(arm.points) - 1))
-            _drop_turn_at_branch_point(arm)
+            # a branch that leaves symmetric orbits turns at its branch point: if a point of it lies
+            # there, the fold is located in one step and the branch point in the next
+            last = arm.specials[-2:]
+            far = abs(last[0].value - last[-1].value)
+            if {one.kind for one in last} == {"LP", "BP"} and far < SAME_TURN * max(
+                1.0, abs(last[0].value)
+            ):
+                arm.specials[-2:] = [one for one in last if one.kind == "BP"]
     arm.points.append(b)
     if not arm.end:
         _end_at_grazing(section_map, arm)
     if not arm.end and _is_beyond(section_map, b):
         _end_at_limit(section_map, arm)
-
-
-def _drop_turn_at_branch_point(arm: Arm) -> None:
-    """Drop a fold that coincides with a branch point.
-
-    A branch that leaves symmetric orbits turns at its branch point.  If a point of the branch lies
-    there, the fold is located in one step and the branch point in the next.
-    """
-    last = arm.specials[-2:]
-    if {special.kind for special in last} != {"LP", "BP"}:
-        return
-    if abs(last[0].value - last[1].value) < SAME_TURN * max(1.0, abs(last[0].value)):
-        arm.specials[-2:] = [special for special in last if special.kind == "BP"]
 
 
 # ---- why a branch ends ----

@@ -45,7 +45,6 @@ if all entries are computed at once."""
 
 
 def _of_points(request: Continuation) -> Entries:
-    """Yield the datasets of points, as functions of their cycles."""
     dims, free, scene = ("point",), PARAMETERS[request.along.name], request.system.scene
     pair = ("multiplier", "part")
     yield Dataset.whole("branch_of_point", dims, "branch that a point belongs to"), None
@@ -73,7 +72,6 @@ def _of_points(request: Continuation) -> Entries:
 
 
 def _of_specials(request: Continuation) -> Entries:
-    """Yield the datasets of special points."""
     dims, free, scene = ("special",), PARAMETERS[request.along.name], request.system.scene
     pair = ("multiplier", "part")
     yield Dataset.whole("special_branch", dims, "branch that it lies on"), None
@@ -98,7 +96,6 @@ def _of_specials(request: Continuation) -> Entries:
 
 
 def _of_branches() -> Entries:
-    """Yield the datasets of branches, as functions of their tracks."""
     dims = ("branch",)
     incomplete = Dataset.code("status", dims, "whether a branch is complete", STATUS_FLAGS)
     yield incomplete, lambda t: any(end in INCOMPLETE for end in t.ends)
@@ -117,13 +114,11 @@ def _of_branches() -> Entries:
 
 
 def datasets_of(request: Continuation) -> list[Dataset]:
-    """Return the datasets of an archive of branches."""
     entries = (*_of_points(request), *_of_specials(request), *_of_branches())
     return [entry for entry, _ in entries]
 
 
 def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[Track]) -> Tables:
-    """Return the arrays of the datasets of branches by name."""
     cycles = [point.cycle for track in tracks for point in track.points]
     specials = [special for track in tracks for special in track.specials]
     size, along, system = section_map.size, (request.along.name,), request.system
@@ -190,7 +185,6 @@ def _determinant_error(cycle: Cycle) -> float:
 
 
 def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
-    """Return the dimensions of an archive of branches."""
     components = request.system.scene.components
 
     def numbered(name: str, like: str, text: str, first: int = 0) -> Scale:
@@ -279,7 +273,7 @@ def _arrays_of(request: Continuation, curve: Curve) -> Arrays:
     names, size = [item.name for item in request.free], len(request.system.scene.components)
     cycles = [point.cycle for point in curve.points]
     places = np.array([cycle.place for cycle in cycles]).reshape(-1, size + 2)
-    met = np.array([meeting.point.cycle.values for meeting in curve.meetings]).reshape(-1, 2)
+    met = np.array([point.cycle.values for _, point in curve.meetings]).reshape(-1, 2)
     mu = np.array([cycle.multipliers for cycle in cycles], dtype=complex).reshape(-1, size)
     whole = {
         "curve_impact_count": [sum(cycle.counts) for cycle in cycles],
@@ -294,12 +288,11 @@ def _arrays_of(request: Continuation, curve: Curve) -> Arrays:
         "curve_multipliers": np.stack([mu.real, mu.imag], axis=-1),
         **{name: np.array(values, dtype=np.int64) for name, values in whole.items()},
         **{f"meeting_{name}": met[:, i] for i, name in enumerate(names)},
-        "meeting": np.array([meeting.name for meeting in curve.meetings], dtype="U8"),
+        "meeting": np.array([name for name, _ in curve.meetings], dtype="U8"),
     }
 
 
 def curve_scales(tables: Mapping[str, np.ndarray]) -> list[Scale]:
-    """Return the dimensions of curves in an archive."""
     texts = {
         "curve_point": ("curve_of_point", "point of a curve, curve after curve"),
         "curve": ("curve_kind", "curve of special points"),
@@ -309,7 +302,6 @@ def curve_scales(tables: Mapping[str, np.ndarray]) -> list[Scale]:
 
 
 def curve_datasets(request: Continuation) -> Iterator[Dataset]:
-    """Yield the datasets of curves in an archive."""
     point, curve, meeting = ("curve_point",), ("curve",), ("meeting_point",)
     yield Dataset.whole("curve_of_point", point, "curve that a point belongs to")
     for name in (item.name for item in request.free):

@@ -212,7 +212,13 @@ class Job(commands.Job):
         picture(self.over).save(self.archive, plot, frequency=self.frequency)
 
     def lines(self, results: Continued) -> list[str]:
-        return [*results.lines(), *self.border_lines(results)]
+        if self.over is None or self.request.plane is not None:
+            return [*results.lines()]
+        from nlds_vines.archives.archive import read
+        from nlds_vines.continuation.regime_borders import borders_of, report
+
+        with read(self.over) as scan:
+            return [*results.lines(), *report(results, scan, borders_of(results, scan))]
 
     def failure(self, results: Continued) -> str:
         incomplete = int(results.tables["status"].sum())
@@ -237,16 +243,6 @@ class Job(commands.Job):
             f"branches: and those of {request.doublings} period doublings one after another",
             f"archive:  {self.archive}",
         ]
-
-    def border_lines(self, results: Continued) -> list[str]:
-        """Return a line for each border of the scan under the branches, with its reason."""
-        if self.over is None or self.request.plane is not None:
-            return []
-        from nlds_vines.archives.archive import read
-        from nlds_vines.continuation.regime_borders import borders_of, report
-
-        with read(self.over) as scan:
-            return list(report(results, scan, borders_of(results, scan)))
 
 
 def _begin(text: str) -> dict[str, Any]:

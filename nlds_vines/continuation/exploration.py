@@ -116,12 +116,10 @@ class Track:
 
     @property
     def n(self) -> int:
-        """The number of forcing periods of its orbits."""
         return self.points[0].cycle.n
 
     @property
     def values(self) -> np.ndarray:
-        """The parameter at its points (points,)."""
         return np.array([point.value for point in self.points])
 
 
@@ -133,7 +131,6 @@ of its argument, which it saves."""
 
 
 def made_now(make: Callable[[], Arrays]) -> Arrays:
-    """Call `make` and save nothing."""
     return make()
 
 
@@ -457,7 +454,6 @@ def _meet(section_map: SectionMap, one: tuple[Track, Special], two: tuple[Track,
 
 
 def _located_as(special: Special, best: Special) -> Special:
-    """Return a special point with the orbit of `best`."""
     point = replace(special.point, cycle=best.point.cycle)
     return replace(special, point=point, residual=best.residual, bracket=best.bracket)
 

@@ -84,7 +84,6 @@ def picture(over: str | os.PathLike[str] | None = None) -> Picture:
 
 
 def _panels(view: ArchiveView) -> dict[str, str]:
-    """Return the names of the panels with their meanings."""
     result = continued(view.path)
     if result.request.plane is None:
         return panels_of(result)
@@ -92,11 +91,18 @@ def _panels(view: ArchiveView) -> dict[str, str]:
 
 
 def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
+    """Draw one panel of a diagram, or the plane, into axes, with its legend."""
     result = continued(view.path)
     if result.request.plane is None:
-        fill_branches(axes, result, name)
-    else:
-        fill_plane(axes, result)
+        _fill(axes, result, name)
+        axes.set_xlabel(axis_label(result.request.along.name))
+        axes.set_xlim(result.request.along.low, result.request.along.high)
+        axes.legend(handles=_handles(result))
+        return
+    _label(axes, result)
+    for curve in result.curves:
+        _draw_special(axes, curve, 0)
+    axes.legend(handles=_plane_handles(result))
 
 
 PICTURE = picture()
@@ -120,7 +126,10 @@ def branch_diagram(
     name, shown = result.request.along.name, shown or list(panels_of(result))
     if scan is not None and scan.axes != (name,):
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {name} alone")
-    regimes = [] if scan is None or "label" not in scan else _regimes(result, scan)
+    regimes: list[Band] = []
+    if scan is not None and "label" in scan:
+        inside = _inside(result, scan)
+        regimes = bands(scan[name][inside], scan.take("label", start=0)[inside])
     heights = [STRIP] * bool(regimes) + [_PANEL * page.panel] * len(shown)
     figure, grid = new_figure(page, heights)
     panels: list[Axes] = []
@@ -144,23 +153,9 @@ def branch_diagram(
 
 
 def panels_of(result: Continued) -> dict[str, str]:
-    """Return the panels of a diagram with their meanings: a displacement, and the energy."""
-    component = _component(result)
-    return {component: f"{component} at the section [m]", _ENERGY: "largest energy [J]"}
-
-
-def fill_branches(axes: Axes, result: Continued, name: str) -> None:
-    """Draw one panel of a diagram of branches into axes, with its legend."""
-    _fill(axes, result, name)
-    axes.set_xlabel(axis_label(result.request.along.name))
-    axes.set_xlim(result.request.along.low, result.request.along.high)
-    axes.legend(handles=_handles(result))
-
-
-def _component(result: Continued) -> str:
-    """Return the displacement that is drawn: that of the body that meets a wall."""
     names = result.request.system.scene.components
-    return next(name for name in ("x2", "x", "x1") if name in names)
+    component = next(one for one in ("x2", "x", "x1") if one in names)  # of the body that impacts
+    return {component: f"{component} at the section [m]", _ENERGY: "largest energy [J]"}
 
 
 def _inside(result: Continued, scan: ArchiveView) -> np.ndarray:
@@ -193,7 +188,6 @@ def _fill(panel: Axes, result: Continued, name: str, scan: ArchiveView | None = 
 
 
 def _draw_scan(panel: Axes, result: Continued, scan: ArchiveView, name: str) -> None:
-    """Draw the orbits of a scan as dots."""
     inside = _inside(result, scan)
     values = scan[result.request.along.name][inside]
     if name == _ENERGY and name in scan:
@@ -216,12 +210,6 @@ def _draw_curve(panel: Axes, branch: Branch, values: np.ndarray) -> None:
     dashed[:-1] |= unstable[1:]
     panel.plot(branch.parameter, np.where(dashed, shown, np.nan), zorder=2, **_UNSTABLE)
     panel.plot(branch.parameter, np.where(branch.stable, shown, np.nan), zorder=3, **_STABLE)
-
-
-def _regimes(result: Continued, scan: ArchiveView) -> list[Band]:
-    """Return the regimes of the first start of a scan along the interval."""
-    inside = _inside(result, scan)
-    return bands(scan[scan.axes[0]][inside], scan.take("label", start=0)[inside])
 
 
 def _mark_borders(panel: Axes, result: Continued, scan: ArchiveView) -> None:
@@ -304,16 +292,7 @@ def plane_diagram(
     return figure
 
 
-def fill_plane(axes: Axes, result: Continued) -> None:
-    """Draw the curves of a continuation in their plane into axes, with their legend."""
-    _label(axes, result)
-    for curve in result.curves:
-        _draw_special(axes, curve, 0)
-    axes.legend(handles=_plane_handles(result))
-
-
 def _label(axes: Axes, result: Continued) -> None:
-    """Give axes the intervals and names of both parameters."""
     (along, plane) = result.request.free
     axes.set_xlim(along.low, along.high)
     axes.set_ylim(plane.low, plane.high)
@@ -339,14 +318,12 @@ def _draw_special(axes: Axes, curve: SpecialCurve, across: int) -> None:
 
 
 def _look(kind: str, n: int) -> dict[str, Any]:
-    """Return color and dashes of a curve of nT orbits."""
     look: dict[str, Any] = {"color": MARKS[kind]["color"], "linewidth": 1.1}
     dashes = _DASHES.get(n, _DASHES[8])
     return look | ({"dashes": dashes} if dashes else {})
 
 
 def _plane_handles(result: Continued) -> list[Line2D]:
-    """Return the entries of the legend: the kinds and periods of the curves."""
     handles = []
     for kind, n in dict.fromkeys((curve.kind, curve.period) for curve in result.curves):
         label = f"{kind} of {'T' if n == 1 else f'{n}T'} ({WORDS[kind]})"

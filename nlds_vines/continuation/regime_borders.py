@@ -16,7 +16,7 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.cli.terminal import table
 from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.exploration import is_same
-from nlds_vines.continuation.result import Branch, Continued, map_of
+from nlds_vines.continuation.result import Continued, map_of
 from nlds_vines.continuation.run import orbits_in
 from nlds_vines.continuation.section_map import SectionMap, place_of
 from nlds_vines.continuation.special_points import doubling_near
@@ -96,7 +96,6 @@ class Border:
 
     @property
     def words(self) -> str:
-        """The reason of the change, in words."""
         if not any(self.periodic):
             return "no periodic orbit on either side"
         if not self.explained and not self.unfollowed:
@@ -184,39 +183,27 @@ def _walked(
         label = str(branch.labels[point])
         if (until - values[point]) * toward <= 0.0:
             if events and events[-1][0] == "GR":
-                label = _beyond(rows, events[-1], ahead)
+                row = rows[rows.value == events[-1][1]][0]
+                label = str(row.after if ahead > 0 else row.before)
             elif not any(kind == "GR" for kind, _ in events):
                 label = str(branch.labels[segment if ahead > 0 else segment + 1])
             return Walk(tuple(events), True, label)
         segment += ahead
     if branch.ends[ahead > 0] == "shorter":
-        doubling = _doubling_at(result, section_map, branch, -1 if ahead > 0 else 0)
-        events += [] if doubling is None else [("PD", doubling)]
+        along, end = result.request.along, -1 if ahead > 0 else 0
+        place = place_of(
+            result.request.system, along.name, float(values[end]), branch.states[end].tolist()
+        )
+        lengths = np.array([along.high - along.low])
+        doubling = doubling_near(section_map, place, branch.period // 2, lengths)
+        events += [] if doubling is None else [("PD", doubling.value)]
     return Walk(tuple(events), False, label)
-
-
-def _doubling_at(
-    result: Continued, section_map: SectionMap, branch: Branch, end: int
-) -> float | None:
-    """Return the parameter of the period doubling in which a branch ends."""
-    name, value = result.request.along.name, float(branch.parameter[end])
-    place = place_of(result.request.system, name, value, tuple(branch.states[end].tolist()))
-    lengths = np.array([result.request.along.high - result.request.along.low])
-    point = doubling_near(section_map, place, branch.period // 2, lengths)
-    return None if point is None else point.value
-
-
-def _beyond(rows: np.recarray, event: tuple[str, float], ahead: int) -> str:
-    """Return the label beyond a grazing, in the direction `ahead`."""
-    row = rows[rows.value == event[1]][0]
-    return str(row.after if ahead > 0 else row.before)
 
 
 # ---- as text ----
 
 
 def report(result: Continued, scan: ArchiveView, borders: list[Border]) -> Iterator[str]:
-    """Yield the lines of a Markdown table with the reason of each border of a scan."""
     name = result.request.along.name
     if not borders:
         yield "The regime of the scan is the same in all cells of this interval: no borders."

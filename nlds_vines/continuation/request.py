@@ -106,7 +106,6 @@ class Begin:
 
     @property
     def orbits(self) -> tuple[Orbit, ...]:
-        """The given orbits."""
         return tuple(map(Orbit, self.states, self.values, self.periods))
 
 
@@ -211,7 +210,6 @@ class Continuation(Request):
         return {**self.system.attributes(varied), "along": self.along.name}
 
     def document(self) -> dict[str, Any]:
-        """Return the complete request as nested tables of a TOML file."""
         begin: dict[str, Any] = {"policy": self.begin.policy}
         if self.begin.policy in ("random", "label"):
             begin |= {"count": self.begin.count, "seed": self.begin.seed}

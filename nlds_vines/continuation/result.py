@@ -386,42 +386,30 @@ class Continued(Drawable):
             (len(self.special_points), "special point", "s"),
         )
         yield ", ".join(f"{n} {word}{plural * (n != 1)}" for n, word, plural in counts)
-        for i, branch in enumerate(self.branches):
-            yield from self._branch_lines(i, branch)
-        for curve in self.curves:
-            yield from self._curve_lines(curve)
-
-    def _curve_lines(self, curve: SpecialCurve) -> Iterator[str]:
         names = [item.name for item in self.request.free]
-        ranges = [
-            f"{name} {column.min():.6g} to {column.max():.6g}"
-            for name, column in zip(names, curve.values.T, strict=True)
-        ]
-        ends = ", ".join(curve.ends)
-        yield f"curve of {curve.kind}, {curve.period}T: {', '.join(ranges)}; ends: {ends}"
-        for name, first, second in curve.meetings:
-            yield f"  {name:<6} {names[0]} = {first:.10g}, {names[1]} = {second:.10g}"
-
-    def _branch_lines(self, i: int, branch: Branch) -> Iterator[str]:
-        name = self.request.along.name
-        labels = ", ".join(dict.fromkeys(branch.labels.tolist()))
-        origin = "" if branch.parent < 0 else f" from {branch.origin} of branch {branch.parent}"
-        yield (
-            f"branch {i}{origin}: {labels}; {name} {branch.parameter.min():.6g} to "
-            f"{branch.parameter.max():.6g}; {int(branch.stable.sum())} of {len(branch)} points "
-            f"stable; ends: {branch.ends[0]}, {branch.ends[1]}"
-        )
-        for row in self.special_points[self.special_points.branch == i]:
-            change = f"{row.before} -> {row.after}" if row.before != row.after else row.before
-            wall = f" ({row.wall} wall{'s' * (row.wall == 'both')})" if row.wall else ""
-            note = "" if row.resolved else f"; unresolved, within {row.bracket:.1g}"
-            if row.switch == "failed":
-                note += "; the branch that leaves there was not found"
-            yield f"  {row.kind:<3} {name} = {row.value:.12g}  {change}{wall}{note}"
-
-    def heading(self) -> str:
-        """Return the title."""
-        return self.request.title
+        for i, branch in enumerate(self.branches):
+            labels = ", ".join(dict.fromkeys(branch.labels.tolist()))
+            origin = "" if branch.parent < 0 else f" from {branch.origin} of branch {branch.parent}"
+            yield (
+                f"branch {i}{origin}: {labels}; {names[0]} {branch.parameter.min():.6g} to "
+                f"{branch.parameter.max():.6g}; {int(branch.stable.sum())} of {len(branch)} points "
+                f"stable; ends: {branch.ends[0]}, {branch.ends[1]}"
+            )
+            for row in self.special_points[self.special_points.branch == i]:
+                change = f"{row.before} -> {row.after}" if row.before != row.after else row.before
+                wall = f" ({row.wall} wall{'s' * (row.wall == 'both')})" if row.wall else ""
+                note = "" if row.resolved else f"; unresolved, within {row.bracket:.1g}"
+                if row.switch == "failed":
+                    note += "; the branch that leaves there was not found"
+                yield f"  {row.kind:<3} {names[0]} = {row.value:.12g}  {change}{wall}{note}"
+        for curve in self.curves:
+            ranges = ", ".join(
+                f"{name} {column.min():.6g} to {column.max():.6g}"
+                for name, column in zip(names, curve.values.T, strict=True)
+            )
+            yield f"curve of {curve.kind}, {curve.period}T: {ranges}; ends: {', '.join(curve.ends)}"
+            for name, first, second in curve.meetings:
+                yield f"  {name:<6} {names[0]} = {first:.10g}, {names[1]} = {second:.10g}"
 
     def outline(self) -> Rows:
         """Return the numbers of branches, special points and curves."""
@@ -444,7 +432,6 @@ def _counted(words: list[str]) -> list[tuple[str, int]]:
 
 
 def map_of(request: Continuation) -> SectionMap:
-    """Return the section map of a continuation."""
     return SectionMap(request.system, (request.along.name,), Settings(float(request.tolerance)))
 
 

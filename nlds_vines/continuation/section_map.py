@@ -106,7 +106,6 @@ class SectionMap:
     def __init__(
         self, system: System, names: tuple[str, ...], settings: Settings | None = None
     ) -> None:
-        """Prepare the map of `system` with the free parameters `names`."""
         self.system, self.names = system.with_axes(names), names
         self.scene = self.system.scene
         self.size = len(self.scene.components)
@@ -114,7 +113,6 @@ class SectionMap:
         self._parts = parts_of("exact", self.scene, settings)
 
     def shot(self, since: float) -> SectionMap:
-        """Return the map of states at phase `since` [periods]."""
         shifted = copy.copy(self)
         shifted.since = since
         return shifted
@@ -147,7 +145,6 @@ class SectionMap:
         return tuple(columns)
 
     def compile(self, tell: Tell | None) -> None:
-        """Compile the kernels of continuation, unless the cache has them; `tell` is told."""
         parts, size, state = self._parts, self.size, np.zeros(4)
         cells = np.zeros(1, self._template.dtype).view(np.recarray)  # refused at once
         compilation = Compilation(Needed(self.scene.key, "exact", ()), tell, helped=False)
@@ -337,7 +334,6 @@ def bordered(
 
 
 def closing(cycle: Cycle) -> np.ndarray:
-    """Return M - I (size, size)."""
     return shifted(cycle.matrix, -1.0)
 
 

@@ -33,7 +33,7 @@ from nlds_vines.continuation.arclength import (
     angle_of,
     best_map,
     better_map,
-    corrected,
+    close,
     length,
     place_at,
     real_product,
@@ -68,7 +68,6 @@ Function = Callable[[Cycle], float]
 
 
 def singular_matrix(kind: str, cycle: Cycle) -> np.ndarray:
-    """Return the matrix that is singular at an LP, PD or NS."""
     if kind == "NS":
         return bialternate(cycle.matrix)
     return shifted(cycle.matrix, -1.0 if kind == "LP" else 1.0)
@@ -158,12 +157,8 @@ ENDS = {
 """Reasons why a curve ends."""
 
 
-@dataclass(frozen=True, eq=False)
-class Meeting:
-    """A point of codimension two and its name, a key of `CONDITIONS`."""
-
-    name: str
-    point: Point
+Meeting = tuple[str, Point]
+"""A point of codimension two after its name, a key of `CONDITIONS`."""
 
 
 @dataclass
@@ -224,28 +219,25 @@ class Tracer:
         """Return the point of the curve near an orbit, its tangent turned `toward` a direction."""
         weights = self.section_map.weights(cycle, self.high - self.low)
         row = weights * weights * toward
-        cycle_on_curve, rows, _ = self._corrected(cycle, weights, cycle.place, row)
-        if cycle_on_curve is None:
-            return None
-        return self._with_tangent(cycle_on_curve, rows, weights)
+        on_curve, _, rows = self._closed(cycle, weights, cycle.place, row)
+        return None if on_curve is None else self._with_tangent(on_curve, rows, weights)
 
-    def _corrected(
+    def _closed(
         self, cycle: Cycle, weights: np.ndarray, place: np.ndarray, row: np.ndarray
-    ) -> tuple[Cycle | None, np.ndarray, float]:
+    ) -> tuple[Cycle | None, float, np.ndarray]:
         """Return the orbit of the curve in the plane through `place` normal to `row`.
 
         `cycle` is an orbit nearby, by which the further equation is bordered.
         """
         section_map = self.section_map.shot(cycle.since)
         equation = equation_of(section_map, self.function(cycle), weights)
-        return corrected(section_map, place, cycle.n, row, weights, equation)
+        return close(section_map, place, cycle.n, row, weights, equation)
 
     def _with_tangent(self, cycle: Cycle, rows: np.ndarray, weights: np.ndarray) -> Point | None:
         solution = tangent_of(cycle, rows, weights)
         return None if solution is None else Point(cycle, solution[0], weights)
 
     def map_of(self, point: Point) -> SectionMap:
-        """Return the section map at the phase of a point."""
         return self.section_map.shot(point.cycle.since)
 
     def seen_by(self, after: SectionMap, point: Point) -> Point | None:
@@ -263,7 +255,7 @@ class Tracer:
         """Return the point of the curve a step ahead, and the contraction of Newton's method."""
         place = point.cycle.place + step * point.tangent
         row = point.weights * point.weights * point.tangent
-        cycle, rows, ratio = self._corrected(point.cycle, point.weights, place, row)
+        cycle, ratio, rows = self._closed(point.cycle, point.weights, place, row)
         if cycle is None:
             return None, ratio
         weights = self.section_map.weights(cycle, self.high - self.low)
@@ -315,7 +307,7 @@ class Tracer:
         place[size + axis] = bounds[axis]
         row = np.zeros(len(place))
         row[size + axis] = 1.0
-        cycle, _, _ = self._corrected(a.cycle, a.weights, place, row)
+        cycle, *_ = self._closed(a.cycle, a.weights, place, row)
         return None if cycle is None else Point(cycle, row / a.weights, a.weights)
 
     def finished(self, point: Point) -> Point | None:
@@ -339,7 +331,7 @@ class Tracer:
                 continue
             mu = place[1].cycle.multipliers.tolist()
             if name != "GR-NS" or any(abs(m.imag) > 1.0e-6 for m in mu):  # no neutral saddle
-                meetings.append(Meeting(name, place[1]))
+                meetings.append((name, place[1]))
         return meetings
 
     def _touches(self, a: Point, b: Point, step: float) -> list[Meeting]:
@@ -352,7 +344,7 @@ class Tracer:
             return 1.0 if point.cycle.counts == counts else -1.0
 
         place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
-        return [] if place is None else [Meeting(f"GR-{self.kind}", place[1])]
+        return [] if place is None else [(f"GR-{self.kind}", place[1])]
 
     def _bend(self, point: Point) -> float:
         """Return the quadratic coefficient of the map along the null vector of a fold."""
@@ -377,7 +369,9 @@ class Tracer:
         if len(points) < 5:
             return False
         first, a, b = points[0], points[-2], points[-1]
-        before, now = self._place_at(first.cycle.since, a), self._place_at(first.cycle.since, b)
+        before, now = (
+            place_at(self.map_of(p), p.cycle.place, p.cycle.n, first.cycle.since) for p in (a, b)
+        )
         if before is None or now is None:
             return False
         size = first.cycle.state.size
@@ -387,10 +381,6 @@ class Tracer:
             if length(a.weights, place - now) < 0.6 * step:
                 return True
         return False
-
-    def _place_at(self, since: float, point: Point) -> np.ndarray | None:
-        """Return the place of a point's orbit at phase `since`; None if the orbit is lost."""
-        return place_at(self.map_of(point), point.cycle.place, point.cycle.n, since)
 
 
 # ---- grazing of rigid bodies ----
@@ -433,7 +423,7 @@ class RigidTracer(Tracer):
         for share in (1.0, *NEARER):
             if knots:
                 equation = equation_of(here, self._miss(share * self.level), point.weights)
-                nearer, *_ = corrected(here, cycle.place, n, row, point.weights, equation)
+                nearer, *_ = close(here, cycle.place, n, row, point.weights, equation)
                 if nearer is None:
                     return None
                 cycle = nearer

@@ -15,7 +15,6 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -40,16 +39,9 @@ MOST_TRIALS = 80
 
 Test = Callable[[Point], float]
 
-
-class Located(Protocol):
-    """A point with a free parameter."""
-
-    @property
-    def value(self) -> float:
-        """The parameter."""
-
-
-P = TypeVar("P", bound=Located)
+Located = tuple[float, Point, float, float]
+"""Distance along the branch where a test function is smallest, the point there, the modulus of the
+function, and the width of the last bracket in units of the parameter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,10 +149,8 @@ def _located(
     return place, Special(kind, point, *label, residual, bracket)
 
 
-def _branch_point(
-    section_map: SectionMap, a: Point, b: Point
-) -> tuple[float, Point, float, float] | None:
-    """Locate a branch point between two points; return the same as `narrowed_down`.
+def _branch_point(section_map: SectionMap, a: Point, b: Point) -> Located | None:
+    """Locate a branch point between two points.
 
     Newton's matrix is singular at a branch point, so that Newton's method finds no sharp solution
     there.  The point is the value at zero of a polynomial in the test function through points on
@@ -170,7 +160,9 @@ def _branch_point(
     signs = [(0.0, a.tests["BP"]), (step_between(a, b), b.tests["BP"])]
     aside, best = ASIDE, None
     for _ in range(MOST_ROUNDS):
-        (low, f_low), (high, f_high) = _bracket(signs)
+        # the closest two pairs (distance, test function) of opposite sign
+        pairs = [(p, q) for p, q in pairwise(sorted(signs)) if p[1] * q[1] < 0.0]
+        (low, f_low), (high, f_high) = min(pairs, key=lambda pair: pair[1][0] - pair[0][0])
         place = low + (high - low) * f_low / (f_low - f_high)
         steps = [place + k * aside for k in (-3, 3, -2, 2, -1, 1)]
         points = [along(section_map, a, step)[0] for step in steps]
@@ -194,21 +186,14 @@ def _branch_point(
     return place, Point(cycle, ahead / length(a.weights, ahead), a.weights, 0.0), error, width
 
 
-def _bracket(signs: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return the closest two pairs (distance, test function) of opposite sign."""
-    ordered = sorted(signs)
-    pairs = [[p, q] for p, q in pairwise(ordered) if p[1] * q[1] < 0.0]
-    return min(pairs, key=lambda pair: pair[1][0] - pair[0][0])
-
-
 def _sign_change(
     section_map: SectionMap,
     kind: str,
     start: Point,
     ends: tuple[Point, Point],
     between: tuple[float, float],
-) -> tuple[float, Point, float, float] | None:
-    """Locate the sign change of a kind's test function; return the same as `narrowed_down`.
+) -> Located | None:
+    """Locate the sign change of a kind's test function.
 
     Distances are measured from `start`; `ends` are two points at the distances `between`.
     """
@@ -231,7 +216,7 @@ def doubling_near(
     """
     row = np.zeros(len(place))
     row[-1] = 1.0
-    cycle, _ = close(section_map, place, n, row, np.ones(len(place)))
+    cycle, *_ = close(section_map, place, n, row, np.ones(len(place)))
     start = None if cycle is None else point_of(section_map, cycle, row, lengths)
     aside = min(NEAREST, most)
     while start is not None and aside <= most:
@@ -328,11 +313,11 @@ def step_between(a: Point, b: Point) -> float:
 
 
 def narrowed_down(
-    onto: Callable[[float], P | None],
-    ends: tuple[P, P],
+    onto: Callable[[float], Point | None],
+    ends: tuple[Point, Point],
     between: tuple[float, float],
-    test: Callable[[P], float],
-) -> tuple[float, P, float, float] | None:
+    test: Test,
+) -> Located | None:
     """Locate a sign change of `test` between two points of a branch or curve.
 
     The bracket is narrowed by the Illinois variant of false position, with bisection where that is
@@ -349,10 +334,8 @@ def narrowed_down(
 
     Returns
     -------
-    distance, point, residual, bracket
-        Where the test function is smallest, its modulus there, and the width of the last bracket
-        in units of the parameter.  None if `test` has one sign at both ends or a trial has no
-        point.
+    Located or None
+        None if `test` has one sign at both ends or a trial has no point.
     """
     (a, b), (low, high) = ends, between
     f_low, f_high = test(a), test(b)
@@ -455,16 +438,14 @@ def _beside(section_map: SectionMap, point: Point, aside: np.ndarray, n: int) ->
         for direction in (aside,) if doubles else (aside, -aside):
             place = point.cycle.place + far * direction
             row = weights * weights * direction
-            cycle, _ = close(section_map, place, n, row, weights)
+            cycle, *_ = close(section_map, place, n, row, weights)
             if cycle is None or length(weights, cycle.place - place) > nearest:
                 continue
             other = point_of(section_map, cycle, direction, 1.0 / weights[-1:])
-            if other is not None and not (doubles and _is_shorter(other, far)):
+            if other is None:
+                continue
+            # an orbit of even n may be one of n / 2, run twice
+            if not doubles or length(other.weights[:-1], half_of(other.cycle)) >= 0.1 * far:
                 return other, far
         far *= 0.25
     return None
-
-
-def _is_shorter(point: Point, far: float) -> bool:
-    """Return True if an orbit of even n is an orbit of n / 2, run twice."""
-    return length(point.weights[:-1], half_of(point.cycle)) < 0.1 * far

@@ -15,6 +15,7 @@ from typing import Any
 
 from reference import REQUESTS
 
+from nlds_vines import errors
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.loads.loading import ALL
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
@@ -26,7 +27,6 @@ from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
     Check,
     OneOf,
-    ParameterTable,
     Real,
     Text,
     Truth,
@@ -79,9 +79,7 @@ def of(check: Check) -> Schema:
             return {"type": "string"}
         case Truth():
             return {"type": "boolean"}
-        case ParameterTable():
-            return {"type": "object"}
-    return {}
+    return {"type": "object"} if check is errors.table else {}
 
 
 def tables() -> dict[str, Schema]:

@@ -13,7 +13,7 @@ from nlds_vines.cli.options import SAMPLES, SET, VARY, Option, assignments
 from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, at, from_text, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
-from nlds_vines.model.catalog import read_system
+from nlds_vines.model.catalog import as_system
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.samples import samples_of
 from nlds_vines.model.system import system_in_words
@@ -191,7 +191,7 @@ LOAD = Option(
 
 def _systems(names: list[str]) -> dict[str, Any]:
     with at("--system"):
-        return {"systems": [read_system(name, needs_force=False) for name in names]}
+        return {"systems": [as_system(name, needs_force=False) for name in names]}
 
 
 COMMAND = commands.of_task(

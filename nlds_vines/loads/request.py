@@ -14,7 +14,7 @@ import numpy as np
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalog import read_system, refuse_without_force, system_from
+from nlds_vines.model.catalog import as_system, refuse_without_force, system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck, words_of_number
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import OF_LOADS
@@ -418,7 +418,7 @@ def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
 
 def _system(source: Any) -> System:
     if isinstance(source, str):
-        return read_system(source, needs_force=False)
+        return as_system(source, needs_force=False)
     return system_from(source, needs_force=False)
 
 

@@ -161,20 +161,18 @@ def _at_equal_ratios(first: float, last: float, count: int) -> np.ndarray:
     return np.array([*spaced, last])
 
 
-def _numbers(name: str, values: object) -> np.ndarray:
+def _numbers(name: str, values: Any) -> np.ndarray:
     """Return `values` as a new one-dimensional array of finite floats."""
-    if hasattr(values, "__array__") and _is_sequence(values):
-        array = np.asarray(values)
-        if array.dtype == np.float64 and 1 <= array.size <= MOST_VALUES:
-            wrong = array[~np.isfinite(array)]
-            if wrong.size:
-                number(name, float(wrong[0]))
-            return array + 0.0  # -0.0 becomes 0.0, as `number` has it
-        values = array.tolist()
-    if not isinstance(values, Sequence) or isinstance(values, str):
+    if hasattr(values, "__array__"):
+        values = np.asarray(values)
+    if not _is_sequence(values):
         raise RequestError(f"values = {shown(values)} must be a list of numbers")
     if not 1 <= len(values) <= MOST_VALUES:
         raise RequestError(f"{name} has {len(values)} values; allowed: from 1 to {MOST_VALUES}")
+    if isinstance(values, np.ndarray):
+        if values.dtype.kind in "iuf" and np.isfinite(values).all():
+            return values.astype(np.float64) + 0.0  # -0.0 becomes 0.0, as `number` has it
+        values = values.tolist()
     return np.array([number(name, value) for value in values])
 
 

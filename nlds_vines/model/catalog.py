@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from nlds_vines.archives.files import parse_toml, read_toml
-from nlds_vines.errors import RequestError, at, choice, shown, table, unknown
+from nlds_vines.errors import RequestError, at, choice, shown, table
 from nlds_vines.model.parameters import HERTZ, LAWS, PARAMETERS, SECOND
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
@@ -65,17 +65,25 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
     >>> system.parameters["omega"], system.parameters["e"]
     (7.45, 0.7)
     """
-    return read_system(name_or_path).with_(**overrides)
+    return as_system(name_or_path).with_(**overrides)
 
 
-def read_system(name_or_path: str | os.PathLike[str], *, needs_force: bool = True) -> System:
-    """Return `load_system` without overrides; `needs_force` as in `system_from`."""
-    if isinstance(name_or_path, str) and not looks_like_path(name_or_path):
-        return _named(name_or_path)
-    if not isinstance(name_or_path, str | os.PathLike):
-        raise _no_system(name_or_path)
-    path = str(Path(name_or_path))
-    document = read_toml(request_path(name_or_path))
+def as_system(source: System | str | os.PathLike[str], *, needs_force: bool = True) -> System:
+    """Return a `System` as it is, otherwise that of a catalog name or a TOML file.
+
+    `needs_force` as in `system_from`.  Raises `RequestError` for anything else.
+    """
+    if isinstance(source, System):
+        return source
+    if not isinstance(source, str | os.PathLike):
+        raise RequestError(
+            f"system = {shown(source)} must be a System, a name or the path of a TOML file; "
+            f"names: {', '.join(catalog())}"
+        )
+    if isinstance(source, str) and not looks_like_path(source):
+        return catalog()[choice("system", source, catalog())]
+    path = str(Path(source))
+    document = read_toml(request_path(source))
     with at(path):
         table("the file", document, FILE_KEYS)
         system = system_from(document.get("system"), path, needs_force=needs_force)
@@ -86,25 +94,6 @@ def read_system(name_or_path: str | os.PathLike[str], *, needs_force: bool = Tru
 def looks_like_path(text: str) -> bool:
     """Return True if a text is a path: it has a folder in it, or ends in .toml."""
     return text.endswith(".toml") or "/" in text or os.sep in text
-
-
-def as_system(source: System | str | os.PathLike[str]) -> System:
-    """Return a `System` as it is, otherwise `load_system` of a name or a path.
-
-    Raises `RequestError` for anything else.
-    """
-    if isinstance(source, System):
-        return source
-    if isinstance(source, str | os.PathLike):
-        return load_system(source)
-    raise _no_system(source)
-
-
-def _no_system(source: object) -> RequestError:
-    return RequestError(
-        f"system = {shown(source)} must be a System, a name or the path of a TOML file; "
-        f"names: {', '.join(catalog())}"
-    )
 
 
 def system_from(value: object, name: str = "", *, needs_force: bool = True) -> System:
@@ -122,21 +111,15 @@ def system_from(value: object, name: str = "", *, needs_force: bool = True) -> S
     if isinstance(value, System):
         return value
     if isinstance(value, str):
-        return _named(value)
+        return catalog()[choice("system", value, catalog())]
     if isinstance(value, Mapping):
         with at("[system]"):
             return _from_table(value, name, needs_force)
-    problem = "no system" if value is None else f"system = {shown(value)}"
+    what = "no system" if value is None else f"system = {shown(value)}"
     raise RequestError(
-        f"{problem}: give system = NAME, or a [system] table with kind and parameters; "
+        f"{what}: give system = NAME, or a [system] table with kind and parameters; "
         f"names: {', '.join(catalog())}"
     )
-
-
-def _named(name: str) -> System:
-    if name not in catalog():
-        raise unknown("system", name, catalog())
-    return catalog()[name]
 
 
 def refuse_without_force(system: System) -> None:
@@ -209,9 +192,7 @@ def _contact(
 
 def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> System:
     """Return the system of a catalog entry: the values of its groups, overridden by its own."""
-    parts = [groups[group] for group in entry["groups"]]
-    if "values" in entry:
-        parts.append(entry)
+    parts = [groups[group] for group in entry["groups"]] + [entry] * ("values" in entry)
     texts = {
         note: {key: part[note] for part in parts if note in part for key in part["values"]}
         for note in ("source", "assumption")
@@ -230,6 +211,7 @@ def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> Sy
 # ---- files that come with the program ------------------------------------------------------------
 
 
+_CLONE = Path(__file__).resolve().parents[2]
 # all others lie in `scans`
 _FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}
 _FIGURES = ("figure*.toml", "study-*.toml")
@@ -248,7 +230,7 @@ def resource_path(name: str) -> Path:
     packed = _packed() / name
     if packed.is_file():
         return packed
-    return _clone() / _FOLDER_IN_CLONE.get(name, "scans") / name
+    return _CLONE / _FOLDER_IN_CLONE.get(name, "scans") / name
 
 
 def request_path(source: str | os.PathLike[str]) -> Path:
@@ -263,14 +245,10 @@ def request_path(source: str | os.PathLike[str]) -> Path:
 
 
 def figure_files() -> list[Path]:
-    folder = _packed() if _packed().is_dir() else _clone() / "scans"
+    folder = _packed() if _packed().is_dir() else _CLONE / "scans"
     return sorted(path for pattern in _FIGURES for path in folder.glob(pattern))
 
 
 def _packed() -> Path:
     """Return the folder of the files in an installed wheel; a clone has none."""
     return Path(str(files("nlds_vines") / "_data"))
-
-
-def _clone() -> Path:
-    return Path(__file__).resolve().parents[2]

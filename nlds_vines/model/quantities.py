@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 from types import MappingProxyType
 from typing import Any
 
@@ -138,24 +139,15 @@ _ORDER = (
 )  # fmt: skip
 
 
-def _walls(scene: Scene) -> bool:
-    return bool(scene.walls)
+_walls, _damper = attrgetter("walls"), attrgetter("damper")
 
 
 def _two_walls(scene: Scene) -> bool:
     return len(scene.walls) > 1
 
 
-def _damper(scene: Scene) -> bool:
-    return scene.damper
-
-
-def _soft(scene: Scene) -> bool:
-    return not all(law.instant for law in scene.laws) if scene.walls else False
-
-
 def _rigid(scene: Scene) -> bool:
-    return any(law.instant for law in scene.laws) if scene.walls else False
+    return bool(scene.walls) and any(law.instant for law in scene.laws)
 
 
 def _driven(scene: Scene) -> bool:
@@ -163,17 +155,12 @@ def _driven(scene: Scene) -> bool:
     return bool(scene.walls) and not {"k1", "k"}.isdisjoint(scene.parameter_names)
 
 
-def _limit(scene: Scene) -> bool:
-    return scene.limit is not None
-
-
 def _energies(kind: str, word: str, which: str, **options: Any) -> Iterator[Quantity]:
-    bodies = ("{first}", STRUCTURE, lambda scene: True), ("damper", "damper", _damper)
-    for i, (body, label, has) in enumerate(bodies):
+    for i, (body, label) in enumerate((("{first}", STRUCTURE), ("damper", "damper"))):
         words = f"{which} of the {body}'s energy E{i + 1}{{frame}}, equation (6)"
         yield Quantity(
             f"E{i + 1}{kind}", "J", words, (word,), f"energy of the {label}", f"E{'₁₂'[i]}{kind}",
-            has, buffer=word, column=i, **options,
+            _damper if i else lambda scene: True, buffer=word, column=i, **options,
         )  # fmt: skip
 
 
@@ -255,14 +242,15 @@ QUANTITIES = (
     ),
     *_motion(
         "drift", 8, "m", "displacement of the structure relative to its foot, x1 - y",
-        "displacement from the foot", has=lambda scene: scene.foot,
+        "displacement from the foot", has=attrgetter("foot"),
     ),
     *_response(
         "transmissibility", "1", "transmissibility: rms of x1 / rms of the foot's displacement y",
         column=1, has=lambda scene: scene.foot,
     ),
     *_response(
-        "force_max", "N", "largest contact force", column=OF_FORCES, has=_soft, dims=("wall",),
+        "force_max", "N", "largest contact force", column=OF_FORCES, dims=("wall",),
+        has=lambda scene: scene.walls and not all(law.instant for law in scene.laws),
     ),
     *_response(
         "impulse_max", "N s", "largest impulse of an impact", "largest impulse",
@@ -408,15 +396,15 @@ QUANTITIES = (
     ),
     _whole(
         "violations", "number of violations of the limit, the transient included", (),
-        has=_limit, buffer="violation", column=2,
+        has=attrgetter("limit"), buffer="violation", column=2,
     ),
     Quantity(
         "first_violation", "s", "time of the first violation; NaN if there was none", (),
-        has=_limit, buffer="violation", column=0,
+        has=attrgetter("limit"), buffer="violation", column=0,
     ),
     Quantity(
-        "violation_depth", "m", "deepest violation", (), has=_limit, buffer="violation", column=1,
-        drawn=(MAPS,),
+        "violation_depth", "m", "deepest violation", (), has=attrgetter("limit"),
+        buffer="violation", column=1, drawn=(MAPS,),
     ),
     Quantity(
         "spectrum", OF_SIGNALS, "amplitude of the line in each bin; at zero frequency abs(mean)",

@@ -221,17 +221,17 @@ def _sweep(axes: Axes, histories: ResponseHistories, energy: bool = False) -> No
     request = histories.request
     for system, history, look in _each(histories):
         values = history.E1 if energy else np.abs(history.x1)
-        for sweep in request.load.sweeps:
+        for sweep in request.load.sweep:
             omega, largest = envelope(sweep, history.time, values, natural_period(system))
             style = {"linestyle": ":"} if sweep.last < sweep.first else {}
             axes.plot(omega, largest, **{**look, **style})
             look["label"] = None
-    if any(sweep.last < sweep.first for sweep in request.load.sweeps):
+    if any(sweep.last < sweep.first for sweep in request.load.sweep):
         axes.plot([], [], color=GRAY, linestyle=":", linewidth=1.0, label="sweep down")
     words: str | None = "steady, in closed form"
     for system in request.systems:
         if not system.scene.walls and not request.load.shaken:
-            sweep = request.load.sweeps[0]
+            sweep = request.load.sweep[0]
             omega = np.linspace(min(sweep.first, sweep.last), max(sweep.first, sweep.last), 400)
             steady = np.abs(response(system.with_(P=request.load.force_of(sweep)), omega).X1)
             m1, k1, _ = system.structure

@@ -15,7 +15,7 @@ from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import as_system, refuse_without_force, system_from
-from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck, words_of_number
+from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import OF_LOADS
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
@@ -299,7 +299,7 @@ def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
     """Return the unit and the meaning of an axis."""
     if name in DESCRIBED:
         return DESCRIBED[name].unit, DESCRIBED[name].meaning
-    return words_of_number(request.load, name)
+    return request.load.words_of_number(name)
 
 
 def spring_of(parameters: Any) -> str:

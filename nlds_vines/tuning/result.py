@@ -14,7 +14,6 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import TUNING
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
-from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import DESCRIBED, described
 from nlds_vines.orbits.records import OK, STATUS_FLAGS
 from nlds_vines.plotting.drawable import Drawable
@@ -67,7 +66,7 @@ def contents(
             entry = described(name).dataset(("case",), "case_")
         else:
             assert tuning.history is not None
-            of_load = words_of_number(tuning.history.load, name)
+            of_load = tuning.history.load.words_of_number(name)
             entry = Dataset.real(f"case_{name}", ("case",), *of_load)
         datasets.append((entry, np.ascontiguousarray(values)))
     for name in tuning.names:

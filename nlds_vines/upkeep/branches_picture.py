@@ -53,7 +53,7 @@ def draw_branches(
     if not panels:
         raise RequestError(f"{path} is drawn beside a sweep: --show {SWEEP_ENERGY}")
     _refuse_other(request, continuation, path)
-    sweep = request.load.sweeps[0]
+    sweep = request.load.sweep[0]
     for axes in panels:
         for branch in continuation.branches:
             stable = np.where(branch.stable, branch.E1max, np.nan)
@@ -81,7 +81,7 @@ def _refuse_other(
     system = continuation.request.system
     if continuation.request.along.name != "omega" or request.load.shaken:
         raise RequestError(f"{path} must be along omega, and the sweep a force on m1")
-    like = {"P": request.load.force_of(request.load.sweeps[0]), "omega": system.parameters["omega"]}
+    like = {"P": request.load.force_of(request.load.sweep[0]), "omega": system.parameters["omega"]}
     differences = []
     for damper in request.systems:
         differences.append(f"{system.heading()}, not {damper.heading()}")

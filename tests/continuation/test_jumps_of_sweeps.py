@@ -29,7 +29,7 @@ def swept(first, last, rate):
 def jump(first, last, rate):
     """Return the frequency at which E1 changes most: its mean over periods on either side."""
     amplitudes = swept(first, last, rate)
-    (sweep,), (fall,) = amplitudes.request.load.sweeps, amplitudes.results.values()
+    (sweep,), (fall,) = amplitudes.request.load.sweep, amplitudes.results.values()
     omega, energy = envelope(sweep, fall.time, fall.E1, 2 * np.pi / np.sqrt(40.0))
     means = np.convolve(energy, np.ones(PERIODS) / PERIODS, mode="valid")
     change = np.abs(means[PERIODS:] - means[:-PERIODS])

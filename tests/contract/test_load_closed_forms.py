@@ -109,7 +109,7 @@ def test_the_rms_of_a_long_run_is_the_steady_one():
 
 def test_an_envelope_is_what_is_largest_in_each_period():
     table = {"amplitude": 1.0, "first": 5.0, "last": 7.0, "length": 20.0, "at": 2.0}
-    (sweep,) = Loading(**{"sweep": table}).sweeps
+    (sweep,) = Loading(**{"sweep": table}).sweep
     time = np.linspace(0.0, 30.0, 3001)
     omega, largest = envelope(sweep, time, time, 4.0)
     assert omega == pytest.approx([5.2, 5.6, 6.0, 6.4])

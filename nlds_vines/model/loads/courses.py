@@ -16,6 +16,7 @@ import numpy as np
 
 from nlds_vines.errors import RequestError, at, number, table, unknown
 from nlds_vines.model.setting import (
+    Checked,
     OneOf,
     Real,
     Truth,
@@ -140,14 +141,6 @@ def polynomial(coefficients: np.ndarray, at: np.ndarray, lengths: np.ndarray) ->
     return shifted
 
 
-def values_of(rows: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return the value of each row (n, m) at its `x` (n,), 0 to 1 within the cell (Horner)."""
-    values = rows[:, -1].copy()
-    for k in range(rows.shape[1] - 2, -1, -1):
-        values = values * x + rows[:, k]
-    return values
-
-
 # ---- every load ----------------------------------------------------------------------------------
 
 
@@ -239,6 +232,11 @@ class Load:
         """The times (n,) [s] at which the load is not smooth."""
         return np.zeros(0)
 
+    def words(self) -> str:
+        """Return the load in a few words."""
+        numbers = [f"{k} {v:g}" for k, v in self.entry().items() if isinstance(v, float) and v]
+        return f"{self.kind.replace('_', ' ')} ({', '.join(numbers)})"
+
     def entry(self) -> dict[str, Any]:
         """Return its table in a request file."""
         return entries(self, self.table)
@@ -259,7 +257,7 @@ class Load:
 class Course(Load):
     """A load over time: a force on m1 or an acceleration of the ground."""
 
-    unit: str = setting("N", unit_in, "", UNIT_WORDS)
+    unit: str = setting("N", Checked(lambda value: unit_in("unit", value)), "", UNIT_WORDS)
 
     @property
     def is_acceleration(self) -> bool:
@@ -285,10 +283,6 @@ class Course(Load):
         Arguments: the times at which the cells begin (n,) and their lengths (n,) [s].
         """
         raise NotImplementedError
-
-    def value(self, times: np.ndarray) -> np.ndarray:
-        """Return its values at `times` (n,), in its unit; at a jump the later value."""
-        return values_of(self.rows(times, np.zeros(len(times))), np.zeros(len(times)))
 
 
 # ---- pulses --------------------------------------------------------------------------------------
@@ -498,6 +492,10 @@ class Sweep(Course):
             return 0.0
         return float(log(self.last / self.first))
 
+    def words(self) -> str:
+        span = f"{self.first:g} to {self.last:g} rad/s in {self.length:g} s"
+        return f"sweep ({span}, amplitude {self.amplitude:g} {self.unit})"
+
     @property
     def kinks(self) -> np.ndarray:
         return np.array([self.at, self.at + self.length])
@@ -572,11 +570,6 @@ class Noise(Course):
     def recurrence(self) -> float:
         """The time [s] after which it repeats itself."""
         return TURN * self.tones / (self.high - self.low)
-
-    @property
-    def density(self) -> float:
-        """The two-sided spectral density S0 over the band, in `unit`^2 s / rad."""
-        return self.rms * self.rms / (2.0 * (self.high - self.low))
 
     @cached_property
     def phases(self) -> np.ndarray:

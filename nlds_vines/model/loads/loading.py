@@ -26,12 +26,12 @@ from nlds_vines.model.loads.courses import (
     Tone,
     Triangular,
     nonzero,
-    values_of,
 )
 from nlds_vines.model.loads.record import Record
 from nlds_vines.model.setting import (
     Checked,
     Real,
+    Setting,
     Truth,
     Whole,
     check_settings,
@@ -72,12 +72,6 @@ class Cells:
     jumps: np.ndarray | None
     share: float
 
-    def force(self, times: np.ndarray) -> np.ndarray:
-        """Return the force on m1 (m,) [N] at times (m,) [s] within the cells."""
-        j = np.clip(np.searchsorted(self.edges, times, side="right") - 1, 0, len(self.rows) - 1)
-        x = (times - self.edges[j]) / (self.edges[j + 1] - self.edges[j])
-        return values_of(self.rows[j], x)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Blow(Load):
@@ -103,27 +97,15 @@ class Blow(Load):
 ALL: Mapping[str, type[Load]] = {Blow.kind: Blow, **KINDS}
 """All loads by their keys in `[load]`."""
 
-_WORDS = {
-    "blow": "an impulse, or several",
-    "half_sine": "a pulse F sin(pi t / length)",
-    "triangular": "a pulse up to F and down",
-    "rectangular": "a pulse of constant F",
-    "friedlander": "the pulse of a blast",
-    "record": "a record: the path of a file",
-    "tone": "a harmonic A cos(omega t + phase)",
-    "sweep": "a sine whose frequency changes",
-    "noise": "band-limited noise",
-}
 
-
-def _loads(kind: str) -> Any:
-    """Return the field of the loads of a kind, given as a table, a list of tables or a path."""
+def _loads(kind: str, words: str) -> Any:
+    """Return the field of the loads of a kind, given as a table, a path, or a list of these."""
 
     def check(value: object) -> tuple[Load, ...]:
         each = value if isinstance(value, list | tuple) else [value]
         return tuple(one if isinstance(one, Load) else ALL[kind].of(one) for one in each)
 
-    words = f"{_WORDS[kind]}; a table `[load.{kind}]`, or a list of several"
+    words = f"{words}; a table `[load.{kind}]`, or a list of several"
     return setting((), Checked(check), "load", words)
 
 
@@ -149,15 +131,15 @@ class Loading:
     scale: float = setting(
         1.0, Real(-1e9, 1e9), "load", "factor of all loads but the harmonic force",
     )  # fmt: skip
-    blow: tuple[Load, ...] = _loads("blow")
-    half_sine: tuple[Course, ...] = _loads("half_sine")
-    triangular: tuple[Course, ...] = _loads("triangular")
-    rectangular: tuple[Course, ...] = _loads("rectangular")
-    friedlander: tuple[Course, ...] = _loads("friedlander")
-    record: tuple[Course, ...] = _loads("record")
-    tone: tuple[Course, ...] = _loads("tone")
-    sweep: tuple[Course, ...] = _loads("sweep")
-    noise: tuple[Course, ...] = _loads("noise")
+    blow: tuple[Blow, ...] = _loads("blow", "an impulse, or several")
+    half_sine: tuple[Course, ...] = _loads("half_sine", "a pulse F sin(pi t / length)")
+    triangular: tuple[Course, ...] = _loads("triangular", "a pulse up to F and down")
+    rectangular: tuple[Course, ...] = _loads("rectangular", "a pulse of constant F")
+    friedlander: tuple[Course, ...] = _loads("friedlander", "the pulse of a blast")
+    record: tuple[Record, ...] = _loads("record", "a record: the path of a file")
+    tone: tuple[Course, ...] = _loads("tone", "a harmonic A cos(omega t + phase)")
+    sweep: tuple[Sweep, ...] = _loads("sweep", "a sine whose frequency changes")
+    noise: tuple[Noise, ...] = _loads("noise", "band-limited noise")
 
     def __post_init__(self) -> None:
         check_settings(self)
@@ -190,14 +172,8 @@ class Loading:
     def blows(self) -> tuple[tuple[float, float], ...]:
         """The time [s] and the size [N s] of each impulse."""
         impulses = [(0.0, self.impulse)] if self.impulse else []
-        for one in self.blow:
-            assert isinstance(one, Blow)
-            impulses += [(float(t), one.impulse) for t in one.times]
+        impulses += [(float(t), one.impulse) for one in self.blow for t in one.times]
         return tuple((t, self.scale * size) for t, size in impulses)
-
-    @property
-    def sweeps(self) -> tuple[Sweep, ...]:
-        return tuple(one for one in self.sweep if isinstance(one, Sweep))
 
     def force_of(self, sweep: Sweep) -> float:
         """Return the amplitude [N] of a sweep that is a force on m1."""
@@ -212,26 +188,22 @@ class Loading:
 
     def number(self, name: str) -> float:
         """Return a number by its name, as in `with_`."""
-        owner, key = self._owner(name)
-        return number(name, getattr(owner, key))
+        owner, entry = self._entry(name)
+        return number(name, getattr(owner, entry.key))
 
     def is_whole(self, name: str) -> bool:
         """Return True if a number is an integer, such as a count or a seed."""
-        owner, key = self._owner(name)
-        return isinstance(getattr(owner, key), int)
+        return isinstance(self._entry(name)[1].check, Whole)
 
     def check_values(self, name: str, values: np.ndarray) -> None:
         """Raise `RequestError` for the first of `values` (n,) that is out of the number's range."""
-        owner, key = self._owner(name)
-        check = next(entry.check for entry in settings_of(owner).values() if entry.key == key)
-        whole = self.is_whole(name)
+        _, entry = self._entry(name)
         for value in values.tolist():
-            check(name, int(value) if whole and value == int(value) else value)
+            entry.check(name, _as_needed(entry, value))
 
     def redrawn(self, times: int) -> Loading:
         """Return the sum with `times` added to the seed of each noise."""
-        noise = (one for one in self.noise if isinstance(one, Noise))
-        return replace(self, noise=tuple(replace(one, seed=one.seed + times) for one in noise))
+        return replace(self, noise=tuple(replace(one, seed=one.seed + times) for one in self.noise))
 
     def with_(self, changes: Mapping[str, float]) -> Loading:
         """Return this sum with other numbers, by names such as `impulse` and `friedlander.peak`.
@@ -240,18 +212,26 @@ class Loading:
         """
         loading = self
         for name, value in changes.items():
-            owner, key = loading._owner(name)
-            if isinstance(owner, Loading):
-                change: dict[str, Any] = {name: value}
-            else:
-                is_whole = isinstance(getattr(owner, key), int) and value == int(value)
-                load = replace(owner, **{key: int(value) if is_whole else value})
-                change = {owner.kind: (load,)}
+            owner, entry = loading._entry(name)
+            change: dict[str, Any] = {entry.key: _as_needed(entry, value)}
+            if isinstance(owner, Load):
+                change = {owner.kind: (replace(owner, **change),)}
             loading = replace(loading, **change)
         return loading
 
-    def _owner(self, name: str) -> tuple[Loading | Load, str]:
-        """Return the owner of a number and its key; raise `RequestError` if nothing has it."""
+    def words_of_number(self, name: str) -> tuple[str, str]:
+        """Return the unit and the meaning of a number, whose `name` is as in `with_`."""
+        owner, entry = self._entry(name)
+        unit = owner.unit if isinstance(owner, Course) and "`unit`" in entry.words else "1"
+        if entry.words.endswith("]"):
+            unit = entry.words[:-1].rpartition("[")[2]
+        of = "the loads" if name == "scale" else "a blow"
+        if isinstance(owner, Load):
+            of = owner.kind.replace("_", " ")
+        return unit, f"{entry.key} of {of}"
+
+    def _entry(self, name: str) -> tuple[Loading | Load, Setting]:
+        """Return the owner of a number and its setting; `RequestError` if nothing has it."""
         kind, _, key = name.partition(".")
         if not key:
             if name not in NUMBERS:
@@ -259,14 +239,14 @@ class Loading:
                     f"{name} is no number of a load; allowed: {', '.join(NUMBERS)}, or KIND.KEY as "
                     "friedlander.peak"
                 )
-            return self, name
+            return self, settings_of(self)[name]
         loads: tuple[Load, ...] = getattr(self, kind) if kind in ALL else ()
         if len(loads) != 1:
             raise RequestError(f"{name}: the load has {len(loads)} of {kind!r}; allowed: one")
-        keys = [entry.key for entry in settings_of(loads[0]).values()]
-        if key not in keys:
-            raise RequestError(f"{name}: {kind} has no {key!r}; allowed: {', '.join(keys)}")
-        return loads[0], key
+        settings = settings_of(loads[0])
+        if key not in settings:
+            raise RequestError(f"{name}: {kind} has no {key!r}; allowed: {', '.join(settings)}")
+        return loads[0], settings[key]
 
     def check(self, duration: float, period: float) -> None:
         """Raise `RequestError` for noise that recurs, coarse records and too many cells.
@@ -274,14 +254,12 @@ class Loading:
         Arguments: the `duration` [s], and the natural `period` of the structure [s].
         """
         for noise in self.noise:
-            assert isinstance(noise, Noise)
             if noise.recurrence < duration:
                 raise RequestError(
                     f"noise of {noise.tones} tones repeats itself after {noise.recurrence:g} s of "
                     f"{duration:g} s: give it more tones, or a shorter duration"
                 )
         for one in self.record:
-            assert isinstance(one, Record)
             if one.step > COARSE * period * (1.0 + 1e-9):  # steps are differences
                 raise RequestError(
                     f"record {one.source}: a step of {one.step:g} s is too coarse for a structure "
@@ -292,14 +270,14 @@ class Loading:
     def words(self) -> str:
         """Return the sum in a few words."""
         terms = [f"a blow of {self.impulse:g} N s"] if self.impulse else []
-        terms += [_words_of(one) for kind in ALL for one in getattr(self, kind)]
+        terms += [one.words() for kind in ALL for one in getattr(self, kind)]
         terms += ["the harmonic force"] if self.harmonic else []
         times = f" times {self.scale:g}" if self.scale != 1.0 else ""
         return " + ".join(terms) + times
 
     def records_in_words(self, duration: float) -> list[str]:
         """Return a line for each record: its samples, and the part within the `duration` [s]."""
-        return [one.summary(duration) for one in self.record if isinstance(one, Record)]
+        return [one.summary(duration) for one in self.record]
 
     def cells(self, on: Struck, duration: float, reach: float, marks: np.ndarray) -> Cells:
         """Return the sum in cells.
@@ -367,23 +345,6 @@ NUMBERS = ("impulse", "scale")
 """The numbers of `[load]` itself."""
 
 
-def words_of_number(load: Loading, name: str) -> tuple[str, str]:
-    """Return the unit and the meaning of a number of a load, whose `name` is as in `with_`."""
-    kind, _, key = name.rpartition(".")
-    owner: Any = getattr(load, kind)[0] if kind else load
-    words = next(entry.words for entry in settings_of(owner).values() if entry.key == key)
-    unit = owner.unit if "`unit`" in words else "1"
-    if words.endswith("]"):
-        unit = words[:-1].rpartition("[")[2]
-    of = "the loads" if name == "scale" else "a blow" if not kind else kind.replace("_", " ")
-    return unit, f"{key} of {of}"
-
-
-def _words_of(one: Load) -> str:
-    if isinstance(one, Record):
-        return f"record {one.source or len(one.values)}"
-    if isinstance(one, Sweep):
-        span = f"{one.first:g} to {one.last:g} rad/s in {one.length:g} s"
-        return f"sweep ({span}, amplitude {one.amplitude:g} {one.unit})"
-    numbers = [f"{key} {v:g}" for key, v in one.entry().items() if isinstance(v, float) and v]
-    return f"{one.kind.replace('_', ' ')} ({', '.join(numbers)})"
+def _as_needed(entry: Setting, value: float) -> float:
+    """Return a value as the setting has it: an int if that is a whole number."""
+    return int(value) if isinstance(entry.check, Whole) and value == int(value) else value

@@ -24,9 +24,9 @@ from nlds_vines.model.catalog import load_system as load_system
 from nlds_vines.model.slow_manifold import SlowManifold as SlowManifold
 from nlds_vines.model.slow_manifold import slow_manifold as slow_manifold
 from nlds_vines.model.system import System as System
+from nlds_vines.orbits.classification import LyapunovSpectrum as LyapunovSpectrum
 from nlds_vines.orbits.classification import Regime as Regime
 from nlds_vines.orbits.classification import classify as classify
-from nlds_vines.orbits.exponents import LyapunovSpectrum as LyapunovSpectrum
 from nlds_vines.orbits.simulation import IntegrationError as IntegrationError
 from nlds_vines.orbits.simulation import Orbit as Orbit
 from nlds_vines.orbits.simulation import simulate as simulate

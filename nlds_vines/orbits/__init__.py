@@ -11,11 +11,9 @@ In reading order:
     compiler_process  the program of that process
     batch             many orbits in one call of the kernels, datasets of verdicts
     simulation        `nv.simulate`
-    classification    `nv.classify`
-    exponents         the Lyapunov spectrum of one orbit
+    classification    `nv.classify`, the Lyapunov spectrum of one orbit
     load_flight       orbits under loads in time
     signals           forces, energies, relative displacement; window functions
     spectrum          `nv.spectrum`
     spectral_records  the spectral records of scans
-    spectral_values   computes them
 """

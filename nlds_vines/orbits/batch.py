@@ -42,6 +42,13 @@ from nlds_vines.runs.progress import Tell
 PIECE_PERIODS = 1000
 """Least number of forcing periods that a thread takes at a time: milliseconds of work."""
 
+LANES = {
+    fill_multipliers: "orbit",  # compiled before the verdict that uses it
+    lanes.run_lanes: "orbit",
+    lanes.judge_lanes: "verdict",
+}
+"""The compiled functions that run many orbits, with the names of their kernels."""
+
 _loaded: set[Needed] = set()
 """The kernels that this process has compiled or loaded."""
 
@@ -225,7 +232,7 @@ class Kernels:
 
     @stoppable
     def _prepare(self) -> None:
-        with self._compilation.followed():
+        with self._compilation.followed(LANES):
             for kernel in kernels_of(self._wanted.want):
                 if kernel == "verdict":
                     self._compilation.await_verdict()
@@ -399,7 +406,7 @@ class Batch:
             buffers = buffers._replace(response=response, foot=foot, ground=ground)
         span = Span(transient, periods, 1)
         begun = starts.reshape(-1, 4)
-        with self._compilation.followed():
+        with self._compilation.followed(LANES):
             run(self._parts, sweeps[:0], begun[:0], span, buffers)  # compiles
         status = run(self._parts, sweeps, begun, span, buffers)
         broken = np.zeros(sweeps.shape) if violation is None else violation[..., 2]

@@ -51,18 +51,6 @@ def kernels_of(want: Collection[str]) -> tuple[str, ...]:
     return ("orbit", *["verdict"] * judged)
 
 
-def of_lanes() -> Mapping[Callable[..., Any], str]:
-    """Return the compiled functions that run many orbits, with the names of their kernels."""
-    from nlds_vines.kernels.cells import lanes
-    from nlds_vines.kernels.numerics import matrices
-
-    return {
-        matrices.fill_multipliers: "orbit",  # compiled before the verdict that uses it
-        lanes.run_lanes: "orbit",
-        lanes.judge_lanes: "verdict",
-    }
-
-
 # ---- messages ----
 
 _silent = False
@@ -130,17 +118,16 @@ class Compilation:
         self._other: Process | None = None
 
     @contextmanager
-    def followed(self, parts: Mapping[Callable[..., Any], str] | None = None) -> Iterator[None]:
+    def followed(self, kernels: Mapping[Callable[..., Any], str]) -> Iterator[None]:
         """Report what is compiled within the block; the other process ends with it.
 
-        `parts` are compiled functions with the names of their kernels, by default `of_lanes`.
+        `kernels` are compiled functions with the names that `kernels_of` gives them.
 
         Raises `RequestError` if memory does not suffice, and `Stopped` before the next function if
         a signal has asked to stop.
         """
         from nlds_vines.kernels.numerics.compiling import told_of_compilations
 
-        kernels = of_lanes() if parts is None else parts
         is_abandoned = interrupts.abandoned()
 
         def begins(kernel: Any) -> None:

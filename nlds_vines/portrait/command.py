@@ -241,7 +241,7 @@ class Job(commands.Job):
     def lines(self, results: Portrait) -> list[str]:
         lines = super().lines(results)
         if self.exponents:
-            from nlds_vines.orbits.exponents import lyapunov_spectrum
+            from nlds_vines.orbits.classification import lyapunov_spectrum
 
             ends = {view.column.system.name: view for view in results.views}  # of the last windows
             for name, view in ends.items():

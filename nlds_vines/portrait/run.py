@@ -12,7 +12,7 @@ import numpy as np
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
-from nlds_vines.orbits.exponents import lyapunov_spectrum
+from nlds_vines.orbits.classification import lyapunov_spectrum
 from nlds_vines.orbits.records import IMPACT
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.simulation import Orbit, simulate

@@ -22,7 +22,7 @@ from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.window_view import View
 
 if TYPE_CHECKING:
-    from nlds_vines.orbits.exponents import LyapunovSpectrum
+    from nlds_vines.orbits.classification import LyapunovSpectrum
 
 _SPECTRUM = ("order", "amplitude", "power")
 _DERIVED = ("force", "E1", "E2")  # of the states
@@ -237,7 +237,7 @@ def _exponents_in(view: ArchiveView, row: int, period: float) -> LyapunovSpectru
     """Return the Lyapunov spectrum of a row in an archive, None if it has none."""
     if "lyapunov_running" not in view:
         return None
-    from nlds_vines.orbits.exponents import LyapunovSpectrum  # imports kernels
+    from nlds_vines.orbits.classification import LyapunovSpectrum  # imports kernels
 
     running, widths, divergence = (view[f"lyapunov_{name}"][row] for name, *_ in _EXPONENTS)
     if np.isnan(running).all():

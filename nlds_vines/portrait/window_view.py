@@ -16,7 +16,7 @@ from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.portrait.request import Column
 
 if TYPE_CHECKING:
-    from nlds_vines.orbits.exponents import LyapunovSpectrum
+    from nlds_vines.orbits.classification import LyapunovSpectrum
 
 POWER_SHARE = 0.99
 """The share of the power of a spectrum whose bins the report counts, the strongest first."""

@@ -15,6 +15,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import lanes
 from nlds_vines.kernels.numerics import compiling, elementary
 from nlds_vines.orbits import compilation
+from nlds_vines.orbits.batch import LANES
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.runs import executors, interrupts, progress
 
@@ -58,7 +59,7 @@ def follow(*kernels, needed=USUAL, helped=True):
     """Return the messages while kernels are compiled in one block."""
     messages = []
     follower = Compilation(needed, lambda text, seconds: messages.append(text), helped)
-    with follower.followed():
+    with follower.followed(LANES):
         for kernel in kernels:
             compiled(kernel)
     return messages
@@ -110,12 +111,12 @@ def test_the_estimate_corrects_itself_by_the_pace_of_this_machine():
 
 def test_the_time_of_compiling_is_known(begun):
     before = Compilation.waited
-    with Compilation(USUAL, None, helped=False).followed():
+    with Compilation(USUAL, None, helped=False).followed(LANES):
         compiled(lanes.run_lanes)
         time.sleep(0.05)
     assert Compilation.waited - before >= 0.05
     before = Compilation.waited
-    with Compilation(USUAL, None, helped=False).followed():
+    with Compilation(USUAL, None, helped=False).followed(LANES):
         pass
     assert Compilation.waited == before
 
@@ -154,7 +155,7 @@ def test_memory_that_does_not_suffice_is_one_line(begun, monkeypatch):
 def test_no_process_outlives_what_it_was_begun_for(begun, error):
     def struck():
         follower = Compilation(USUAL, None, True)
-        with follower.followed():
+        with follower.followed(LANES):
             compiled(lanes.run_lanes)
             assert begun[0][1].poll() is None
             raise error
@@ -166,13 +167,13 @@ def test_no_process_outlives_what_it_was_begun_for(begun, error):
 def test_a_signal_ends_compiling_at_the_next_function(begun):
     messages = []
     follower = Compilation(USUAL, lambda *what: messages.append(what[0]), False)
-    with interrupts.stop_on_signals() as stop, follower.followed():
+    with interrupts.stop_on_signals() as stop, follower.followed(LANES):
         compiled(lanes.run_lanes)
         stop.handle(signal.SIGINT, None)
         with pytest.raises(interrupts.Stopped):
             compiled(elementary.exp)
     assert messages[-1] == ""
-    with Compilation(USUAL, None, False).followed():
+    with Compilation(USUAL, None, False).followed(LANES):
         compiled(elementary.exp)  # outside the block nothing is asked
 
 
@@ -180,7 +181,7 @@ def test_the_verdict_is_awaited_but_not_for_ever(begun, monkeypatch):
     monkeypatch.setattr(compilation, "LONGEST", 0.1)
     follower = Compilation(USUAL, None, True)
     follower.await_verdict()  # nothing was begun
-    with follower.followed():
+    with follower.followed(LANES):
         compiled(lanes.run_lanes)
         follower.await_verdict()
         assert begun[0][1].poll() is None
@@ -189,7 +190,7 @@ def test_the_verdict_is_awaited_but_not_for_ever(begun, monkeypatch):
 
 def test_the_other_process_is_awaited_until_it_ends(begun):
     follower = Compilation(USUAL, None, True)
-    with follower.followed():
+    with follower.followed(LANES):
         compiled(lanes.run_lanes)
         threading.Timer(0.3, begun[0][1].terminate).start()
         follower.await_verdict()
@@ -205,7 +206,7 @@ def test_while_something_is_compiled_the_seconds_are_told(monkeypatch):
         if len(messages) > 4:
             enough.set()
 
-    with Compilation(USUAL, tell, False).followed():
+    with Compilation(USUAL, tell, False).followed(LANES):
         compiled(lanes.run_lanes)
         assert enough.wait(60)
     estimates = [seconds for text, seconds in messages if re.search(r"about \d+ s( to go)?$", text)]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from nlds_vines import RequestError, classify, load_system, simulate
-from nlds_vines.orbits import exponents
-from nlds_vines.orbits.exponents import LyapunovSpectrum, lyapunov_spectrum
+from nlds_vines.orbits import classification
+from nlds_vines.orbits.classification import LyapunovSpectrum, lyapunov_spectrum
 
 CHAOTIC = load_system("ssul-set6", omega=7.38)
 
@@ -41,7 +41,7 @@ def test_exponents_of_a_periodic_orbit_are_those_of_its_multipliers():
 
 def test_exponents_are_those_of_finite_differences(regime, monkeypatch):
     """Orthonormalized differences of orbits that begin nearby, period by period."""
-    monkeypatch.setattr(exponents, "ALIGNING", 0)
+    monkeypatch.setattr(classification, "ALIGNING", 0)
     count, p, state = 64, CHAOTIC.parameters, regime.state
     norms = np.sqrt([p["k1"], p["m1"] + p["m2"], p["k2"], p["m2"]])  # energies of x1, v1, r, s
     to_user = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [1, 0, -1, 0], [0, 1, 0, -1.0]])
@@ -63,7 +63,7 @@ def test_exponents_are_those_of_finite_differences(regime, monkeypatch):
 
 def test_what_contacts_forget_decays_at_once():
     """An impact with e = 0 leaves fewer variations than there were."""
-    vectors, logs = exponents._orthonormalized(np.array([[3.0, 4.0], [6.0, 8.0]]))
+    vectors, logs = classification._orthonormalized(np.array([[3.0, 4.0], [6.0, 8.0]]))
     np.testing.assert_array_equal(vectors, [[0.6, 0.8], [0.0, 0.0]])
     np.testing.assert_array_equal(logs, [np.log(5.0), -np.inf])
 

@@ -7,9 +7,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm, Normalize
-from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 
@@ -43,7 +41,6 @@ _WIDE = 8.0  # ratio of the largest to the smallest value from which shades are 
 _SMALL = 7.5  # points, numbers on contours
 _APART = 0.3  # inches, the least distance of two of them
 _OUTLINE = "#202020"
-_CONTOUR: dict[str, Any] = {"colors": "white", "linewidths": 0.5}
 _FEW_LINES = 8  # contours where shades are linear
 _OPTIMUM = "optimum_"
 _MARK = "#d7191c"  # a red that neither the shades nor the contours have
@@ -64,7 +61,7 @@ def tuning_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     constant = ", ".join(
         f"${latex_symbol(n)}$ = {view[_OPTIMUM + n][0]:.4g} {raised(described(n).unit)}"
         for n in _free(view)
-        if "surface" in view and n not in _names(view)
+        if "surface" in view and f"surface_{n}" not in view.dims("surface")
     )
     finish(figure, grid, view.text("title"), constant and f"with {constant} as in the best")
     return figure
@@ -72,19 +69,13 @@ def tuning_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
 
 def _fill(axes: Axes, view: ArchiveView, name: str = "") -> None:
     free = _free(view)
-    if "surface" not in view and len(free) == 1:
+    if "surface" in view:
+        _draw_surface(axes, view)
+    elif len(free) == 1:
         _draw_curve(axes, view, free[0])
-        return
-    if "surface" not in view:
+    else:
         raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
-    mesh = _draw_surface(axes, view)
-    _mark_optima(axes, view)
-    for parameter, axis in zip(_names(view), (axes.xaxis, axes.yaxis), strict=True):
-        axis.set_label_text(axis_label(parameter))
-    look: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
-    bar = axes.figure.colorbar(mesh, ax=axes, label=_objective(view), **look)
-    if isinstance(bar.norm, LogNorm):
-        write_out_ticks(bar.ax.yaxis)
+    add_legend(axes, axes.get_legend_handles_labels()[0], "above")
 
 
 def _free(view: ArchiveView) -> list[str]:
@@ -114,7 +105,6 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
     axes.tick_params(top=True, right=True, which="both")
     axes.set_xlabel(axis_label(name))
     axes.set_ylabel(_objective(view))
-    add_legend(axes, axes.get_legend_handles_labels()[0], "above")
 
 
 def _best(view: ArchiveView) -> str:
@@ -122,42 +112,33 @@ def _best(view: ArchiveView) -> str:
     return f"best: {view['optimum_objective'][0]:.4g}{'' if unit == '1' else f' {raised(unit)}'}"
 
 
-def _names(view: ArchiveView) -> list[str]:
-    return [dim.removeprefix("surface_") for dim in view.dims("surface")]
-
-
-def _draw_surface(axes: Axes, view: ArchiveView) -> QuadMesh:
-    """Draw the objective in shades, with contours; return the shades."""
-    across, up = (view[dim] for dim in view.dims("surface"))
+def _draw_surface(axes: Axes, view: ArchiveView) -> None:
+    """Draw the objective in shades with contours and a bar, and mark the optima."""
+    dims, unit = view.dims("surface"), view.units("surface")
+    across, up = (view[dim] for dim in dims)
+    names = [dim.removeprefix("surface_") for dim in dims]
     objective = np.ma.masked_invalid(drawable(view["surface"])).T
-    norm = Normalize()
+    norm: Normalize = Normalize()
+    levels: Any = _FEW_LINES
     if objective.count() and 0 < objective.min() * _WIDE < objective.max():
         norm = LogNorm(objective.min(), objective.max())
+        levels = logarithmic_ticks().tick_values(objective.min(), objective.max())
     shades = matplotlib.colormaps[SHADES].with_extremes(bad=NO_VALUE)
     style: dict[str, Any] = {"cmap": shades, "norm": norm, "shading": "flat", "rasterized": True}
     mesh = axes.pcolormesh(inner_edges(across), inner_edges(up), objective, **style)
-    levels: Any = _FEW_LINES
-    if isinstance(norm, LogNorm):
-        levels = logarithmic_ticks().tick_values(objective.min(), objective.max())
-    if not evenly_spaced(across):
-        axes.set_xscale("log")
-        write_out_ticks(axes.xaxis)
-    if not evenly_spaced(up):
-        axes.set_yscale("log")
-        write_out_ticks(axes.yaxis)
-    _draw_contours(axes, axes.contour(across, up, objective, levels=levels, **_CONTOUR), view)
-    return mesh
-
-
-def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None:
-    """Outline contours, so that they show on any shade, and write their values on them.
-
-    A value that would hide the best optimum or another value is left out.
-    """
-    outline = [Stroke(linewidth=1.3, foreground=_OUTLINE), Normal()]
-    lines.set_path_effects(outline)
-    best = axes.transData.transform([[view[f"optimum_{name}"][0] for name in _names(view)]])
-    occupied, unit = [best[0]], view.units("surface")
+    for values, axis, scale in (
+        (across, axes.xaxis, axes.set_xscale),
+        (up, axes.yaxis, axes.set_yscale),
+    ):
+        if not evenly_spaced(values):
+            scale("log")
+            write_out_ticks(axis)
+    # contours have an outline, so that they show on any shade; a value that would hide the best
+    # optimum or another value is left out
+    lines = axes.contour(across, up, objective, levels=levels, colors="white", linewidths=0.5)
+    lines.set_path_effects([Stroke(linewidth=1.3, foreground=_OUTLINE), Normal()])
+    x, y = (view[_OPTIMUM + name] for name in names)
+    occupied = [axes.transData.transform((x[0], y[0]))]
     written = f"{{:g}} {unit}" if unit != "1" else "{:g}"
     for text in axes.clabel(lines, fmt=written.format, fontsize=_SMALL, inline=False):
         place = axes.transData.transform(text.get_position())
@@ -166,6 +147,30 @@ def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None
             continue
         text.set_path_effects([Stroke(linewidth=1.6, foreground=_OUTLINE), Normal()])
         occupied.append(place)
+    # a star for the best optimum, circles for those nearly as good
+    look: dict[str, Any] = {"linestyle": "none", "clip_on": False, "zorder": 5}
+    star: dict[str, Any] = {
+        "marker": "*",
+        "markersize": 11,
+        "mfc": _MARK,
+        "mec": "white",
+        "mew": 0.6,
+    }
+    axes.plot(x[:1], y[:1], label=_best(view), **star, **look)
+    if x.size > 1:
+        ring: dict[str, Any] = {
+            "marker": "o",
+            "markersize": 6,
+            "mfc": "none",
+            "mec": _MARK,
+            "mew": 1.1,
+        }
+        axes.plot(x[1:], y[1:], label="nearly as good, perhaps off the surface", **ring, **look)
+    axes.set(xlabel=axis_label(names[0]), ylabel=axis_label(names[1]))
+    size: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
+    bar = axes.figure.colorbar(mesh, ax=axes, label=_objective(view), **size)
+    if isinstance(norm, LogNorm):
+        write_out_ticks(bar.ax.yaxis)
 
 
 def _objective(view: ArchiveView) -> str:
@@ -176,20 +181,6 @@ def _objective(view: ArchiveView) -> str:
         cases = "" if name == judged else ", largest of all cases"
         return quantity_label(name, unit, body=body_of(view.attrs.get("kind"))) + cases
     return f"{judged} [{raised(unit)}]" if unit != "1" else judged
-
-
-def _mark_optima(axes: Axes, view: ArchiveView) -> None:
-    """Mark the optima: a star for the best, circles for those nearly as good."""
-    x, y = (view[f"optimum_{name}"] for name in _names(view))
-    style: dict[str, Any] = {"linestyle": "none", "clip_on": False, "zorder": 5}
-    ring: dict[str, Any] = {"mfc": "none", "mec": _MARK, "mew": 1.1}
-    star: dict[str, Any] = {"mfc": _MARK, "mec": "white", "mew": 0.6}
-    axes.plot(x[:1], y[:1], marker="*", markersize=11, label=_best(view), **star, **style)
-    if x.size > 1:
-        label = "nearly as good, perhaps off the surface"
-        axes.plot(x[1:], y[1:], marker="o", markersize=6, label=label, **ring, **style)
-    handles, _ = axes.get_legend_handles_labels()
-    add_legend(axes, handles, "above")
 
 
 PICTURE = Picture(

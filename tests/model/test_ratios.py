@@ -182,12 +182,6 @@ def test_what_the_command_line_varies_need_not_be_removed_from_a_file():
     assert load_scan(file, {"vary": {"omega": {"values": [6.0]}}}).axes[0].name == "omega"
 
 
-def test_a_tuning_is_over_a_band_in_hertz():
-    tuning = load_tuning("tmd", {"over": {"f": {"start": 0.9, "stop": 1.1, "num": 3}}})
-    assert tuning.over[0].name == "omega"
-    assert tuning.over[0].values == pytest.approx(2 * pi * np.array([0.9, 1.0, 1.1]))
-
-
 # ---- what is set as a ratio stays at it ----------------------------------------------------------
 
 K1 = np.array([4e3, 4e4, 4e5])

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.stats import qmc
+from support import amplitudes
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import ArchivePath, parse_toml
@@ -355,15 +356,7 @@ def test_optima_are_judged_again_by_draws_that_the_search_did_not_have(tmp_path)
 
 def energy_of(p):
     """Return E1max of a structure with a linear damper in its steady state, by complex numbers."""
-    w = p["omega"]
-    joint = p["k2"] + 1j * w * p["c2"]
-    alone = p["k1"] + 1j * w * p["c1"]
-    matrix = [
-        [alone + joint - p["m1"] * w**2, -joint],
-        [-joint, joint - p["m2"] * w**2],
-    ]
-    x1 = abs(np.linalg.solve(matrix, [p["P"], 0.0])[0])
-    return 0.5 * x1**2 * max(p["k1"], p["m1"] * w**2)
+    return 0.5 * abs(amplitudes(p)[0]) ** 2 * max(p["k1"], p["m1"] * p["omega"] ** 2)
 
 
 @pytest.mark.kernels

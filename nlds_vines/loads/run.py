@@ -6,7 +6,8 @@ Without axes each damper is a block, with histories; a scan has blocks of `BLOCK
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -42,9 +43,6 @@ PIECE_BYTES = 1 << 26
 
 EDGE_BYTES = 8 * 18
 """Bytes of a cell of a load: its coefficients, its edge and its jump."""
-
-LoadsOf = Callable[[range, np.ndarray], list[Cells]]
-"""Returns the loads of some lanes, in cells no longer than the given lengths (lanes,) [s]."""
 
 
 def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) -> None:
@@ -127,46 +125,19 @@ def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -
     count = math.prod(request.shape)
     pieces = []
     for which, numbers in groupby(cases, lambda case: case // count):
-        places = [number % count for number in numbers]
-        pieces.append(_arrays_of_system(request, request.systems[which], places, tell))
+        system, places = request.systems[which], [number % count for number in numbers]
+        values = request.values_at(np.unravel_index(places, request.shape)) if request.vary else {}
+        grid = {name: column for name, column in values.items() if has(system, name)}
+        of_load = {name: column.tolist() for name, column in values.items() if is_of_load(name)}
+        each, loads = [], dict[tuple[float, ...], Loading]()
+        for lane in range(len(places)):
+            changes = {name: column[lane] for name, column in of_load.items()}
+            impulse, key = changes.pop("impulse", request.load.impulse), tuple(changes.values())
+            if key not in loads:
+                loads[key] = request.load.with_({"impulse": 0.0, **changes})
+            each.append((loads[key], impulse * loads[key].scale))
+        pieces.append(_fly(request, system, grid, each, not request.vary, tell))
     return _joined(pieces)
-
-
-def _joined(pieces: Sequence[Arrays]) -> Arrays:
-    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
-
-
-def _arrays_of_system(
-    request: HistoryRequest, system: System, numbers: Sequence[int], tell: Tell | None
-) -> Arrays:
-    """Return the results of orbits of one system, by their numbers among those of the system."""
-    history = not request.vary
-    places = np.unravel_index(numbers, request.shape) if request.vary else ()
-    values = request.values_at(places) if request.vary else {}
-    grid = {name: column for name, column in values.items() if has(system, name)}
-    of_load = {name: column for name, column in values.items() if is_of_load(name)}
-    cells, starts = _cells_and_starts(request, system, grid, len(numbers))
-
-    def loads(lanes: range, reach: np.ndarray) -> list[Cells]:
-        """Return the loads of some lanes; lanes whose loads differ in the impulse share rows."""
-        base, shared, cells_of_lanes = request.load, dict[tuple[Any, ...], Cells](), []
-        for lane, longest in zip(lanes, reach.tolist(), strict=True):
-            numbers = {name: float(column[lane]) for name, column in of_load.items()}
-            impulse = numbers.pop("impulse", base.impulse) * numbers.get("scale", base.scale)
-            struck = _struck(request, cells[lane])
-            key = *numbers.values(), struck, longest
-            if key not in shared:
-                load = base.with_({"impulse": 0.0, **numbers})
-                shared[key] = _in_cells(request, load, struck, longest, history)
-            made = shared[key]
-            if jump := impulse / struck.mass:
-                jumps = np.zeros(len(made.edges)) if made.jumps is None else made.jumps.copy()
-                jumps[0] += jump
-                made = Cells(made.edges, made.rows, jumps, made.share)
-            cells_of_lanes.append(made)
-        return cells_of_lanes
-
-    return _flown(request, system.scene, cells, starts, loads, history, tell)
 
 
 def numbers_of(
@@ -184,74 +155,66 @@ def numbers_of(
     Beside those of `OF_LOADS` there are `status` and `violations`, the number of times that the
     limit of the scene was passed.
     """
-    cells, starts = _cells_and_starts(request, system, grid, len(each))
-
-    def loads(lanes: range, reach: np.ndarray) -> list[Cells]:
-        shared, cells_of_lanes = dict[tuple[Any, ...], Cells](), []
-        for lane, longest in zip(lanes, reach.tolist(), strict=True):
-            load, struck = each[lane], _struck(request, cells[lane])
-            key = id(load), struck, longest
-            if key not in shared:
-                shared[key] = _in_cells(request, load, struck, longest, history=False)
-            cells_of_lanes.append(shared[key])
-        return cells_of_lanes
-
-    return _flown(request, system.scene, cells, starts, loads, False, tell)
+    rest = {id(load): load.with_({"impulse": 0.0}) if load.impulse else load for load in each}
+    pairs = [(rest[id(load)], load.impulse * load.scale) for load in each]
+    return _fly(request, system, grid, pairs, False, tell)
 
 
-def _in_cells(
-    request: HistoryRequest, load: Loading, struck: Struck, reach: float, history: bool
-) -> Cells:  # fmt: skip
-    """Return the cells of a load, with edges at the states of a history and at `settle`."""
-    marks = request.times[1:-1] if history else np.zeros(0)
-    if request.settle:
-        marks = np.append(marks, request.settle)
-    return load.cells(struck, request.duration, reach, marks)
+def _joined(pieces: Sequence[Arrays]) -> Arrays:
+    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
 
-def _struck(request: HistoryRequest, cell: np.void) -> Struck:
-    if request.load.harmonic:
-        return Struck(float(cell["m1"]), float(cell["P"]), float(cell["omega"]))
-    return Struck(float(cell["m1"]))
+@stoppable
+def _fly(
+    request: HistoryRequest, system: System, grid: Mapping[str, np.ndarray],
+    each: Sequence[tuple[Loading, float]], history: bool, tell: Tell | None,
+) -> Arrays:  # fmt: skip
+    """Follow an orbit of a system under `each` load; return quantities, and histories if asked.
 
-
-def _cells_and_starts(
-    request: HistoryRequest, system: System, grid: Mapping[str, np.ndarray], count: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cells (count,) and the starts x1, v1, r, s (count, 4) of orbits of a system."""
-    cells = np.broadcast_to(system.cells(grid), (count,)).copy()
-    starts = np.zeros((count, 4))
+    Each load is given without its impulse at t = 0, and with the size [N s] of that: lanes whose
+    loads differ in the impulse alone share the rows of their cells.
+    """
+    scene, count = system.scene, len(each)
+    cells, starts = np.broadcast_to(system.cells(grid), (count,)).copy(), np.zeros((count, 4))
     if request.state:
         for i in range(count):
             one = system.with_(**{name: float(column[i]) for name, column in grid.items()})
             starts[i] = start_state(one, float(one.rest or 0.0), request.state)[:4]
-    return cells, starts
-
-
-@stoppable
-def _flown(
-    request: HistoryRequest, scene: Scene, cells: np.ndarray, starts: np.ndarray, loads: LoadsOf,
-    history: bool, tell: Tell | None = None,
-) -> Arrays:  # fmt: skip
-    """Follow an orbit for each of `cells` (lanes,) of a scene; return quantities and histories."""
     batch = LoadBatch(scene, request.load.shaken, request.tolerance, tell)
     # rounded down by up to an eighth, so that many systems share their loads
     mantissa, exponent = np.frexp(batch.longest(cells))
     reach = np.ldexp(np.floor(16.0 * mantissa) / 16.0, exponent)
+    marks = request.times[1:-1] if history else np.zeros(0)  # further edges of cells
+    if request.settle:
+        marks = np.append(marks, request.settle)
     pieces, asked = dict[int, Arrays](), of_orbit.Asked(np.array(SHARES), request.settle)
 
     def fly(begin: int, end: int) -> None:
         check()
+        shared, loads = dict[tuple[Any, ...], Cells](), []
+        for lane in range(begin, end):
+            (load, impulse), cell, longest = each[lane], cells[lane], float(reach[lane])
+            force = (float(cell["P"]), float(cell["omega"])) if load.harmonic else ()
+            struck = Struck(float(cell["m1"]), *force)
+            key = id(load), struck, longest
+            if key not in shared:
+                shared[key] = load.cells(struck, request.duration, longest, marks)
+            in_cells = shared[key]
+            if jump := impulse / struck.mass:
+                old = in_cells.jumps
+                jumps = np.zeros(len(in_cells.edges)) if old is None else old.copy()
+                jumps[0] += jump
+                in_cells = replace(in_cells, jumps=jumps)
+            loads.append(in_cells)
         lanes = slice(begin, end)
-        made = loads(range(begin, end), reach[lanes])
-        orbits = batch.run(cells[lanes], made, starts[lanes], asked, histories=history)
+        orbits = batch.run(cells[lanes], loads, starts[lanes], asked, histories=history)
         arrays = _numbers(request, scene, cells[lanes], orbits)
         if history:
-            arrays |= _histories(request, scene, cells[lanes], made, orbits)
+            arrays |= _histories(request, scene, cells[lanes], loads, orbits)
         pieces[begin] = arrays
 
     most = max(1, PIECE_BYTES // (EDGE_BYTES * request.windows * request.samples))
-    in_pieces(fly, len(cells), most=most)
+    in_pieces(fly, count, most=most)
     return _joined([pieces[begin] for begin in sorted(pieces)])
 
 

@@ -15,7 +15,7 @@ from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import as_system, refuse_without_force, system_from
-from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
+from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import OF_LOADS
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
@@ -309,14 +309,8 @@ def spring_of(parameters: Any) -> str:
 
 def natural_period(system: System) -> float:
     """Return the undamped natural period of the structure alone [s]; inf without a spring."""
-    mass, spring = struck(system).mass, system.parameters.get(spring_of(system.parameters), 0.0)
+    mass, spring, _ = system.structure
     return 2 * math.pi * math.sqrt(mass / spring) if spring > 0.0 else math.inf
-
-
-def struck(system: System) -> Struck:
-    """Return the mass that a load acts on, with its harmonic force."""
-    p = system.parameters
-    return Struck(p["m1" if "m1" in p else "m"], system.force, p["omega"])
 
 
 FORM = Form(
@@ -404,7 +398,10 @@ def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
         with at(request.origin("systems")):
             if not isinstance(listed, list | tuple):
                 raise RequestError(f"systems = {shown(listed)} must be a list of systems")
-            systems = [_system(one) for one in listed]
+            systems = [
+                (as_system if isinstance(one, str) else system_from)(one, needs_force=False)
+                for one in listed
+            ]
     for place, layer in request.layers:
         for name, value in layer.get("set", {}).items():
             if not any(_takes(system, name) for system in systems):
@@ -416,12 +413,6 @@ def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
     return tuple(request.as_set(system, varied, _takes) for system in systems)
 
 
-def _system(source: Any) -> System:
-    if isinstance(source, str):
-        return as_system(source, needs_force=False)
-    return system_from(source, needs_force=False)
-
-
 def _takes(system: System, name: str) -> bool:
     return has(system, name) or (name in ("law", "law_2") and bool(system.scene.walls))
 
@@ -429,14 +420,12 @@ def _takes(system: System, name: str) -> bool:
 def _title(
     load: Loading, systems: Sequence[System], axes: Sequence[Axis], sampled: Samples | None
 ) -> str:
-    words, names = load.words(), [axis.name for axis in axes]
-    if sampled is not None:
-        names = [*sampled.names]
-    if load == Loading():
-        is_of_loads = any(map(is_of_load, names))
-        words = "Blows" if is_of_loads else "Free decay"
+    names = [axis.name for axis in axes] if sampled is None else [*sampled.names]
     over = f", by {' and '.join(names)}" if names else ""
     if sampled is not None:
         over = f", {sampled.count} samples of {', '.join(names)}"
+    words = "Blows" if any(map(is_of_load, names)) else "Free decay"
+    if load != Loading():
+        words = load.words()
     title = f"{words[0].upper()}{words[1:]}: {', '.join(map(system_in_words, systems))}{over}"
     return title[:MOST_CHARACTERS]

@@ -19,7 +19,7 @@ from nlds_vines.archives.files import write_text
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.loads.request import HistoryRequest, load_response_history, struck
+from nlds_vines.loads.request import HistoryRequest, load_response_history
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.loads.courses import Noise
 from nlds_vines.model.loads.loading import Loading
@@ -374,14 +374,14 @@ def closed_form(system: System, load: Loading) -> dict[str, float]:
         return {}
     blows, parts = load.blows, load.parts
     if not parts and len(blows) == 1 and blows[0][0] == 0.0:
-        return _after_blow(system, A, blows[0][1] / struck(system).mass)
+        return _after_blow(system, A, blows[0][1] / system.structure[0])
     if not parts or blows or not all(isinstance(one, Noise) for one in parts):
         return {}
     push, square = np.zeros(len(A)), 0.0
     if load.shaken:
         push[1::2] = -1.0
     else:
-        push[1] = 1.0 / struck(system).mass
+        push[1] = 1.0 / system.structure[0]
     for noise in load.noise:
         assert isinstance(noise, Noise)
         rates = 1j * noise.omegas[:, np.newaxis, np.newaxis] * np.eye(len(A)) - A
@@ -420,5 +420,5 @@ def energy_after_blow(system: System, load: Loading, times: np.ndarray) -> np.nd
     m1, k1, _ = system.structure
     size = 4 if system.scene.damper else 2
     flows = expm(times[:, np.newaxis, np.newaxis] * flow_matrix(system)[:size, :size])
-    x1, v1 = load.blows[0][1] / struck(system).mass * flows[:, :2, 1].T
+    x1, v1 = load.blows[0][1] / system.structure[0] * flows[:, :2, 1].T
     return 0.5 * (m1 * v1**2 + k1 * x1**2)

@@ -59,7 +59,7 @@ from nlds_vines.plotting.page import (
 )
 from nlds_vines.plotting.palette import damper_colors
 from nlds_vines.plotting.save import let_figures_be_shown
-from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE, SHADES, axis_label
+from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE, SHADES, axis_label, labeled
 
 _PANEL, _BARS = 4.8 * CM, 0.75 * CM  # inches, heights of a panel and of the bar of a damper
 _MAP = 5.0 * CM  # inches
@@ -141,10 +141,12 @@ def fill(axes: Axes, view: ArchiveView, name: str) -> None:
 
 
 def _draw_panel(axes: Axes, results: ResponseHistories | LoadScan, name: str) -> None:
-    if isinstance(results, ResponseHistories):
-        _FILL[name](axes, results)
-    else:
+    if isinstance(results, LoadScan):
         _curves(axes, results, name)
+    else:
+        _FILL[name](axes, results)
+        if name in _OVER_TIME:
+            axes.set(xlim=(0, results.request.duration), xlabel="time $t$ [s]")
 
 
 def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
@@ -185,14 +187,12 @@ def _energy(axes: Axes, histories: ResponseHistories) -> None:
     shares = ", ".join(f"{100 * share:g}" for share in reversed(SHARES))
     axes.plot([], [], color=GRAY, **{**_DOTS, "label": f"last time at {shares} % of its largest"})
     axes.set(ylim=(_LEAST * largest, 2.0 * largest), ylabel="energy $E_1$ [J]")
-    _over_time(axes, histories.request)
 
 
 def _motion(axes: Axes, histories: ResponseHistories) -> None:
     """Draw the displacement of the structure."""
     for _, history, look in _each(histories):
         axes.plot(history.time, history.x1, **look)
-    _over_time(axes, histories.request)
     frame = " relative to the ground" if histories.request.load.shaken else ""
     axes.set_ylabel(f"displacement $x_1${frame} [m]")
 
@@ -203,13 +203,8 @@ def _damper(axes: Axes, histories: ResponseHistories) -> None:
         energy = sum(np.nan_to_num(history.dissipated[sink]) for sink in ("c2", "contact"))
         if np.any(energy):
             axes.plot(history.time, energy / history.numbers["energy_in"], **look)
-    _over_time(axes, histories.request)
     axes.set(ylim=(0, 1), ylabel="by damper and contacts")
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-
-
-def _over_time(axes: Axes, request: HistoryRequest) -> None:
-    axes.set(xlim=(0, request.duration), xlabel="time $t$ [s]")
 
 
 def _sweep(axes: Axes, histories: ResponseHistories, energy: bool = False) -> None:
@@ -401,19 +396,16 @@ def _map(axes: Axes, scan: LoadScan, name: str, damper: int) -> QuadMesh:
 
 
 def _axis(scan: LoadScan, number: int) -> str:
-    """Return the label of an axis."""
     name = scan.request.vary[number].name
     if name in DESCRIBED:
         return axis_label(name)
     unit, words = axis_words(scan.request, name)
-    return words + (f" [{raised(unit)}]" if unit != "1" else "")
+    return labeled(words, "", unit)
 
 
 def _label(name: str) -> str:
-    """Return the label of a quantity, with its symbol and unit."""
     entry = OF_LOADS_BY_NAME[name]
-    symbol = f" ${in_latex(entry.symbol)}$" if entry.symbol else ""
-    return entry.label + symbol + (f" [{raised(entry.unit)}]" if entry.unit != "1" else "")
+    return labeled(entry.label, in_latex(entry.symbol), entry.unit)
 
 
 _FILL: Mapping[str, Callable[[Axes, ResponseHistories], None]] = {

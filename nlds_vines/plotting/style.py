@@ -86,7 +86,7 @@ STARTS = (
 def axis_label(parameter: str) -> str:
     """Return the label of the axis of a parameter: meaning up to a semicolon, symbol, unit."""
     entry = described(parameter)
-    return _labeled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
+    return labeled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
 
 
 def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCTURE) -> str:
@@ -99,7 +99,7 @@ def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCT
     if name in BY_NAME:
         meaning, symbol = BY_NAME[name].label, BY_NAME[name].symbol
     meaning = (meaning or clause(long_name) or name).replace(STRUCTURE, body)
-    return _labeled(meaning, in_latex(symbol), unit)
+    return labeled(meaning, in_latex(symbol), unit)
 
 
 def body_of(kind: object) -> str:
@@ -113,6 +113,7 @@ def start_colors(starts: Sequence[str]) -> list[str]:
     return [_POLICIES.get(name, STARTS[i % len(STARTS)]) for i, name in enumerate(starts)]
 
 
-def _labeled(meaning: str, symbol: str, unit: str) -> str:
+def labeled(meaning: str, symbol: str, unit: str) -> str:
+    """Return a label; without a symbol if it is empty, without a unit if it is 1."""
     parts = (meaning, f"${symbol}$" if symbol else "", f"[{raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))

@@ -298,9 +298,6 @@ class Pulse(Course):
     repeat: int = setting(1, Whole(1, 10**5), "", "how many there are")
     every: float = setting(0.0, TIME, "", "time from one to the next [s]; at least `length`")
 
-    has_tail: ClassVar[bool] = False
-    """Whether a pulse goes on after its length."""
-
     def check(self) -> None:
         if self.repeat > 1 and self.every < self.length:
             raise RequestError(
@@ -314,9 +311,14 @@ class Pulse(Course):
         return self.at + self.every * np.arange(self.repeat)
 
     @property
+    def end(self) -> float:
+        """How long after its beginning a pulse acts [s]."""
+        return self.length
+
+    @property
     def corners(self) -> tuple[float, ...]:
         """The times [s] after its beginning at which a pulse is not smooth."""
-        return 0.0, self.length
+        return 0.0, self.end
 
     @property
     def kinks(self) -> np.ndarray:
@@ -345,8 +347,7 @@ class Pulse(Course):
     def _at(self, times: np.ndarray) -> np.ndarray:
         """Return the number (n,) of the pulse that acts at `times` (n,); -1 for none."""
         which = np.searchsorted(self.begins, times, side="right") - 1
-        over = times >= self.begins[which] + self.length
-        return np.where((which >= 0) & (self.has_tail | ~over), which, -1)
+        return np.where((which >= 0) & (times < self.begins[which] + self.end), which, -1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -416,12 +417,8 @@ class Friedlander(Pulse):
             raise RequestError("suction = true: with decay = 0 the negative phase grows for ever")
 
     @property
-    def has_tail(self) -> bool:  # type: ignore[override]
-        return self.suction
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        return (0.0,) if self.suction else (0.0, self.length)  # the negative phase has no end
+    def end(self) -> float:
+        return np.inf if self.suction else self.length
 
     @property
     def rate(self) -> float:

@@ -28,7 +28,6 @@ from nlds_vines.continuation.request import Continuation, Orbit
 from nlds_vines.continuation.result import map_of
 from nlds_vines.continuation.section_map import place_of
 from nlds_vines.errors import RequestError
-from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.records import USUAL
@@ -55,10 +54,18 @@ def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
     if begin.policy != "rest":
         draws = start_states(Start("random", begin.count, begin.seed))
         starts = random_states(there.cells(), draws, there.scene)
-    orbits = list(_classified(there, starts, float(request.tolerance), tell))
-    seeds = [(n, y) for label, n, y in orbits if n and label in (begin.label or label)]
+    wanted = Wanted(there.scene, USUAL, "exact", "standard", Settings(float(request.tolerance)))
+    cells = np.repeat(np.atleast_1d(there.cells()), len(starts))[:, np.newaxis]
+    outputs = Kernels(wanted, tell).run(cells, starts, TRANSIENT, PERIODS)
+    arrays = {key: values[:, 0] for key, values in outputs.verdicts(cells).items()}
+    periods = arrays["periodicity"].tolist()
+    seeds = [
+        (place_of(system, name, request.value, arrays["orbit_point"][i].tolist()), n)
+        for i, (n, label) in enumerate(zip(periods, arrays["label"], strict=True))
+        if n and label in (begin.label or label)
+    ]
     if not seeds:
-        labels = ", ".join(dict.fromkeys(label for label, _, _ in orbits))
+        labels = ", ".join(dict.fromkeys(map(str, arrays["label"])))
         where = f"{name} = {request.value:g}"
         if begin.label:
             raise RequestError(f"no start at {where} ends in {begin.label}: {labels}")
@@ -66,27 +73,7 @@ def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
         raise RequestError(
             f"{who} at {where} is {labels}: only a periodic orbit can be followed; give a start"
         )
-    size = len(there.scene.components)
-    used = seeds[:1] if begin.label else seeds
-    return [(np.append(y[:size], request.value), n) for n, y in used]
-
-
-def _classified(
-    system: System, starts: np.ndarray, tolerance: float, tell: Tell | None
-) -> Iterator[tuple[str, int, np.ndarray]]:
-    """Yield label, n, and a state (4,) at phase zero of the orbit of each start (count, 4)."""
-    wanted = Wanted(system.scene, USUAL, "exact", "standard", Settings(tolerance))
-    cells = np.repeat(np.atleast_1d(system.cells()), len(starts))[:, np.newaxis]
-    outputs = Kernels(wanted, tell).run(cells, starts, TRANSIENT, PERIODS)
-    arrays = outputs.verdicts(cells)
-    for i in range(len(starts)):
-        n = int(arrays["periodicity"][i, 0]) if outputs.status[i, 0] == OK else 0
-        point, state = arrays["orbit_point"][i, 0], np.zeros(4)
-        state[: point.size] = point
-        if system.rest is not None:
-            state[2] = point[0] - (point[2] - system.rest)
-            state[3] = point[1] - point[3]
-        yield str(arrays["label"][i, 0]), n, state
+    return seeds[:1] if begin.label else seeds
 
 
 # ---- from the archive of a scan ----

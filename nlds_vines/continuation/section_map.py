@@ -24,6 +24,7 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs.progress import Tell
 
 NEARBY, TINY = 2.0**-10, 1.0e-9
@@ -311,12 +312,8 @@ def states_of(system: System, names: Sequence[str], places: np.ndarray) -> np.nd
     `names` are the m free parameters, any of which may move the rest position.
     """
     size = len(system.scene.components)
-    states = places[:, :size].copy()
-    if system.scene.damper:
-        rest = system.cells({name: places[:, size + i] for i, name in enumerate(names)})["rest"]
-        states[:, 2] = places[:, 0] - places[:, 2] + rest
-        states[:, 3] = places[:, 1] - places[:, 3]
-    return states
+    cells = system.cells({name: places[:, size + i] for i, name in enumerate(names)})
+    return user_states(cells, places[:, :size], system.scene)
 
 
 def bordered(

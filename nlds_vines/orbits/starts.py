@@ -217,9 +217,9 @@ def user_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarr
 
     Shape (n, components): x1, v1, x2, v2, without a damper x1, v1.
     """
-    x1, v1, r, s = np.moveaxis(states, -1, 0)
     if not scene.damper:
-        return np.stack([x1, v1], axis=-1)
+        return states[..., :2].copy()
+    x1, v1, r, s = np.moveaxis(states, -1, 0)
     return np.stack([x1, v1, x1 - r + cells["rest"], v1 - s], axis=-1)
 
 

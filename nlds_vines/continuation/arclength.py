@@ -248,8 +248,7 @@ class Stepper:
             shortest = step <= 2.0 * LEAST_STEP
             if point is not None:
                 worst = max(
-                    math.sqrt(contraction / CONTRACTION),
-                    angle_of(self.point, point) / ANGLE,
+                    math.sqrt(contraction / CONTRACTION), angle_of(self.point, point) / ANGLE
                 )
                 if worst <= SHARPEST or shortest:
                     self.last_step, self.point = step, point

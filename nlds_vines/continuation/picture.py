@@ -22,14 +22,7 @@ from nlds_vines.bifurcation.picture.choices import REGIMES
 from nlds_vines.bifurcation.picture.regime_map import fill_map, name_regimes
 from nlds_vines.bifurcation.picture.regime_strip import STRIP, draw_strip
 from nlds_vines.continuation.regime_borders import borders_of
-from nlds_vines.continuation.result import (
-    MARKS,
-    WORDS,
-    Branch,
-    Continued,
-    SpecialCurve,
-    continued,
-)
+from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, SpecialCurve, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable
 from nlds_vines.plotting.chosen_panels import Picture
@@ -43,13 +36,7 @@ from nlds_vines.plotting.page import (
     write_letters,
 )
 from nlds_vines.plotting.palette import colors
-from nlds_vines.plotting.style import (
-    DOT,
-    GRAY,
-    NAVY,
-    axis_label,
-    quantity_label,
-)
+from nlds_vines.plotting.style import DOT, GRAY, NAVY, axis_label, quantity_label
 
 _STABLE: dict[str, Any] = {"color": NAVY, "linewidth": 1.1}
 _UNSTABLE: dict[str, Any] = {"color": "#6b6b6b", "linewidth": 0.6, "dashes": (4, 2)}

@@ -302,10 +302,7 @@ class Continued(Drawable):
                     values=np.stack([t[f"curve_{name}"][rows] for name in names], axis=-1),
                     states=t["curve_state"][rows],
                     multipliers=pairs[..., 0] + 1j * pairs[..., 1],
-                    ends=(
-                        words[int(t["curve_first_end"][i])],
-                        words[int(t["curve_last_end"][i])],
-                    ),
+                    ends=(words[int(t["curve_first_end"][i])], words[int(t["curve_last_end"][i])]),
                     meetings=tuple(
                         (str(n), float(a), float(b)) for n, a, b in zip(*at, strict=True)
                     ),

@@ -59,7 +59,7 @@ def checked_want(want: object) -> tuple[str, ...]:
 def possible_want(want: Sequence[str], scene: Scene) -> tuple[str, ...]:
     """Return the records of `want` that a scene has: without walls no impacts and clearances."""
     missing = {*RECORDS}.difference(
-        *(entry.record[:1] for entry in QUANTITIES if entry.has(scene)),
+        *(entry.record[:1] for entry in QUANTITIES if entry.has(scene))
     )  # records of `simulate` alone are not in RECORDS
     return tuple(word for word in want if word not in missing)
 

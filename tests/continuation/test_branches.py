@@ -129,11 +129,7 @@ def test_grazing_is_passed_from_both_sides():
 # ---- locators fail where their test functions do -------------------------------------------------
 
 
-BROKEN = {
-    "LP": lambda tests: 1.0,
-    "PD": lambda tests: 1.0,
-    "NS": lambda tests: 1.0,
-}
+BROKEN = {"LP": lambda tests: 1.0, "PD": lambda tests: 1.0, "NS": lambda tests: 1.0}
 
 
 @pytest.fixture(scope="module")
@@ -285,8 +281,7 @@ def test_branch_points_are_located_and_shared():
 
 
 @pytest.mark.parametrize(
-    ("kind", "c"),
-    [pytest.param("oscillator-2", 0.05, marks=pytest.mark.long), ("oscillator", 0.1)],
+    ("kind", "c"), [pytest.param("oscillator-2", 0.05, marks=pytest.mark.long), ("oscillator", 0.1)]
 )
 def test_no_branch_of_rigid_bodies_steps_over_a_grazing(kind, c):
     """A step across one gave a doubling that is none, and points located to 1e-4 only."""

@@ -150,10 +150,7 @@ def test_hertz_contacts_approach_the_rigid_ones_as_they_stiffen():
     """Fold and flip of a Hertz stop converge as K^-0.4, the duration of its impacts."""
     fold = next(case for case in CASES if case["fold_A"] and case["e"] == 1.0 and case["n"] == 1)
     flip = next(case for case in CASES if case["flips"] and case["e"] == 1.0 and case["n"] == 1)
-    for case, kind, exact in (
-        (fold, "LP", fold["fold_A"]),
-        (flip, "PD", flip["flips"][0]["A"]),
-    ):
+    for case, kind, exact in ((fold, "LP", fold["fold_A"]), (flip, "PD", flip["flips"][0]["A"])):
         orbit, errors = case["orbits"][0], []
         for K in (1e8, 1e10, 1e12, 1e14, 1e16):
             system = oscillator(case, orbit["A"], law="hertz", K=K)

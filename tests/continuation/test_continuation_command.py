@@ -10,13 +10,7 @@ import pytest
 import xarray
 from layout import collisions
 
-from nlds_vines import (
-    RequestError,
-    continue_branch,
-    load_continuation,
-    load_system,
-    simulate,
-)
+from nlds_vines import RequestError, continue_branch, load_continuation, load_system, simulate
 from nlds_vines.__main__ import main
 from nlds_vines.archives.archive import read
 from nlds_vines.continuation import run as running

@@ -73,8 +73,7 @@ def test_period_by_period(i):
 
 
 @pytest.mark.parametrize(
-    ("name", "changes"),
-    [("ssul-set6", {"omega": 6.05}), ("ssbl", {"omega": 6.05})],
+    ("name", "changes"), [("ssul-set6", {"omega": 6.05}), ("ssbl", {"omega": 6.05})]
 )
 def test_inside_impacts_that_are_solved(name, changes):
     assert compare(beginning(load_system(name, **changes)), 40) > 0

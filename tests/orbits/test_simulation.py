@@ -8,16 +8,7 @@ import threading
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from support import (
-    BOTH,
-    FULL,
-    REPO,
-    bits,
-    counts_by_period,
-    follow_ssul,
-    references,
-    system_of,
-)
+from support import BOTH, FULL, REPO, bits, counts_by_period, follow_ssul, references, system_of
 from twin import follow, model_of
 
 from nlds_vines.errors import RequestError
@@ -39,10 +30,7 @@ both_methods = pytest.mark.parametrize(
 
 exact_plain = pytest.mark.parametrize(
     "options",
-    [
-        pytest.param({}, id="exact", marks=pytest.mark.plain),
-        pytest.param(METHODS["rk4"], id="rk4"),
-    ],
+    [pytest.param({}, id="exact", marks=pytest.mark.plain), pytest.param(METHODS["rk4"], id="rk4")],
 )
 """For scenes that no other test follows so: by fixed steps it is faster to compile, by exact flight
 it is not."""

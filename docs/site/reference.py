@@ -24,9 +24,9 @@ from nlds_vines.bifurcation.request import Scan, ScanContents
 from nlds_vines.bifurcation.response_curves import Case, CurveRequest, Panel
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
-from nlds_vines.continuation.branch_table import curve_datasets
-from nlds_vines.continuation.branch_table import datasets_of as of_branches
 from nlds_vines.continuation.request import Begin, Continuation, load_continuation
+from nlds_vines.continuation.result import curve_datasets
+from nlds_vines.continuation.result import datasets_of as of_branches
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import ALL, Loading

@@ -9,8 +9,7 @@ In reading order:
     branch_arm      one branch in one direction, and the reason of its end
     exploration     all branches that start orbits lead to
     special_curves  curves of special points in the plane of two parameters
-    branch_table    the datasets of the archive
-    result          `Continued`: branches, special points, curves
+    result          `Continued`: branches, special points, curves, their datasets
     regime_borders  why a scan's regimes change
     run             start orbits; from request to archive
     picture         the diagram of branches, and curves in their plane

@@ -1,9 +1,9 @@
-"""The results of a continuation: branches, special points, curves, and orbits at one value."""
+"""The results of a continuation, branches, special points and curves, and their datasets."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,24 +11,20 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, read
+from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import CONTINUATION
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.continuation.arclength import best_map, cycle_at_zero, place_at
 from nlds_vines.continuation.branch_arm import ENDS, at_value
-from nlds_vines.continuation.branch_table import (
-    KIND_FLAGS,
-    ORIGINS,
-    SWITCH_FLAGS,
-    Tables,
-    curve_datasets,
-    datasets_of,
-)
-from nlds_vines.continuation.exploration import is_same
+from nlds_vines.continuation.exploration import Switch, Track, is_same
 from nlds_vines.continuation.request import Continuation, load_continuation
 from nlds_vines.continuation.section_map import Cycle, SectionMap, place_of, states_of
 from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
-from nlds_vines.continuation.special_points import label_of_cycle
+from nlds_vines.continuation.special_points import KINDS, label_of_cycle
 from nlds_vines.errors import RequestError, number
+from nlds_vines.kernels.numerics.elementary import exp
+from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.style import HUES
@@ -49,9 +45,30 @@ WORDS = {
 }  # fmt: skip
 """The kinds of special points in words."""
 
-_KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
-_SWITCHES = {code: word for word, code in SWITCH_FLAGS.items()}
-_ORIGINS = {code: word for word, code in ORIGINS.items()}
+ORIGINS = {"start": 0, "PD": 1, "BP": 2}
+"""The origins of branches: CF flags of the dataset `origin`."""
+
+KIND_FLAGS = {kind: number for number, kind in enumerate(KINDS)}
+END_FLAGS = {word: number for number, word in enumerate(ENDS)}
+SWITCH_FLAGS = {outcome.name.lower(): int(outcome) for outcome in Switch}
+STATUS_FLAGS = {"complete": 0, "incomplete": 1}
+STABLE_FLAGS = {"unstable": 0, "stable": 1}
+
+SI, DEFECT = "m, m/s", "closing error of the orbit, relative"
+"""Units of the components of a state; meaning of two datasets."""
+
+INCOMPLETE = ("lost", "long")
+"""The ends of branches that are not complete."""
+
+Tables = dict[str, np.ndarray]
+"""Arrays by the name of a dataset."""
+
+Entries = Iterator[tuple[Dataset, Callable[[Any], Any] | None]]
+"""Datasets, each with the function of a cycle, special point or track that gives its entry, or None
+if all entries are computed at once."""
+
+CURVE_END_FLAGS = {word: number for number, word in enumerate(CURVE_ENDS)}
+
 _ALONG = (
     *("E1max", "E2max", "residual", "determinant_error", "clearance"),
     *("softest_impact", "fastest_impact", "largest_force"),
@@ -246,7 +263,7 @@ class Continued(Drawable):
                     stable=t["stable"][rows].astype(bool),
                     multipliers=pairs[..., 0] + 1j * pairs[..., 1],
                     ends=(words[int(t["first_end"][i])], words[int(t["last_end"][i])]),
-                    origin=_ORIGINS[int(t["origin"][i])],
+                    origin=list(ORIGINS)[int(t["origin"][i])],
                     parent=int(t["parent"][i]),
                     **{"E2max": np.full(len(states), np.nan), **along},
                 )
@@ -273,14 +290,14 @@ class Continued(Drawable):
             ("switch", "U8"), ("resolved", bool),
         ]  # fmt: skip
         rows = np.zeros(len(t["kind"]), kinds)
-        rows["kind"] = [_KINDS[int(code)] for code in t["kind"]]
+        rows["kind"] = [KINDS[int(code)] for code in t["kind"]]
         rows["value"] = t[f"special_{self.request.along.name}"]
         rows["before"], rows["after"] = t["before"].astype(str), t["after"].astype(str)
         rows["wall"] = t["wall"].astype(str)
         for name in ("residual", "defect", "branch", "index", "periodicity", "state"):
             rows[name] = t[f"special_{name}"]
         rows["bracket"] = t["bracket"]
-        rows["switch"] = [_SWITCHES[int(code)] for code in t["switch"]]
+        rows["switch"] = [Switch(int(code)).name.lower() for code in t["switch"]]
         rows["resolved"] = rows["bracket"] <= RESOLVED * np.abs(rows["value"])
         return rows.view(np.recarray)
 
@@ -297,7 +314,7 @@ class Continued(Drawable):
             at = [t["meeting"][met], *(t[f"meeting_{name}"][met] for name in names)]
             curves.append(
                 SpecialCurve(
-                    kind=_KINDS[int(t["curve_kind"][i])],
+                    kind=KINDS[int(t["curve_kind"][i])],
                     period=int(t["curve_periodicity"][i]),
                     values=np.stack([t[f"curve_{name}"][rows] for name in names], axis=-1),
                     states=t["curve_state"][rows],
@@ -446,3 +463,191 @@ def continued(path: str | os.PathLike[str]) -> Continued:
                 kind = object if entry.dtype == "str" else entry.dtype
                 tables[entry.name] = np.empty((0, *(shapes[dim] for dim in entry.dims[1:])), kind)
     return Continued(request, tables, ArchivePath.of(path))
+
+
+# ---- the datasets of an archive ----
+
+
+def _of_points(request: Continuation) -> Entries:
+    dims, free, scene = ("point",), PARAMETERS[request.along.name], request.system.scene
+    pair = ("multiplier", "part")
+    yield Dataset.whole("branch_of_point", dims, "branch that a point belongs to"), None
+    yield free.dataset(dims), lambda c: c.values[0]
+    yield Dataset.real("state", (*dims, "component"), SI, "orbit at phase zero"), None
+    yield Dataset.real("section", ("row", "component"), SI, "orbits at phase zero"), None
+    yield Dataset.whole("periodicity", dims, "n of nT"), lambda c: c.n
+    near, far = (f"impacts per nT at the {wall} wall" for wall in ("near", "far"))
+    yield Dataset.whole("impacts_near", dims, near), lambda c: c.counts[0]
+    yield Dataset.whole("impacts_far", dims, far), lambda c: c.counts[1]
+    yield Dataset.text("label", dims, "n and k of nT,k"), label_of_cycle
+    words = "whether all multipliers lie inside"
+    yield Dataset.code("stable", dims, words, STABLE_FLAGS), lambda c: c.unstable == 0
+    yield BY_NAME["multipliers"].dataset((*dims, *pair), scene), _parts
+    yield Dataset.real("residual", dims, "1", DEFECT), lambda c: c.defect
+    words = "error of the product of multipliers, relative"
+    yield Dataset.real("determinant_error", dims, "1", words), _determinant_error
+    yield BY_NAME["E1max"].dataset(dims, scene), None
+    yield BY_NAME["E2max"].dataset(dims, scene), None
+    yield BY_NAME["clearance"].dataset(dims, scene), lambda c: c.clearance
+    yield BY_NAME["softest_impact"].dataset(dims, scene), lambda c: c.slowest
+    words = "largest approach speed"
+    yield Dataset("fastest_impact", dims, "float64", "m/s", words, 0.0), None
+    yield Dataset("largest_force", dims, "float64", "N", "largest contact force", 0.0), None
+
+
+def _of_specials(request: Continuation) -> Entries:
+    dims, free, scene = ("special",), PARAMETERS[request.along.name], request.system.scene
+    pair = ("multiplier", "part")
+    yield Dataset.whole("special_branch", dims, "branch that it lies on"), None
+    words = "kind of special point"
+    yield Dataset.code("kind", dims, words, KIND_FLAGS), lambda s: KIND_FLAGS[s.kind]
+    yield free.dataset(dims, "special_"), lambda s: s.point.cycle.values[0]
+    yield Dataset.real("special_state", (*dims, "component"), SI, "orbit at phase zero"), None
+    yield Dataset.whole("special_index", dims, "point of its branch before it"), lambda s: s.index
+    yield Dataset.whole("special_periodicity", dims, "n of nT"), lambda s: s.point.cycle.n
+    yield BY_NAME["E1max"].dataset(dims, scene, prefix="special_"), None
+    yield Dataset.text("before", dims, "label before it along the branch"), lambda s: s.before
+    yield Dataset.text("after", dims, "label after it along the branch"), lambda s: s.after
+    yield Dataset.text("wall", dims, "wall of a grazing impact"), lambda s: s.wall
+    words = "test function there, relative"
+    yield Dataset.real("special_residual", dims, "1", words), lambda s: s.residual
+    yield Dataset.real("special_defect", dims, "1", DEFECT), lambda s: s.point.cycle.defect
+    yield Dataset.real("bracket", dims, free.unit, "width of the last bracket"), lambda s: s.bracket
+    words = "outcome of following the branch that leaves or crosses there"
+    yield Dataset.code("switch", dims, words, SWITCH_FLAGS), None
+    multipliers = BY_NAME["multipliers"].dataset((*dims, *pair), scene, prefix="special_")
+    yield multipliers, lambda s: _parts(s.point.cycle)
+
+
+def _of_branches() -> Entries:
+    dims = ("branch",)
+    incomplete = Dataset.code("status", dims, "whether a branch is complete", STATUS_FLAGS)
+    yield incomplete, lambda t: any(end in INCOMPLETE for end in t.ends)
+    yield Dataset.code("origin", dims, "origin of the branch", ORIGINS), lambda t: ORIGINS[t.origin]
+    yield Dataset.whole("parent", dims, "branch that it leaves, -1 if none", -1), lambda t: t.parent
+    yield (
+        Dataset.whole(
+            "parent_special", dims, "special point at which it leaves that branch, -1 if none", -1
+        ),
+        lambda t: t.at,
+    )
+    first = Dataset.code("first_end", dims, "reason of its end at its beginning", END_FLAGS)
+    yield first, lambda t: END_FLAGS[t.ends[0]]
+    last = Dataset.code("last_end", dims, "reason of its end at its end", END_FLAGS)
+    yield last, lambda t: END_FLAGS[t.ends[1]]
+
+
+def datasets_of(request: Continuation) -> list[Dataset]:
+    entries = (*_of_points(request), *_of_specials(request), *_of_branches())
+    return [entry for entry, _ in entries]
+
+
+def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[Track]) -> Tables:
+    cycles = [point.cycle for track in tracks for point in track.points]
+    specials = [special for track in tracks for special in track.specials]
+    size, along, system = section_map.size, (request.along.name,), request.system
+
+    def placed(cycles: Sequence[Cycle]) -> tuple[np.ndarray, np.ndarray]:
+        places = np.array([cycle.place for cycle in cycles]).reshape(-1, size + 1)
+        return places, np.array([cycle.n for cycle in cycles], dtype=np.int64)
+
+    places, periods = placed(cycles)
+    measured = section_map.measure(places, periods)
+    sections = [cycle.points[:, :size] for cycle in cycles]
+    values = np.repeat(places[:, size:], periods, axis=0)
+    rows = np.column_stack([np.concatenate([np.empty((0, size)), *sections]), values])
+    there = placed([special.point.cycle for special in specials])
+    return {
+        **_filled(_of_points(request), cycles, size),
+        **_filled(_of_specials(request), specials, size),
+        **_filled(_of_branches(), tracks, size),
+        "branch_of_point": np.repeat(np.arange(len(tracks)), [len(t.points) for t in tracks]),
+        "state": states_of(system, along, places),
+        "section": states_of(system, along, rows),
+        "E1max": measured.energy[:, 0],
+        **({"E2max": measured.energy[:, 1]} if system.scene.damper else {}),
+        "fastest_impact": measured.strokes[:, 0],
+        "largest_force": measured.strokes[:, 1],
+        "switch": np.array(
+            [t.switches.get(at, Switch.NONE) for t in tracks for at in range(len(t.specials))],
+            dtype=np.int8,
+        ),
+        "special_branch": np.repeat(np.arange(len(tracks)), [len(t.specials) for t in tracks]),
+        "special_state": states_of(system, along, there[0]),
+        "special_E1max": section_map.measure(*there).energy[:, 0],
+    }
+
+
+def _filled(entries: Entries, records: Sequence[Any], size: int) -> Tables:
+    """Return the arrays of the datasets that are functions of single records."""
+    arrays = {}
+    for entry, of in entries:
+        if of is not None:
+            kind: Any = object if entry.dtype == "str" else entry.dtype
+            tail = (size, 2) if "part" in entry.dims else ()
+            values = np.array([of(record) for record in records], dtype=kind)
+            arrays[entry.name] = values.reshape(len(records), *tail)
+    return arrays
+
+
+def _parts(cycle: Cycle) -> np.ndarray:
+    """Return the multipliers of an orbit as real and imaginary parts (size, 2)."""
+    return np.stack([cycle.multipliers.real, cycle.multipliers.imag], axis=-1)
+
+
+def _determinant_error(cycle: Cycle) -> float:
+    """Return the relative difference of the product of multipliers and exp(volume).
+
+    If exp(volume) is 0 (an impact with e = 0, a damper that sticks), return the modulus of the
+    product.
+    """
+    product = 1.0 + 0.0j
+    for mu in cycle.multipliers.tolist():
+        product *= mu
+    exact = exp(cycle.volume)
+    return abs(abs(product) - exact) / (exact if exact > 0.0 else 1.0)
+
+
+def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
+    components = request.system.scene.components
+
+    def numbered(name: str, like: str, text: str, first: int = 0) -> Scale:
+        count = len(tables[like]) if like else len(components)
+        return Scale.counted(name, count, text, first)
+
+    return [
+        numbered("point", "periodicity", "point of a branch, branch after branch"),
+        numbered("row", "section", "state of an orbit, the n of one point after the other"),
+        numbered("special", "kind", "special point, branch after branch"),
+        numbered("branch", "status", "branch"),
+        Scale("component", np.array(components), "1", "component of the state"),
+        numbered("multiplier", "", "Floquet multiplier, the largest modulus first", 1),
+        Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number"),
+    ]
+
+
+def curve_scales(tables: Mapping[str, np.ndarray]) -> list[Scale]:
+    texts = {
+        "curve_point": ("curve_of_point", "point of a curve, curve after curve"),
+        "curve": ("curve_kind", "curve of special points"),
+        "meeting_point": ("meeting", "point where two kinds meet"),
+    }
+    return [Scale.counted(name, len(tables[like]), text) for name, (like, text) in texts.items()]
+
+
+def curve_datasets(request: Continuation) -> Iterator[Dataset]:
+    point, curve, meeting = ("curve_point",), ("curve",), ("meeting_point",)
+    yield Dataset.whole("curve_of_point", point, "curve that a point belongs to")
+    for name in (item.name for item in request.free):
+        yield PARAMETERS[name].dataset(point, "curve_")
+        yield PARAMETERS[name].dataset(meeting, "meeting_")
+    yield Dataset.real("curve_state", (*point, "component"), SI, "orbit at phase zero")
+    pair = (*point, "multiplier", "part")
+    yield Dataset.real("curve_multipliers", pair, "1", "Floquet multipliers")
+    yield Dataset.whole("curve_impact_count", point, "k of nT,k")
+    yield Dataset.code("curve_kind", curve, "kind of its special points", KIND_FLAGS)
+    yield Dataset.whole("curve_periodicity", curve, "n of nT")
+    yield Dataset.code("curve_first_end", curve, "reason of its first end", CURVE_END_FLAGS)
+    yield Dataset.code("curve_last_end", curve, "reason of its last end", CURVE_END_FLAGS)
+    yield Dataset.whole("curve_of_meeting", meeting, "curve that it lies on")
+    yield Dataset.text("meeting", meeting, "the kinds that meet")

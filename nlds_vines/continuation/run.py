@@ -5,7 +5,7 @@ Start orbits are from rest, from random starts, or from the archive of a scan.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 from pathlib import Path
 
@@ -14,19 +14,22 @@ import numpy as np
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.continuation.branch_arm import Bounds
-from nlds_vines.continuation.branch_table import (
+from nlds_vines.continuation.exploration import Explorer, Piece, Seed, made_now
+from nlds_vines.continuation.request import Continuation, Orbit
+from nlds_vines.continuation.result import (
+    CURVE_END_FLAGS,
+    KIND_FLAGS,
     Tables,
     curve_datasets,
     curve_scales,
-    curves_through,
     datasets_of,
+    map_of,
     scales_of,
     tables_of,
 )
-from nlds_vines.continuation.exploration import Explorer, Piece, Seed, made_now
-from nlds_vines.continuation.request import Continuation, Orbit
-from nlds_vines.continuation.result import map_of
-from nlds_vines.continuation.section_map import place_of
+from nlds_vines.continuation.section_map import SectionMap, place_of, states_of
+from nlds_vines.continuation.special_curves import Curve, Tracer, trace_curve
+from nlds_vines.continuation.special_points import Special
 from nlds_vines.errors import RequestError
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
@@ -133,6 +136,94 @@ def system_in(path: Path, text: str) -> System:
     from nlds_vines.bifurcation.request import load_scan
 
     return load_scan(parse_toml(text, str(path))).system
+
+
+# ---- curves of special points in the plane of two parameters ----
+
+CURVED = ("LP", "PD", "NS", "GR")
+"""The kinds of special points whose curves are followed."""
+
+SAME = 1.0e-7
+"""Relative difference of a parameter below which two special points are the same."""
+
+
+def curves_through(request: Continuation, specials: Sequence[Special], piece: Piece) -> Tables:
+    """Follow the curves through `specials` in the plane of both parameters; return their tables.
+
+    A special point on a curve that has been followed has no curve of its own.  `piece` saves each
+    curve.
+    """
+    along, plane = request.free
+    second = float(request.system.parameters[plane.name])
+    settings = Settings(float(request.tolerance))
+    section_map = SectionMap(request.system, (along.name, plane.name), settings)
+    low, high = np.array([along.low, plane.low]), np.array([along.high, plane.high])
+    curves = [_arrays_of(request, Curve("LP"))]
+    for special in specials:
+        if special.kind not in CURVED or any(
+            _holds(request, arrays, special, second) for arrays in curves
+        ):
+            continue
+
+        def follow(special: Special = special) -> Arrays:
+            tracer = Tracer(section_map, special.kind, low, high)
+            place = np.append(special.point.cycle.place, second)
+            curve = trace_curve(tracer, place, special.point.cycle.n, special.impacts)
+            return _arrays_of(request, curve if curve and curve.points else Curve(special.kind))
+
+        curves.append(piece(follow))
+    tables = {name: np.concatenate([arrays[name] for arrays in curves]) for name in curves[0]}
+    numbers = np.cumsum([len(arrays["curve_kind"]) for arrays in curves]) - 1
+    for name, like in (("curve_of_point", "curve_impact_count"), ("curve_of_meeting", "meeting")):
+        tables[name] = np.repeat(numbers, [len(arrays[like]) for arrays in curves])
+    return tables | {"meeting": tables["meeting"].astype(object)}
+
+
+def _holds(request: Continuation, arrays: Arrays, special: Special, second: float) -> bool:
+    """Return True if a curve passes a special point at the value `second` of its parameter.
+
+    Between two points, the curve is interpolated by a parabola through three: its error is smaller
+    than the distance of two special points of one branch.
+    """
+    about = arrays["curve_kind"].tolist(), arrays["curve_periodicity"].tolist()
+    first, across = (arrays[f"curve_{item.name}"] for item in request.free)
+    if about != ([KIND_FLAGS[special.kind]], [special.point.cycle.n]) or len(first) < 3:
+        return False
+    for i in np.flatnonzero((across[:-1] - second) * (across[1:] - second) <= 0.0):
+        j = min(max(int(i) - 1, 0), len(first) - 3)
+        x, y = across[j : j + 3], first[j : j + 3]
+        value = sum(
+            y[k] * np.prod([(second - x[m]) / (x[k] - x[m]) for m in range(3) if m != k])
+            for k in range(3)
+        )
+        step = abs(first[i + 1] - first[i])
+        if abs(value - special.value) <= max(SAME * abs(special.value), 1.0e-2 * step):
+            return True
+    return False
+
+
+def _arrays_of(request: Continuation, curve: Curve) -> Arrays:
+    """Return the datasets of one curve; without points, all are empty."""
+    names, size = [item.name for item in request.free], len(request.system.scene.components)
+    cycles = [point.cycle for point in curve.points]
+    places = np.array([cycle.place for cycle in cycles]).reshape(-1, size + 2)
+    met = np.array([point.cycle.values for _, point in curve.meetings]).reshape(-1, 2)
+    mu = np.array([cycle.multipliers for cycle in cycles], dtype=complex).reshape(-1, size)
+    whole = {
+        "curve_impact_count": [sum(cycle.counts) for cycle in cycles],
+        "curve_kind": [KIND_FLAGS[curve.kind] for _ in cycles[:1]],
+        "curve_periodicity": [cycle.n for cycle in cycles[:1]],
+        "curve_first_end": [CURVE_END_FLAGS[curve.ends[0]] for _ in cycles[:1]],
+        "curve_last_end": [CURVE_END_FLAGS[curve.ends[1]] for _ in cycles[:1]],
+    }
+    return {
+        **{f"curve_{name}": places[:, size + i] for i, name in enumerate(names)},
+        "curve_state": states_of(request.system, names, places),
+        "curve_multipliers": np.stack([mu.real, mu.imag], axis=-1),
+        **{name: np.array(values, dtype=np.int64) for name, values in whole.items()},
+        **{f"meeting_{name}": met[:, i] for i, name in enumerate(names)},
+        "meeting": np.array([name for name, _ in curve.meetings], dtype="U8"),
+    }
 
 
 # ---- from request to archive ----

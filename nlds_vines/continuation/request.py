@@ -88,7 +88,6 @@ class Begin:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        """Check everything."""
         check_settings(self)
         if (self.policy == "label") != bool(self.label):
             raise RequestError("label belongs to policy 'label': give both or neither")
@@ -160,7 +159,6 @@ class Continuation(Request):
     plane: Interval | None = None
 
     def __post_init__(self) -> None:
-        """Check everything."""
         string("title", self.title)
         check_settings(self)
         system = self.system.with_axes([item.name for item in self.free])

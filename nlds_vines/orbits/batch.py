@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -121,7 +121,6 @@ class Outputs:
 
     @property
     def buffers(self) -> LaneBuffers:
-        """The buffers that `run_lanes` fills."""
         return LaneBuffers(**{name: getattr(self, name) for name in LaneBuffers._fields})
 
     @property
@@ -192,7 +191,6 @@ class Kernels:
 
     @property
     def records(self) -> bool:
-        """Whether anything is recorded of complete orbits."""
         return bool(self._wanted.want) or self._wanted.scene.limit is not None
 
     def run(self, sweeps: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
@@ -225,7 +223,6 @@ class Kernels:
         return self.states(sweeps, starts, Span(0, periods, 1))[0]
 
     def prepare(self) -> None:
-        """Compile or load all kernels that the records need, unless this process has them."""
         if self._needed not in _loaded:
             self._prepare()
             _loaded.add(self._needed)
@@ -338,29 +335,14 @@ METHOD = "exact"
 """The method of tunings: rk4 is a cross-check, and too slow for them."""
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """The results of a batch, arrays of one shape.
+class Outcome(NamedTuple):
+    """The results of a batch, arrays of one shape."""
 
-    Attributes:
-        E1max, E2max: largest energies [J] after the transient; meaningless where `inadmissible`.
-        status: codes of `STATUS`.
-        violations: passages beyond the limit of the scene, from the start on.
-        other: the objective if it is not E1max.
-        impacts: per sampled period, or in all under a load; None without walls.
-    """
-
-    E1max: np.ndarray
-    E2max: np.ndarray
-    status: np.ndarray
-    violations: np.ndarray
-    other: np.ndarray | None = None
-    impacts: np.ndarray | None = None
-
-    @property
-    def objective(self) -> np.ndarray:
-        """The objective: `other` if there is one, otherwise E1max."""
-        return self.E1max if self.other is None else self.other
+    objective: np.ndarray
+    E2max: np.ndarray  # after the transient [J]; meaningless where `inadmissible`
+    status: np.ndarray  # codes of `STATUS`
+    violations: np.ndarray  # passages beyond the limit of the scene, from the start on
+    impacts: np.ndarray | None = None  # per sampled period, or in all under a load
 
     @property
     def inadmissible(self) -> np.ndarray:
@@ -410,20 +392,15 @@ class Batch:
             run(self._parts, sweeps[:0], begun[:0], span, buffers)  # compiles
         status = run(self._parts, sweeps, begun, span, buffers)
         broken = np.zeros(sweeps.shape) if violation is None else violation[..., 2]
-        shape, other = cells.shape, energy[..., int(self._objective == "E2max")]
+        shape, objective = cells.shape, energy[..., int(self._objective == "E2max")]
         if response is not None:
             values = responses.arrays_of(response, self._scene, sweeps)[self._objective]
-            other = values if values.ndim == 2 else values.max(axis=-1)
+            objective = values if values.ndim == 2 else values.max(axis=-1)
+        impacts = None if counts is None else counts[..., :2].sum(axis=-1).reshape(shape) / periods
         return Outcome(
-            E1max=energy[..., 0].reshape(shape),
-            E2max=energy[..., 1].reshape(shape),
-            status=status.reshape(shape),
-            violations=broken.reshape(shape),
-            other=other.reshape(shape),
-            impacts=None
-            if counts is None
-            else counts[..., :2].sum(axis=-1).reshape(shape) / periods,
-        )
+            objective.reshape(shape), energy[..., 1].reshape(shape), status.reshape(shape),
+            broken.reshape(shape), impacts,
+        )  # fmt: skip
 
 
 # ---- starts at a phase of the force ----

@@ -83,11 +83,9 @@ class _Told:
         self._clock = Clock(lambda *args: None if is_abandoned() else tell(*args), self._words)
 
     def note(self, kernel: Any) -> None:
-        """Count a compiled function."""
         self._done += 1
 
     def stop(self) -> None:
-        """Report the end."""
         self._clock.stop()
 
     def _words(self, elapsed: float) -> str:
@@ -147,7 +145,6 @@ class Compilation:
             self._end()
 
     def await_verdict(self) -> None:
-        """Wait for the process that compiles the verdict."""
         other, until = self._other, time.perf_counter() + LONGEST
         while other is not None and time.perf_counter() < until:
             interrupts.check()

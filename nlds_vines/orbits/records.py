@@ -75,12 +75,10 @@ def refuse_impossible(want: Sequence[str], scene: Scene) -> None:
 
 
 def plain(want: Collection[str]) -> tuple[str, ...]:
-    """Return the records that come from the orbits themselves: no spectra, no attractors."""
     return tuple(word for word in want if word != ATTRACTOR and word not in SPECTRAL)
 
 
 def spectral(want: Collection[str]) -> tuple[str, ...]:
-    """Return the records that come from spectra."""
     return tuple(word for word in want if word in SPECTRAL)
 
 
@@ -192,7 +190,6 @@ STATUS_FLAGS = {status.meaning: code for code, status in STATUS.items()}
 
 
 def failures_in(status: np.ndarray) -> Counter[int]:
-    """Return the numbers of failed orbits by code; `status` has any shape."""
     return Counter(status[status != OK].tolist())
 
 

@@ -46,7 +46,6 @@ def moving_ground(scene: Scene) -> bool | None:
 
 
 def quantities_of(scene: Scene) -> tuple[Quantity, ...]:
-    """Return the quantities of a scene's response in the order of the datasets."""
     return tuple(entry for entry in stored_in("response") if entry.has(scene))
 
 

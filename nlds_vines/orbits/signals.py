@@ -65,11 +65,6 @@ def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
     return by_wall
 
 
-def contact_force(system: System, states: np.ndarray) -> np.ndarray:
-    """Return the contact force on the damper [N], the sum over the walls."""
-    return sum(contact_forces(system, states).values(), np.zeros(len(states)))
-
-
 def harmonic_force(system: System, time: np.ndarray) -> np.ndarray:
     """Return the force P cos(omega t) on the structure [N] at times t [s]."""
     return system.force * np.cos(system.parameters["omega"] * time)
@@ -103,7 +98,11 @@ SIGNALS: Mapping[str, Signal] = {
     "x2": Signal("m", "displacement of the damper", _component(2)),
     "v2": Signal("m/s", "velocity of the damper", _component(3)),
     "u": Signal("m", "relative displacement x2 - x1", relative_displacement),
-    "force": Signal("N", "contact force on the damper", contact_force),
+    "force": Signal(
+        "N",
+        "contact force on the damper",
+        lambda system, y: sum(contact_forces(system, y).values(), np.zeros(len(y))),
+    ),
     "E1": Signal("J", "energy of the structure", energy_of_structure),
     "E2": Signal("J", "energy of the damper", energy_of_damper),
 }

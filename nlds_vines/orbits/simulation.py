@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -365,7 +366,6 @@ class Beginning(NamedTuple):
 
 @stoppable
 def _run_compiling(needed: Needed, quiet: bool, arguments: tuple[Any, ...]) -> int:
-    """Run a cell, with a message if kernels are compiled for it."""
     with Compilation(needed, notice(quiet), helped=False).followed({_RUN_CELL: "orbit"}):
         return run_cell(*arguments)
 
@@ -424,7 +424,6 @@ class _Buffers(NamedTuple):
 
 
 def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
-    """Return the records of `simulate`, validated; by default section and, with walls, impacts."""
     if record is None:
         return ("section", "impacts") if system.scene.walls else ("section",)
     if isinstance(record, str):
@@ -438,7 +437,6 @@ def checked_record(system: System, record: Collection[str] | None) -> tuple[str,
 
 
 def room_for_impacts(capacity: int) -> Impacts:
-    """Return a table with room for so many impacts."""
     return Impacts(np.empty((capacity, IMPACT_COLUMNS)), np.zeros(1, np.int64))
 
 
@@ -462,27 +460,22 @@ def start_state(
         state[2], state[3] = values[0] - (values[2] - rest), values[1] - values[3]
     elif system.scene.grounded:
         state[2], state[3] = values
-    _refuse_inside(system, state[2])
-    limit = system.scene.limit
-    if limit is not None and state[2] >= limit(system.parameters):
+    scene, p, limit = system.scene, system.parameters, system.scene.limit
+    for struck, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
+        law = scene.law_at(struck)
+        depth = -math.inf if gap is None else sign * state[2] - gap(p)
+        if law.instant and depth > ROUND_OFF * abs(state[2]):
+            raise RequestError(
+                f"start: {depth:.3g} m inside the {scene.struck[struck]}, which is rigid under law "
+                f"{law.name!r}"
+            )
+    if limit is not None and state[2] >= limit(p):
         raise RequestError(
             f"start = {start!r} is in violation: x1 - x2 = {values[0] - values[2]:g} m, where kind "
             f"{system.kind!r} ({system.scene.meaning}) needs less than "
-            f"{limit(system.parameters) - rest:g} m"
+            f"{limit(p) - rest:g} m"
         )
     return state
-
-
-def _refuse_inside(system: System, r: float) -> None:
-    """Raise `RequestError` for a start inside a rigid body."""
-    scene, p = system.scene, system.parameters
-    for struck, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
-        law = scene.law_at(struck)
-        if gap is not None and law.instant and sign * r - gap(p) > ROUND_OFF * abs(r):
-            raise RequestError(
-                f"start: {sign * r - gap(p):.3g} m inside the {scene.struck[struck]}, which is "
-                f"rigid under law {law.name!r}"
-            )
 
 
 _ROW = np.dtype([("wall", IMPACT["wall"]), ("numbers", float, len(IMPACT.names or ()) - 1)])

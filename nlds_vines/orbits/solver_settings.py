@@ -78,12 +78,10 @@ class Settings:
 
     @classmethod
     def rk4(cls, period_steps: float) -> Settings:
-        """Return the settings of rk4, with steps of contacts in proportion."""
         return cls(contact_steps=period_steps / STEPS_RATIO, period_steps=period_steps)
 
     @property
     def contact_tolerance(self) -> float:
-        """The relative error of one contact."""
         return SHARE * self.tolerance
 
     @property
@@ -98,7 +96,6 @@ class Settings:
 
 
 def checked_tolerance(tolerance: object) -> float:
-    """Return the value of a tolerance or preset, validated."""
     if isinstance(tolerance, str) and tolerance in TOLERANCES:
         return TOLERANCES[tolerance]
     value = math.nan if isinstance(tolerance, str) else number("tolerance", tolerance)
@@ -130,7 +127,6 @@ def tolerance_setting(table: str, default: float | None = None) -> Any:
 
 
 def checked_steps(name: str, steps: float) -> float:
-    """Return a number of steps, validated."""
     value = number(name, steps)
     if not 4 <= value <= 1e6:
         raise RequestError(f"{name} = {steps!r}; allowed: 4 to 1e6")

@@ -43,12 +43,10 @@ are so close that 14 of 19 quasiperiodic motions have shares above `BROADBAND_AB
 
 
 def recordable(scene: Scene) -> tuple[str, ...]:
-    """Return the signals whose spectra scans record: the state, and u = x2 - x1."""
     return (*scene.components, *(["u"] if scene.damper else []))
 
 
 def checked_signals(value: object) -> tuple[str, ...]:
-    """Return different names of signals, () for the default ones, validated."""
     if isinstance(value, list | tuple) and not value:
         return ()
     return checked_words("signals", value, SIGNALS, "signal")
@@ -91,7 +89,6 @@ class SpectralRecords:
 
     @property
     def bins(self) -> int:
-        """The number of bins, including that of the mean."""
         return int(self.highest * self.periods) + 1
 
     @property
@@ -100,13 +97,11 @@ class SpectralRecords:
         return np.arange(self.bins) / self.periods
 
     def lengths(self) -> dict[str, int]:
-        """Return the lengths of the dimensions of these records."""
         sizes = {"signal": len(self.signals)}
         sizes |= {"frequency": self.bins} if "spectrum" in self.want else {}
         return sizes | ({"line": LINES} if "lines" in self.want else {})
 
     def scales(self) -> Iterator[Scale]:
-        """Yield the dimensions of these records."""
         yield Scale("signal", np.array(self.signals), "1", "signal of the spectrum")
         if "spectrum" in self.want:
             text = f"frequency over that of the force; {self.window} window"

@@ -95,15 +95,6 @@ class Spectrum(Outlined):
         """The distance of two bins in multiples of the forcing frequency: 1 / periods."""
         return 1.0 / self.periods
 
-    @property
-    def bandwidth(self) -> float:
-        """The equivalent noise bandwidth in multiples of the forcing frequency.
-
-        One bin for the rectangular window, one and a half for Hann.
-        """
-        taper = weights_of(self.window, self.samples * self.periods)
-        return self.resolution * float(np.mean(taper**2) / np.mean(taper) ** 2)
-
     def decibels(self, reference: float = 1.0) -> np.ndarray:
         """Return the amplitudes in decibels, 20 log10(amplitude / reference).
 

@@ -72,7 +72,6 @@ class Start:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        """Check everything."""
         check_settings(self)
         if bool(self.state) != (self.policy == STATE):
             raise RequestError(
@@ -96,7 +95,6 @@ class Start:
 
     @property
     def orbits(self) -> int:
-        """Number of orbits in each cell."""
         return len(self.sweeps) or self.count
 
     @property
@@ -108,14 +106,12 @@ class Start:
 
 
 def _phase(value: object) -> float:
-    """Return a phase of the force [rad], validated."""
     phase = number("phase", value)
     INITIAL[PHASE].check(np.array([phase]))
     return phase
 
 
 def _numbers(state: object) -> tuple[float, ...]:
-    """Return a state as floats, validated."""
     if isinstance(state, str) or not isinstance(state, Sequence) or len(state) not in (0, 2, 4):
         raise RequestError(f"state = {shown(state)} must be a list of 4 numbers, or of 2")
     return tuple(number("state", value) for value in state)

@@ -197,9 +197,7 @@ def outcome_under(
     numbers = {name: values.reshape(shape) for name, values in flat.items()}
     value = numbers[tuning.search.objective]
     impacts = numbers["impact_count"] if tuning.system.scene.walls else None
-    return Outcome(
-        value, numbers["E2max"], numbers["status"], numbers["violations"], value, impacts
-    )
+    return Outcome(value, numbers["E2max"], numbers["status"], numbers["violations"], impacts)
 
 
 # ---- the log of a search -------------------------------------------------------------------------

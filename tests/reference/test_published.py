@@ -100,7 +100,7 @@ def largest_energies(name, omegas, transient=400, periods=120, starts=None):
     starts = np.zeros((len(cells), 4)) if starts is None else starts
     arrays = Batch(system.scene).run(cells, starts, transient, periods)
     assert (arrays.status == OK).all()
-    return arrays.E1max
+    return arrays.objective
 
 
 BAND = np.linspace(5.0, 8.0, 301)

@@ -180,7 +180,7 @@ def test_a_design_that_fails_is_infinitely_bad():
 
 def test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it():
     outcome = Outcome(
-        E1max=np.array([[1.0, 5.0], [9.0, np.nan], [3.0, 2.0]]),
+        objective=np.array([[1.0, 5.0], [9.0, np.nan], [3.0, 2.0]]),
         E2max=np.array([[7.0, 8.0], [1.0, 1.0], [4.0, 6.0]]),
         status=np.array([[OK, OK], [OK, OK], [OK, DIVERGED]]),
         violations=np.zeros((3, 2)),

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -77,15 +76,9 @@ def cell_type(scene: Scene) -> np.dtype:
 
 @cache
 def _cell_type(has_load: bool, has_second: bool, has_others: bool) -> np.dtype:
-    others: list[Any] = []
-    if has_load:
-        others += [("load", np.float64)]
-    if has_second:
-        others += [(NEAR, [(name, np.float64) for name in ("K", *_OF_LAWS)])]
-    if has_others:
-        others += [(name, np.float64) for name in _OF_LAWS]
-    if not others:
-        return CELL
+    constants: list[Any] = [(name, np.float64) for name in _OF_LAWS]
+    others: list[Any] = [("load", np.float64)] * has_load
+    others += [(NEAR, [("K", np.float64), *constants])] * has_second + constants * has_others
     # before those of CELL: Numba takes a record that begins like another one for a kind of it
     return np.dtype([*others, *((name, np.float64) for name in CELL.names or ())])
 
@@ -452,15 +445,36 @@ class System(Outlined):
 
 
 def _records(scene: Scene, values: Mapping[str, Any], shape: tuple[int, ...]) -> np.ndarray:
-    """Return the records (shape) of parameters that are floats or arrays."""
+    """Return the records (shape) of parameters that are floats or arrays.
+
+    Raises `RequestError` if a gap, the rest offset, the limit or the load is not finite, if two
+    walls overlap, and if the damper would rest at or beyond its limit.
+    """
     cells = np.zeros(shape, cell_type(scene))
     for name, field_name in _FIELDS.items():
         if name in values:
             cells[field_name] = values[name]
     if "P" not in values:
         cells["P"] = _force(scene, values)
-    for name, value in _derived(scene, values).items():
-        cells[name] = value
+    for name, part in (
+        ("near", scene.gap_near), ("far", scene.gap_far), ("rest", scene.rest),
+        ("limit", scene.limit), ("load", scene.load),
+    ):  # fmt: skip
+        if part is not None:
+            with np.errstate(over="ignore"):
+                cells[name] = part(values)
+            if not np.isfinite(cells[name]).all():
+                raise RequestError(f"parameters out of proportion: {name} is not finite")
+    # a damper is in one contact at a time
+    if len(scene.walls) == 2 and np.any((room := cells["near"] + cells["far"]) < 0):
+        raise RequestError(
+            f"the walls are {float(np.min(room))!r} m apart: their distance must be >= 0"
+        )
+    if scene.limit is not None and np.any(cells["limit"] <= 0):
+        raise RequestError(
+            f"D = {float(np.min(values['D']))!r}: a damper of kind {scene.kind!r} would rest at or "
+            "beyond its limit; D, or D + L, must be > 0"
+        )
     for wall in scene.walls:
         ending, is_hertz = scene.ending(wall), scene.law_at(wall) == HERTZ
         constants = cells[NEAR] if scene.law_2 and wall == "near" else cells
@@ -470,8 +484,26 @@ def _records(scene: Scene, values: Mapping[str, Any], shape: tuple[int, ...]) ->
         if is_hertz and scene.is_damped(wall):
             constants["exponent"] = 1.5
         if is_hertz and "K" + ending not in values:
-            constants["K"] = _checked_stiffness(values)
+            of_hertz = tuple(values[name] for name in CONTACT)
+            is_one = all(isinstance(value, float) for value in of_hertz)
+            constants["K"] = (_stiffness if is_one else _stiffness.__wrapped__)(*of_hertz)
     return cells
+
+
+@lru_cache(maxsize=64)  # of many systems with one contact, the first computes it
+def _stiffness(*constants: Any) -> Any:
+    """Return K of equation (4); raise `RequestError` unless it is finite and positive."""
+    values = dict(zip(CONTACT, constants, strict=True))
+    if np.any(np.asarray(values["A"]) + np.asarray(values["B"]) <= 0):
+        raise RequestError("A = 0.0 and B = 0.0 are not allowed together: A + B must be > 0")
+    stiffness = np.asarray(hertz_stiffness(values))
+    wrong = stiffness[~(np.isfinite(stiffness) & (stiffness > 0))]
+    if wrong.size:
+        raise RequestError(
+            f"K = {float(wrong[0])!r} is not allowed: "
+            "the contact constants must give a stiffness > 0 and finite"
+        )
+    return stiffness
 
 
 def _force(scene: Scene, values: Mapping[str, Any]) -> Any:
@@ -581,8 +613,8 @@ def _without_table(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def _ratios_in(scene: Scene, values: Mapping[str, Any]) -> dict[str, float]:
     """Return the ratios among `values` whose unit depends on parameters."""
-    stated = {name: ratio for name, ratio in ratios_in(scene).items() if name in values}
-    return {name: number(name, values[name]) for name, ratio in stated.items() if ratio.needs}
+    ratios = ratios_in(scene).items()
+    return {name: number(name, values[name]) for name, r in ratios if r.needs and name in values}
 
 
 def _merge(
@@ -625,62 +657,6 @@ def _merge(
             missing += f"; K may replace {CONTACT[0]} to {CONTACT[-1]}"
         raise RequestError(f"parameters of {_named(scene)} are missing: {missing}")
     return {name: merged[name] for name in names}
-
-
-def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a cell that follow from the parameters: gaps, rest offset, limit, load.
-
-    Raises `RequestError` if one is not finite, if two walls overlap, and if the damper would rest
-    at or beyond its limit.
-    """
-    derived: dict[str, Any] = {}
-    with np.errstate(over="ignore"):
-        parts = {"near": scene.gap_near, "far": scene.gap_far, "rest": scene.rest}
-        for name, part in {**parts, "limit": scene.limit, "load": scene.load}.items():
-            if part is not None:
-                derived[name] = part(values)
-    for name, value in derived.items():
-        is_finite = math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()
-        if not is_finite:
-            raise RequestError(f"parameters out of proportion: {name} is not finite")
-    # a damper is in one contact at a time
-    if len(scene.walls) == 2 and np.any((room := derived["near"] + derived["far"]) < 0):
-        raise RequestError(
-            f"the walls are {float(np.min(room))!r} m apart: their distance must be >= 0"
-        )
-    if scene.limit is not None and np.any(derived["limit"] <= 0):
-        raise RequestError(
-            f"D = {float(np.min(values['D']))!r}: a damper of kind {scene.kind!r} would rest at or "
-            "beyond its limit; D, or D + L, must be > 0"
-        )
-    return derived
-
-
-def _checked_stiffness(values: Mapping[str, Any]) -> Any:
-    """Return K of equation (4); raise `RequestError` unless it is finite and positive."""
-    constants = tuple(values[name] for name in CONTACT)
-    if all(isinstance(value, float) for value in constants):
-        return _stiffness_of(*constants)
-    return _stiffness(values)
-
-
-@lru_cache(maxsize=64)
-def _stiffness_of(*constants: float) -> float:
-    """Return K of floats: of many systems with one contact, the first computes it."""
-    return float(_stiffness(dict(zip(CONTACT, constants, strict=True))))
-
-
-def _stiffness(values: Mapping[str, Any]) -> Any:
-    if np.any(np.asarray(values["A"]) + np.asarray(values["B"]) <= 0):
-        raise RequestError("A = 0.0 and B = 0.0 are not allowed together: A + B must be > 0")
-    stiffness = hertz_stiffness(values)
-    wrong = ~(np.isfinite(stiffness) & (stiffness > 0))
-    if np.any(wrong):
-        raise RequestError(
-            f"K = {float(np.asarray(stiffness)[wrong].flat[0])!r} is not allowed: "
-            "the contact constants must give a stiffness > 0 and finite"
-        )
-    return stiffness
 
 
 # ---- systems in words ----------------------------------------------------------------------------

@@ -32,7 +32,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.loads.record_files import RecordFile
 from nlds_vines.model.parameters import LAWS, PARAMETERS, Parameter, of_second
-from nlds_vines.model.ratios import RATIOS
+from nlds_vines.model.ratios import RATIOS, ratios_in
 from nlds_vines.model.scenes import BASES, SCENES, Scene
 from nlds_vines.model.setting import settings_of
 from nlds_vines.orbits.records import STATUS, WANTS, spectral
@@ -119,7 +119,9 @@ def ratios() -> str:
             ratio.what.unit,
             ratio.what.meaning,
             f"`{ratio.gives}`",
-            _code(kind for kind, scene in SCENES.items() if ratio.fits(scene.parameter_names)),
+            _code(
+                kind for kind, scene in SCENES.items() if ratios_in(scene).get(ratio.name) is ratio
+            ),
         )
         for ratio in RATIOS
     )

@@ -73,11 +73,7 @@ class Axis(Outlined):
     def spaced(
         cls, name: str, start: object, stop: object, num: object, scale: object = LINEAR
     ) -> Axis:
-        """Return an axis of `num` values from `start` to `stop`, both included.
-
-        Raises `RequestError` for a start beyond the stop, for ends of a logarithmic `scale` that
-        are not positive and, as `Axis`, for wrong numbers.
-        """
+        """Return an axis of `num` values from `start` to `stop`, both included."""
         first, last = number("start", start), number("stop", stop)
         count = whole("num", num, 1, MOST_VALUES)
         if first > last:
@@ -95,8 +91,6 @@ class Axis(Outlined):
 
         The entry is a table with start, stop, num and perhaps scale, or with values alone; or it
         is a sequence or an array of values.
-
-        Raises `RequestError` for other keys and, as `Axis`, for wrong numbers.
         """
         if _is_sequence(entry):
             return cls(name, entry)

@@ -71,7 +71,7 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
 def as_system(source: System | str | os.PathLike[str], *, needs_force: bool = True) -> System:
     """Return a `System` as it is, otherwise that of a catalog name or a TOML file.
 
-    `needs_force` as in `system_from`.  Raises `RequestError` for anything else.
+    `needs_force` as in `system_from`.
     """
     if isinstance(source, System):
         return source
@@ -105,8 +105,6 @@ def system_from(value: object, name: str = "", *, needs_force: bool = True) -> S
         name: the default name of the system of a table.
         needs_force: whether amplitude and frequency of the harmonic force must be given; a load in
             time needs none, and `refuse_without_force` refuses such a system elsewhere.
-
-    Raises `RequestError` for anything else.
     """
     if isinstance(value, System):
         return value

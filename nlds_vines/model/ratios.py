@@ -56,14 +56,8 @@ class Ratio:
     def name(self) -> str:
         return self.what.name
 
-    def fits(self, names: Collection[str]) -> bool:
-        return {self.gives, *self.needs} <= {*names}
-
     def unit_of(self, values: Mapping[str, Any]) -> Any:
-        """Return its unit among parameters (floats or arrays).
-
-        Raises `RequestError` if one is missing, or makes the unit zero.
-        """
+        """Return its unit among parameters (floats or arrays), which must make it positive."""
         missing = [name for name in self.needs if name not in values]
         if missing:
             raise RequestError(f"{self.name} needs {' and '.join(missing)}, which is missing")
@@ -105,25 +99,22 @@ def _stiffness(m: Any) -> Any:
     return (2.0 * pi) * (2.0 * pi) * m
 
 
-def _ratio(
-    name: str, gives: str, needs: tuple[str, ...], unit: Callable[..., Any], power: int = 1
-) -> Ratio:
-    return Ratio(parameters.RATIOS[name], gives, needs, unit, power)
-
-
-RATIOS = (
-    _ratio("mass_ratio", "m2", ("m1",), lambda m: m),
-    _ratio("f1", "k1", ("m1",), _stiffness, 2),
-    _ratio("f1", "k", ("m",), _stiffness, 2),
-    _ratio("T1", "k1", ("m1",), _stiffness, -2),
-    _ratio("T1", "k", ("m",), _stiffness, -2),
-    _ratio("frequency_ratio", "k2", ("k1", "m1", "m2"), lambda k, m1, m2: k / m1 * m2, 2),
-    _ratio("zeta1", "c1", ("k1", "m1"), _critical),
-    _ratio("zeta2", "c2", ("k2", "m2"), _critical),
-    _ratio("zeta", "c", ("k", "m"), _critical),
-    _ratio("f", "omega", (), lambda: 2.0 * pi),
-    _ratio("omega_ratio", "omega", ("k1", "m1"), _frequency),
-    _ratio("omega_ratio", "omega", ("k", "m"), _frequency),
+RATIOS = tuple(
+    Ratio(parameters.RATIOS[name], gives, needs, unit, power)
+    for name, gives, needs, unit, power in (
+        ("mass_ratio", "m2", ("m1",), lambda m: m, 1),
+        ("f1", "k1", ("m1",), _stiffness, 2),
+        ("f1", "k", ("m",), _stiffness, 2),
+        ("T1", "k1", ("m1",), _stiffness, -2),
+        ("T1", "k", ("m",), _stiffness, -2),
+        ("frequency_ratio", "k2", ("k1", "m1", "m2"), lambda k, m1, m2: k / m1 * m2, 2),
+        ("zeta1", "c1", ("k1", "m1"), _critical, 1),
+        ("zeta2", "c2", ("k2", "m2"), _critical, 1),
+        ("zeta", "c", ("k", "m"), _critical, 1),
+        ("f", "omega", (), lambda: 2.0 * pi, 1),
+        ("omega_ratio", "omega", ("k1", "m1"), _frequency, 1),
+        ("omega_ratio", "omega", ("k", "m"), _frequency, 1),
+    )
 )
 """All ratios; a ratio comes after those whose parameters its unit needs."""
 
@@ -160,7 +151,7 @@ def ratios_in(scene: Scene) -> Mapping[str, Ratio]:
 
 @cache
 def _ratios_of(names: tuple[str, ...]) -> Mapping[str, Ratio]:
-    return {one.name: one for one in RATIOS if one.fits(names)}
+    return {one.name: one for one in RATIOS if {one.gives, *one.needs} <= {*names}}
 
 
 def meant_by(scene: Scene, names: Collection[str]) -> list[str]:
@@ -209,8 +200,6 @@ def without_ratios(
 
     `changes` holds parameters and ratios (floats or arrays), `old_values` the parameters before,
     and `ratios` the ratios set before, each of which stays unless its parameter is changed.
-
-    Raises `RequestError` for a ratio out of its range or beside the parameter that it replaces.
     """
     by_name = ratios_in(scene)
     if not ratios and by_name.keys().isdisjoint(changes):
@@ -256,8 +245,6 @@ def axes_of_parameters(
     Arguments: the `axes`, the scene and its parameters; the names of all parameters that are
     `changing` from one orbit to another.  The axis of a ratio with a changing unit stays, and so
     does that of f1, T1 and frequency_ratio, of which the parameter is no multiple.
-
-    Raises `RequestError` for a ratio out of its range.
     """
     by_name, result = ratios_in(scene), []
     for axis in axes:

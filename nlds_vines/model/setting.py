@@ -297,9 +297,7 @@ class Form:
     ) -> Merged:
         """Merge changes over the document of a source, and validate every setting.
 
-        Arguments: the `source`, a path, a document, a request, or a system or its name; the
-        `changes`, a document; `changes_from` and `where`, the names of changes and source in
-        messages.
+        Arguments: `changes_from` and `where`, the names of changes and source in messages.
 
         A change of a value removes the entries that its setting `replaces`; a change to the same
         value does so only if an entry of the source replaces its key.

@@ -627,9 +627,6 @@ def _merge(
 
     A ratio among the changes becomes its parameter.  A parameter that was set as one of `ratios`
     follows from the changed ones.
-
-    Raises `RequestError` for parameters that the scene does not have, for `K` beside a constant
-    that it replaces, and for missing parameters.
     """
     changes = without_ratios(scene, before, _without_table(changes), ratios)
     refuse_foreign(scene, changes)

@@ -71,10 +71,7 @@ class Free(Interval):
 
     @classmethod
     def of(cls, name: str, entry: object) -> Free:
-        """Return the free parameter of a table with `low` and `high`; `BOUNDS` are the defaults.
-
-        Raises `RequestError` if a bound is missing and has no default, and as `Interval`.
-        """
+        """Return the free parameter of a table with `low` and `high`; `BOUNDS` are the defaults."""
         bounds = dict(table(name, entry, ("low", "high")))
         if name in BOUNDS:
             bounds = {"low": BOUNDS[name].low, "high": BOUNDS[name].high} | bounds
@@ -165,8 +162,6 @@ class Uncertain:
         spread: the standard deviation of a normal distribution, or half the width of a uniform one.
         relative: whether the spread is in per cent of the value; otherwise it is in SI units.
         law: the distribution, `NORMAL` or `UNIFORM`.
-
-    Raises `RequestError` for a spread that is not positive, and for another law.
     """
 
     name: str

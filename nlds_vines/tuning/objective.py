@@ -128,10 +128,7 @@ class Objective:
 
 
 def worst(outcome: Outcome) -> np.ndarray:
-    """Return the `RESULTS` (..., 4) of the worst case along the last axis of an outcome.
-
-    With walls the shape is (..., 5); the last column counts the impacts of that case.
-    """
+    """Return the `RESULTS`, with walls also the impacts, of the worst case along the last axis."""
     value = np.where(outcome.inadmissible, np.inf, outcome.objective)
     case = value.argmax(axis=-1)[..., np.newaxis]
 
@@ -175,10 +172,8 @@ def outcome_under(
 ) -> Outcome:
     """Return the outcome of every orbit under the load, in the shape of the grid.
 
-    Arguments: `grid` holds parameters, numbers of the load and `draw`, by name, of one shape;
-    `tell` takes the message of a wait.
-
-    An objective that is NaN, as a last time that has not come, makes a design inadmissible.
+    The grid has parameters, numbers of the load and `draw`.  An objective that is NaN, as a last
+    time that has not come, makes a design inadmissible.
     """
     history, shape = tuning.history, grid["draw"].shape
     assert history is not None
@@ -223,10 +218,7 @@ class Log:
         self._best = np.inf
 
     def evaluate(self, trials: np.ndarray, stage: str, seed: int) -> np.ndarray:
-        """Return the objective (n,) of each trial, infinite for an inadmissible design.
-
-        Raises `interrupts.Stopped` after a signal to stop.
-        """
+        """Return the objective (n,) of each trial, infinite for an inadmissible design."""
         results = self._results(self._objective, trials)
         marks = np.tile([STAGES[stage], seed], (len(results), 1))
         self._blocks.append(np.column_stack([trials, results, marks]))
@@ -237,10 +229,7 @@ class Log:
         return objectives
 
     def judged(self, tuning: Tuning, points: np.ndarray, *, fresh: bool = False) -> np.ndarray:
-        """Return the objectives (n,) of designs by another tuning, or by `fresh` draws.
-
-        These evaluations are not logged.  Raises `interrupts.Stopped` after a signal to stop.
-        """
+        """Return objectives (n,) by another tuning, or by `fresh` draws, which are not logged."""
         objective = Objective(tuning, self._progress.wait, fresh=fresh)
         return np.array([self._results(objective, at_rest(one))[0, 0] for one in points[:, None]])
 
@@ -265,10 +254,7 @@ class Log:
         return dict(zip(names, table.T, strict=True))
 
     def designs(self, seed: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return points [SI], objectives and rows in the log of the designs of searches.
-
-        Arguments: the `seed` of one search; None for all of them.
-        """
+        """Return points [SI], objectives and rows in the log of the designs of one or all seeds."""
         columns = self.columns()
         wanted = columns["stage"] <= STAGES["polish"]
         if seed is not None:

@@ -311,10 +311,6 @@ def _at_bound(free: Free, value: float) -> float:
 
 
 def tuned(path: str | os.PathLike[str]) -> Tuned:
-    """Return the results of a tuning, read from its archive.
-
-    Raises `RequestError` for any other file.
-    """
     with read(path) as view:
         tuning = view.request(TUNING, load_tuning)
         seeds, best = view["search"].tolist(), view["search_best"].tolist()

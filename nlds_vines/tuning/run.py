@@ -105,8 +105,7 @@ def distinct(
 
     Arguments: `units` (n, parameters), points in the unit cube; `values` (n,), their objectives;
     `within`, the largest excess over the best objective, relative to it; `apart`, the smallest
-    distance from all
-    better designs chosen; `most`, the largest number.  Empty if no value is finite.
+    distance from all better designs chosen.  Empty if no value is finite.
     """
     limit = values.min(initial=np.inf) * (1 + within)
     candidates = np.flatnonzero(np.isfinite(values) & (values <= limit))
@@ -137,10 +136,7 @@ def search_globally(
 ) -> None:
     """Run the global search of a request, by whole generations; the log has its evaluations.
 
-    Arguments: `first`, a point of the unit cube, or None. DE puts it into its first generation;
-    CMA-ES starts from it.
-
-    Raises `RequestError` if the search needs a package that is not installed.
+    DE puts the point `first` of the unit cube into its first generation; CMA-ES starts from it.
     """
     method = {"de": _differential_evolution, "cma": _cma}[search.method]
     method(evaluate, dimension, search, seed, first)

@@ -93,20 +93,6 @@ def test_a_report_has_them_beside_what_was_computed():
             assert histories[name].numbers[key] == pytest.approx(value, abs=3e-6), (name, key)
 
 
-@pytest.mark.kernels
-def test_the_rms_of_a_long_run_is_the_steady_one():
-    """Over all but the beginning of a period of the noise, of a structure that settles soon."""
-    system, lasts = nv.load_system("none", c1=4000.0), 2 * math.pi * 2400 / 38.0
-    histories = nv.response_history(
-        system, load={"noise": {**NOISE, "tones": 2400}}, duration=lasts * (1 - 1e-12),
-        sampling={"settle": 2.0}, quiet=True,
-    )  # fmt: skip
-    exact = closed_form(system, histories.request.load)["x1_rms"]
-    assert next(iter(histories.results.values())).numbers["x1_rms"] == pytest.approx(
-        exact, rel=0.02
-    )
-
-
 def test_an_envelope_is_what_is_largest_in_each_period():
     table = {"amplitude": 1.0, "first": 5.0, "last": 7.0, "length": 20.0, "at": 2.0}
     (sweep,) = Loading(**{"sweep": table}).sweep

@@ -316,14 +316,20 @@ def test_a_sign_change_is_narrowed_down_to_round_off():
     assert narrowed_down(lambda step: None, ends, (0.0, 4.0), test) is None
 
 
-def test_two_multipliers_that_cross_at_once_are_seen_only_with_a_torus():
-    bounds = Bounds(1.2, 2.2)
-    points = follow(DELAYED, start_at(DELAYED, 1.5, (1 / 3, 1 / 3), bounds=bounds), bounds).points
+@pytest.mark.parametrize(
+    ("system", "bounds", "start", "kind", "unstable"),
+    [
+        (DELAYED, Bounds(1.2, 2.2), (1.5, (1 / 3, 1 / 3)), "NS", 2),
+        (LOGISTIC, Bounds(2.5, 3.4), (2.9, 1.9 / 2.9), "PD", 1),
+    ],
+)
+def test_multipliers_that_cross_unseen_are_noticed(system, bounds, start, kind, unstable):
+    points = follow(system, start_at(system, *start, bounds=bounds), bounds).points
     (pair,) = [(a, b) for a, b in pairwise(points) if a.cycle.unstable != b.cycle.unstable]
-    assert pair[1].cycle.unstable == 2
+    assert pair[1].cycle.unstable == unstable
     assert not special_points.unexplained(*pair)
     for point in pair:
-        point.tests["NS"] = 1.0
+        point.tests[kind] = 1.0
     assert special_points.unexplained(*pair)
 
 

@@ -14,7 +14,6 @@ from nlds_vines import RequestError, continue_branch, load_continuation, load_sy
 from nlds_vines.__main__ import main
 from nlds_vines.archives.archive import read
 from nlds_vines.continuation import run as running
-from nlds_vines.continuation.exploration import packed, unpacked
 from nlds_vines.continuation.picture import branch_diagram, picture
 from nlds_vines.continuation.regime_borders import borders_of
 from nlds_vines.continuation.result import continued
@@ -77,23 +76,6 @@ def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
     legend.set_in_layout(False)
     assert max(box.y1 for box in words) < min(axes.get_tightbbox().y0 for axes in figure.axes)
     assert collisions(figure) == []
-
-
-def test_tracks_are_the_same_from_their_arrays():
-    request = load_continuation("ssul-set6", {"along": {"omega": {"start": 7.3, "stop": 7.5}}})
-    tracks = []
-
-    def note(make):
-        tracks.append(make())
-        return tracks[-1]
-
-    running.compute(request, note)
-    assert tracks
-    for arrays in tracks:
-        again = packed(unpacked(arrays))
-        assert arrays.keys() == again.keys()
-        for name, values in arrays.items():
-            assert np.array_equal(values, again[name]), name
 
 
 def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):

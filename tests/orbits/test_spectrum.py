@@ -34,6 +34,7 @@ def noise(seed=1, count=TIME.size):
 @pytest.mark.parametrize("window", TAPERS)
 def test_a_line_has_its_amplitude_at_its_frequency(window):
     spectrum = of(5.0 + wave(1, 0.25) + wave(1 / 3, 2.0) + wave(7, 0.01), window=window)
+    assert spectrum.resolution == 1 / PERIODS
     for order, amplitude in ((0, 5.0), (1 / 3, 2.0), (1, 0.25), (7, 0.01)):
         (place,) = np.flatnonzero(np.isclose(spectrum.order, order))
         assert spectrum.amplitude[place] == pytest.approx(amplitude, rel=1e-12)
@@ -77,10 +78,6 @@ def test_the_power_is_the_variance(samples):
     weights = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(values.size) / values.size)
     weighted = (weights * (values - values.mean())) ** 2
     assert tapered.power.sum() == pytest.approx(weighted.sum() / (weights**2).sum(), rel=1e-12)
-
-
-def test_the_resolution_is_stated():
-    assert of(wave(1)).resolution == 1 / PERIODS
 
 
 # ---- broadband share -----------------------------------------------------------------------------
@@ -130,18 +127,6 @@ def test_few_bins_hold_a_line_and_many_a_noise():
     assert of(noise()).bins_holding(0.9) > TIME.size / 8
     with pytest.raises(RequestError, match="share = 0"):
         of(wave(1)).bins_holding(0.0)
-
-
-def test_the_background_is_what_medians_hold_without_the_mean():
-    """By the definition, bin by bin: bins beyond either end are those reflected at it."""
-    spectrum, bins = of(5.0 + wave(1) + noise()), 40
-    below, total = 0.0, 0.0
-    for k in range(1, bins):
-        around = [k + i for i in range(-NEIGHBORS, NEIGHBORS + 1)]
-        around = [2 - j if j < 1 else 2 * (bins - 1) - j if j >= bins else j for j in around]
-        below += min(spectrum.power[k], np.median(spectrum.power[around]))
-        total += spectrum.power[k]
-    assert spectrum.background_share(bins) == pytest.approx(below / total, rel=1e-12)
 
 
 def test_a_constant_has_no_spectrum():
@@ -197,16 +182,11 @@ def test_the_spectrum_of_a_simple_orbit_is_its_transfer_function():
     system = nv.load_system("none")
     orbit = nv.simulate(system, 4, transient=300, record=["trajectory"], samples=32)
     spectrum = nv.spectrum(orbit, "x1")
-    p = system.parameters
-    w = p["omega"]
+    p, w = system.parameters, system.parameters["omega"]
     expected = p["P"] / abs(p["k1"] - p["m1"] * w * w + 1j * w * p["c1"])
     assert spectrum.amplitude[4] == pytest.approx(expected, rel=1e-9)
-    assert (spectrum.samples, spectrum.periods, spectrum.unit, spectrum.quantity) == (
-        32,
-        4,
-        "m",
-        "x1",
-    )
+    about = spectrum.samples, spectrum.periods, spectrum.unit, spectrum.quantity
+    assert about == (32, 4, "m", "x1")
 
 
 def test_the_contact_force_agrees_with_the_impacts(orbits):

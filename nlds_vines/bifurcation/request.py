@@ -21,7 +21,7 @@ from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
 from nlds_vines.errors import RequestError, at, string, unknown
-from nlds_vines.model.axis import MOST_VALUES, Axis, announced
+from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import as_system, looks_like_path, resource_text
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.parameters import (
@@ -577,13 +577,7 @@ def load_scan(
     varied = request.table("vary") if sampled is None else sampled.columns
     system = request.as_set(request.system(), dict.fromkeys(varied, kind))
     start = _start(request)
-    axes: tuple[Axis, ...] = ()
-    if sampled is None:
-        with at(request.place("vary")):
-            shape = announced(varied)
-            if len(shape) == 2 and max(shape) <= MOST_VALUES:
-                refuse_too_many(shape, start.orbits)
-        axes = request.axes("vary")
+    axes = request.axes("vary") if sampled is None else ()
     want = _want(request, system.scene)
     with at(request.place("sampling")):
         sampling = request.values.get("sampling", {})

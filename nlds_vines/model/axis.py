@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from typing import Any
@@ -111,23 +111,6 @@ class Axis(Outlined):
 
     def __hash__(self) -> int:
         return hash((self.name, self.values.tobytes()))
-
-
-def announced(entries: Mapping[str, object]) -> tuple[int, ...]:
-    """Return the number of values that each entry of a table `[vary]` describes, without them.
-
-    A wrong entry counts for one value: `Axis.of` refuses it.
-    """
-
-    def length(entry: Any) -> int:
-        table = entry if isinstance(entry, Mapping) else {"values": entry}
-        num: Any = table.get("num", 1)
-        values: Any = table.get("values")
-        if _is_sequence(values):
-            return max(1, values.size if hasattr(values, "size") else len(values))
-        return max(1, num) if isinstance(num, int) else 1
-
-    return tuple(map(length, entries.values()))
 
 
 def _is_sequence(values: Any) -> bool:

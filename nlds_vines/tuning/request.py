@@ -22,7 +22,7 @@ from nlds_vines.loads.request import (
     objectives_of_loads,
     refuse_without_effect,
 )
-from nlds_vines.model.axis import Axis, announced
+from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import refuse_without_force
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.parameters import (
@@ -621,10 +621,6 @@ def _over(
     request: Merged, system: System, history: HistoryRequest | None, changing: list[str]
 ) -> tuple[Axis, ...]:
     scene = system.scene
-    with at(request.place("over")):
-        cases = prod(announced(request.table("over")))
-        if cases > MOST_LANES:
-            raise RequestError(f"every design has {cases} cases; allowed: up to {MOST_LANES}")
     axes = request.axes("over")
     if history is not None and not history.load.harmonic and len(history.load.tone) == 1:
         axes = tuple(map(_of_tone, axes))

@@ -189,7 +189,8 @@ LINES = {
     "bifurcation --vary omega=1e308:1.7e308:2 --plot x.png": [
         "--plot 'x.png'", "omega = 1e+308", "1e+300",
     ],
-    "tuning --over P=1,2 --over m1=1,2 --band 5:6:100000000": ["400000000 cases"],
+    "tuning --over P=1,2 --over m1=1,2 --band 5:6:100000000": ["num = 100000000 must be"],
+    "tuning --over P=1,2 --over m1=1,2 --band 5:6:1000000": ["may need", "orbits; allowed: up to"],
     "response-curves --start random:4": ["--start"],
     "portrait --windows 1:5,4:9": ["1:5", "4:9", "follow"],
     "portrait --windows 1:5 --periods 3": ["windows", "periods"],

@@ -5,7 +5,7 @@ import pytest
 
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import Reordered, RequestError
-from nlds_vines.model.axis import Axis, announced
+from nlds_vines.model.axis import Axis
 from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic
 
 
@@ -51,7 +51,6 @@ class Column:
 def test_any_sequence_of_numbers_is_an_axis(values):
     scan = load_scan("tmd", {"vary": {"omega": values}})
     assert scan == load_scan("tmd", {"vary": {"omega": {"values": [5.0, 6.0, 7.0]}}})
-    assert announced({"omega": values, "P": 3.0, "k1": None}) == (3, 1, 1)
 
 
 @pytest.mark.parametrize("values", ["567", b"567", np.zeros((2, 2)), 6.0, np.float64(6.0), None])

@@ -23,7 +23,7 @@ USUAL = {
     ),
     "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
     "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
-    "response-history": ("nlds_vines.loads.command", "a blow: how energy falls, and where it goes"),
+    "response-history": ("nlds_vines.loads.command", "a blow or an earthquake: energies, peaks"),
     "explore": ("nlds_vines.explore.command", "click a map and see its orbit, in a browser"),
     "plot": ("nlds_vines.upkeep.plot", "draw a finished archive"),
 }

@@ -178,11 +178,6 @@ class Scene:
         drive = next((name for name in self.drives[::-1] if name in names), usual)
         return tuple(drive if name == usual else name for name in self.parameter_names)
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """The names of the needed parameters; `K` may replace the constants of a Hertz contact."""
-        return self.parameter_names + self.contact(())
-
     @cached_property
     def allowed(self) -> tuple[str, ...]:
         """The names of all allowed parameters, alternatives such as `K` included."""

@@ -178,11 +178,6 @@ class SlowManifold:
         a, b = self._pull(np.asarray(xi, dtype=float), self.theta(xi))
         return 2.0 * self.damping / np.hypot(xi - a * r**2, 2.0 * self.damping * r * xi + b * r**2)
 
-    def resonance(self, xi: np.ndarray) -> np.ndarray:
-        """Return r of phase resonance (the backbone), r^2 = xi / a: the force leads by pi / 2."""
-        a, _ = self._pull(np.asarray(xi, dtype=float), self.theta(xi))
-        return np.sqrt(xi / a)
-
     @cached_property
     def best(self) -> BestClearance:
         """The largest clearance with a 1:1 response in phase resonance.

@@ -23,7 +23,7 @@ from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Blocks
 from nlds_vines.tuning.design_space import FRESH_SEED, places_of
-from nlds_vines.tuning.request import DETUNING, SHIFT, SIZE, STARTS, STRETCH, Tuning
+from nlds_vines.tuning.request import DETUNING, SHIFT, SIZE, STARTS, STRETCH, TONE, Tuning
 
 HOW = ("detuning", "random_start", "stretch")
 """The columns of a trial after its free parameters [SI].
@@ -274,7 +274,7 @@ _FINER = 8
 
 
 def is_band(axis: Axis) -> bool:
-    return axis.name in DESCRIBED and axis.values.size >= BAND
+    return axis.name in (*DESCRIBED, TONE) and axis.values.size >= BAND
 
 
 def over_finer_bands(tuning: Tuning) -> Tuning | None:

@@ -88,6 +88,9 @@ and so many times the periods (which reveals an orbit that is irregular or had n
 SIZE = 0.1
 """The perturbation of a load: 10 % smaller and larger."""
 
+TONE = "tone.omega"
+"""The frequency that a band means under a load with one tone [rad/s]."""
+
 
 def _of_search(default: Any, check: Check, words: str, form: str = "", **options: Any) -> Any:
     return setting(default, check, "search", words, form, **options)
@@ -636,8 +639,8 @@ def _over(
 def _of_tone(axis: Axis) -> Axis:
     """Return an axis of the forcing frequency as that of the only tone; any other as it is."""
     if axis.name == "f":
-        return Axis("tone.omega", axis.values * (2.0 * pi), axis)
-    return Axis("tone.omega", axis.values) if axis.name == "omega" else axis
+        return Axis(TONE, axis.values * (2.0 * pi), axis)
+    return Axis(TONE, axis.values) if axis.name == "omega" else axis
 
 
 def _made_up_title(

@@ -9,7 +9,7 @@ from math import isfinite, nan
 
 import numpy as np
 
-from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
+from nlds_vines.archives.archive import ArchivePath, read
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import TUNING
 from nlds_vines.archives.representation import Outlined, Rows, numbers
@@ -311,35 +311,34 @@ def _at_bound(free: Free, value: float) -> float:
 
 
 def tuned(path: str | os.PathLike[str]) -> Tuned:
+    """Return the results of a tuning, read from its archive."""
     with read(path) as view:
         tuning = view.request(TUNING, load_tuning)
-        seeds, best = view["search"].tolist(), view["search_best"].tolist()
-        stage = view["stage"]
+        stage, columns = view["stage"], {}
         refused = ~np.isfinite(view["objective"]) | (view["status"] != OK)
+        if "optimum_objective" in view:
+            rows = view["optimum_evaluation"]
+            columns = {name: view[name][rows] for name in OF_DRAWS if tuning.draws}
+            for name in impacts_of(tuning):
+                columns["impacts"] = view[name][rows]
+            columns["searched"] = view["optimum_objective"]
+            columns["objective"] = view["optimum_fresh" if tuning.draws else "optimum_objective"]
+            if "optimum_finer" in view:
+                columns["finer"] = view["optimum_finer"]
+        causes = view["perturbation"].tolist()
+        optima = (
+            Optimum(
+                parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
+                robustness=dict(zip(causes, robustness, strict=True)),
+                **{name: float(values[i]) for name, values in columns.items()},
+            )
+            for i, robustness in enumerate(view["robustness"].tolist() if columns else ())
+        )
         return Tuned(
             tuning=tuning,
-            optima=tuple(_optima(view, tuning)),
-            spread=dict(zip(seeds, best, strict=True)),
+            optima=tuple(optima),
+            spread=dict(zip(view["search"].tolist(), view["search_best"].tolist(), strict=True)),
             evaluations=int(stage.size),
             refused=int(np.count_nonzero(refused & (stage <= STAGES["polish"]))),
             path=ArchivePath.of(path),
-        )
-
-
-def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
-    if "optimum_objective" not in view:
-        return
-    causes, rows = view["perturbation"].tolist(), view["optimum_evaluation"]
-    columns = {name: view[name][rows] for name in OF_DRAWS if tuning.draws}
-    columns["searched"] = view["optimum_objective"]
-    columns["objective"] = view["optimum_fresh"] if tuning.draws else columns["searched"]
-    if "optimum_finer" in view:
-        columns["finer"] = view["optimum_finer"]
-    for name in impacts_of(tuning):
-        columns["impacts"] = view[name][rows]
-    for i, robustness in enumerate(view["robustness"].tolist()):
-        yield Optimum(
-            parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
-            robustness=dict(zip(causes, robustness, strict=True)),
-            **{name: float(values[i]) for name, values in columns.items()},
         )

@@ -8,6 +8,7 @@ import argparse
 import sys
 import warnings
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
@@ -204,23 +205,13 @@ def test_a_wrong_value_is_refused_with_its_place_and_what_is_allowed(kind, here,
                 one.read, one.least, {setting.table: {key: value}}, "keywords"
             )
             if isinstance(value, int | float | str):
-                with suppress_unwritable():
+                with suppress(ValueError):  # of texts and numbers that no file can hold
                     Path("r.toml").write_text(toml_text({**one.least, **wrong}))
                     lines["r.toml: "] = error_of(one.read, "r.toml")
             for place, line in lines.items():
                 assert line.startswith(place), line
                 assert f"[{setting.table}]: " in line, line
                 assert words in line
-
-
-class suppress_unwritable:
-    """Texts with control characters and numbers of Python alone stand in no file."""
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, kind, error, trace):
-        return kind is not None and issubclass(kind, ValueError)
 
 
 @every_kind

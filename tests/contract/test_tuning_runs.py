@@ -111,13 +111,8 @@ def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, inter
     assert not list(tmp_path.glob("*.blocks"))
 
 
-def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, answer):
-    path = tmp_path / "b.h5"
-    interrupt(6)
-    assert main([*TMD, "-o", str(path), "--quiet"]) == 130
-    interrupt(None)
-    assert main([*TMD, "-o", str(path), "--quiet", "--resume"]) == 0
-    assert "results are the same" in answer("rerun", path, "-o", tmp_path / "again.h5")
+def test_what_looks_after_scans_knows_a_tuning(tmp_path, whole, answer):
+    assert "results are the same" in answer("rerun", whole, "-o", tmp_path / "again.h5")
 
 
 def test_every_evaluation_is_logged_with_what_it_found(tmp_path, interrupt):

@@ -95,13 +95,6 @@ def test_a_ratio_stands_in_a_system_of_a_file(tmp_path):
         nv.load_system(tmp_path / "own.toml")
 
 
-def test_a_structure_by_its_period_and_a_damper_by_its_frequency_ratio():
-    system = six(m1=1500.0, T1=0.8, mass_ratio=0.04, frequency_ratio=0.95, zeta1=0.02, zeta2=0.1)
-    assert sqrt(system["k1"] / 1500.0) == pytest.approx(2 * pi / 0.8, rel=1e-15)
-    assert sqrt(system["k2"] / 60.0) == pytest.approx(0.95 * 2 * pi / 0.8, rel=1e-15)
-    assert system["c2"] == pytest.approx(0.1 * 2 * sqrt(system["k2"] * 60.0), rel=1e-15)
-
-
 def test_a_frequency_that_was_set_stays_when_the_masses_change():
     system = nv.load_system("ssul-set6", f1=1.0, frequency_ratio=0.9).with_(m1=2000.0, m2=90.0)
     assert system.ratios["f1"] == 1.0

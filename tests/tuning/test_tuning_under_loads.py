@@ -24,6 +24,7 @@ from nlds_vines.tuning.objective import (
     Objective,
     at_rest,
     over_draws,
+    over_finer_bands,
     perturbations,
     perturbed,
     worst,
@@ -185,6 +186,9 @@ def test_a_band_under_a_tone_is_that_of_the_tone(band):
     name = "f" if "f" in band else "tone.omega"
     assert tuning.document()["over"] == {name: {"values": next(iter(band.values()))}}
     assert load_tuning(tuning.document()).over[0].values.tolist() == axis.values.tolist()
+    assert over_finer_bands(tuning) is None  # three values are no range, seven are one
+    tone["over"] = {name: {"start": 1.0, "stop": 7.0, "num": 7} for name in band}
+    assert over_finer_bands(load_tuning("tmd", tone)).over[0].values.size == 49
     harmonic = {**tone, "load": {**tone["load"], "harmonic": True}}
     assert load_tuning("tmd", harmonic).over[0].name == "omega"
 

@@ -47,10 +47,9 @@ def begun(
     states = given_states(cells, scan.start, components, scan.system.scene)
     if PHASE not in initial and not scan.start.phase:
         return states
-    from nlds_vines.orbits.batch import Entries  # with kernels, which take long to load
+    from nlds_vines.orbits.batch import at_section  # with kernels, which take long to load
 
-    entries = Entries(scan.system.scene, scan.method, scan.settings, tell)
-    return entries.at_section(cells, states, phases)
+    return at_section(scan.system.scene, (scan.method, scan.settings), cells, states, phases, tell)
 
 
 STEP = {"up": 1, "down": -1}

@@ -33,17 +33,12 @@ did not reduce the defect by a factor of four."""
 
 
 class Newton(NamedTuple):
-    """Stopping rules of Newton's method.
-
-    Attributes:
-        most_steps: the most iterations.
-        round_off: weighted length of a step that counts as converged.
-        least_first: the contraction is measured only if the first step is longer than this: where
-            multipliers are large, round-off alone leaves a defect of that size.
-    """
+    """Stopping rules of Newton's method."""
 
     most_steps: int
-    round_off: float
+    round_off: float  # weighted length of a step that counts as converged
+    # The contraction is measured only if the first step is longer than this: where multipliers are
+    # large, round-off alone leaves a defect of that size.
     least_first: float
 
 
@@ -71,19 +66,12 @@ differentiable."""
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A point of a branch or of a curve of special points.
-
-    Attributes:
-        cycle: the orbit.
-        tangent: (size + m,) of weighted length one.
-        weights: (size + m,) of `SectionMap.weights`.
-        border: on a branch, the determinant of the closing equations bordered by the tangent.
-    """
+    """A point of a branch or of a curve of special points."""
 
     cycle: Cycle
-    tangent: np.ndarray
-    weights: np.ndarray
-    border: float = 0.0
+    tangent: np.ndarray  # (size + m,) of weighted length one
+    weights: np.ndarray  # (size + m,) of `SectionMap.weights`
+    border: float = 0.0  # on a branch: determinant of the closing equations bordered by the tangent
 
     @property
     def value(self) -> float:
@@ -229,11 +217,7 @@ def angle_of(a: Point, b: Point) -> float:
 
 @dataclass
 class Stepper:
-    """Steps along one branch in one direction, as long as contraction and angle allow.
-
-    Attributes:
-        taken: length of the last step.
-    """
+    """Steps along one branch in one direction, as long as contraction and angle allow."""
 
     section_map: SectionMap
     point: Point

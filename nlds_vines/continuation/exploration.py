@@ -80,25 +80,15 @@ def turned(point: Point) -> Point:
 
 @dataclass
 class Track:
-    """One branch.
+    """One branch."""
 
-    Attributes:
-        points: in order; with two directions, the one along which the parameter falls comes first,
-            reversed.
-        specials: in the same order.
-        ends: the reasons of its ends, keys of `branch_arm.ENDS`.
-        origin: "start", "PD" or "BP"; `parent` and `at` are the numbers of the branch that it
-            leaves and of the special point there, -1 for none.
-        switches: the outcomes at its special points, by their numbers.
-    """
-
-    points: list[Point]
-    specials: list[Special]
-    ends: tuple[str, str]
-    origin: str = "start"
-    parent: int = -1
-    at: int = -1
-    switches: dict[int, Switch] = field(default_factory=dict)
+    points: list[Point]  # of two directions, that along which the parameter falls first, reversed
+    specials: list[Special]  # in the same order
+    ends: tuple[str, str]  # keys of `branch_arm.ENDS`
+    origin: str = "start"  # or "PD", "BP"
+    parent: int = -1  # the branch that it leaves, -1 for none
+    at: int = -1  # the special point there
+    switches: dict[int, Switch] = field(default_factory=dict)  # by the number of a special point
 
     @classmethod
     def joined(cls, down: Arm, up: Arm) -> Track:
@@ -173,21 +163,14 @@ def unpacked(arrays: Arrays) -> Track | Switch:
 
 @dataclass
 class Explorer:
-    """Follows branches one after another; a branch ends where it meets one followed before.
-
-    Attributes:
-        piece: saves each track.
-        doublings: number of successive period doublings whose branches are followed.
-        longest: weighted length of the longest step.
-        unstable: the most successive unstable points.
-    """
+    """Follows branches one after another; a branch ends where it meets one followed before."""
 
     section_map: SectionMap
     bounds: Bounds
-    piece: Piece = made_now
-    doublings: int = 0
-    longest: float = LONGEST_STEP
-    unstable: int = MOST_POINTS
+    piece: Piece = made_now  # saves each track
+    doublings: int = 0  # successive ones whose branches are followed
+    longest: float = LONGEST_STEP  # step, weighted length
+    unstable: int = MOST_POINTS  # the most successive unstable points
     tracks: list[Track] = field(default_factory=list)
 
     def run(self, seeds: Sequence[Seed]) -> list[Track]:

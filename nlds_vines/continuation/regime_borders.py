@@ -32,18 +32,12 @@ points with wider brackets are not located."""
 
 @dataclass(frozen=True)
 class Walk:
-    """The way of an orbit along its branch from its cell to the next.
+    """The way of an orbit along its branch from its cell to the next."""
 
-    Attributes:
-        events: the located special points, as (kind, value); the last one ends the orbit unless it
-            is `alive`.
-        alive: whether the orbit is stable in the next cell.
-        label: its label there.
-    """
-
+    # the located special points (kind, value); the last one ends the orbit unless it is `alive`
     events: tuple[tuple[str, float], ...]
-    alive: bool
-    label: str
+    alive: bool  # whether the orbit is stable in the next cell
+    label: str  # there
 
     @property
     def is_explained(self) -> bool:
@@ -53,22 +47,15 @@ class Walk:
 
 @dataclass(frozen=True)
 class Border:
-    """A border between two regimes of a scan.
+    """A border between two regimes of a scan."""
 
-    Attributes:
-        low, high: the parameter in the cells on its sides; before, after: their labels.
-        left, right: the ways of the orbits before and after to the other cell; None if an orbit is
-            not periodic, or on no branch.
-        periodic: whether the orbits before and after are periodic.
-    """
-
-    low: float
+    low: float  # the parameter in the cells on its sides
     high: float
-    before: str
+    before: str  # their labels
     after: str
-    left: Walk | None
-    right: Walk | None
-    periodic: tuple[bool, bool]
+    left: Walk | None  # the ways of the orbits before and after to the other cell; None if an
+    right: Walk | None  # orbit is not periodic, or on no branch
+    periodic: tuple[bool, bool]  # whether the orbits before and after are
 
     @property
     def explained(self) -> bool:

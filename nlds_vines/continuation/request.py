@@ -55,14 +55,7 @@ class Orbit:
 
 @dataclass(frozen=True)
 class Begin:
-    """The start orbits of branches, validated.
-
-    Attributes:
-        policy: of `POLICIES`.
-        label: of the orbit that is searched for among random starts, "3T,3".
-        count, seed: of random starts.
-        states, values, periods: of the orbits of policy "orbits".
-    """
+    """The start orbits of branches, validated; `states`, `values`, `periods` of policy "orbits"."""
 
     policy: str = setting(
         "rest", OneOf(POLICIES), "start", "`rest`, `random`, `label` or `orbits`",

@@ -48,37 +48,21 @@ def shoots_from_flights(scene: Scene) -> bool:
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Cycle(Outlined):
-    """A state, its image after n forcing periods, and derivatives: an nT orbit if the gap is 0.
+    """A state, its image after n forcing periods, and derivatives: an nT orbit if the gap is 0."""
 
-    Attributes:
-        state: (size,) x1, v1, r, s, or x, v of a system without a damper [m, m/s].
-        values: (m,) free parameters.
-        points: (n, 4) stroboscopic sections, the last one the image of `state`.
-        counts: impacts at the near and the far wall.
-        matrix: (size, size) monodromy matrix M.
-        slopes: (m, size) derivatives of the image with respect to the free parameters.
-        multipliers: (size,) complex eigenvalues of M, the largest modulus first.
-        defect: energy norm of the gap, relative to that of the orbit.
-        span: energy norm of the orbit.
-        clearance: smallest gap of a pass that misses a wall [m]; inf if there is none.
-        slowest: smallest approach speed of an impact [m/s]; inf if there is none.
-        volume: ln |det M| from the divergence of the equation of motion and the impact laws.
-        since: phase of `state` and `points`, in forcing periods after a section at phase zero.
-    """
-
-    state: np.ndarray
-    values: np.ndarray
-    points: np.ndarray
-    counts: tuple[int, int]
-    matrix: np.ndarray
-    slopes: np.ndarray
-    multipliers: np.ndarray
-    defect: float
-    span: float
-    clearance: float
-    slowest: float
-    volume: float
-    since: float = 0.0
+    state: np.ndarray  # (size,) x1, v1, r, s, or x, v of a system without a damper [m, m/s]
+    values: np.ndarray  # (m,) free parameters
+    points: np.ndarray  # (n, 4) stroboscopic sections, the last one the image of `state`
+    counts: tuple[int, int]  # impacts at the near and the far wall
+    matrix: np.ndarray  # (size, size) monodromy matrix M
+    slopes: np.ndarray  # (m, size) derivatives of the image with respect to the free parameters
+    multipliers: np.ndarray  # (size,) complex eigenvalues of M, the largest modulus first
+    defect: float  # energy norm of the gap, relative to that of the orbit
+    span: float  # energy norm of the orbit
+    clearance: float  # smallest gap of a pass that misses a wall [m]; inf if there is none
+    slowest: float  # smallest approach speed of an impact [m/s]; inf if there is none
+    volume: float  # ln |det M| from the divergence of the equation of motion and the impact laws
+    since: float = 0.0  # phase of `state` and `points` [periods] after a section at phase zero
 
     @property
     def n(self) -> int:

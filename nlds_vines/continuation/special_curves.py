@@ -193,19 +193,13 @@ def equation_of(section_map: SectionMap, function: Function, weights: np.ndarray
 
 @dataclass
 class Tracer:
-    """Follows a curve of one kind.
+    """Follows a curve of one kind."""
 
-    Attributes:
-        section_map: the map at phase zero.
-        low, high: (2,) bounds of both parameters.
-        softness, without, wall: of the grazing impact, as in `grazing`.
-    """
-
-    section_map: SectionMap
+    section_map: SectionMap  # at phase zero
     kind: str
-    low: np.ndarray
+    low: np.ndarray  # (2,) bounds of both parameters
     high: np.ndarray
-    softness: float = 0.0
+    softness: float = 0.0  # this and the next two of the grazing impact, as in `grazing`
     without: tuple[int, int] = (0, 0)
     wall: int = 0
 
@@ -398,13 +392,9 @@ SMOOTH = 1.0e-3
 
 @dataclass
 class RigidTracer(Tracer):
-    """Follows a curve of rigid grazing on the side without the impact.
+    """Follows a curve of rigid grazing on the side without the impact."""
 
-    Attributes:
-        level: clearance [m] of the orbits that are followed.
-    """
-
-    level: float = 0.0
+    level: float = 0.0  # clearance [m] of the orbits that are followed
 
     def function(self, cycle: Cycle) -> Function:
         """Return the clearance minus the level; NaN for orbits with other impacts."""

@@ -46,27 +46,16 @@ function, and the width of the last bracket in units of the parameter."""
 
 @dataclass(frozen=True, eq=False)
 class Special:
-    """One special point.
+    """One special point."""
 
-    Attributes:
-        kind: of `KINDS`.
-        point: of the branch.
-        before, after: the labels along the branch.
-        residual: the test function there, relative to its size at the ends of the first bracket.
-        bracket: width of the last bracket, in units of the parameter.
-        wall: of a GR, the wall of the impact that appears or vanishes ("near", "far" or "both");
-            "" otherwise, or if it is unknown.
-        index: number of the preceding point of the branch.
-    """
-
-    kind: str
+    kind: str  # of `KINDS`
     point: Point
-    before: str
+    before: str  # label along the branch
     after: str
-    residual: float
-    bracket: float
-    wall: str = ""
-    index: int = 0
+    residual: float  # test function, relative to its size at the ends of the first bracket
+    bracket: float  # width of the last bracket, in units of the parameter
+    wall: str = ""  # of a GR whose impact is known: "near", "far" or "both"
+    index: int = 0  # of the preceding point of the branch
 
     @property
     def value(self) -> float:

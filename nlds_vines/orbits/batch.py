@@ -1,8 +1,8 @@
 """Many orbits in one call of the kernels, and the datasets that their verdicts give.
 
 `Kernels` runs sweeps of cells with all records of a scan; within a sweep, each cell starts from the
-last state of the one before.  `Batch` runs the designs of a tuning, of which only the objective and
-the status are needed.  `Entries` integrates starts at any phase of the force to the next section.
+last state of the one before.  `Batch` runs the designs of a tuning.
+`at_section` integrates starts at any phase of the force to the next section.
 """
 
 from __future__ import annotations
@@ -58,16 +58,12 @@ TURN = 6.283185307179586
 
 @dataclass(frozen=True)
 class Wanted:
-    """The records of orbits of one scene, and the method.
-
-    Attributes: the `scene`; `want`, words of `records.WANTS`; `method` of `METHODS`; the `effort`
-    of a verdict, of `EFFORTS`; the `settings` of the method.
-    """
+    """The records of orbits of one scene, and the method."""
 
     scene: Scene
-    want: Collection[str]
+    want: Collection[str]  # words of `records.WANTS`
     method: str
-    effort: str
+    effort: str  # of a verdict
     settings: Settings
 
 
@@ -406,30 +402,27 @@ class Batch:
 # ---- starts at a phase of the force ----
 
 
-class Entries:
-    """Integrates orbits of one scene from a phase of the force to the next section."""
+def at_section(
+    scene: Scene,
+    how: tuple[str, Settings],
+    cells: np.ndarray,
+    starts: np.ndarray,
+    phases: np.ndarray,
+    tell: Tell | None = None,
+) -> np.ndarray:
+    """Integrate orbits from a phase of the force; return the states (n, 4) at the next section.
 
-    def __init__(
-        self, scene: Scene, method: str, settings: Settings, tell: Tell | None = None
-    ) -> None:
-        """Prepare the constants; `tell` receives messages about compiling."""
-        self._parts = parts_of(method, scene, settings)
-        self._compilation = Compilation(Needed(scene.key, method, ()), tell, helped=False)
+    Arguments: the method and its settings; the `cells` (n,), the `starts` (n, 4), x1, v1, r, s, and
+    their `phases` (n,) [rad], 0 to 2 pi; at 0 and at 2 pi, a start is returned as it is.
 
-    def at_section(self, cells: np.ndarray, starts: np.ndarray, phases: np.ndarray) -> np.ndarray:
-        """Return the states (n, 4) of orbits at the next section.
-
-        Arguments: the `cells` (n,), the `starts` (n, 4), x1, v1, r, s, and their `phases` (n,)
-        [rad], 0 to 2 pi; at 0 and at 2 pi, a start is returned as it is.
-
-        An orbit that fails on the way has a state of NaN and is later reported as diverged.  Starts
-        whose parameters cannot be computed are returned as they are.
-        """
-        states, status = np.array(starts, float), np.zeros(len(cells), np.int64)
-        begun = np.array(phases, float) / TURN
-        arguments = self._parts, records_of(cells), begun, states, status
-        with self._compilation.followed({part_period.enter: "entry"}):
-            on_threads(part_period.enter, arguments, 0, 16)  # compiles
-        on_threads(part_period.enter, arguments, len(cells), 16)
-        states[~np.isin(status, (OK, BAD_PARAMETERS, TOO_STIFF))] = np.nan
-        return states
+    An orbit that fails on the way has a state of NaN and is later reported as diverged.  Starts
+    whose parameters cannot be computed are returned as they are.
+    """
+    states, status = np.array(starts, float), np.zeros(len(cells), np.int64)
+    arguments = parts_of(how[0], scene, how[1]), records_of(cells), phases / TURN, states, status
+    compilation = Compilation(Needed(scene.key, how[0], ()), tell, helped=False)
+    with compilation.followed({part_period.enter: "entry"}):
+        on_threads(part_period.enter, arguments, 0, 16)  # compiles
+    on_threads(part_period.enter, arguments, len(cells), 16)
+    states[~np.isin(status, (OK, BAD_PARAMETERS, TOO_STIFF))] = np.nan
+    return states

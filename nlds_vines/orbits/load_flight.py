@@ -33,20 +33,15 @@ _SUMS = getattr(sums_of, "entry", sums_of)
 class InCells(Protocol):
     """A force on the structure in n cells.
 
-    Attributes:
-        edges: (n + 1,) times [s].
-        rows: (n, 15) coefficients of the force [N], sum_k rows[j, k] x^k with x from 0 to 1 within
-            cell j.
-        jumps: (n + 1,) jumps of the structure's velocity at the edges [m/s], or None.
-        share: 1; 0 if the ground moves.  Then `rows` are -m1 times the ground's acceleration and
-            `jumps` minus those of its velocity; they act on both bodies, and positions are relative
-            to the ground.
+    In cell j it is sum_k rows[j, k] x^k with x from 0 to 1.  If the ground moves, `rows` are -m1
+    times its acceleration and `jumps` minus those of its velocity; they act on both bodies, and
+    positions are relative to the ground.
     """
 
-    edges: np.ndarray
-    rows: np.ndarray
-    jumps: np.ndarray | None
-    share: float
+    edges: np.ndarray  # (n + 1,) times [s]
+    rows: np.ndarray  # (n, 15) coefficients of the force [N]
+    jumps: np.ndarray | None  # (n + 1,) of the structure's velocity at the edges [m/s]
+    share: float  # 1; 0 if the ground moves
 
 
 class LoadBatch:

@@ -57,19 +57,12 @@ SHARE = 0.25
 
 @dataclass(frozen=True)
 class Settings:
-    """The tolerance and the steps of a method.
+    """The tolerance and the steps of a method; None leaves them to the tolerance."""
 
-    Attributes:
-        tolerance: of `exact`, relative error of a contact.
-        nodes: of `exact`, collocation nodes of a short impact; None leaves them to the tolerance.
-        contact_steps: of other contacts; None leaves them to the tolerance.
-        period_steps: of `rk4`, per forcing period.
-    """
-
-    tolerance: float = TOLERANCE
-    nodes: int | None = None
-    contact_steps: float | None = None
-    period_steps: float = PERIOD_STEPS
+    tolerance: float = TOLERANCE  # of `exact`: relative error of a contact
+    nodes: int | None = None  # of `exact`: collocation nodes of a short impact
+    contact_steps: float | None = None  # of other contacts
+    period_steps: float = PERIOD_STEPS  # of `rk4`, per forcing period
 
     @classmethod
     def of(cls, method: str, tolerance: float = TOLERANCE) -> Settings:

@@ -54,24 +54,15 @@ def checked_signals(value: object) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class SpectralRecords:
-    """The spectral records of a scan.
+    """The spectral records of a scan."""
 
-    Attributes:
-        want: words of `records.SPECTRAL`.
-        scene: of the scan.
-        signals: of `recordable`; by default those of `USUAL` that the scene has.
-        periods: sampled periods of `samples` states each.
-        highest: largest frequency of a bin in multiples of the forcing frequency.
-        window: of `signals.TAPERS`, for amplitudes; the broadband share uses Hann.
-    """
-
-    want: Collection[str]
+    want: Collection[str]  # words of `records.SPECTRAL`
     scene: Scene
-    signals: tuple[str, ...]
-    periods: int
+    signals: tuple[str, ...]  # of `recordable`; by default those of `USUAL` that the scene has
+    periods: int  # sampled, of `samples` states each
     samples: int
-    highest: float
-    window: str
+    highest: float  # frequency of a bin in multiples of the forcing frequency
+    window: str  # of `signals.TAPERS`, for amplitudes; the broadband share uses Hann
 
     def __post_init__(self) -> None:
         """Check everything."""

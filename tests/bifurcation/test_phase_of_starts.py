@@ -11,7 +11,8 @@ from nlds_vines.explore.chosen import Chosen
 from nlds_vines.explore.map_data import stored
 from nlds_vines.kernels.cells.cells import enter
 from nlds_vines.kernels.scene.codes import DIVERGED
-from nlds_vines.orbits.batch import TURN, Entries
+from nlds_vines.orbits import batch
+from nlds_vines.orbits.batch import TURN
 from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.orbits.starts import user_states
@@ -46,8 +47,8 @@ def at_section(system, states, phases, method="exact", **settings):
     cells = np.repeat(np.atleast_1d(system.cells()), len(states))
     rest = float(cells["rest"][0])
     starts = np.array([start_state(system, rest, state)[:4] for state in states])
-    entries = Entries(system.scene, method, chosen_settings(method, settings))
-    behind = entries.at_section(cells, starts, np.asarray(phases))
+    how = method, chosen_settings(method, settings)
+    behind = batch.at_section(system.scene, how, cells, starts, np.asarray(phases))
     return user_states(cells, behind, system.scene)
 
 

@@ -64,6 +64,7 @@ from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE, SHADES, axis_lab
 _PANEL, _BARS = 4.8 * CM, 0.75 * CM  # inches, heights of a panel and of the bar of a damper
 _MAP = 5.0 * CM  # inches
 _NAME = 18  # characters of a line of a name beside a bar
+_MOST_BINS = 60
 _LINES = ("solid", "dashed", "dashdot", "dotted")
 _EXACT: dict[str, Any] = {"color": GRAY, "linewidth": 0.6, "zorder": 0}  # closed forms
 _SINKS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
@@ -72,14 +73,26 @@ SWEEP_ENERGY = "sweep_energy"
 
 _DOTS: dict[str, Any] = {"marker": "o", "markersize": 3.2, "linestyle": "none", "mfc": "white"}
 _OVER_TIME = {"energy", "motion", "damper"}  # panels with a common axis
+EXCEEDANCE = "exceedance"
+"""The panel of samples with the share that lies above each value, `x1_max:exceedance`."""
+
 _LEAST = 1e-4  # lower end of the axis, in units of the largest E1
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
-    """Return the panels of an archive with their meanings; those of a scan are its quantities."""
+    """Return the panels of an archive with their meanings; those of a scan are its quantities.
+
+    Of a table of samples these are histograms; `x1_max:exceedance` and `x1_max:k1` are there, too.
+    """
     request = view.request(RESPONSE_HISTORY, load_response_history)
     if request.vary:
-        return {entry.name: entry.words for entry in OF_LOADS if entry.name in view}
+        meanings = {entry.name: entry.words for entry in OF_LOADS if entry.name in view}
+        if request.sampled is not None:
+            for name, words in [*meanings.items()]:
+                meanings[f"{name}:{EXCEEDANCE}"] = f"share of samples above each value of {words}"
+                for column in request.columns:
+                    meanings[f"{name}:{column}"] = f"{words}, against {column}"
+        return meanings
     meanings = {
         "energy": "energy of the structure over time",
         "motion": "displacement of the structure over time",
@@ -95,10 +108,12 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
 
 def usual(view: ArchiveView) -> list[str]:
     """Return the panels that are drawn by default; of a scan the first quantity that varies."""
-    names = [*panels(view)]
-    if _drawable(view).request.vary:
-        changing = (n for n in names if np.ptp(view[n][np.isfinite(view[n])]) > 0.0)
-        return [next(changing, names[0])]
+    names, request = [*panels(view)], _drawable(view).request
+    if request.vary:
+        quantities = [name for name in names if ":" not in name]
+        changing = (n for n in quantities if np.ptp(view[n][np.isfinite(view[n])]) > 0.0)
+        name = next(changing, names[0])
+        return [name] if request.sampled is None else [f"{name}:{EXCEEDANCE}", name]
     return ["sweep"] if "sweep" in names else ["energy", "shares"]
 
 
@@ -141,7 +156,9 @@ def fill(axes: Axes, view: ArchiveView, name: str) -> None:
 
 
 def _draw_panel(axes: Axes, results: ResponseHistories | LoadScan, name: str) -> None:
-    if isinstance(results, LoadScan):
+    if isinstance(results, LoadScan) and results.request.sampled is not None:
+        _samples(axes, results, name)
+    elif isinstance(results, LoadScan):
         _curves(axes, results, name)
     else:
         _FILL[name](axes, results)
@@ -350,13 +367,6 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
     """Draw a quantity over the axis of a scan for each damper, and closed forms if it has any."""
     request = scan.request
     (axis,) = request.vary
-    if request.sampled is not None:
-        for (_, look), values in zip(_looks(request), scan.numbers[name], strict=True):
-            ascending = np.sort(values[np.isfinite(values)])
-            share = 1.0 - np.arange(ascending.size) / max(1, ascending.size)
-            axes.step(ascending, share, where="post", **look)
-        axes.set(yscale="log", xlabel=_label(name), ylabel="share of samples above")
-        return
     words: str | None = "in closed form"
     pairs = zip(_looks(request), scan.numbers[name], strict=True)
     for i, ((_, look), values) in enumerate(pairs):
@@ -366,11 +376,36 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
         if np.isfinite(exact).any():
             axes.plot(axis.values, exact, label=words, **_EXACT)
             words = None
-    axes.set(xlabel=_axis(scan, 0), ylabel=_label(name))
+    axes.set(xlabel=_axis(request, axis.name), ylabel=_label(name))
     if logarithmic(axis.values):
         axes.set_xscale("log")
     if OF_LOADS_BY_NAME[name].scale == ERROR:
         axes.set_yscale("log")
+
+
+def _samples(axes: Axes, scan: LoadScan, name: str) -> None:
+    """Draw a quantity of samples for each damper: a histogram, an exceedance, or dots."""
+    name, _, other = name.partition(":")
+    numbers, columns = scan.numbers[name], scan.request.columns
+    bins = np.histogram_bin_edges(numbers[np.isfinite(numbers)], "auto")
+    if bins.size > _MOST_BINS:
+        bins = np.linspace(bins[0], bins[-1], _MOST_BINS + 1)
+    for (_, look), values in zip(_looks(scan.request), numbers, strict=True):
+        ascending = np.sort(values[np.isfinite(values)])
+        size = max(1, ascending.size)
+        if other == EXCEEDANCE:
+            axes.step(ascending, 1.0 - np.arange(ascending.size) / size, where="post", **look)
+        elif other:
+            dots = {**look, **_DOTS, "mfc": look["color"], "markersize": 1.6, "rasterized": True}
+            axes.plot(columns[other], values, **dots)
+        else:
+            axes.stairs(np.histogram(ascending, bins)[0] / size, bins, **look)
+    if other in columns:
+        axes.set(xlabel=_axis(scan.request, other), ylabel=_label(name))
+    else:
+        axes.set(xlabel=_label(name), ylabel="share of samples" + " above" * bool(other))
+        if other:
+            axes.set_yscale("log")
 
 
 def _map(axes: Axes, scan: LoadScan, name: str, damper: int) -> QuadMesh:
@@ -390,16 +425,15 @@ def _map(axes: Axes, scan: LoadScan, name: str, damper: int) -> QuadMesh:
         axes.set_xscale("log")
     if logarithmic(y.values):
         axes.set_yscale("log")
-    axes.set(xlabel=_axis(scan, 0), ylabel=_axis(scan, 1))
+    axes.set(xlabel=_axis(scan.request, x.name), ylabel=_axis(scan.request, y.name))
     axes.set_title(typeset(system_in_words(scan.request.systems[damper])), fontsize=9)
     return mesh
 
 
-def _axis(scan: LoadScan, number: int) -> str:
-    name = scan.request.vary[number].name
+def _axis(request: HistoryRequest, name: str) -> str:
     if name in DESCRIBED:
         return axis_label(name)
-    unit, words = axis_words(scan.request, name)
+    unit, words = axis_words(request, name)
     return labeled(words, "", unit)
 
 

@@ -59,5 +59,10 @@ def test_a_table_gives_the_peaks_of_single_histories():
         assert view.dims("E1max") == ("damper", "sample")
         assert view["damper"].tolist() == ["none", "tmd"]
         assert view["impulse"].tolist() == COLUMNS["impulse"]
-    (axes,) = scan.plot("E1max").axes
-    assert np.array_equal(axes.lines[0].get_ydata(), [1.0, 0.5])
+    above, counted = scan.plot("E1max:exceedance,E1max").axes
+    assert [axes.get_label() for axes in scan.plot().axes] == ["last_50:exceedance", "last_50"]
+    assert np.array_equal(above.lines[0].get_ydata(), [1.0, 0.5])
+    assert [stairs.get_data().values.sum() for stairs in counted.patches] == [1.0, 1.0]
+    (axes,) = scan.plot("E1max:k1").axes
+    for line, values in zip(axes.lines, scan["E1max"], strict=True):
+        np.testing.assert_array_equal(line.get_xydata().T, [COLUMNS["k1"], values])

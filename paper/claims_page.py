@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from nlds_vines.archives.files import write_text
-from nlds_vines.explore.branch_lines import Table
 from nlds_vines.explore.map_data import stored
-from nlds_vines.explore.report_page import report_page
+from nlds_vines.explore.report_page import Table, report_page
 from paper.claims import CLAIMS, archived, judge
 from paper.motion import motions_of
 from paper.request import FigureRequest

@@ -10,7 +10,6 @@ In reading order:
     figures            Bokeh figures, and the frame of all pages
     live_page          the page of `explore` and its callbacks
     page_server        its local server: address, token, end
-    branch_lines       the branches of a continuation over a map
     report_page        the page of `report`, which needs no server
     command            `nlds-vines explore`
     report             `nlds-vines report`

@@ -38,7 +38,6 @@ class Chosen:
     """
 
     def __init__(self, results: Stored) -> None:
-        """Begin with the cell in the middle of a map."""
         self.levels, self.place = [results], 0
         self.cell, self.start = results.middle, 0
         self.free: dict[str, float] = {}

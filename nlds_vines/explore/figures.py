@@ -5,7 +5,7 @@ Colors that depend on the theme are variables of `assets/look.css`; all others s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
@@ -115,7 +115,6 @@ class Layer:
     """An image of codes in a figure."""
 
     def __init__(self, home: Any) -> None:
-        """Add an empty image to a figure."""
         nothing = np.zeros((1, 1), np.uint8)
         data = {"image": [nothing], "x": [0.0], "y": [0.0], "dw": [1.0], "dh": [1.0]}
         self.source = ColumnDataSource(data)
@@ -230,7 +229,6 @@ class MapFigure:
         return first.low, first.high, second.low, second.high
 
     def put(self, picture: Picture) -> None:
-        """Show a map."""
         self.picture.put(picture, self.box())
         self.hatch.data = self.hatched(picture)
 
@@ -279,7 +277,8 @@ class OrbitFigures:
     """The panels of one orbit: histories, force, phase planes, sections, spectrum, multipliers.
 
     Attributes: `wide` and `narrow`, the figures of full and of half width; `planes`, the phase
-    planes by the index of their displacement in a state; `legend` (HTML).
+    planes by the index of their displacement in a state; `sources`, the data by panel; `walls`, for
+    each wall its lines; `legend` (HTML).
     """
 
     def __init__(self, system: System) -> None:
@@ -295,78 +294,70 @@ class OrbitFigures:
             wall = HUES["blue"]
         other = HUES["blue"] if wall == WALL else WALL
         body = BODY if scene.damper else color
-        history, section = ["t", "x1", "v1", "force", "harmonic"], ["x1", "v1"]
-        if scene.damper:
-            history, section = [*history, "x2", "u"], [*section, "x2", "v2"]
-        columns = {
-            "history": history, "phase1": ["x", "v"], "phase2": ["x", "v"], "section": section,
-            "touches": ["phase", *scene.walls], "spectrum": ["order", "amplitude"],
-            "multipliers": ["re", "im"],
-        }  # fmt: skip
-        self.sources = {
-            panel: ColumnDataSource({name: np.empty(0) for name in names}, name=f"{panel} data")
-            for panel, names in columns.items()
-        }
+        self.sources: dict[str, ColumnDataSource] = {}
         self.walls: list[list[Span]] = [[] for _ in scene.obstacle(system.parameters)]
+        self.wide: list[Any] = []
         self.time, panels = Range1d(0, 1), panels_of([scene])
         x, v = ("x₁", "ẋ₁") if "x1" in scene.components else ("x", "ẋ")
 
-        made = plain_figure("displacement", _TIME, x_range=self.time)
-        self._line(made, "t", "x1", "history", body)
-        if scene.damper:
-            self._line(made, "t", "x2", "history", color)
-        if scene.grounded:
-            self._add_walls(made, wall)
-        made.yaxis.axis_label = f"{x}, x₂ [m]" if scene.damper else f"{x} [m]"
-        self.wide = [made]
+        def over_time(name: str, label: str, curves: Mapping[str, str], walls: bool) -> Any:
+            made = plain_figure(name, _TIME, x_range=self.time)
+            made.yaxis.axis_label = label
+            for column, shade in curves.items():
+                width = 1.0 if column == "harmonic" else 1.3
+                self._draw(made.line, "history", "t", column, line_color=shade, line_width=width)
+            for lines in self.walls if walls else ():
+                lines.append(Span(dimension="width", line_width=1.5, line_color=wall))
+                made.add_layout(lines[-1])
+            self.wide.append(made)
+            return made
+
+        bodies = {"x1": body} | ({"x2": color} if scene.damper else {})
+        label = f"{x}, x₂ [m]" if scene.damper else f"{x} [m]"
+        over_time("displacement", label, bodies, scene.grounded)
         if "relative" in panels:
-            made = plain_figure("relative", _TIME, x_range=self.time)
-            self._line(made, "t", "u", "history", color)
-            self._add_walls(made, wall)
-            made.yaxis.axis_label = "x₂ − x₁ [m]"
-            self.wide.append(made)
+            over_time("relative", "x₂ − x₁ [m]", {"u": color}, True)
         if "force" in panels:
-            made = plain_figure("force", _TIME, x_range=self.time)
-            self._line(made, "t", "harmonic", "history", FORCE, 1.0)
-            self._line(made, "t", "force", "history", wall)
-            made.yaxis.axis_label = "force [kN]"
+            made = over_time("force", "force [kN]", {"harmonic": FORCE, "force": wall}, False)
             made.yaxis.formatter = CustomJSTickFormatter(code="return String(tick / 1000)")
-            self.wide.append(made)
         self.wide[-1].xaxis.axis_label = "t / T [forcing periods]"
 
+        dots: dict[str, Any] = {"line_color": None, "fill_color": wall, "size": 5}
         planes = {0: ("phase1", ("x1", "v1"), (x, v), body)}
         if "phase2" in panels:
             planes[2] = ("phase2", ("x2", "v2"), ("x₂", "ẋ₂"), color)
         self.planes = {}
         for place, (name, points, symbols, shade) in planes.items():
             made = phase_plane(name, _PLANE, symbols, tools="tap,pan,wheel_zoom,reset,save")
-            self._line(made, "x", "v", name, shade, 0.9).glyph.line_alpha = 0.8
-            self._dots(made, *points, "section", wall)
+            look = {"line_color": shade, "line_width": 0.9, "line_alpha": 0.8}
+            self._draw(made.line, name, "x", "v", **look)
+            self._draw(made.scatter, "section", *points, **dots)
             self.planes[place] = made
         self.narrow = [*self.planes.values()]
-        if "impact-section" in panels:  # speed over the phase of the force, by wall
-            made = plain_figure("touches", _PLANE, x_range=Range1d(0.0, 2 * np.pi))
-            for name, shade in zip(reversed(scene.walls), (wall, other), strict=False):
-                self._dots(made, "phase", name, "touches", shade)
-            made.xaxis.axis_label = "phase at touch φ [rad]"
-            made.yaxis.axis_label = "approach speed [m/s]"
-            self.narrow.append(made)
 
-        made = plain_figure("spectrum", _LOW, y_axis_type="log")
+        def half(name: str, height: int, across: str, up: str, **settings: Any) -> Any:
+            made = plain_figure(name, height, **settings)
+            made.xaxis.axis_label, made.yaxis.axis_label = across, up
+            self.narrow.append(made)
+            return made
+
+        if "impact-section" in panels:  # speed over the phase of the force, by wall
+            turn = Range1d(0.0, 2 * np.pi)
+            words = "phase at touch φ [rad]", "approach speed [m/s]"
+            made = half("touches", _PLANE, *words, x_range=turn)
+            for name, shade in zip(reversed(scene.walls), (wall, other), strict=False):
+                self._draw(made.scatter, "touches", "phase", name, **dots | {"fill_color": shade})
+        made = half("spectrum", _LOW, "frequency / ω", "amplitude [m]", y_axis_type="log")
         made.x_range.range_padding = 0
-        self._line(made, "order", "amplitude", "spectrum", color, 1.0)
-        made.xaxis.axis_label, made.yaxis.axis_label = "frequency / ω", "amplitude [m]"
         made.yaxis.ticker.desired_num_ticks = 4
-        self.narrow.append(made)
+        self._draw(made.line, "spectrum", "order", "amplitude", line_color=color)
         ends, angle = (-1.25, 1.25), np.linspace(0, 2 * np.pi, 181)
-        made = plain_figure(
-            "multipliers", _LOW, x_range=Range1d(*ends), y_range=Range1d(*ends),
+        made = half(
+            "multipliers", _LOW, "Re μ", "Im μ", x_range=Range1d(*ends), y_range=Range1d(*ends),
             sizing_mode="fixed", width=_CIRCLE + _LEFT + _RIGHT,
         )  # fmt: skip
         made.line(np.cos(angle), np.sin(angle), line_width=1.2, line_color=GRAY)
-        self._dots(made, "re", "im", "multipliers", wall, 8)
-        made.xaxis.axis_label, made.yaxis.axis_label = "Re μ", "Im μ"
-        self.narrow.append(made)
+        self._draw(made.scatter, "multipliers", "re", "im", **dots | {"size": 8})
         for made in self.narrow:
             made.css_classes = ["half"]
 
@@ -378,6 +369,14 @@ class OrbitFigures:
         entries += [(FORCE, "P cos ωt")] if "force" in panels else []
         self.legend = "".join(chip(shade, words) for shade, words in entries)
 
+    def _draw(self, add: Callable[..., Any], panel: str, x: str, y: str, **look: Any) -> None:
+        """Add a glyph of two columns of a panel's data."""
+        source = self.sources.setdefault(panel, ColumnDataSource(name=f"{panel} data"))
+        for name in (x, y):
+            if name not in source.data:
+                source.add(np.empty(0), name)
+        add(x, y, source=source, **look).nonselection_glyph = None
+
     def put(self, panels: Mapping[str, Arrays], walls: Iterable[float]) -> None:
         """Show the arrays of an orbit, and the walls at their places; nothing without arrays."""
         if panels and len(times := panels["history"]["t"]):
@@ -385,31 +384,14 @@ class OrbitFigures:
             if (begin, end) != (self.time.reset_start, self.time.reset_end):
                 _set_range(self.time, begin, end)
         for name, source in self.sources.items():
-            empty = {column: np.empty(0, np.float32) for column in source.data}
+            arrays = panels.get(name, {})
             with np.errstate(over="ignore"):
-                arrays = {c: v.astype(np.float32) for c, v in panels.get(name, empty).items()}
-            if len(next(iter(arrays.values()))) or len(next(iter(source.data.values()))):
-                source.data = arrays
+                data = {c: arrays.get(c, np.empty(0)).astype(np.float32) for c in source.data}
+            if any(map(len, data.values())) or any(map(len, source.data.values())):
+                source.data = data
         for lines, place in zip(self.walls, walls, strict=False):
             for line in lines:
                 line.location = float(place)
-
-    def _line(self, home: Any, x: str, y: str, source: str, color: str, width: float = 1.3) -> Any:
-        line = home.line(x, y, source=self.sources[source], line_color=color, line_width=width)
-        line.nonselection_glyph = None
-        return line
-
-    def _dots(self, home: Any, x: str, y: str, source: str, color: str, size: int = 5) -> None:
-        dots = home.scatter(
-            x, y, source=self.sources[source], size=size, line_color=None, fill_color=color
-        )
-        dots.nonselection_glyph = None
-
-    def _add_walls(self, home: Any, color: str) -> None:
-        for lines in self.walls:
-            line = Span(dimension="width", line_width=1.5, line_color=color)
-            home.add_layout(line)
-            lines.append(line)
 
 
 def phase_plane(name: str, height: int, symbols: tuple[str, str], **settings: Any) -> Any:

@@ -141,7 +141,7 @@ def live_orbit(
 def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
     """Return a history of an orbit, one of `HISTORIES`.
 
-    Returns t [forcing periods], x1, v1, x2, u = x2 - x1 [m, m/s], contact force and harmonic force
+    Returns t [forcing periods], x1, x2, u = x2 - x1 [m], contact force and harmonic force
     [N], all of one length.  Samples end integration steps, so a chaotic orbit from the start soon
     differs from the one in the settled periods.
     """
@@ -157,7 +157,7 @@ def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
         assert orbit.time is not None
         states, time = orbit.trajectory, orbit.time
     force = sum(contact_forces(system, states).values(), np.zeros(len(states)))
-    history = {"t": time / system.period, "x1": states[:, 0], "v1": states[:, 1]}
+    history = {"t": time / system.period, "x1": states[:, 0]}
     if system.scene.damper:
         history |= {"x2": states[:, 2], "u": relative_displacement(system, states)}
     history |= {"force": force, "harmonic": harmonic_force(system, time)}

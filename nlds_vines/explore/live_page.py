@@ -14,56 +14,19 @@ from functools import partial
 from html import escape
 from typing import Any
 
+from bokeh import events
 from bokeh.document import Document
-from bokeh.events import (
-    ButtonClick,
-    DocumentReady,
-    DoubleTap,
-    MouseLeave,
-    MouseMove,
-    RangesUpdate,
-    SelectionGeometry,
-    Tap,
-)
 from bokeh.layouts import column, row
 from bokeh.models import Button, CustomJS, NumericInput, Select, Slider
 
 from nlds_vines.bifurcation.cell_orbit import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, number, printable
-from nlds_vines.explore import live_orbit
+from nlds_vines.explore import figures, live_orbit, map_view
 from nlds_vines.explore.chosen import Chosen, SliderSpec, sliders_of
-from nlds_vines.explore.figures import (
-    WIDE,
-    MapFigure,
-    OrbitFigures,
-    frame,
-    page_file,
-    text,
-    theme_button,
-)
-from nlds_vines.explore.live_orbit import (
-    HISTORIES,
-    PICTURE,
-    PORTRAIT,
-    SCAN,
-    LiveOrbit,
-    evidence_of,
-    portrait_command,
-    words_of,
-)
+from nlds_vines.explore.live_orbit import LiveOrbit
 from nlds_vines.explore.map_computation import COMPILING, READY, Job, Opened
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.explore.map_view import (
-    Show,
-    cell_in_words,
-    diagram_values,
-    in_brackets,
-    painted,
-    painted_diagram,
-    places_of,
-    shows_of,
-)
 
 PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
 """The least time between two images of a map under way: seconds, multiples of the painting time."""
@@ -86,7 +49,6 @@ class Page:
     """
 
     def __init__(self, document: Document, opened: Opened) -> None:
-        """Fill a document."""
         self.document, self.opened = document, opened
         self.chosen = Chosen(opened.results)
         self.job: Job | None = None
@@ -94,7 +56,7 @@ class Page:
         self.asked = 0  # number of the last requested orbit
         self.closed = self.setting = False
         self.next_picture = 0.0
-        self.shows: dict[str, Show] = {}
+        self.shows: dict[str, map_view.Show] = {}
         self.fitted: tuple[Any, ...] | None = None  # the values to which the ordinate was fitted
         self.size = [*MAP_SIZE]
         self.build()
@@ -107,72 +69,83 @@ class Page:
     # ---- widgets
 
     def build(self) -> None:
-        """Make the figures and the widgets, and lay them out in three parts."""
         results = self.chosen.results
-        self.map, self.panels = MapFigure(results, True), OrbitFigures(results.scan.system)
+        self.map, self.panels = (
+            figures.MapFigure(results, True),
+            figures.OrbitFigures(results.scan.system),
+        )
         self.show = self.select("show", lambda name: self.repaint())
         self.start = self.select("start", self.choose_start)
-        self.history = self.select("time history", self.choose_history, [*HISTORIES.items()])
+        self.history = self.select(
+            "time history", self.choose_history, [*live_orbit.HISTORIES.items()]
+        )
         self.state, self.legend, self.readout, self.progress = (
-            text(css_classes=[name]) for name in ("state", "legend", "readout", "progress")
+            figures.text(css_classes=[name]) for name in ("state", "legend", "readout", "progress")
         )
         self.verdict, self.trouble, self.evidence, self.files = (
-            text(css_classes=[name]) for name in ("verdict", "trouble", "evidence", "files")
+            figures.text(css_classes=[name]) for name in ("verdict", "trouble", "evidence", "files")
         )
-        self.tip = text(css_classes=["tip"], visible=False)
-        self.key = text(visible=False)
+        self.tip = figures.text(css_classes=["tip"], visible=False)
+        self.key = figures.text(visible=False)
         self.on(self.key, "text", self.press)
         self.back = self.button("← back", partial(self.step, -1))
         self.forward = self.button("forward →", partial(self.step, 1))
         self.cancel = self.button("cancel", self.cancel_job, visible=False)
         here = self.button("compute what is seen finer", self.refine_here)
         for made in self.map.figures:
-            for event in (Tap, DoubleTap):  # the second of two quick clicks is a double tap
+            for event in (
+                events.Tap,
+                events.DoubleTap,
+            ):  # the second of two quick clicks is a double tap
                 self.on_event(made, event, self.tap)
-            self.on_event(made, MouseMove, self.hover)
-            self.on_event(made, MouseLeave, lambda event: self.tip.update(visible=False))
-        self.on_event(self.map.main, SelectionGeometry, self.select_rectangle)
+            self.on_event(made, events.MouseMove, self.hover)
+            self.on_event(made, events.MouseLeave, lambda event: self.tip.update(visible=False))
+        self.on_event(self.map.main, events.SelectionGeometry, self.select_rectangle)
         if not self.map.is_map:
-            self.on_event(self.map.main, RangesUpdate, lambda event: self.repaint())
+            self.on_event(self.map.main, events.RangesUpdate, lambda event: self.repaint())
         for i, name in enumerate(("inner_width", "inner_height")):
             self.on(self.map.main, name, partial(self.resize, i))
         for plane, made in self.panels.planes.items():
-            self.on_event(made, Tap, partial(self.begin_in_plane, plane))
+            self.on_event(made, events.Tap, partial(self.begin_in_plane, plane))
         hint = "Click a cell or use the arrow keys; drag a rectangle to compute that part finer."
+        planes = "Click in a phase plane to start an orbit there."
         parts = {
             "map": [
-                row(self.show, self.start, self.state, theme_button(), **WIDE),
+                row(self.show, self.start, self.state, figures.theme_button(), **figures.WIDE),
                 *self.map.figures[:-1],
                 self.tip, self.map.main, self.legend, self.readout,
-                row(self.back, self.forward, here, self.cancel, **WIDE), self.progress,
-                text(text=hint, css_classes=["hint"]), self.key,
+                row(self.back, self.forward, here, self.cancel, **figures.WIDE), self.progress,
+                figures.text(text=hint, css_classes=["hint"]), self.key,
             ],
             "orbit": [
                 self.verdict, self.trouble, self.evidence, self.history, *self.panels.wide,
-                *self.panels.narrow, text(text=self.panels.legend, css_classes=["legend"]),
-                text(text="Click in a phase plane to start an orbit there.", css_classes=["hint"]),
+                *self.panels.narrow, figures.text(text=self.panels.legend, css_classes=["legend"]),
+                figures.text(text=planes, css_classes=["hint"]),
                 self.files, self.button("draw the orbit as a picture", self.draw),
             ],
             "parameters": self.parameters(results),
         }  # fmt: skip
-        frame(self.document, results.scan.title, parts)
-        keys = CustomJS(args={"target": self.key}, code=page_file("keys.js"))
-        self.document.js_on_event(DocumentReady, keys)
+        figures.frame(self.document, results.scan.title, parts)
+        keys = CustomJS(args={"target": self.key}, code=figures.page_file("keys.js"))
+        self.document.js_on_event(events.DocumentReady, keys)
 
     def parameters(self, results: Stored) -> list[Any]:
-        """Return a slider and an exact input for every parameter."""
         self.sliders: dict[str, tuple[SliderSpec, Slider, NumericInput]] = {}
         for spec in sliders_of(results):
             entry = spec.entry
-            title = f"{in_brackets(entry.symbol, entry.unit)} · {entry.meaning}"
+            title = f"{map_view.in_brackets(entry.symbol, entry.unit)} · {entry.meaning}"
             low, high, value = map(spec.position, (spec.low, spec.high, spec.value))
             slider = Slider(
                 title=title, start=low, end=high, value=value, step=(high - low) / 1000,
                 show_value=False, tooltips=False, sizing_mode="stretch_width",
-                stylesheets=WIDE["stylesheets"],
+                stylesheets=figures.WIDE["stylesheets"],
             )  # fmt: skip
             exact = NumericInput(
-                mode="float", width=104, height=24, align="end", stylesheets=WIDE["stylesheets"]
+                mode="float",
+                width=104,
+                height=24,
+                align="end",
+                stylesheets=figures.WIDE["stylesheets"],
             )
             self.on(slider, "value", partial(self.slide, spec.name))
             self.on(exact, "value", partial(self.set_value, spec.name))
@@ -180,21 +153,21 @@ class Page:
         rows = [row(*pair, sizing_mode="stretch_width") for _, *pair in self.sliders.values()]
         original = self.button("as in the map", self.take_original)
         recompute = self.button("compute the map with these", self.recompute)
-        sliders = column(*rows, css_classes=["sliders"], **WIDE)
-        head = text(text="<b>Parameters</b>")
-        return [head, row(original, recompute, **WIDE), sliders]
+        sliders = column(*rows, css_classes=["sliders"], **figures.WIDE)
+        head = figures.text(text="<b>Parameters</b>")
+        return [head, row(original, recompute, **figures.WIDE), sliders]
 
     def select(self, title: str, call: Callable[[str], object], options: Any = ()) -> Select:
         made = Select(
             title=title, options=[*options], value=options[0][0] if options else "",
-            stylesheets=WIDE["stylesheets"], width=260,
+            stylesheets=figures.WIDE["stylesheets"], width=260,
         )  # fmt: skip
         self.on(made, "value", call)
         return made
 
     def button(self, label: str, call: Callable[[], object], **settings: Any) -> Button:
-        made = Button(label=label, stylesheets=WIDE["stylesheets"], **settings)
-        self.on_event(made, ButtonClick, lambda event: call())
+        made = Button(label=label, stylesheets=figures.WIDE["stylesheets"], **settings)
+        self.on_event(made, events.ButtonClick, lambda event: call())
         return made
 
     # ---- callbacks
@@ -209,7 +182,6 @@ class Page:
         model.on_change(name, changed)
 
     def on_event(self, model: Any, event: type, call: Callable[[Any], object]) -> None:
-        """Call something at an event."""
         model.on_event(event, partial(self.guarded, call))
 
     def guarded(self, call: Callable[..., object], *arguments: Any) -> None:
@@ -270,10 +242,11 @@ class Page:
         if cell is None:
             self.tip.visible = False
             return
-        lines = map(escape, cell_in_words(self.chosen.results, cell, int(self.start.value)))
+        lines = map(
+            escape, map_view.cell_in_words(self.chosen.results, cell, int(self.start.value))
+        )
         words = f"<b>{next(lines)}</b><br>{'<br>'.join(lines)}"
-        if words != self.tip.text:
-            self.tip.text = words
+        self.tip.text = words
         is_right = event.sx > self.size[0] / 2
         self.tip.css_classes = ["tip", "left"] if is_right else ["tip"]
         top = event.sy + 16 - (0 if event.model is self.map.main else event.model.height)
@@ -332,7 +305,6 @@ class Page:
             self.later(self.show_orbit, words, orbit)
 
     def show_nothing(self, trouble: str) -> None:
-        """Show that there is no orbit, and the reason."""
         self.orbit = None
         self.verdict.text = '<span class="label">no orbit</span>'
         self.evidence.text = self.files.text = ""
@@ -340,14 +312,13 @@ class Page:
         self.say_trouble(trouble)
 
     def show_orbit(self, words: str, orbit: LiveOrbit) -> None:
-        """Show an orbit, its label and the evidence for it."""
         self.orbit, regime = orbit, orbit.regime
-        is_word = "by recurrence alone" if regime is None else words_of(regime)
+        is_word = "by recurrence alone" if regime is None else live_orbit.words_of(regime)
         self.verdict.text = (
             f'<span class="label">{escape(orbit.label)}</span> {escape(is_word)}'
             f'<div class="words">from {escape(words)}</div>'
         )
-        pairs = [] if regime is None else evidence_of(regime)
+        pairs = [] if regime is None else live_orbit.evidence_of(regime)
         self.evidence.text = "".join(
             f"<div><dt>{escape(one)}</dt><dd>{escape(value)}</dd></div>" for one, value in pairs
         )
@@ -357,7 +328,6 @@ class Page:
         self.later(self.offer_files)
 
     def show_values(self) -> None:
-        """Let sliders and inputs show the chosen values."""
         results, values = self.chosen.results, self.chosen.values()
         shown = {name: value / results.shown(name)[1] for name, value in values.items()}
         with self.sets():
@@ -365,18 +335,15 @@ class Page:
                 position = min(max(spec.position(shown[name]), slider.start), slider.end)
                 if abs(position - slider.value) > 0.6 * slider.step:
                     slider.value = position
-                if exact.value != (rounded := float(f"{shown[name]:.7g}")):
-                    exact.value = rounded
-                changed = ["changed"] if shown[name] != spec.value and not spec.axis else []
-                if slider.css_classes != changed:
-                    slider.css_classes = changed
+                exact.value = float(f"{shown[name]:.7g}")
+                is_changed = shown[name] != spec.value and not spec.axis
+                slider.css_classes = ["changed"] if is_changed else []
 
     # ---- maps
 
     def show_level(self) -> None:
-        """Show the chosen map: its axes, its choices, its cells."""
         results, before = self.chosen.results, self.show.value
-        self.map.show_axes(places_of(results))
+        self.map.show_axes(map_view.places_of(results))
         self.offer_shows()
         with self.sets():
             self.start.options = [(str(k), name) for k, name in enumerate(results.starts)]
@@ -390,11 +357,10 @@ class Page:
 
     def offer_shows(self) -> None:
         """Offer what the map can show by now, and keep the choice if possible."""
-        self.shows = {show.name: show for show in shows_of(self.chosen.results)}
+        self.shows = {show.name: show for show in map_view.shows_of(self.chosen.results)}
         options = [(name, show.title) for name, show in self.shows.items()]
         with self.sets():
-            if self.show.options != options:
-                self.show.options = options
+            self.show.options = options
             if self.show.value not in self.shows:
                 self.show.value = options[0][0]
 
@@ -402,25 +368,24 @@ class Page:
         """Paint the map, or the visible part of the diagram."""
         results, show, main = self.chosen.results, self.shows[self.show.value], self.map.main
         if self.map.is_map:
-            picture = painted(results, show, int(self.start.value))
+            picture = map_view.painted(results, show, int(self.start.value))
             self.map.put(picture)
         else:
             fitted = results, show.name, len(results.blocks)
             if fitted != self.fitted:
                 self.fitted = fitted
                 self.map.show_values(
-                    diagram_values(results, show), in_brackets(show.title, show.unit)
+                    map_view.diagram_values(results, show),
+                    map_view.in_brackets(show.title, show.unit),
                 )
             x, y = main.x_range, main.y_range
             window = float(x.start), float(x.end), float(y.start), float(y.end)
-            picture = painted_diagram(results, show, window, (self.size[0], self.size[1]))
+            picture = map_view.painted_diagram(results, show, window, (self.size[0], self.size[1]))
             self.map.picture.put(picture, window)
             self.map.put_strip(results)
-        if self.legend.text != picture.legend:
-            self.legend.text = picture.legend
+        self.legend.text = picture.legend
 
     def resize(self, side: int, pixels: float) -> None:
-        """Store the size of the map in the browser, and paint a diagram in so many pixels."""
         self.size[side] = max(int(pixels), 100)
         if not self.map.is_map:
             self.repaint()
@@ -428,7 +393,9 @@ class Page:
     def mark(self) -> None:
         """Mark the chosen cell, and describe it in the line below the map."""
         self.map.choose(self.chosen.cell)
-        head, *lines = cell_in_words(self.chosen.results, self.chosen.cell, int(self.start.value))
+        head, *lines = map_view.cell_in_words(
+            self.chosen.results, self.chosen.cell, int(self.start.value)
+        )
         self.readout.text = escape("; ".join(filter(None, (lines[0], head, *lines[1:]))))
 
     def select_rectangle(self, event: Any) -> None:
@@ -485,7 +452,6 @@ class Page:
         self.say_state()
 
     def step(self, by: int) -> None:
-        """Go back to an earlier map, or forward again."""
         if self.chosen.step(by):
             self.map.beneath.source.data = {name: [] for name in self.map.beneath.source.data}
             self.show_level()
@@ -505,8 +471,7 @@ class Page:
             words = ""
             if job is not None and job.share < 1:
                 words = job.error or job.note or f"computing the map: {job.share:.0%}"
-        if self.state.text != (line := escape(words)):
-            self.state.text = line
+        self.state.text = escape(words)
         self.say_job()
 
     def say_job(self) -> None:
@@ -520,8 +485,7 @@ class Page:
             line = f'<progress max="1" value="{job.share:.3f}"></progress> {escape(words)}'
         elif job is not None and job.share < 1 and job.results is self.chosen.results:
             line = f"cancelled at {job.share:.0%}"
-        if self.progress.text != line:
-            self.progress.text = line
+        self.progress.text = line
         self.cancel.visible = running
         self.back.disabled = self.chosen.place == 0
         self.forward.disabled = self.chosen.place == len(self.chosen.levels) - 1
@@ -532,18 +496,23 @@ class Page:
         """Offer the orbit and the map as files, which the browser saves, and as a command."""
         if self.orbit is None:
             return
-        request, scan = self.orbit.request, self.chosen.part()
+        request = self.orbit.request
+        recipe, part = (
+            b64encode(one.to_toml().encode()).decode() for one in (request, self.chosen.part())
+        )
         files = [
-            (PORTRAIT, "portrait recipe (.toml)", "application/toml", encoded(request.to_toml())),
-            (SCAN, "scan file of the map (.toml)", "application/toml", encoded(scan.to_toml())),
+            (live_orbit.PORTRAIT, "portrait recipe (.toml)", "application/toml", recipe),
+            (live_orbit.SCAN, "scan file of the map (.toml)", "application/toml", part),
+            (live_orbit.PICTURE, "picture of the orbit (.png)", "image/png", picture),
         ]
-        if picture:
-            files.append((PICTURE, "picture of the orbit (.png)", "image/png", picture))
         links = "".join(
             f'<a download="{name}" href="data:{kind};base64,{code}">{words}</a>'
             for name, words, kind, code in files
+            if code
         )
-        self.files.text = f"<b>Save</b> {links}<code>{escape(portrait_command(request))}</code>"
+        self.files.text = (
+            f"<b>Save</b> {links}<code>{escape(live_orbit.portrait_command(request))}</code>"
+        )
 
     def draw(self) -> None:
         """Draw the orbit as `portrait` does, in the thread of all orbits."""
@@ -558,12 +527,8 @@ class Page:
         except Exception as error:
             self.later(self.say_trouble, in_words(error))
         else:
-            self.later(self.offer_picture, orbit, picture)
-
-    def offer_picture(self, orbit: LiveOrbit, picture: str) -> None:
-        self.say_trouble("")
-        if orbit is self.orbit:
-            self.offer_files(picture)
+            self.later(self.say_trouble, "")
+            self.later(lambda: self.offer_files(picture) if orbit is self.orbit else None)
 
     def close(self) -> None:
         self.closed = True
@@ -571,7 +536,3 @@ class Page:
             self.opened.listeners.remove(self.changed)
         if self.job is not None:
             self.job.cancelled = True
-
-
-def encoded(words: str) -> str:
-    return b64encode(words.encode()).decode()

@@ -106,7 +106,6 @@ class Stored:
 
     @property
     def middle(self) -> tuple[int, int]:
-        """The cell in the middle."""
         return self.shape[0] // 2, self.shape[1] // 2
 
     @property

@@ -23,16 +23,7 @@ from nlds_vines.model.parameters import described
 from nlds_vines.model.quantities import BY_NAME, COORDINATES, ERROR
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
 from nlds_vines.orbits.records import NOT_COMPUTED, OK, STATUS
-from nlds_vines.plotting.palette import (
-    COUNTS,
-    HATCHED,
-    OTHERS,
-    RAMP,
-    colors,
-    drawn_as,
-    ordered,
-    short,
-)
+from nlds_vines.plotting import palette
 from nlds_vines.plotting.style import GRAY, NAVY, NO_VALUE, STARTS, start_colors
 
 INK = "#3f77b5"
@@ -40,7 +31,7 @@ INK = "#3f77b5"
 
 CLEAR = "#00000000"
 UNKNOWN = "not computed"
-COMPUTED = ((UNKNOWN, CLEAR), ("computed", RAMP[0]), ("failed", OTHERS["failed"]))
+COMPUTED = ((UNKNOWN, CLEAR), ("computed", palette.RAMP[0]), ("failed", palette.OTHERS["failed"]))
 """Words and colors of a map of an archive that records nothing else to show."""
 
 MOST_SHARES = 6
@@ -152,7 +143,7 @@ def shows_of(results: Stored) -> list[Show]:
         shows += _regimes(results)
     if is_map and "capture" in results:
         words = [word.replace("_to_", ":").replace("_", " ") for word in CAPTURE]
-        classes = ((UNKNOWN, CLEAR), *zip(words, COUNTS, strict=False))
+        classes = ((UNKNOWN, CLEAR), *zip(words, palette.COUNTS, strict=False))
         shows.append(Show("capture", "response by impacts a period", "capture", classes=classes))
     if not is_map and "section" in results:
         for name in [name for name in ("x2", "x1", "x") if name in scene.components]:
@@ -177,9 +168,11 @@ def _regimes(results: Stored) -> Iterator[Show]:
         return
     yield Show(REGIMES, "regimes, most frequent", "most", False, classes)
     yield Show(f"{REGIMES} of a start", "regimes of a start", "label", classes=classes)
-    last = len(COUNTS)
-    words = [(f"{n} or more" if n == last else str(n), COUNTS[n - 1]) for n in range(1, last + 1)]
-    counts = (("none known", OTHERS[HATCHED]), *words)
+    last = len(palette.COUNTS)
+    words = [
+        (f"{n} or more" if n == last else str(n), palette.COUNTS[n - 1]) for n in range(1, last + 1)
+    ]
+    counts = (("none known", palette.OTHERS[palette.HATCHED]), *words)
     yield Show(COEXISTING, "how many regimes coexist", COEXISTING, False, counts)
     frequent = results.cached("finals", lambda: by_frequency(finals(results.arrays["label"])))
     for label in [word for word, _ in frequent if word][:MOST_SHARES]:
@@ -199,7 +192,7 @@ def label_codes(results: Stored) -> tuple[list[str], np.ndarray, np.ndarray]:
             most = most_frequent(results.lanes("label")).astype(np.str_)
             most = np.where((labels == "").any(axis=-1), "", most)
         words, places = np.unique(np.column_stack([labels, most]), return_inverse=True)
-        every = [UNKNOWN, *ordered({*words.tolist()} - {""})]
+        every = [UNKNOWN, *palette.ordered({*words.tolist()} - {""})]
         code = {word: i for i, word in enumerate(every)} | {"": 0}
         codes = np.array([code[word] for word in words.tolist()], np.uint16)[places]
         codes = codes.reshape(len(labels), -1)
@@ -212,8 +205,10 @@ def label_codes(results: Stored) -> tuple[list[str], np.ndarray, np.ndarray]:
 def classes_of(results: Stored) -> tuple[tuple[str, ...], ...]:
     """Return word, color and name of all labels, by code; labels of one color share a name."""
     _, *words = label_codes(results)[0]
-    shades = colors(words)
-    named = ((short(word), shades[word], short(drawn_as(word))) for word in words)
+    shades = palette.colors(words)
+    named = (
+        (palette.short(word), shades[word], palette.short(palette.drawn_as(word))) for word in words
+    )
     return ((UNKNOWN, CLEAR, UNKNOWN), *named)
 
 
@@ -228,7 +223,7 @@ def column(results: Stored, name: str) -> np.ndarray:
     if name == "most":
         return label_codes(results)[2][:, np.newaxis]
     if name == COEXISTING:
-        return np.minimum(coexisting(results.lanes("label")), len(COUNTS))[:, np.newaxis]
+        return np.minimum(coexisting(results.lanes("label")), len(palette.COUNTS))[:, np.newaxis]
     if name.startswith(SHARE):
         shares = share_of(results.lanes("label"), name.removeprefix(SHARE))
         return shares.astype(np.float32)[:, np.newaxis]
@@ -266,7 +261,7 @@ def painted(results: Stored, show: Show, start: int) -> Picture:
         words = [word for word, *_ in show.classes]
         shades = [shade for _, shade, *_ in show.classes]
         dtype = np.uint8 if len(words) <= 256 else np.uint16
-        hatched = words.index(HATCHED) if HATCHED in words else -1
+        hatched = words.index(palette.HATCHED) if palette.HATCHED in words else -1
         legend = shares_legend(show.classes, values)
         return Picture(values.astype(dtype), shades, legend, hatched)
     drawn = values[np.isfinite(values) & ((values > 0) | (not show.logarithmic))]
@@ -284,7 +279,7 @@ def painted(results: Stored, show: Show, start: int) -> Picture:
     status = results.lanes("status")
     of_cell = status[:, start] if show.of_start else status.min(axis=1)
     codes[of_cell.reshape(results.shape).T == NOT_COMPUTED] = 0
-    palette = [CLEAR, NO_VALUE, *Viridis256[: _SHADES + 1]]
+    shades = [CLEAR, NO_VALUE, *Viridis256[: _SHADES + 1]]
     ends = [with_unit(end, show.unit) for end in (low, high)]
     if show.name.startswith(SHARE):
         ends = ["0 %", "100 %"]
@@ -292,7 +287,7 @@ def painted(results: Stored, show: Show, start: int) -> Picture:
     bar = f'<i class="chip ramp" style="background:linear-gradient(90deg,{ramp})"></i>'
     scale = ", logarithmic" if show.logarithmic else ""
     legend = f"<span>{escape(ends[0])} {bar} {escape(ends[1])}{scale}</span>"
-    return Picture(codes.astype(np.uint8), palette, legend)
+    return Picture(codes.astype(np.uint8), shades, legend)
 
 
 def painted_strip(results: Stored) -> Picture:
@@ -367,7 +362,7 @@ def shares_legend(classes: Iterable[tuple[str, ...]], codes: np.ndarray) -> str:
         if name in named:
             share = count / codes.size
             percent = f"{100 * share:.1f} %" if share < 0.0995 else f"{100 * share:.0f} %"
-            entries.append(chip(shade, f"{name}  {percent}", name == HATCHED))
+            entries.append(chip(shade, f"{name}  {percent}", name == palette.HATCHED))
     others = len(groups) - len(named)
     return "".join(entries) + (f"<span>and {others} more</span>" if others else "")
 

@@ -64,7 +64,6 @@ class Answer(RequestHandler):
     """A refusal, or the way from the printed address to the page, whatever the method."""
 
     def initialize(self, status: int, words: str, **cookie: str) -> None:
-        """Take the status and the reason of a refusal, or the `cookie` of an admitted browser."""
         self._answer = status, words, cookie
 
     def prepare(self) -> None:

@@ -50,8 +50,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     if options.dry_run:
         say(f"{results.scan.title}: {results.scan.lanes} orbits into {output}")
         return DONE
-    from nlds_vines.explore.branch_lines import branches_of
-    from nlds_vines.explore.report_page import report_page
+    from nlds_vines.explore.report_page import branches_of, report_page
 
     continued = None if branches is None else branches_of(branches, results.scan)
     report = report_page(results, continued)

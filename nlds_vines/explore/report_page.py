@@ -1,54 +1,32 @@
-"""A map as one page (.html) that needs no server: figures, numbers, words and a script."""
+"""A map as one page (.html) that needs no server: figures, numbers, words, a script, branches.
+
+Over a diagram the report draws displacements or energies along the branches of a continuation,
+solid where they are stable, and special points by name; over a map the curves of special points in
+its plane or, without curves, the special points on the line of the continuation.
+"""
 
 from __future__ import annotations
 
 import gzip
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from html import escape
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from bokeh.document import Document
 from bokeh.embed import file_html
 from bokeh.events import DocumentReady
-from bokeh.layouts import row
+from bokeh.layouts import row as beside
 from bokeh.models import ColumnDataSource, CustomJS, Select
 from bokeh.resources import Resources
 
-from nlds_vines.continuation.result import Continued
-from nlds_vines.explore.branch_lines import (
-    Table,
-    draw_branches,
-    special_table,
-    words_of_kinds,
-)
-from nlds_vines.explore.figures import (
-    WALL,
-    WIDE,
-    MapFigure,
-    frame,
-    page_file,
-    phase_plane,
-    text,
-    theme_button,
-)
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, continued
+from nlds_vines.errors import RequestError
+from nlds_vines.explore import figures, map_view
 from nlds_vines.explore.map_data import NUMBERS, Stored
-from nlds_vines.explore.map_view import (
-    STATUS_SHOW,
-    Show,
-    column,
-    diagram_colors,
-    diagram_values,
-    in_brackets,
-    label_codes,
-    numbers_of,
-    painted,
-    painted_diagram,
-    places_of,
-    shows_of,
-    values_in_words,
-)
+from nlds_vines.plotting.style import HUES
 
 MOST_BYTES = 5_000_000
 """The most bytes of a page, which a mail takes."""
@@ -76,8 +54,7 @@ _POLICY = (
 )
 
 
-@dataclass(frozen=True)
-class Report:
+class Report(NamedTuple):
     """A page, and in words what its size left no room for."""
 
     html: str
@@ -109,7 +86,7 @@ def report_page(
     bare = _page(results, branches, tables, empty, [])
     room = MOST_BYTES - bare.size
     recorded = filter(results.__contains__, NUMBERS)
-    numbers = {name: _bytes(rounded(column(results, name))) * 3 // 2 for name in recorded}
+    numbers = {name: _bytes(rounded(map_view.column(results, name))) * 3 // 2 for name in recorded}
     section, for_section = empty, max(room - sum(numbers.values()), int(_SECTION_SHARE * room))
     most = MOST_DOTS // results.scan.lanes if len(results.scan.axes) == 1 else POINTS[0]
     for count in POINTS:
@@ -178,12 +155,12 @@ def _page(
     """Return the page of a map with this section and these numbers."""
     points, components = section.codes.shape[1], results.scan.system.scene.components
     shows = [
-        show for show in shows_of(results)
+        show for show in map_view.shows_of(results)
         if (points and show.name in components if show.points else show.column in names)
         or (show.classes and show.column != "computed")
-    ] or [STATUS_SHOW]  # fmt: skip
-    document, figure = Document(), MapFigure(results, False)
-    figure.show_axes(places_of(results))
+    ] or [map_view.STATUS_SHOW]  # fmt: skip
+    document, figure = Document(), figures.MapFigure(results, False)
+    figure.show_axes(map_view.places_of(results))
     figure.put_strip(results)
     arguments = _arguments(results, figure, shows, section, names)
     lines = {} if branches is None else draw_branches(figure.main, branches, results)
@@ -191,8 +168,8 @@ def _page(
     spans = section.step * _LAST / 10 if points else np.ones(len(components))
     for i in range(0, len(components), 2):
         x, v = components[i : i + 2]
-        plane = phase_plane(f"plane {x}", 250, (_SYMBOLS[x], _SYMBOLS[v]))
-        plane.scatter(x, v, source=source, size=6, line_color=None, fill_color=WALL)
+        plane = figures.phase_plane(f"plane {x}", 250, (_SYMBOLS[x], _SYMBOLS[v]))
+        plane.scatter(x, v, source=source, size=6, line_color=None, fill_color=figures.WALL)
         for one, span in zip((plane.x_range, plane.y_range), spans[i : i + 2], strict=True):
             one.default_span, one.range_padding = float(span), 0.2  # around a single point
         planes.append(plane)
@@ -200,10 +177,13 @@ def _page(
     show.value = shows[0].name
     starts = [(str(k), name) for k, name in enumerate(results.starts)]
     start = Select(title="start", options=starts, value="0", visible=len(starts) > 1)
-    verdict, tip = text(css_classes=["verdict"]), text(css_classes=["tip"], visible=False)
-    key, legend = text(visible=False), text(css_classes=["legend"])
+    verdict, tip = (
+        figures.text(css_classes=["verdict"]),
+        figures.text(css_classes=["tip"], visible=False),
+    )
+    key, legend = figures.text(visible=False), figures.text(css_classes=["legend"])
     for select in (show, start):
-        select.stylesheets = WIDE["stylesheets"]
+        select.stylesheets = figures.WIDE["stylesheets"]
     hints = ["Click a cell or use the arrow keys, with Shift ten cells further."]
     if branches is not None:
         hints.append("Lines: branches of a continuation, dashed if they are unstable.")
@@ -211,8 +191,9 @@ def _page(
             hints.append(f"Marks: special points, {kinds}.")
     parts = {
         "map": [
-            row(show, start, theme_button(), **WIDE), *figure.figures[:-1], tip, figure.main,
-            legend, text(text=" ".join(hints), css_classes=["hint"]), key,
+            beside(show, start, figures.theme_button(), **figures.WIDE), *figure.figures[:-1], tip,
+            figure.main,
+            legend, figures.text(text=" ".join(hints), css_classes=["hint"]), key,
         ],
         "orbit": [verdict, *(planes if points else [])],
     }  # fmt: skip
@@ -222,9 +203,10 @@ def _page(
     }  # fmt: skip
     left_out = _left_out(results, points, names)
     below = "".join(map(_table, tables)) + _provenance(results, left_out)
-    frame(document, results.scan.title, parts, policy=_POLICY, more=below)
-    keys = CustomJS(args={"target": key}, code=page_file("keys.js"))
-    document.js_on_event(DocumentReady, keys, CustomJS(args=arguments, code=page_file("report.js")))
+    figures.frame(document, results.scan.title, parts, policy=_POLICY, more=below)
+    keys = CustomJS(args={"target": key}, code=figures.page_file("keys.js"))
+    act = CustomJS(args=arguments, code=figures.page_file("report.js"))
+    document.js_on_event(DocumentReady, keys, act)
     html = file_html(
         document, Resources(mode="inline"),
         title=results.scan.title, template=document.template,
@@ -235,31 +217,31 @@ def _page(
 
 def _arguments(
     results: Stored,
-    figure: MapFigure,
-    shows: Sequence[Show],
+    figure: figures.MapFigure,
+    shows: Sequence[map_view.Show],
     section: Section,
     names: Sequence[str],
 ) -> dict[str, Any]:
     """Return the arguments of the script of the page, by name."""
     is_map, count = figure.is_map, len(results.starts)
     components = [*results.scan.system.scene.components]
-    columns = {name: rounded(column(results, name)).ravel() for name in names}
+    columns = {name: rounded(map_view.column(results, name)).ravel() for name in names}
     if "multipliers" in results:
-        columns["multiplier"] = rounded(column(results, "multiplier")).ravel()
+        columns["multiplier"] = rounded(map_view.column(results, "multiplier")).ravel()
     labels: list[str] = []
     if "label" in results:
-        labels, codes, _ = label_codes(results)
+        labels, codes, _ = map_view.label_codes(results)
         columns["label"] = codes.ravel()
-    if shows[0] == STATUS_SHOW and not is_map:
-        columns["status"] = column(results, "computed").ravel()
+    if shows[0] == map_view.STATUS_SHOW and not is_map:
+        columns["status"] = map_view.column(results, "computed").ravel()
     images: dict[str, list[np.ndarray]] = {}
     entries = []
     for show in shows:
         each = show.of_start and count > 1
-        label = in_brackets(show.title, show.unit)
+        label = map_view.in_brackets(show.title, show.unit)
         entry: dict[str, Any] = {"name": show.name, "each": each and is_map, "label": label}
         if is_map:
-            pictures = [painted(results, show, k) for k in range(count if each else 1)]
+            pictures = [map_view.painted(results, show, k) for k in range(count if each else 1)]
             for k, picture in enumerate(pictures):
                 images[f"{show.name}:{k}" if each else show.name] = [picture.codes]
             entry["legends"] = [picture.legend for picture in pictures]
@@ -267,13 +249,15 @@ def _arguments(
             figure.put(pictures[0])
             entry["hatch"] = [figure.hatched(picture) for picture in pictures]
         else:
-            figure.show_values(diagram_values(results, show), "")
+            figure.show_values(map_view.diagram_values(results, show), "")
             entry["span"] = [figure.main.y_range.start, figure.main.y_range.end]
             entry["component"] = components.index(show.name) if show.points else -1
-            entry["legends"] = [painted_diagram(results, show, (0, 1, 0, 1), (1, 1)).legend]
+            entry["legends"] = [
+                map_view.painted_diagram(results, show, (0, 1, 0, 1), (1, 1)).legend
+            ]
         entries.append(entry)
     dots = []
-    for color in () if is_map else diagram_colors(results):
+    for color in () if is_map else map_view.diagram_colors(results):
         dots.append(ColumnDataSource({"x": [], "y": []}))
         glyphs = figure.main.scatter(
             "x", "y", source=dots[-1], size=2, line_color=None, fill_color=color
@@ -283,12 +267,12 @@ def _arguments(
     _, points, parts = section.codes.shape
     return {
         "shows": entries, "images": ColumnDataSource(images), "columns": ColumnDataSource(columns),
-        "labels": labels, "numbers": numbers_of(results),
+        "labels": labels, "numbers": map_view.numbers_of(results),
         "names": [*results.starts], "starts": count,
         "codes": section.codes.ravel(), "points": points, "parts": parts,
         "low": section.low.tolist(), "step": section.step.tolist(), "components": components,
         "first": first.at.tolist(), "second": second[0].at.tolist() if second else [0.0],
-        "places": [values_in_words(one.axis) for one in figure.places],
+        "places": [map_view.values_in_words(one.axis) for one in figure.places],
         "box": [*figure.box()] if is_map else [first.low, first.high, 0, 0],
         "lines": figure.lines, "homes": figure.figures, "dots": dots,
         "picture": figure.picture.source, "mapper": figure.picture.mapper, "hatch": figure.hatch,
@@ -330,3 +314,154 @@ def _provenance(results: Stored, left_out: str) -> str:
         f"{''.join(cells)}</table><p>{escape(left_out)}</p><details><summary>The request (TOML)"
         f"</summary><pre>{request}</pre></details></section>"
     )
+
+
+# ---- branches --------------------------------------------------------------------------------
+
+
+_MARKERS = {
+    "o": "circle", "^": "triangle", "s": "square", "X": "x", "D": "diamond",
+    "v": "inverted_triangle",
+}  # fmt: skip
+_LOOKS = {kind: (look["color"], _MARKERS[look["marker"]]) for kind, look in MARKS.items()}
+_ENERGIES = ("E1max", "E2max")
+
+
+class Table(NamedTuple):
+    """A table of a page: its title, the names of its columns, its rows."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+
+
+def branches_of(path: Path, scan: Scan) -> Continued:
+    """Return the continuation in an archive, to be drawn over the map of a scan.
+
+    Raises `RequestError` for any other file, and if the map does not vary its parameter.
+    """
+    result = continued(path)
+    names, axes = [item.name for item in result.request.free], [a.name for a in scan.axes]
+    if not set(names) & set(axes):
+        raise RequestError(
+            f"{path} continues along {', '.join(names)}, the map varies {', '.join(axes)}: "
+            "the branches do not lie in the map"
+        )
+    if result.request.system.kind != scan.system.kind:
+        raise RequestError(
+            f"{path} continues kind {result.request.system.kind!r}, the map is of kind "
+            f"{scan.system.kind!r}"
+        )
+    return result
+
+
+def special_table(result: Continued, results: Stored) -> Table:
+    """Return the table of the special points and of the meetings of their curves."""
+    rows: list[tuple[str, ...]] = []
+    (name, one), *others = (results.shown(item.name) for item in result.request.free)
+    for row in result.special_points:
+        change = f"{row.before} → {row.after}" if row.before != row.after else str(row.before)
+        rows.append((str(row.kind), f"{name} = {row.value / one:.8g}", change))
+    for curve in result.curves:
+        for kind, first, second in curve.meetings:
+            (across, two), *_ = others
+            place = f"{name} = {first / one:.6g}, {across} = {second / two:.6g}"
+            rows.append((kind, place, f"on the curve of {curve.kind}, {curve.period}T"))
+    head = "kind", "at", "regime along the branch"
+    return Table("Special points of the branches", head, rows)
+
+
+def words_of_kinds(result: Continued) -> str:
+    """Return the kinds of the special points in words: `LP fold, PD period doubling`."""
+    kinds = {*map(str, result.special_points.kind), *(curve.kind for curve in result.curves)}
+    return ", ".join(f"{kind} {words}" for kind, words in WORDS.items() if kind in kinds)
+
+
+def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, list[Any]]:
+    """Draw a continuation over the figure of a map or a diagram.
+
+    Returns the renderers by the name of the quantity that the diagram shows with them; under "" the
+    renderers that are always visible.
+    """
+    components, special = results.scan.system.scene.components, result.special_points
+    places, along = map_view.places_of(results), result.request.along.name
+    if len(places) == 1:
+        shows = [show for show in ("x2", "x1", "x") if show in components]
+        return {
+            show: _draw_values(figure, result, show, places[0]) for show in (*shows, *_ENERGIES)
+        }
+    axes = [axis.name for axis in results.scan.axes]
+    if not result.curves:
+        # the special points stand on the line of the map along which the branches were continued
+        fixed = result.request.system.parameters
+        at = [
+            one.of(special.value if name == along else np.full(len(special), fixed[name]))
+            for one, name in zip(places, axes, strict=True)
+        ]
+        return {"": _mark(figure, special.kind, *at)}
+    names = [item.name for item in result.request.free]
+    if sorted(names) != sorted(axes):
+        raise RequestError(
+            f"the curves lie in the plane of {', '.join(names)}, the map in that of "
+            f"{', '.join(axes)}"
+        )
+    order, drawn = [names.index(name) for name in axes], []
+    for curve in result.curves:
+        shade, _ = _LOOKS.get(curve.kind, (HUES["black"], "circle"))
+        at = [one.of(curve.values[:, k]) for one, k in zip(places, order, strict=True)]
+        for width, color in ((4.5, "#ffffff"), (2.2, shade)):  # seen on any color
+            look = {"line_color": color, "line_width": width, "legend_label": curve.kind}
+            drawn.append(figure.line(*at, **look))
+        for name, *values in curve.meetings:
+            at = [one.of([values[k]]) for one, k in zip(places, order, strict=True)]
+            drawn += _mark(figure, [name], *at)
+    return {"": drawn}
+
+
+def _draw_values(figure: Any, result: Continued, show: str, places: map_view.Places) -> list[Any]:
+    """Draw a quantity of all branches over their parameter, solid where they are stable."""
+    components = result.request.system.scene.components
+
+    def values(branch: Branch) -> np.ndarray:
+        """Return the quantity along a branch, shape (periods, points)."""
+        if show in _ENERGIES:
+            return np.atleast_2d(branch.E1max if show == "E1max" else branch.E2max)
+        return branch.sections[:, :, components.index(show)].T
+
+    drawn = []
+    for stable, dash in ((True, "solid"), (False, (5, 3))):
+        xs, ys = [], []
+        for branch in result.branches:
+            at, is_drawn = places.of(branch.parameter), branch.stable == stable
+            edges = np.flatnonzero(np.diff(is_drawn.astype(int), prepend=0, append=0))
+            for one in values(branch):
+                for first, stop in zip(edges[::2], edges[1::2], strict=True):
+                    xs.append(at[first : stop + 1])  # so that the lines meet
+                    ys.append(one[first : stop + 1])
+        color = HUES["vermillion"]
+        drawn.append(figure.multi_line(xs, ys, line_width=1.6, line_dash=dash, line_color=color))
+    rows = [
+        row for row in result.special_points if row.index + 1 < len(result.branches[row.branch])
+    ]
+    kinds, x = [row.kind for row in rows], places.of([row.value for row in rows])
+    y = [values(result.branches[row.branch])[-1][row.index : row.index + 2].mean() for row in rows]
+    return drawn + _mark(figure, kinds, x, y)
+
+
+def _mark(figure: Any, kinds: Iterable[Any], x: Iterable[float], y: Iterable[float]) -> list[Any]:
+    """Mark special points (x, y) by the marker and the name of their kind."""
+    kinds = [*map(str, kinds)]
+    looks = [_LOOKS.get(kind, (HUES["black"], "circle")) for kind in kinds]
+    shades, markers = zip(*looks, strict=True) if looks else ((), ())
+    source = ColumnDataSource(
+        {"x": [*x], "y": [*y], "name": kinds, "shade": shades, "marker": markers}
+    )
+    dots = figure.scatter(
+        "x", "y", marker="marker", size=9, fill_color="shade", line_color="#ffffff", source=source
+    )
+    words = figure.text(
+        "x", "y", text="name", x_offset=6, y_offset=-4, source=source, text_color="#000000",
+        text_font_size="11px", text_font_style="bold", background_fill_color="#ffffff",
+        background_fill_alpha=0.8, padding=2,  # read on any color
+    )  # fmt: skip
+    return [dots, words]

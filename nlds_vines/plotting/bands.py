@@ -25,12 +25,10 @@ class Band(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Extent along the axis."""
         return self.high - self.low
 
     @property
     def center(self) -> float:
-        """Middle of the band."""
         return (self.low + self.high) / 2
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -92,7 +92,6 @@ class Picture(Drawing):
     usual: Callable[[ArchiveView], Sequence[str]] | None = None
 
     def names(self, view: ArchiveView) -> Mapping[str, str]:
-        """Return the panels with their meanings."""
         return self.panels(view)
 
     def figure(
@@ -102,20 +101,32 @@ class Picture(Drawing):
         page: Page = TWO_COLUMNS,
         ax: Axes | None = None,
     ) -> Figure:
-        """Return the figure of an open archive, see `Drawing`."""
         panels = self.panels(view)
-        if show is None:
-            names = [*(panels if self.usual is None else self.usual(view))]
-        else:
-            names = [choice("show", word.strip(), panels) for word in show.split(",")]
+        usual = panels if self.usual is None else self.usual(view)
+        names = chosen(show, panels, usual, ax is None)
         if ax is None:
-            return self.draw(view, list(dict.fromkeys(names)), page)
-        if show is not None and len(names) > 1:
-            raise several_panels(show, panels)
+            return self.draw(view, names, page)
         return into(ax, lambda: self.fill(ax, view, names[0]))
 
 
-def several_panels(show: str, panels: Mapping[str, object]) -> RequestError:
+def chosen(
+    show: str | None, panels: Iterable[str], usual: Iterable[str], several: bool
+) -> list[str]:
+    """Return the different panels in `show`, or the `usual` ones.
+
+    Raises `RequestError` for one that is not among the `panels` and, unless `several` are possible,
+    for more than one.
+    """
+    if show is None:
+        return list(usual)
+    panels = list(panels)
+    names = list(dict.fromkeys(choice("show", word.strip(), panels) for word in show.split(",")))
+    if len(names) > 1 and not several:
+        raise several_panels(show, panels)
+    return names
+
+
+def several_panels(show: str, panels: Iterable[str]) -> RequestError:
     """Return the error of several panels in one pair of axes."""
     names = ", ".join(panels)
     return RequestError(f"show = {show!r} names several panels, axes take one of: {names}")

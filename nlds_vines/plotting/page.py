@@ -137,7 +137,6 @@ def into(ax: Axes, fill: Callable[[], None]) -> Figure:
 
 
 def figure_of(axes: Axes) -> Figure:
-    """Return the outermost figure of axes."""
     figure = axes.figure.figure
     assert isinstance(figure, Figure)
     return figure
@@ -280,7 +279,6 @@ class _WrittenOut(LogLocator):
         self._digit = text_width(10 * "0", self._size) / 10
 
     def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
-        """Return the places of the ticks."""
         low, high = sorted((vmin, vmax))
         decade = size_of(self._along.axes)[not self._across] / log10(high / low)
         ticks = _places((1, 2, 5), low, high)
@@ -317,7 +315,6 @@ def write_out_ticks(axis: Axis) -> None:
 
 
 def size_of(axes: Axes) -> tuple[float, float]:
-    """Return width and height of axes [points]."""
     point = 72 / float(axes.figure.dpi)
     return point * float(axes.bbox.width), point * float(axes.bbox.height)
 
@@ -336,17 +333,14 @@ class _Scaled(Locator):
         self._locator, self._factor = locator, factor
 
     def set_axis(self, axis: Any) -> None:
-        """Set the axis of both locators."""
         super().set_axis(axis)
         self._locator.set_axis(axis)
 
     def __call__(self) -> Sequence[float]:
-        """Return the places of the ticks in the view [rad/s]."""
         assert self.axis is not None
         return self.tick_values(*self.axis.get_view_interval())
 
     def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
-        """Return the places of the ticks between two values [rad/s]."""
         places = self._locator.tick_values(vmin * self._factor, vmax * self._factor)
         return [float(place) / self._factor for place in places]
 

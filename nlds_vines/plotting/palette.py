@@ -137,7 +137,6 @@ def in_order(words: Iterable[str]) -> list[str]:
 
 
 def colors(labels: Iterable[str]) -> dict[str, str]:
-    """Return the color of every label, by label."""
     return {label: color_of(label) for label in labels}
 
 

@@ -3,8 +3,7 @@
 In reading order:
 
     request         which orbit, which windows of it, which panels
-    window_view     what one window shows, as numbers
-    view_table      windows as datasets of the archive
+    window_view     what one window shows, as numbers, and as datasets of the archive
     run             the orbit computed, window by window
     result          an archive read
     picture         the page drawn

@@ -150,7 +150,8 @@ def orbit_portrait(
     path = optional_path(to)
     archive, plot = (path, None) if _is_archive(path) else (None, path)
     how = RunOptions(overwrite=overwrite, quiet=quiet)
-    result: Portrait = Job.of(request, request_path(source), archive, plot, how).run()
+    target = ArchivePath.for_result(archive, _NAME)
+    result: Portrait = Job(request, request_path(source), target, plot, how).run()
     from nlds_vines.plotting.save import let_figures_be_shown
 
     let_figures_be_shown()
@@ -169,21 +170,6 @@ class Job(commands.Job):
     exponents: int = 0
 
     @classmethod
-    def of(
-        cls,
-        request: PortraitRequest,
-        source: Path | None,
-        archive: str | os.PathLike[str] | None,
-        plot: Path | None,
-        how: RunOptions,
-        csv: Path | None = None,
-    ) -> Job:
-        """Return a job; without a named archive, it replaces its own earlier picture."""
-        if archive is None:
-            how = replace(how, resume=not how.overwrite)
-        return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv=csv)
-
-    @classmethod
     def asked(cls, request: PortraitRequest, options: argparse.Namespace) -> Job:
         how = run_options(options)
         if how.resume and options.output is None:
@@ -193,12 +179,18 @@ class Job(commands.Job):
             start = [] if options.start is None else [f"start={options.start}"]
             cell = [name, *(comma_separated(options.at or "") or ["cell"]), *start]
             name = re.sub(r"[^\w.=+-]", "_", "-".join(cell))
-        plot, csv = Path(options.plot or f"{name}.png"), optional_path(options.csv)
-        job = cls.of(request, request_path(options.source), options.output, plot, how, csv)
         periods = options.exponents or "0"
         if periods != "0":
             whole("--exponents", int(periods) if periods.isdigit() else periods, 16, 10**7)
-        return replace(job, exponents=int(periods))
+        return cls(
+            request,
+            request_path(options.source),
+            ArchivePath.for_result(options.output, _NAME),
+            Path(options.plot or f"{name}.png"),
+            how,
+            csv=optional_path(options.csv),
+            exponents=int(periods),
+        )
 
     def carry_out(self, name: str, dry_run: bool) -> int:
         if dry_run:
@@ -212,6 +204,9 @@ class Job(commands.Job):
             return ORBITS_FAILED
 
     def __post_init__(self) -> None:
+        if ArchivePath.of(self.archive).named is None:  # the picture replaces its own earlier one
+            how = replace(self.how, resume=not self.how.overwrite)
+            object.__setattr__(self, "how", how)
         super().__post_init__()
         if self.csv is not None:
             if self.csv.suffix.lower() != ".csv":
@@ -267,17 +262,15 @@ class Job(commands.Job):
                 f"{'rest' if self.request.start is None else self.request.start}; "
                 f"{states} states from period {begin} on; drawn: {windows}"
             )
-        files = (f"{what}: {path}" for what, path in self._files())
+        names = ("archive", "histories", "picture")
+        files = [f"{name}: {path}" for name, path in zip(names, self._files(), strict=True) if path]
         return [*lines, f"panels: {', '.join(self.request.panels)}", *files]
 
     def paths(self) -> list[str]:
-        return [str(path) for _, path in self._files()]
+        return [str(path) for path in self._files() if path]
 
-    def _files(self) -> list[tuple[str, Path]]:
-        """Return the written files with their contents in a word."""
-        named = ArchivePath.of(self.archive).named
-        files = {"archive": named, "histories": self.csv, "picture": self.plot}
-        return [(what, path) for what, path in files.items() if path is not None]
+    def _files(self) -> tuple[Path | None, ...]:
+        return ArchivePath.of(self.archive).named, self.csv, self.plot
 
 
 def _is_archive(source: object) -> bool:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -20,9 +19,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.errors import choice
 from nlds_vines.model.ratios import HZ
 from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import System
 from nlds_vines.orbits.signals import (
     SIGNALS,
     contact_forces,
@@ -32,7 +31,7 @@ from nlds_vines.orbits.signals import (
     relative_displacement,
 )
 from nlds_vines.plotting.bands import drawable
-from nlds_vines.plotting.chosen_panels import Picture, several_panels
+from nlds_vines.plotting.chosen_panels import Picture, chosen
 from nlds_vines.plotting.notation import power_of_ten, typeset
 from nlds_vines.plotting.page import (
     TWO_COLUMNS,
@@ -64,27 +63,22 @@ if TYPE_CHECKING:
 STRUCTURE, DAMPER, OBSTACLE = "#7a7a7a", HUES["black"], HUES["vermillion"]
 """Colors of the bodies and the walls, near the paper's gray, black and red."""
 
-FORCE = DAMPER_ENERGY = HUES["blue"]
-"""The color of the harmonic force and, in another panel, of the damper's energy."""
+FORCE = ENERGY = SECTION = HUES["blue"]
+"""The color of the harmonic force, of the damper's energy and of the stroboscopic section."""
 
-SECTION = HUES["blue"]
-"""The color of the stroboscopic section, unlike that of any boundary."""
-
+_WALL = {"color": OBSTACLE, "linewidth": 0.9}
 BOUNDARIES: Mapping[str, dict[str, Any]] = {
-    "obstacle": {"color": OBSTACLE, "linewidth": 0.9},
-    "structure": {"color": STRUCTURE, "linewidth": 0.9},
-    "limit": {"color": OBSTACLE, "linewidth": 0.8, "linestyle": (0, (4, 2))},
-    "stop": {"color": OBSTACLE, "linewidth": 0.9},
-    "second stop": {"color": OBSTACLE, "linewidth": 0.9, "linestyle": (0, (5, 1.5, 1, 1.5))},
-    "table": {"color": OBSTACLE, "linewidth": 0.9},
+    "obstacle": _WALL,
+    "structure": {**_WALL, "color": STRUCTURE},
+    "limit": {**_WALL, "linewidth": 0.8, "linestyle": (0, (4, 2))},
+    "stop": _WALL,
+    "second stop": {**_WALL, "linestyle": (0, (5, 1.5, 1, 1.5))},
+    "table": _WALL,
 }
 """Lines of the walls and of the limit that the damper must not reach, by name."""
 
-MOST_VECTOR = 40_000
-"""States beyond which a curve is an image in vector formats, too."""
-
-MOST_THICK = 8_000
-"""States beyond which a curve is drawn thinner."""
+MOST_VECTOR, MOST_THICK = 40_000, 8_000
+"""States beyond which a curve is an image in vector formats, too, and thinner in all."""
 
 LONGEST_PLAIN = 6
 """The longest period n of an orbit whose moving boundaries are plain lines.
@@ -94,21 +88,16 @@ With longer periods they are thin lines below the orbit, as the curves would hid
 MOST_CYCLES = 160
 """The most forcing periods of a phase trajectory; more of a chaotic one blacken the plane."""
 
-_IN_PIECES: dict[Any, Any] = {"agg.path.chunksize": 10_000}
-"""The raster engine draws a long path in pieces."""
-
-_TIMES = 0.033  # intervals between ticks of time, per point of width
-_NUMBER, _NARROW = 33, 150  # points: width of a number; width below which labels are short
-_LINE = 0.8  # points, width of a curve
-
 OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1", "energy2")
 """The panels whose horizontal axis is time."""
 
-_OF_SECTIONS = (
-    *("displacement", "velocity", "relative", "energy", "energy1", "energy2"),
-    *("section", "section1", "impact-section"),
-)  # panels that need states at t = nT alone
+_OF_SECTIONS = {*OVER_TIME, "section", "section1", "impact-section"} - {"force"}
+# the panels that need states at t = nT alone
 
+_IN_PIECES: dict[Any, Any] = {"agg.path.chunksize": 10_000}  # the raster engine draws long paths so
+_TIMES = 0.033  # intervals between ticks of time, per point of width
+_NUMBER, _NARROW = 33, 150  # points: width of a number; width below which labels are short
+_LINE = 0.8  # points, width of a curve
 _CROWD = 2  # the most columns with headings of one line and full labels
 _TIME, _SPECTRUM = 2.5, 3.4  # cm, heights of a panel over time and of a spectrum
 _PLANE, _TALLEST = 0.7, 4.8  # height of a phase plane over its width, and in cm at most
@@ -132,15 +121,21 @@ class Place(NamedTuple):
     last: bool
     alone: bool = False
 
+    @property
+    def system(self) -> System:
+        return self.view.column.system
+
+    @property
+    def scene(self) -> Scene:
+        return self.system.scene
+
 
 def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
-    """Return the page of an archive with the panels `shown`."""
     result = portrait_in(view.path)
     return portrait(replace(result.drawn_from, panels=tuple(shown)), result.views, page)
 
 
 def fill(axes: Axes, view: ArchiveView, panel: str) -> None:
-    """Draw one panel of an archive's first window into axes."""
     result = portrait_in(view.path)
     _fill(axes, result.drawn_from, result.views[0], panel)
 
@@ -161,7 +156,6 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
 
 
 def usual(view: ArchiveView) -> Sequence[str]:
-    """Return the panels of the archive's own page."""
     return portrait_in(view.path).drawn_from.panels
 
 
@@ -177,7 +171,8 @@ def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_C
     figure, grid, rows = make_page(request.panels, views, page)
     for row in rows:
         for place in row:
-            if _fills(place):
+            fits = place.panel in panels_of([place.scene])
+            if fits and place.view.column.fills(place.panel):
                 _PANELS[place.panel](place, request)
                 _finish(place, row, request)
             else:
@@ -201,32 +196,20 @@ def draw_orbit(orbit: Orbit, show: str | None = None, ax: Axes | None = None) ->
 
     view = view_of_orbit(orbit)
     scene, is_sampled = orbit.system.scene, view.samples > 1
-    allowed = [name for name in panels_of([scene]) if is_sampled or name in _OF_SECTIONS]
-    allowed = [name for name in allowed if name != EXPONENTS]
-    if orbit.impacts is None and "impact-section" in allowed:
-        allowed.remove("impact-section")
-    if show is None:
-        usual = ("displacement", "relative", "section", "impact-section")
-        names = [name for name in usual if name in allowed]
-    else:
-        names = [choice("show", word.strip(), allowed) for word in show.split(",")]
+    without = {EXPONENTS} | (set() if orbit.impacts is not None else {"impact-section"})
+    without |= set() if is_sampled else {*PANELS} - _OF_SECTIONS
+    allowed = [name for name in panels_of([scene]) if name not in without]
+    usual = ("displacement", "relative", "section", "impact-section")
+    names = chosen(show, allowed, [name for name in usual if name in allowed], ax is None)
     shown = PortraitRequest.show if is_sampled else len(view.section)
-    request = PortraitRequest(
-        described(orbit.system), (view.column,), tuple(dict.fromkeys(names)), show=shown
-    )
+    request = PortraitRequest(described(orbit.system), (view.column,), tuple(names), show=shown)
     let_figures_be_shown()
     if ax is None:
         return portrait(request, [view])
-    if show is not None and len(names) > 1:
-        raise several_panels(show, dict.fromkeys(allowed))
     return into(ax, lambda: _fill(ax, request, view, names[0]))
 
 
 # ---- the page ------------------------------------------------------------------------------------
-
-
-Row = Sequence[tuple[str, View]]
-"""The kinds of the panels in a row, from left to right, and their views."""
 
 
 def rows_of(
@@ -244,24 +227,21 @@ def rows_of(
     for panel in panels:
         filling = [view for view in views if view.column.fills(panel)]
         entries = [(panel, view) for view in (views if len(filling) > 1 else filling)]
-        if rows and _joins(rows[-1], entries, views):
-            rows[-1].extend(entries)
+        row = rows[-1] if rows else []
+        if len(views) > 1:
+            joins = len(entries) == 1 and len(row) < len(views) and _are_different(row)
+        else:
+            joins = len(row) == 1 and all(name in PLANES for name, _ in (*row, *entries))
+        if row and joins:
+            row.extend(entries)
         else:
             rows.append(entries)
     return rows
 
 
-def _joins(row: Row, entries: Row, views: Sequence[View]) -> bool:
-    """Return True if the `entries` of a panel stand in the same row as the panel before."""
-    if len(views) > 1:
-        return len(entries) == 1 and _mixed([*row, *entries]) and len(row) < len(views)
-    return len(row) < 2 and all(panel in PLANES for panel, _ in (*row, *entries))
-
-
-def _mixed(row: Row) -> bool:
+def _are_different(row: Sequence[tuple[str, View]]) -> bool:
     """Return True if all panels of a row are of different kinds."""
-    kinds = [panel for panel, _ in row]
-    return len(set(kinds)) == len(kinds)
+    return len({panel for panel, _ in row}) == len(row)
 
 
 def make_page(
@@ -271,10 +251,17 @@ def make_page(
     rows = rows_of(panels, views, page.beside)
     columns = max(len(views) if page.beside else 1, *map(len, rows))
     width = (page.width / CM - _LEGEND) / columns - _LABELS
-    figure, grid = new_figure(page, [CM * _height(row, width) for row in rows], columns)
+    tall = dict.fromkeys(PLANES, min(_PLANE * width, _TALLEST))
+    tall |= {"spectrum": _SPECTRUM, EXPONENTS: _SPECTRUM}
+    heights = [
+        max(tall.get(panel, _TIME) for panel, _ in row)
+        * (_CROWDED if len({id(view) for _, view in row}) > 1 else 1.0)
+        for row in rows
+    ]
+    figure, grid = new_figure(page, [CM * height for height in heights], columns)
     places: list[list[Place]] = []
     for i, row in enumerate(rows):
-        alone = len(views) > 1 and _mixed(row)
+        alone = len(views) > 1 and _are_different(row)
         if not page.beside:
             alone = len(views) > 1 and (i == 0 or rows[i - 1][0][1] is not row[0][1])
         last, whole = len(row) - 1, len(row) == 1 and (len(views) == 1 or not page.beside)
@@ -287,14 +274,6 @@ def make_page(
         )
     _share_axes(places)
     return figure, grid, places
-
-
-def _height(row: Row, width: float) -> float:
-    """Return the height [cm] of a row of panels of such a width [cm]."""
-    plane = min(_PLANE * width, _TALLEST)
-    tall = dict.fromkeys(PLANES, plane) | {"spectrum": _SPECTRUM, EXPONENTS: _SPECTRUM}
-    heights = [tall.get(panel, _TIME) for panel, _ in row]
-    return max(heights) * (_CROWDED if len({id(view) for _, view in row}) > 1 else 1.0)
 
 
 def _share_axes(places: Sequence[Sequence[Place]]) -> None:
@@ -371,12 +350,6 @@ def _free_corner(axes: Axes) -> tuple[int, int]:
 # ---- panels ------------------------------------------------------------------------------------
 
 
-def _fills(place: Place) -> bool:
-    """Return True if the column of a place fills its panel."""
-    column = place.view.column
-    return column.fills(place.panel) and place.panel in panels_of([column.system.scene])
-
-
 def _heading(view: View, joint: str) -> str:
     """Return the name of a column, or its label, its window, and how far it passed the limit."""
     begin, end = view.column.window
@@ -388,7 +361,6 @@ def _heading(view: View, joint: str) -> str:
 
 
 def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> None:
-    """Add the axis of time, the legend and the ticks of a panel."""
     axes = place.axes
     axes.tick_params(top=True, right=True)
     axes.yaxis.set_major_locator(_ticks(5))
@@ -426,43 +398,60 @@ def _ticks(most: int, integer: bool = False) -> MaxNLocator:
     return MaxNLocator(most, integer=integer, steps=[1, 2, 5, 10])
 
 
-def _shown(view: View, request: PortraitRequest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return times [forcing periods], times [s] and states (n, 4) of the shown periods."""
+def _over_time(place: Place, request: PortraitRequest) -> None:
+    """Draw a panel over time; values at t = nT alone are dots."""
+    view, axes, system, scene = place.view, place.axes, place.system, place.scene
     count = request.show * view.samples
-    time = view.time[:count]
-    return time / view.column.system.period, time, view.states[:count]
-
-
-def _over_time(place: Place, label: str, curves: Iterable[tuple[Any, Any, dict[str, Any]]]) -> None:
-    """Draw curves (times, values, settings of the line) and label the ordinate.
-
-    Values at t = nT alone are dots.
-    """
+    time, states = view.time[:count], view.states[:count]
+    across = time / system.period
     usual: dict[str, Any] = {"linewidth": _LINE}
-    if place.view.samples == 1:
+    if view.samples == 1:
         usual = {**DOT, "markersize": _SMALL}
-    for across, values, look in curves:
-        place.axes.plot(across, values, **{**usual, **look})
-    place.axes.set_ylabel(label)
+
+    def draw(values: np.ndarray, color: str, label: str, **look: Any) -> None:
+        axes.plot(across, values, **{**usual, "color": color, "label": label, **look})
+
+    match place.panel:
+        case "displacement" | "velocity":
+            k, symbol = (0, "x") if place.panel == "displacement" else (1, r"\dot{x}")
+            axes.set_ylabel("displacement [m]" if k == 0 else "velocity [m/s]")
+            index = "_1" if "x1" in scene.components else ""
+            draw(states[:, k], STRUCTURE, f"${symbol}{index}$")
+            if scene.damper:
+                draw(states[:, k + 2], DAMPER, f"${symbol}_2$")
+            for name, u in _boundaries(place).items() if k == 0 else ():
+                look = {"label": _words(name), **BOUNDARIES[name]}
+                if scene.grounded:
+                    axes.axhline(u, **look)
+                elif name != "structure" and view.samples > 1:  # the structure is drawn as a body
+                    axes.plot(across, states[:, 0] + u, **look)
+        case "relative":
+            axes.set_ylabel("$x_2-x_1$ [m]")
+            draw(relative_displacement(system, states), DAMPER, "$x_2-x_1$")
+            for name, u in _boundaries(place).items():
+                axes.axhline(u, label=_words(name), **BOUNDARIES[name])
+        case "force":
+            axes.set_ylabel("force [kN]")
+            dashed = (0, (3, 1.5))
+            force = harmonic_force(system, time) / 1000
+            draw(force, FORCE, r"$P\,\cos\,\omega t$", linestyle=dashed)
+            forces = contact_forces(system, states)
+            for name, values in forces.items():
+                label = _words(name) if len(forces) > 1 else "contact"
+                axes.plot(across, values / 1000, **{**usual, **BOUNDARIES[name], "label": label})
+        case bodies:
+            body = bodies.removeprefix("energy")
+            axes.set_ylabel(f"$E_{body}$ [J]" if body else "energy [J]")
+            if body != "2":
+                draw(energy_of_structure(system, states), GREEN, "$E_1$")
+            if body != "1" and scene.damper:
+                draw(energy_of_damper(system, states), ENERGY, "$E_2$")
+            axes.set_ylim(bottom=0)
 
 
-def _bodies(
-    place: Place, request: PortraitRequest, column: int, symbol: str, ordinate: str
-) -> None:
-    """Draw one component of structure and damper over time."""
-    across, _, states = _shown(place.view, request)
-    scene = place.view.column.system.scene
-    label = f"${symbol}_1$" if "x1" in scene.components else f"${symbol}$"
-    curves = [(across, states[:, column], {"color": STRUCTURE, "label": label})]
-    if scene.damper:
-        curves.append((across, states[:, column + 2], {"color": DAMPER, "label": f"${symbol}_2$"}))
-    _over_time(place, ordinate, curves)
-
-
-def _boundaries(view: View) -> Mapping[str, float]:
+def _boundaries(place: Place) -> Mapping[str, float]:
     """Return the places x2 - x1 [m] of the walls and of the limit, by name."""
-    system = view.column.system
-    return {name: float(u) for name, u in system.scene.obstacle(system.parameters).items()}
+    return {name: float(u) for name, u in place.scene.obstacle(place.system.parameters).items()}
 
 
 def _words(boundary: str) -> str:
@@ -470,155 +459,58 @@ def _words(boundary: str) -> str:
     return {"stop": "stop $C$", "second stop": "stop $-C_2$"}.get(boundary, boundary)
 
 
-def _displacement(place: Place, request: PortraitRequest) -> None:
-    _bodies(place, request, 0, "x", "displacement [m]")
-    across, _, states = _shown(place.view, request)
-    for name, u in _boundaries(place.view).items():
-        if place.view.column.system.scene.grounded:
-            place.axes.axhline(u, label=_words(name), **BOUNDARIES[name])
-        elif name != "structure" and place.view.samples > 1:  # the structure is drawn as a body
-            place.axes.plot(across, states[:, 0] + u, label=_words(name), **BOUNDARIES[name])
+def _plane(place: Place, request: PortraitRequest) -> None:
+    """Draw phase trajectories of one cycle, their sections, and the walls.
 
-
-def _velocity(place: Place, request: PortraitRequest) -> None:
-    _bodies(place, request, 1, r"\dot{x}", "velocity [m/s]")
-
-
-def _relative(place: Place, request: PortraitRequest) -> None:
-    across, _, states = _shown(place.view, request)
-    u = relative_displacement(place.view.column.system, states)
-    look = {"color": DAMPER, "label": "$x_2-x_1$"}
-    _over_time(place, "$x_2-x_1$ [m]", [(across, u, look)])
-    for name, height in _boundaries(place.view).items():
-        place.axes.axhline(height, label=_words(name), **BOUNDARIES[name])
-
-
-def _force(place: Place, request: PortraitRequest) -> None:
-    across, time, states = _shown(place.view, request)
-    system = place.view.column.system
-    outer = harmonic_force(system, time) / 1000  # kN
-    harmonic = {"color": FORCE, "linestyle": (0, (3, 1.5)), "label": r"$P\,\cos\,\omega t$"}
-    curves: list[tuple[Any, Any, dict[str, Any]]] = [(across, outer, harmonic)]
-    forces = contact_forces(system, states)
-    for name, values in forces.items():
-        label = _words(name) if len(forces) > 1 else "contact"
-        curves.append((across, values / 1000, {**BOUNDARIES[name], "label": label}))
-    _over_time(place, "force [kN]", curves)
-
-
-def _energies(place: Place, request: PortraitRequest, ordinate: str, bodies: str) -> None:
-    """Draw the energies of the `bodies`, "1", "2" or "12", over time."""
-    across, _, states = _shown(place.view, request)
-    system, curves = place.view.column.system, []
-    if "1" in bodies:
-        energy = energy_of_structure(system, states)
-        curves.append((across, energy, {"color": GREEN, "label": "$E_1$"}))
-    if "2" in bodies and system.scene.damper:
-        energy = energy_of_damper(system, states)
-        curves.append((across, energy, {"color": DAMPER_ENERGY, "label": "$E_2$"}))
-    _over_time(place, ordinate, curves)
-    place.axes.set_ylim(bottom=0)
-
-
-def _cycle_states(view: View) -> np.ndarray:
-    """Return the states of one cycle and the one before, so that the curve of a period closes."""
-    return view.states[-(min(view.cycle, MOST_CYCLES) * view.samples + 1) :]
-
-
-def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, color: str, label: str) -> None:
-    """Draw a phase trajectory, a long one thinner, as an image beyond `MOST_VECTOR` states."""
-    long = across.size > MOST_VECTOR
-    width, alpha = (0.25, 0.6) if long else (_LINE if across.size < MOST_THICK else 0.4, 1.0)
-    with matplotlib.rc_context(_IN_PIECES):
-        axes.plot(
-            across, values, color=color, linewidth=width, alpha=alpha, rasterized=long, label=label
-        )
-
-
-def _points(place: Place, body: int) -> None:
-    """Draw the stroboscopic section of a body: n points of an nT orbit, all of any other."""
-    section, n = place.view.section, place.view.period
+    Trajectories are thin if they are long, and images beyond `MOST_VECTOR` states.  In the plane of
+    the damper the walls move with the structure unless they stand on the ground.
+    """
+    view, axes, scene, panel = place.view, place.axes, place.scene, place.panel
+    # with the state before, so that the curve of a period closes
+    states = view.states[-(min(view.cycle, MOST_CYCLES) * view.samples + 1) :]
+    bodies = [0] if panel != "phase2" else []
+    bodies += [1] if panel != "phase1" and scene.damper else []
+    is_long = len(states) > MOST_VECTOR
+    width, alpha = (0.25, 0.6) if is_long else (_LINE if len(states) < MOST_THICK else 0.4, 1.0)
+    for body in bodies:
+        color, word = (DAMPER, "damper") if body else (STRUCTURE, "structure")
+        if not body and scene.grounded:
+            word = scene.body
+        with matplotlib.rc_context(_IN_PIECES):
+            axes.plot(
+                states[:, 2 * body], states[:, 2 * body + 1], color=color, linewidth=width,
+                alpha=alpha, rasterized=is_long, label=word,
+            )  # fmt: skip
+    look: dict[str, Any] = {}
+    if not 0 < view.period <= LONGEST_PLAIN:
+        look = {"linewidth": 0.25, "alpha": 0.35, "zorder": 1}
+    for name, u in _boundaries(place).items():
+        if scene.grounded:
+            axes.axvline(u, label=_words(name), **BOUNDARIES[name])
+        elif panel != "phase1":
+            with matplotlib.rc_context(_IN_PIECES):
+                axes.plot(
+                    states[:, 0] + u, states[:, 1], label=_words(name),
+                    **{**BOUNDARIES[name], **look, "rasterized": is_long},
+                )  # fmt: skip
+    n = view.period
     size = _LARGE if 0 < n < _FEW else _SMALL
-    points = section[-n:, 2 * body], section[-n:, 2 * body + 1]  # all where n is 0
-    place.axes.plot(*points, color=SECTION, markersize=size, zorder=5, label="$t=nT$", **DOT)
+    for body in bodies:
+        points = view.section[-n:, 2 * body : 2 * body + 2].T  # all where n is 0
+        axes.plot(*points, color=SECTION, markersize=size, zorder=5, label="$t=nT$", **DOT)
+    if panel == "phase":
+        axes.set_xlabel("displacement [m]")
+        axes.set_ylabel("velocity [m/s]")
+    else:
+        _label_plane(place, bodies[0])
 
 
-def _label_plane(axes: Axes, symbol: str) -> None:
-    """Label the axes of a phase plane with the symbol of its displacement."""
+def _label_plane(place: Place, body: int) -> None:
+    """Label the axes of the phase plane of a body, 0 or 1."""
+    axes, symbol = place.axes, "x_2" if body else "x_1" if "x1" in place.scene.components else "x"
     axes.set_xlabel(f"${symbol}$ [m]")
     axes.set_ylabel(rf"$\dot{{{symbol[0]}}}{symbol[1:]}$ [m/s]")
     axes.xaxis.set_major_locator(_ticks(min(6, int(size_of(axes)[0] / _NUMBER))))
-
-
-def _symbol_1(scene: Scene) -> str:
-    """Return the symbol of the displacement of the forced body."""
-    return "x_1" if "x1" in scene.components else "x"
-
-
-def _phase(place: Place, request: PortraitRequest) -> None:
-    states, axes = _cycle_states(place.view), place.axes
-    _curve(axes, states[:, 0], states[:, 1], STRUCTURE, _body_of(place))
-    if place.view.column.system.scene.damper:
-        _curve(axes, states[:, 2], states[:, 3], DAMPER, "damper")
-    _draw_boundaries(place, states)
-    for body in range(2 if place.view.column.system.scene.damper else 1):
-        _points(place, body)
-    axes.set_xlabel("displacement [m]")
-    axes.set_ylabel("velocity [m/s]")
-
-
-def _body_of(place: Place) -> str:
-    """Return the word for the forced body."""
-    scene = place.view.column.system.scene
-    return scene.body if scene.grounded else "structure"
-
-
-def _phase1(place: Place, request: PortraitRequest) -> None:
-    states = _cycle_states(place.view)
-    scene = place.view.column.system.scene
-    _curve(place.axes, states[:, 0], states[:, 1], STRUCTURE, _body_of(place))
-    if scene.grounded:
-        _draw_boundaries(place, states)
-    _points(place, 0)
-    _label_plane(place.axes, _symbol_1(scene))
-
-
-def _phase2(place: Place, request: PortraitRequest) -> None:
-    states = _cycle_states(place.view)
-    _curve(place.axes, states[:, 2], states[:, 3], DAMPER, "damper")
-    _draw_boundaries(place, states)
-    _points(place, 1)
-    _label_plane(place.axes, "x_2")
-
-
-def _section(place: Place, request: PortraitRequest) -> None:
-    scene = place.view.column.system.scene
-    if not scene.damper:
-        _section1(place, request)
-        return
-    _draw_section(place, request, 1)
-    _label_plane(place.axes, "x_2")
-
-
-def _section1(place: Place, request: PortraitRequest) -> None:
-    _draw_section(place, request, 0)
-    _label_plane(place.axes, _symbol_1(place.view.column.system.scene))
-
-
-def _draw_boundaries(place: Place, states: np.ndarray) -> None:
-    """Draw the motion of the walls, x1 + u, in the damper's phase plane; grounded walls stand."""
-    if place.view.column.system.scene.grounded:
-        for name, u in _boundaries(place.view).items():
-            place.axes.axvline(u, label=_words(name), **BOUNDARIES[name])
-        return
-    plain = 0 < place.view.period <= LONGEST_PLAIN
-    look: dict[str, Any] = {} if plain else {"linewidth": 0.25, "alpha": 0.35, "zorder": 1}
-    look["rasterized"] = len(states) > MOST_VECTOR
-    for name, u in _boundaries(place.view).items():
-        with matplotlib.rc_context(_IN_PIECES):
-            place.axes.plot(
-                states[:, 0] + u, states[:, 1], label=_words(name), **{**BOUNDARIES[name], **look}
-            )
 
 
 def _leave_room(row: Sequence[Place]) -> None:
@@ -640,17 +532,15 @@ _LARGE, _SMALL, _SMALLEST = 3.4, 1.7, 0.9  # points, sizes of few, more and many
 _FEW = 40  # the number of dots below which they are large
 
 
-def _draw_section(place: Place, request: PortraitRequest, body: int) -> None:
-    """Draw the stroboscopic section of a body, 0 or 1, at the phase in the request."""
-    view = place.view
+def _section(place: Place, request: PortraitRequest) -> None:
+    """Draw the stroboscopic section of the damper or the structure at the phase in the request."""
+    view, body = place.view, int(place.panel == "section" and place.scene.damper)
     sample = round(request.section_phase * view.samples) % view.samples
-    points = view.section_at(sample)[:, 2 * body : 2 * body + 2]
-    n = view.period
-    if n:
-        points = points[-n:]
+    points = view.section_at(sample)[-view.period :, 2 * body : 2 * body + 2]  # all where it is 0
     label = rf"$\phi={sample / view.samples:.3g}$" if sample else "$t=nT$"  # phi in turns
     _scatter(place.axes, points, SECTION, label)
     place.axes.margins(0.06)
+    _label_plane(place, body)
 
 
 def _impact_section(place: Place, request: PortraitRequest) -> None:
@@ -722,7 +612,7 @@ def _draw_spectrum(place: Place, request: PortraitRequest) -> None:
         heights = np.maximum(spectrum.decibels(), ZERO)
     width = 0.5 if spectrum.periods <= FINE else 0.3
     axes.plot(spectrum.order[1:], heights[1:], color="black", linewidth=width)
-    omega = view.column.system.parameters["omega"]
+    omega = place.system.parameters["omega"]
     is_hz = request.frequency == HZ
     force = f"$f$ = {omega / (2 * np.pi):g} Hz" if is_hz else rf"$\omega$ = {omega:g} rad/s"
     is_narrow = size_of(axes)[0] < _NARROW
@@ -782,18 +672,9 @@ def _exponents(place: Place, request: PortraitRequest) -> None:
 
 
 _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
-    "displacement": _displacement,
-    "velocity": _velocity,
-    "relative": _relative,
-    "force": _force,
-    "energy": partial(_energies, ordinate="energy [J]", bodies="12"),
-    "energy1": partial(_energies, ordinate="$E_1$ [J]", bodies="1"),
-    "energy2": partial(_energies, ordinate="$E_2$ [J]", bodies="2"),
-    "phase": _phase,
-    "phase1": _phase1,
-    "phase2": _phase2,
-    "section": _section,
-    "section1": _section1,
+    **dict.fromkeys(OVER_TIME, _over_time),
+    **dict.fromkeys(("phase", "phase1", "phase2"), _plane),
+    **dict.fromkeys(("section", "section1"), _section),
     "impact-section": _impact_section,
     "spectrum": _draw_spectrum,
     EXPONENTS: _exponents,

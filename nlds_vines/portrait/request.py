@@ -11,7 +11,6 @@ from itertools import pairwise
 from math import pi
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from nlds_vines.archives.files import toml_text
 from nlds_vines.archives.provenance import PORTRAIT, Value
 from nlds_vines.errors import (
     RequestError,
@@ -117,7 +116,6 @@ class Column:
     panels: tuple[str, ...] = ()
 
     def fills(self, panel: str) -> bool:
-        """Return whether the column has this panel of the page."""
         return not self.panels or panel in self.panels
 
 
@@ -176,7 +174,6 @@ class PortraitRequest(Request):
     cell: CellOrbit | None = None
 
     def __post_init__(self) -> None:
-        """Validate everything."""
         string("title", self.title)
         whole("number of columns", len(self.columns), 1, MOST_COLUMNS)
         check_settings(self)
@@ -184,27 +181,6 @@ class PortraitRequest(Request):
         if self.method == "exact":
             object.__setattr__(self, "tolerance", settings.tolerance)
         scenes = tuple(column.system.scene for column in self.columns)
-        object.__setattr__(self, "panels", self._checked_panels(scenes))
-        whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
-        last = {scene.components[-2] for scene in scenes}
-        usual = last.pop() if len(last) == 1 else "x1"
-        object.__setattr__(self, "signal", self.signal or usual)
-        for scene in scenes:
-            checked_signal(self.signal, scene)
-            if self.start is not None and len(self.start) != len(scene.components):
-                names = ", ".join(scene.components)
-                raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
-        self._check_places()
-        for run in self.runs():
-            begin, end = span(run)
-            if (end - begin) * self.samples > MOST_STATES:
-                raise RequestError(
-                    f"periods {begin} to {end} with {self.samples} samples each are too many "
-                    f"states; allowed: {MOST_STATES}; take fewer samples or nearer windows"
-                )
-
-    def _checked_panels(self, scenes: Sequence[Scene]) -> tuple[str, ...]:
-        """Return the panels that can be filled; a column must fill each, and none but these."""
         for column in self.columns:
             for panel in column.panels:
                 choice("panel of a column", panel, self.panels)
@@ -218,7 +194,31 @@ class PortraitRequest(Request):
                 f"panels {', '.join(self.panels)} cannot be filled for kind {scenes[0].kind!r}; "
                 f"allowed: {', '.join(allowed)}"
             )
-        return possible
+        object.__setattr__(self, "panels", possible)
+        whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
+        last = {scene.components[-2] for scene in scenes}
+        usual = last.pop() if len(last) == 1 else "x1"
+        object.__setattr__(self, "signal", self.signal or usual)
+        for scene in scenes:
+            checked_signal(self.signal, scene)
+            if self.start is not None and len(self.start) != len(scene.components):
+                names = ", ".join(scene.components)
+                raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
+        for column in self.columns:
+            system = column.system
+            places = {**system.scene.obstacle(system.parameters), "rest": system.rest or 0.0}
+            for name, place in places.items():
+                if abs(place) > LARGEST:
+                    raise RequestError(
+                        f"{name} at {place!r} m cannot be drawn; allowed: up to {LARGEST:g} m"
+                    )
+        for run in self.runs():
+            begin, end = span(run)
+            if (end - begin) * self.samples > MOST_STATES:
+                raise RequestError(
+                    f"periods {begin} to {end} with {self.samples} samples each are too many "
+                    f"states; allowed: {MOST_STATES}; take fewer samples or nearer windows"
+                )
 
     def starts_inside(self) -> list[str]:
         """Return a line for each system whose orbit begins inside a wall; none for a cell's."""
@@ -228,16 +228,6 @@ class PortraitRequest(Request):
             inside = starts_inside(system.scene, system.parameters, state)
             lines += [f"{system.name}: {line}" for line in inside]
         return lines
-
-    def _check_places(self) -> None:
-        """Refuse walls, and springs at rest, so far away that no panel can show them."""
-        for system in (column.system for column in self.columns):
-            places = {**system.scene.obstacle(system.parameters), "rest": system.rest or 0.0}
-            for name, place in places.items():
-                if abs(place) > LARGEST:
-                    raise RequestError(
-                        f"{name} at {place!r} m cannot be drawn; allowed: up to {LARGEST:g} m"
-                    )
 
     def runs(self) -> tuple[tuple[Column, ...], ...]:
         """Return the columns in groups of one system, which share an orbit."""
@@ -262,16 +252,10 @@ class PortraitRequest(Request):
         """Return the request file of this portrait, as nested tables.
 
         The system is that of the first column; the others set the parameters that differ.  Of a
-        cell's orbit the file has an orbit from `start`.
-
-        Raises `RequestError` for columns that differ in more than parameters.
+        cell's orbit the file has an orbit from `start`.  If the columns differ in more, it can be
+        hashed, but not read.
         """
-        system, *others = (column.system for column in self.columns)
-        if any((other.kind, other.law) != (system.kind, system.law) for other in others):
-            raise RequestError(
-                "columns of several kinds or laws stand in no request file, and in no archive; "
-                "allowed: a page, by to=PICTURE"
-            )
+        system = self.columns[0].system
         return {
             "title": self.title,
             "system": system.to_table(),
@@ -283,6 +267,7 @@ class PortraitRequest(Request):
                     "name": column.name,
                     "window": list(column.window),
                     **({"panels": list(column.panels)} if column.panels else {}),
+                    **({} if self.is_of_one_kind else {"system": column.system.to_table()}),
                     "set": {
                         name: value
                         for name, value in column.system.parameters.items()
@@ -293,29 +278,18 @@ class PortraitRequest(Request):
             ],
         }
 
+    @property
+    def is_of_one_kind(self) -> bool:
+        """Whether the systems of the columns differ in nothing but parameters."""
+        return (
+            len({(one.system.kind, one.system.law, one.system.law_2) for one in self.columns}) == 1
+        )
+
     @cached_property
     def hash(self) -> str:
-        """The SHA-256 of everything that determines the picture."""
-        columns = {
-            f"column {i}": {
-                "name": column.name,
-                "window": list(column.window),
-                "panels": list(column.panels),
-                "kind": column.system.kind,
-                "parameters": dict(column.system.parameters),
-            }
-            for i, column in enumerate(self.columns)
-        }
-        words = ("title", "samples", "method", "show", "signal", "taper", "comb")
-        settings = {name: getattr(self, name) for name in words}
-        settings |= {} if self.tolerance is None else {"tolerance": self.tolerance}
-        settings |= {"frequency": self.frequency} if self.frequency != RAD else {}
-        settings |= {"section_phase": self.section_phase} if self.section_phase else {}
-        start: Any = "rest" if self.start is None else list(self.start)
-        if self.cell is not None:
-            start = [self.cell.scan.hash, self.cell.start]
-        document = {**settings, "panels": list(self.panels), "start": start, **columns}
-        return hashlib.sha256(toml_text(document).encode()).hexdigest()
+        """The hash of the document and, for the orbit of a cell, of its scan and its start."""
+        cell = "" if self.cell is None else f"{self.cell.scan.hash} {self.cell.start}"
+        return hashlib.sha256(f"{super().hash} {cell}".encode()).hexdigest()
 
 
 def span(run: Sequence[Column]) -> Window:

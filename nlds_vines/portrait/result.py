@@ -14,8 +14,7 @@ from nlds_vines.archives.provenance import PORTRAIT
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.portrait.request import CELL, CELL_OF, PortraitRequest, load_portrait
-from nlds_vines.portrait.view_table import views_in
-from nlds_vines.portrait.window_view import View
+from nlds_vines.portrait.window_view import View, views_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

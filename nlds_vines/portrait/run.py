@@ -18,8 +18,7 @@ from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.simulation import Orbit, simulate
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Window, described, span
-from nlds_vines.portrait.view_table import contents
-from nlds_vines.portrait.window_view import View
+from nlds_vines.portrait.window_view import View, contents
 from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.store import Blocks, Write
 
@@ -31,7 +30,11 @@ def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -
     and `RequestError` if the archive cannot be written.
     """
     how, began = RunOptions() if how is None else how, time.monotonic()
-    request.document()  # refuses columns that no archive can repeat
+    if not request.is_of_one_kind:
+        raise RequestError(
+            "columns of several kinds or laws stand in no request file, and in no archive; "
+            "allowed: a page, by to=PICTURE"
+        )
     store = Blocks(output, request)
 
     def work() -> Write:

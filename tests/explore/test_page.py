@@ -192,7 +192,7 @@ def test_what_a_callback_raises_is_shown_in_one_line(seen, monkeypatch):
     def fails(*_):
         raise ZeroDivisionError("a <b>fault</b>\nof two lines")
 
-    monkeypatch.setattr(page_module, "painted", fails)
+    monkeypatch.setattr(page_module.map_view, "painted", fails)
     seen.page.show.value = "E1max"
     text = seen.page.trouble.text
     assert text.startswith("ZeroDivisionError: a &lt;b&gt;fault")
@@ -354,7 +354,7 @@ def test_the_chosen_cell_is_told_in_words(idle):
     assert page.readout.text.startswith("ω = 7.38 rad/s, P = 900 N")
     assert page.map.main.html_attributes["role"] == "img"
     assert "arrow keys" in page.map.main.html_attributes["aria-label"]
-    assert 'aria-live="polite"' in page_module.page_file("frame.html")
+    assert 'aria-live="polite"' in page_module.figures.page_file("frame.html")
 
 
 @pytest.mark.parametrize(

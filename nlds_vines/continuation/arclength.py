@@ -118,20 +118,10 @@ def close(
 ) -> tuple[Cycle | None, float, np.ndarray]:
     """Return the nT orbit in the plane through `place` normal to `row`, by Newton's method.
 
-    Parameters
-    ----------
-    equation : callable, optional
-        The further equation of a curve of special points.
-
-    Returns
-    -------
-    cycle : Cycle or None
-        None if Newton's method does not converge.
-    contraction : float
-        Ratio of Newton's second to its first step; 0 if there was no second step.
-    rows : (m, size + m) ndarray
-        The rows that border the closing equations: the derivatives of `equation`, if there is one,
-        and `row`.
+    It is None if Newton's method does not converge.  Also returned are the contraction, the ratio
+    of Newton's second to its first step, 0 if there was no second step; and the rows (m, size + m)
+    that border the closing equations: the derivatives of `equation`, the further one of a curve of
+    special points, if there is one, and `row`.
     """
     anchor, before, first, ratio = place, math.inf, 0.0, 0.0
     rows, rules = row[np.newaxis], OF_BRANCH if equation is None else OF_CURVE

@@ -153,16 +153,9 @@ def follow(
 ) -> Arm:
     """Follow a branch from a point along its tangent until it ends.
 
-    Parameters
-    ----------
-    bounds : Bounds
-        The interval of the parameter.
-    followed : callable, optional
-        Returns True for a point of a branch that has been followed before: the branch ends there.
-    first, longest : float
-        Weighted lengths of the first and of the longest step.
-    unstable : int
-        The most successive unstable points.
+    It ends where `followed` returns True for a point of a branch that has been followed before.
+    `first` and `longest` are weighted lengths of steps, `unstable` the most successive unstable
+    points.
     """
     arm, zero, rigid = Arm([start]), section_map, shoots_from_flights(section_map.scene)
     stepper = Stepper(section_map, start, first, longest)

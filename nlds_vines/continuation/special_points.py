@@ -309,22 +309,11 @@ def narrowed_down(
 ) -> Located | None:
     """Locate a sign change of `test` between two points of a branch or curve.
 
-    The bracket is narrowed by the Illinois variant of false position, with bisection where that is
-    slow.
+    `onto` returns the point at a distance along the branch; `ends` are the two points at the
+    distances `between`.  The bracket is narrowed by the Illinois variant of false position, with
+    bisection where that is slow.
 
-    Parameters
-    ----------
-    onto : callable
-        Returns the point at a distance along the branch; None if there is none.
-    ends, between
-        The two points, and their distances.
-    test : callable
-        The test function.
-
-    Returns
-    -------
-    Located or None
-        None if `test` has one sign at both ends or a trial has no point.
+    Returns None if `test` has one sign at both ends or a trial has no point.
     """
     (a, b), (low, high) = ends, between
     f_low, f_high = test(a), test(b)

@@ -8,7 +8,6 @@ In reading order:
     kernel_inputs     a scene and a cell as the kernels take them
     starts            policies of starts, random starts
     compilation       messages about compiling, and a second process that compiles
-    compiler_process  the program of that process
     batch             many orbits in one call of the kernels, datasets of verdicts
     simulation        `nv.simulate`
     classification    `nv.classify`, the Lyapunov spectrum of one orbit

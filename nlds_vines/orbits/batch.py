@@ -7,6 +7,8 @@ last state of the one before.  `Batch` runs the designs of a tuning.
 
 from __future__ import annotations
 
+import os
+import threading
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -28,7 +30,7 @@ from nlds_vines.kernels.scene.codes import (
 from nlds_vines.kernels.scene.scene import Finished, LaneBuffers, Parts, Span
 from nlds_vines.model.labels import flags_of, labels_of
 from nlds_vines.model.quantities import stored_in
-from nlds_vines.model.scenes import Scene
+from nlds_vines.model.scenes import Scene, scene_of
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
@@ -248,6 +250,22 @@ class Kernels:
             run(self._parts, sweeps, np.zeros((0, 4)), Span(1, 1, 1), outputs.buffers)
         else:
             self._judge(outputs, sweeps, 1, 1)
+
+
+def compile_verdict(scene: str, method: str, want: str) -> None:
+    """Compile the verdict of orbits, which stays on the disk, and end the process.
+
+    It also ends when its standard input does, as when the parent is killed.
+    """
+
+    def end_with_input() -> None:
+        os.read(0, 1)  # unbuffered: the interpreter needs the lock of a buffer when it ends
+        os._exit(1)
+
+    threading.Thread(target=end_with_input, daemon=True).start()
+    wanted = Wanted(scene_of(scene), want.split(","), method, "quick", Settings.of(method))
+    Kernels(wanted, helped=False).compile("verdict")
+    os._exit(0)  # without destructors, which take a second while the parent waits
 
 
 # ---- from rows of evidence to datasets ----

@@ -190,10 +190,11 @@ def begin(needed: Needed) -> Process | None:
 
     It ends when its standard input does, also if this process is killed.
     """
-    program = ("-P", "-W", "ignore", "-m", "nlds_vines.orbits.compiler_process")
+    call = "import sys; from nlds_vines.orbits import batch; batch.compile_verdict(*sys.argv[1:])"
+    wanted = needed.scene, needed.method, ",".join(needed.want)
     try:
         return subprocess.Popen(
-            [sys.executable, *program, needed.scene, needed.method, ",".join(needed.want)],
+            [sys.executable, "-P", "-W", "ignore", "-c", call, *wanted],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -314,10 +314,10 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
     """Return the results of a tuning, read from its archive."""
     with read(path) as view:
         tuning = view.request(TUNING, load_tuning)
-        stage, columns = view["stage"], {}
+        stage, optima = view["stage"], list[Optimum]()
         refused = ~np.isfinite(view["objective"]) | (view["status"] != OK)
-        if "optimum_objective" in view:
-            rows = view["optimum_evaluation"]
+        if "optimum_objective" in view:  # some design was admissible
+            causes, rows = view["perturbation"].tolist(), view["optimum_evaluation"]
             columns = {name: view[name][rows] for name in OF_DRAWS if tuning.draws}
             for name in impacts_of(tuning):
                 columns["impacts"] = view[name][rows]
@@ -325,15 +325,14 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
             columns["objective"] = view["optimum_fresh" if tuning.draws else "optimum_objective"]
             if "optimum_finer" in view:
                 columns["finer"] = view["optimum_finer"]
-        causes = view["perturbation"].tolist()
-        optima = (
-            Optimum(
-                parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
-                robustness=dict(zip(causes, robustness, strict=True)),
-                **{name: float(values[i]) for name, values in columns.items()},
-            )
-            for i, robustness in enumerate(view["robustness"].tolist() if columns else ())
-        )
+            optima = [
+                Optimum(
+                    parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
+                    robustness=dict(zip(causes, robustness, strict=True)),
+                    **{name: float(values[i]) for name, values in columns.items()},
+                )
+                for i, robustness in enumerate(view["robustness"].tolist())
+            ]
         return Tuned(
             tuning=tuning,
             optima=tuple(optima),

@@ -12,16 +12,21 @@ from flights import flow_on
 import nlds_vines as nv
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.kernels.cells import verdict
 from nlds_vines.kernels.cells.verdict import attracted, cycle_through, follow_growth, note_exponents
 from nlds_vines.kernels.numerics.matrices import eigenvalues, is_saddle
 from nlds_vines.kernels.orbit.repetition import impacts_of
 from nlds_vines.kernels.orbit.variations import (
+    distance,
     is_minimal,
+    matrix_of,
     new_state,
     no_section,
+    norm,
     place_state,
     polish,
     set_identity,
+    trace_cycle,
 )
 from nlds_vines.kernels.scene.codes import EXPONENTS, INTERVAL, LENGTH_OF_ROW, LYAPUNOV, OK
 from nlds_vines.model.linear_response import steady_state
@@ -218,7 +223,38 @@ def test_growth_of_a_ball_that_rests_is_minus_infinity():
     logs, growth = np.zeros(64), np.zeros(4)
     set_identity(tangent)
     place_state(flow, np.zeros(4), state)
-    assert follow_growth(flow, no_section(flow.space), state, tangent, logs, growth) == OK
+    none = np.empty((0, 16))
+    assert follow_growth(flow, no_section(flow.space), state, tangent, logs, growth, none) == OK
     note_exponents(evidence, growth, logs, 1.0, 2)
     assert (evidence[[LYAPUNOV, EXPONENTS, EXPONENTS + 1]] == -np.inf).all()
     assert evidence[INTERVAL] < 1e-5
+
+
+def test_the_first_step_of_newtons_method_is_foreseen_from_maps_of_pieces(monkeypatch):
+    """Whether it leads away is decided at FAR times the allowed step, to 1e-6."""
+    monkeypatch.setattr(verdict, "SEVERAL", 1)  # pieces of two periods in so short an orbit
+    flow, periods, skipped = flow_on(nv.load_system("ssul-set6", omega=7.42)), 32, 8
+    state, tangent, rows = new_state(), np.zeros(16), np.zeros((skipped + periods, 4))
+    place_state(flow, np.zeros(4), state)
+    origin = state.copy()
+    assert verdict.run_on(flow, rows, skipped, state) == OK
+    set_identity(tangent)
+    batch = verdict.periods_together(flow, periods)
+    assert batch == 2
+    logs, growth, maps = np.zeros(periods), np.zeros(4), np.empty((periods // batch, 16))
+    assert follow_growth(flow, rows[skipped:], state, tangent, logs, growth, maps) == OK
+    course = verdict.Course(rows, len(rows), 0, origin, maps, batch)
+    sections = verdict.bare_course(course)
+    for n in (13, 6):
+        # the same step, with the monodromy matrix that is traced at once
+        y = np.array(verdict.section_at(flow.space, sections, len(rows) - n))
+        points, counts = np.empty((n, 4)), np.zeros(2, np.int64)
+        assert trace_cycle(flow, y, points, counts, tangent, state)[0] == OK
+        last = verdict.section_at(flow.space, sections, len(rows))
+        assert distance(flow.space, points[-1], last) < 1e-9
+        step = np.linalg.solve(np.eye(4) - matrix_of(tangent, 4), state[:4] - y)
+        apart = norm(flow.space, step) / verdict.FAR
+        assert apart < max(norm(flow.space, point) for point in points)
+        assert verdict.leads_away(flow, course, n, apart * (1.0 - 1e-6))
+        assert not verdict.leads_away(flow, course, n, apart * (1.0 + 1e-6))
+        assert not verdict.leads_away(flow, course._replace(maps=maps[:0]), n, 0.0)

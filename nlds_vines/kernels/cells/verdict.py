@@ -17,12 +17,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..impact.inside import carry_by
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log, log10
-from ..numerics.fours import bare, four, four_at, four_of, number_of
+from ..numerics.fours import bare, four, four_at, four_of, number_of, put_four
 from ..numerics.matrices import eigenvalues, is_saddle, spectral_radius
 from ..orbit.repetition import TOLERANCE, repeats
 from ..orbit.variations import (
+    LONGEST_CORRECTION,
     TOGETHER,
     advance_flow,
     distance,
@@ -30,7 +32,9 @@ from ..orbit.variations import (
     lost_of,
     matrix_of,
     new_state,
+    newton_step,
     no_section,
+    norm,
     orthonormalize,
     place_state,
     polish,
@@ -133,6 +137,8 @@ class Course(NamedTuple):
     length: int  # rows that are filled
     first: int  # periods before those of the record
     origin: np.ndarray  # (STATE_SIZE,) section 0
+    maps: np.ndarray  # (batches, 16) derivatives over the last pieces of periods, or none
+    batch: int  # periods of a piece
 
 
 @jit
@@ -151,7 +157,7 @@ def oldest_of(course):
 def bare_course(course):
     """Return a course to read sections of, whose record is one bare row."""
     record = bare(course.record.reshape(-1))
-    return Course(record, course.length, course.first, bare(course.origin))
+    return Course(record, course.length, course.first, bare(course.origin), course.maps, 1)
 
 
 @jit
@@ -173,37 +179,60 @@ def section_at(space, course, m):
 
 @jit
 def course_with_room(course, periods):
+    """Return a course with room for further periods, without maps."""
     record = np.empty((course.length + periods, course.record.shape[1]))
     for p in range(course.length):
         for c in range(record.shape[1]):
             record[p, c] = course.record[p, c]
-    return Course(record, course.length, course.first, course.origin)
+    return Course(record, course.length, course.first, course.origin, no_maps(), 1)
 
 
 @jit
-def follow_growth(flow, rows, state, tangent, logs, growth):
+def no_maps():
+    return np.empty((0, 16))
+
+
+@jit
+def periods_together(flow, periods):
+    """Return after how many periods variations are made orthonormal again, of so many in all.
+
+    In between they turn towards the fastest: no volume may shrink by more than exp(-MOST_SHRUNK),
+    and a batch, whose mean enters the uncertainty, must hold SEVERAL projections.
+    """
+    shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
+    most = min(MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER), periods / (BATCHES * SEVERAL))
+    return max(1, int(most))
+
+
+@jit
+def follow_growth(flow, rows, state, tangent, logs, growth, maps):
     """Follow an orbit and its variations for len(logs) periods; return a status.
 
     rows: take its sections, as far as there is room. logs: take the logarithm by which the first
-    variation grows in a period (the mean of a few); growth (4,): the sums for all variations.
+    variation grows in a period (the mean of a few); growth (4,): the sums for all variations. maps:
+    take the derivative of the flow over each piece of `periods_together`, if there is room. It is
+    A Q^T, as the variations are orthonormal, Q, before the piece and A after it.
     """
     flow.clearance[0] = 0.0  # no near miss is looked for
-    # Variations are made orthonormal every `together` periods, as in between they turn towards the
-    # fastest: no volume may shrink by more than exp(-MOST_SHRUNK), and a batch, whose mean enters
-    # the uncertainty, must hold SEVERAL projections.
-    shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
-    most = min(MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER), len(logs) / (BATCHES * SEVERAL))
-    together = max(1, int(most))
+    together, before = periods_together(flow, len(logs)), np.empty(16)
     for p in range(0, len(logs), together):
-        before, n = growth[0], min(together, len(logs) - p)
+        grown, n = growth[0], min(together, len(logs) - p)
+        for i in range(16):
+            before[i] = tangent[i]
         status = advance_flow(flow, rows[p : p + n], n, tangent, state)
         if status != OK:
             return status
+        if len(maps) > 0:
+            for i in range(4):
+                column = four(0.0)
+                for c in range(flow.space.size):
+                    column = column + four_at(tangent, 4 * c) * before[4 * c + i]
+                put_four(maps[p // together], 4 * i, column)
         orthonormalize(
             tangent, flow.space.size, growth, lost_of(flow.prepared.near, flow.prepared.far)
         )
         vanished = growth[0] == -np.inf  # a damper that sticks forgets all variations
-        logs[p : p + n] = -np.inf if vanished else (growth[0] - before) / n
+        logs[p : p + n] = -np.inf if vanished else (growth[0] - grown) / n
     return OK
 
 
@@ -338,8 +367,8 @@ def note_chaotic_transient(flow, course, evidence, period):
     state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)
     place_state(flow, course.origin, state)
     set_identity(tangent)
-    logs = np.zeros(min(periods, LONGEST_LOOK))
-    if follow_growth(flow, no_section(flow.space), state, tangent, logs, growth) != OK:
+    logs, nothing = np.zeros(min(periods, LONGEST_LOOK)), no_section(flow.space)
+    if follow_growth(flow, nothing, state, tangent, logs, growth, no_maps()) != OK:
         return
     mean, width = growth_of(logs)
     evidence[ev.PASSING], evidence[ev.PASSING_WIDTH] = mean / period, width / period
@@ -360,6 +389,7 @@ FEWEST_REPEATED = 16  # sections that must repeat: fewer may do so by chance
 SLOW_RETURN = 4.0  # largest factor by which the distances of an orbit that settles shrink
 FEW_TRIED, SUM_TRIED = 4, 96  # candidates, and the sum of their n, if a periodic orbit is unlikely
 MANY_TRIED = 32  # candidates if one is likely
+FAR = 4.0  # factor by which a step must exceed the longest allowed one: 2, and 2 for curvature
 
 # The result of a search
 NOTHING, NEIGHBOR, FOUND = 0, 1, 2
@@ -408,6 +438,36 @@ def near_returns(space, course, chaotic):
         if not chaotic or far <= before <= SLOW_RETURN * far:
             returns[n] = far
     return returns
+
+
+@jit
+def leads_away(flow, course, n, apart):
+    """Return True if Newton's method of `try_period` surely ends with a first step beyond `apart`.
+
+    This is read from the last n periods instead of the next n: their monodromy matrix is the
+    product of the course's maps, before which up to `batch` - 1 single periods are flown. Over the
+    distance between the last section and that n periods before, which is less than `apart`, the
+    return map is nearly linear. Then both lead to the same periodic orbit, and the two steps differ
+    by at most that distance; a step FAR times too long leads nowhere from either.
+    """
+    if len(course.maps) == 0:
+        return False
+    space, sections, last = flow.space, bare_course(course), last_of(course)
+    state, tangent, span = new_state(), np.empty(16), 0.0
+    for p in range(last - n + 1, last + 1):
+        span = max(span, norm(space, section_at(space, sections, p)))
+    y, image = section_at(space, sections, last - n), section_at(space, sections, last)
+    pieces = min((n - 1) // course.batch, len(course.maps))
+    place_state(flow, y, state)
+    set_identity(tangent)
+    for p in range(0, n - pieces * course.batch, TOGETHER):
+        periods = min(TOGETHER, n - pieces * course.batch - p)
+        if advance_flow(flow, no_section(space), periods, tangent, state) != OK:
+            return False
+    for i in range(len(course.maps) - pieces, len(course.maps)):
+        carry_by(course.maps[i], 0, tangent)
+    step = norm(space, newton_step(space, tangent, image, y))
+    return step > FAR * min(LONGEST_CORRECTION * span, apart)
 
 
 @jit
@@ -475,10 +535,13 @@ def find_period(flow, course, most, periods, chaotic, evidence):
         last = section_at(flow.space, sections, m)
         for p in range(m - best + 1, m):
             apart = min(apart, distance(flow.space, last, section_at(flow.space, sections, p)))
+        returns[best] = math.inf
+        if leads_away(flow, course, best, apart):
+            continue
         outcome = try_period(flow, course, best, apart, evidence)
         if outcome == FOUND:
             return FOUND
-        result, returns[best] = max(result, outcome), math.inf
+        result = max(result, outcome)
 
 
 # ---- the verdict ---------------------------------------------------------------------------------
@@ -523,8 +586,8 @@ def note_cycle(flow, evidence, period):
     set_identity(tangent)
     for _ in range(ALIGNING + 1):
         growth[:] = 0.0
-        logs = np.zeros(n)
-        if follow_growth(flow, no_section(flow.space), state, tangent, logs, growth) != OK:
+        logs, nothing = np.zeros(n), no_section(flow.space)
+        if follow_growth(flow, nothing, state, tangent, logs, growth, no_maps()) != OK:
             return
     for i in range(flow.space.size):
         evidence[ev.EXPONENTS + i] = growth[i] / (n * period)
@@ -602,7 +665,7 @@ def judge(flow, ends, record, first, stages, evidence):
     ends: the states (2, STATE_SIZE) at the orbit's beginning and end; record (periods, components):
     its sections after the `first` periods; stages: further periods of each stage.
     """
-    course = Course(record, len(record), first, ends[0].copy())
+    course = Course(record, len(record), first, ends[0].copy(), no_maps(), 1)
     evidence[:] = np.nan
     evidence[ev.KIND], evidence[ev.CYCLE_PERIOD], evidence[ev.SETTLING] = UNDETERMINED, 0.0, -1.0
     period = flow.exact_grid.h * flow.exact_grid.n
@@ -632,12 +695,18 @@ def judge(flow, ends, record, first, stages, evidence):
             return OK
         # the next stage: with variations, unless the kind is already determined
         further = stages[stage]
-        course = course_with_room(course, further)
+        course, maps = course_with_room(course, further), no_maps()
+        rows, batch = course.record[course.length :], periods_together(flow, further)
         if evidence[ev.KIND] == UNDETERMINED:
             followed += further
             growth[:] = 0.0
-            logs, rows = np.zeros(further), course.record[course.length :]
-            status = follow_growth(flow, rows, now, tangent, logs, growth)
+            logs = np.zeros(further)
+            # For the last search. Earlier ones need no maps: impacts are recalled for nearly equal
+            # ones, so that the orbits of rejected periods affect the last bits of later exponents.
+            is_last = stage == len(stages) - 1 and further % batch == 0
+            if is_last and lost_of(flow.prepared.near, flow.prepared.far) == 0.0:
+                maps = np.empty((further // batch, 16))
+            status = follow_growth(flow, rows, now, tangent, logs, growth, maps)
             if status == OK:
                 note_exponents(evidence, growth, logs, period, flow.space.size)
                 end = course.length + further
@@ -645,9 +714,10 @@ def judge(flow, ends, record, first, stages, evidence):
                 if seems_chaotic(evidence):
                     evidence[ev.KIND] = CHAOTIC
         else:
-            rows = course.record[course.length : course.length + further]
             status = run_on(flow, rows, further, now)
         if status != OK:
             return status
-        course = Course(course.record, course.length + further, course.first, course.origin)
+        course = Course(
+            course.record, course.length + further, course.first, course.origin, maps, batch
+        )
     return OK

@@ -264,10 +264,24 @@ def span_of(space, points):
 
 
 @jit
+def newton_step(space, tangent, image, y):
+    """Return the step (I - M)^-1 (image - y), M in `tangent`; its first number NaN if singular."""
+    size = space.size
+    matrix, right = matrix_of(tangent, size), np.zeros((4, 1))
+    for i in range(size):  # written out: expressions of arrays take long to compile
+        right[i, 0] = image[i] - y[i]
+        for j in range(size):
+            matrix[i, j] = (1.0 if i == j else 0.0) - matrix[i, j]
+    if solve(matrix, right) == 0.0:
+        right[0, 0] = np.nan
+    return right[:, 0]
+
+
+@jit
 def polish(flow, y, points, counts, tangent, longest=np.inf):
     """Move y (4,) onto an orbit of n = len(points) periods by Newton's method.
 
-    A step is dy = (I - M)^-1 (image - y), M the monodromy matrix, and at most `longest` in norm.
+    A step is `newton_step`, M the monodromy matrix, and at most `longest` in norm.
     Returns (residual, clearance [m], slowest impact [m/s]). The residual is the energy norm of
     image - y, relative to `span_of`; inf if the method does not converge. The other arguments are
     filled as by `trace_cycle`.
@@ -285,16 +299,10 @@ def polish(flow, y, points, counts, tangent, longest=np.inf):
             return residual, clearance, slowest
         if not residual < 2.0 * before:
             break
-        size = flow.space.size
-        matrix, right = matrix_of(tangent, size), np.zeros((4, 1))
-        for i in range(size):  # written out: expressions of arrays take long to compile
-            right[i, 0] = state[i] - y[i]
-            for j in range(size):
-                matrix[i, j] = (1.0 if i == j else 0.0) - matrix[i, j]
-        is_regular, step = solve(matrix, right) != 0.0, right[:, 0]
-        if not is_regular or not norm(flow.space, step) <= min(LONGEST_CORRECTION * span, longest):
+        step = newton_step(flow.space, tangent, state, y)
+        if not norm(flow.space, step) <= min(LONGEST_CORRECTION * span, longest):
             break
-        for i in range(size):
+        for i in range(flow.space.size):
             y[i] += step[i]
         before = residual
     return np.inf, np.inf, np.inf

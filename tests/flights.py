@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels.cells.cells import prepared_cell
-from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, Load, fly_under, rate_under
+from nlds_vines.kernels.cells.load_numbers import fill_rates
+from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, Load, fly_under
 from nlds_vines.kernels.motion.flight import PERIOD, REACH, cells_of, grid_of
 from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.orbit.variations import Flow, flow_of
@@ -42,7 +43,9 @@ def flow_on(system: System, method: str = "exact", settings: Settings | None = N
 
 def longest_cell(system: System) -> float:
     """Return the longest cell of a load [s]: 0.7 over a bound of the rates of the motion."""
-    return REACH / float(rate_under(parts_of("exact", system.scene), system.cell))
+    rates, cells = np.zeros(1), np.atleast_1d(system.cells()).view(np.recarray)
+    fill_rates(parts_of("exact", system.scene), cells, rates)
+    return REACH / float(rates[0])
 
 
 def load_of_kernels(load: Any) -> Load:

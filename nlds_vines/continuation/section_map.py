@@ -36,7 +36,7 @@ WEIGHTS = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
 
 KERNELS = (
     cycles.trace, cycles.measure_cycles, cycles.fill_norms, cycles.solve_bordered,
-    part_period.come_on,
+    part_period.enter,
 )  # fmt: skip
 """The compiled entries of a continuation."""
 
@@ -137,7 +137,8 @@ class SectionMap:
             cycles.fill_norms(parts, cells[0], np.zeros(size))
             cycles.trace(parts, cells, cells, 0.0, state, room_for(1, size, 1))
             if shoots_from_flights(self.scene):
-                part_period.come_on(parts, cells, 0.0, 1.0, state)
+                none, status = np.zeros((0, 4)), np.zeros(0, np.int64)
+                part_period.enter(0, 0, parts, cells, none[:, :2].copy(), none, status)
             self.measure(np.zeros((0, size + len(self.names))), np.zeros(0, np.int64))
             bordered(np.eye(size), np.zeros((1, size)), np.ones((1, size + 1)), np.zeros(size + 1))
 
@@ -235,15 +236,17 @@ class SectionMap:
 
         None if the integration fails.
         """
-        y, now, end = np.zeros(4), self.since % 1.0, self.since % 1.0 + time
-        y[: self.size] = place[: self.size]
+        y, now, end = np.zeros((1, 4)), self.since % 1.0, self.since % 1.0 + time
+        y[0, : self.size], status = place[: self.size], np.zeros(1, np.int64)
         cell = self.cells(place[np.newaxis, self.size :])
         while now < end:
             until = min(np.floor(now) + 1.0, end)
-            if part_period.come_on(self._parts, cell, now % 1.0, until - now, y) != OK:
+            begun = np.array([[now % 1.0, until - now]])
+            part_period.enter(0, 1, self._parts, cell, begun, y, status)
+            if status[0] != OK:
                 return None
             now = until
-        return np.concatenate([y[: self.size], place[self.size :]])
+        return np.concatenate([y[0, : self.size], place[self.size :]])
 
     def impacts(self, place: np.ndarray, n: int) -> np.ndarray:
         """Return the impacts (count, 4) of n periods from a place at phase zero.

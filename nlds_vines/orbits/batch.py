@@ -237,8 +237,8 @@ class Kernels:
         finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))
         cells, stages = records_of(sweeps), self._stages
         arguments = self._parts, cells, finished, stages, outputs.evidence, outputs.status
-        # one at a time: an orbit without a period is followed longer than a hundred others
-        on_threads(lanes.judge_lanes, arguments, cells.size, 1, 1)
+        # four at most: an orbit without a period is followed longer than a hundred others
+        on_threads(lanes.judge_lanes, arguments, cells.size, 1, 4)
 
     def compile(self, kernel: str) -> None:
         """Compile one of `compilation.kernels_of`, unless the cache has it, by running no orbit."""
@@ -437,7 +437,10 @@ def at_section(
     whose parameters cannot be computed are returned as they are.
     """
     states, status = np.array(starts, float), np.zeros(len(cells), np.int64)
-    arguments = parts_of(how[0], scene, how[1]), records_of(cells), phases / TURN, states, status
+    begun = np.array(phases, float) / TURN
+    shares = np.where((begun > 0.0) & (begun < 1.0), 1.0 - begun, 0.0)
+    parts, begun = parts_of(how[0], scene, how[1]), np.stack((begun, shares), axis=1)
+    arguments = parts, records_of(cells), begun, states, status
     compilation = Compilation(Needed(scene.key, how[0], ()), tell, helped=False)
     with compilation.followed({part_period.enter: "entry"}):
         on_threads(part_period.enter, arguments, 0, 16)  # compiles

@@ -10,14 +10,14 @@ import pytest
 from scipy.linalg import expm
 from support import NOTHING, kernel_cell, linear_flow
 
-from nlds_vines.kernels.cells.cells import multiple_of, run_cell
+from nlds_vines.kernels.cells.cells import cells_for, run_cell
 from nlds_vines.kernels.events import contact
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.motion.flight import cells_of, grid_of
 from nlds_vines.kernels.numerics import matrices
 from nlds_vines.kernels.orbit import orbit
-from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, keep_slowest, set_mode
+from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, set_mode
 from nlds_vines.kernels.scene.codes import (
     BAD_PARAMETERS,
     DIVERGED,
@@ -27,7 +27,7 @@ from nlds_vines.kernels.scene.codes import (
     TOUCH_FAR,
     TOUCH_NEAR,
 )
-from nlds_vines.kernels.scene.scene import CellBuffers, Flight, Span, damper_in, structure_of
+from nlds_vines.kernels.scene.scene import CellBuffers, Flight, Parts, Span, damper_in, structure_of
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.kernel_inputs import parts_of
@@ -155,23 +155,15 @@ def test_a_start_beyond_a_limit_is_a_violation_of_the_first_instant(beyond, s, n
 
 
 def test_cells_are_a_multiple_of_the_stops():
+    parts = Parts(*[None] * len(Parts._fields))
     for n in range(1, 40):
         for stops in range(1, 20):
-            count = multiple_of(stops, n)
+            count = cells_for(parts, n, stops)
             assert count % stops == 0
             assert n <= count < n + stops
 
 
 # ---- variations ----------------------------------------------------------------------------------
-
-
-def test_the_slowest_of_all_impacts():
-    """At whichever wall, and however many."""
-    for speeds in ([3.0, -1.0, 2.0], [1.0, 2.0, -3.0], list(np.linspace(2.0, 1.0, 200))):
-        slowest = np.full(1, np.inf)
-        for s in speeds:
-            keep_slowest(slowest, s)
-        assert slowest[0] == 1.0
 
 
 def test_elimination_exchanges_rows_for_a_small_pivot():

@@ -6,6 +6,7 @@ Also orbits that begin at any phase of the forcing (`come_along`).
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -54,11 +55,6 @@ def too_stiff(motion, period):
 
 
 @jit
-def multiple_of(stops, n):
-    return stops * ((n + stops - 1) // stops)
-
-
-@jit
 def cells_for(parts, n, stops):
     """Return the number of cells of the method's grid: n exact ones or its steps, rounded up.
 
@@ -66,20 +62,10 @@ def cells_for(parts, n, stops):
     truncation is below round-off.
     """
     if parts.rk4 is not None:
-        return multiple_of(stops, int(parts.period_steps))
-    if says(parts.near, "LINEAR") or says(parts.far, "LINEAR"):
-        return multiple_of(stops, math.ceil(REACH / SHORT * n))
-    return multiple_of(stops, n)
-
-
-@jit
-def grid_for(parts, ps, damper, n, stops, begun):
-    """Return the method's grid of a `flight.Begun`, or of the stretch of a load."""
-    if is_a(begun, Stretch):
-        return grid_under(ps, damper, begun.h, n, begun)
-    if parts.rk4 is not None:
-        return fixed_grid_from(ps, damper, cells_for(parts, n, stops), begun)
-    return grid_from(ps, damper, cells_for(parts, n, stops), begun)
+        n = int(parts.period_steps)
+    elif says(parts.near, "LINEAR") or says(parts.far, "LINEAR"):
+        n = math.ceil(REACH / SHORT * n)
+    return stops * ((n + stops - 1) // stops)
 
 
 @jit
@@ -93,7 +79,12 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     """
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     far = wall_like(parts.far, cell.far, damper, cell)
-    grid = grid_for(parts, ps, damper, n, stops, begun)
+    if is_a(begun, Stretch):
+        grid: Any = grid_under(ps, damper, begun.h, n, begun)
+    elif parts.rk4 is not None:
+        grid = fixed_grid_from(ps, damper, cells_for(parts, n, stops), begun)
+    else:
+        grid = grid_from(ps, damper, cells_for(parts, n, stops), begun)
     scratch = None if parts.near is None and parts.far is None else np.zeros(SCRATCH)
     base = parts.arc  # its table has scratch rows, so each orbit gets a copy
     arc = (
@@ -259,9 +250,7 @@ def flow_in(parts, prepared, n, begun):
 
     Its exact grid is that of the cell, unless the method or linear contacts have another one.
     """
-    if parts.rk4 is not None:
-        return flow_of(prepared, grid_from(prepared.ps, prepared.damper, n, begun))
-    if says(parts.near, "LINEAR") or says(parts.far, "LINEAR"):
+    if parts.rk4 is not None or says(parts.near, "LINEAR") or says(parts.far, "LINEAR"):
         return flow_of(prepared, grid_from(prepared.ps, prepared.damper, n, begun))
     return flow_of(prepared, prepared.grid)
 
@@ -297,36 +286,21 @@ def come_along(parts, cell, begun, state):
 
 @jit(entry=True)
 def enter(begin, end, parts, cells, begun, starts, status):
-    """Advance starts `begin` to `end` - 1 from their phase to the next section, at phase zero.
+    """Advance starts `begin` to `end` - 1 over parts of a period.
 
-    cells (n,); begun (n,): the share of the forcing's period before each start, 0 or 1 at a
-    section; starts (n, 4): (x1, v1, r, s), which change in place unless that fails; status (n,).
+    cells (n,); begun (n, 2): the share of the forcing's period before each start, and that over
+    which it is advanced, up to the next section at most; starts (n, 4): (x1, v1, r, s), which
+    change in place unless that fails; status (n,).
     """
     for lane in range(begin, end):
-        status[lane] = OK
-        y = starts[lane]
-        if not (0.0 < begun[lane] < 1.0 and bounded(y[0], y[1], y[2], y[3])):
-            continue
-        state = new_state()
-        for i in range(4):
-            state[i] = y[i]
-        left = Begun(begun[lane], 1.0 - begun[lane])
-        status[lane] = come_along(parts, cells[lane], left, state)
-        if status[lane] == OK:
+        status[lane], y, share = OK, starts[lane], begun[lane, 1]
+        if not bounded(y[0], y[1], y[2], y[3]):
+            status[lane] = DIVERGED
+        elif share > 0.0:
+            state = new_state()
             for i in range(4):
-                y[i] = state[i]
-
-
-@jit(entry=True)
-def come_on(parts, cell, phase, share, y):
-    """Advance y (4,), (x1, v1, r, s), from a phase over a share of a period; return a status.
-
-    cell (1,); phase: the share of the forcing's period before y.
-    """
-    state = new_state()
-    for i in range(4):
-        state[i] = y[i]
-    status = come_along(parts, cell[0], Begun(phase, share), state)
-    for i in range(4):
-        y[i] = state[i]
-    return status
+                state[i] = y[i]
+            status[lane] = come_along(parts, cells[lane], Begun(begun[lane, 0], share), state)
+            if status[lane] == OK:
+                for i in range(4):
+                    y[i] = state[i]

@@ -242,20 +242,6 @@ def distance_to(cycles, row, state):
     return math.sqrt(square)
 
 
-@jit
-def nearest_row(cycles, first, stop, state):
-    """Return the row from `first` to `stop` - 1 that is nearest to the state, and its distance.
-
-    `NO_CYCLE` if all are farther than their radius.
-    """
-    best, least = int(NO_CYCLE), 1.0
-    for row in range(first, stop):
-        distance = distance_to(cycles, row, state)
-        if distance <= least:
-            best, least = row, distance
-    return best, least
-
-
 @jit(entry=True)
 def follow_to_cycles(begin, end, parts, cells, starts, search, drawn):
     """Follow orbits `begin` to `end` - 1 until they come near a cycle; fill `Drawn`.
@@ -273,7 +259,12 @@ def follow_to_cycles(begin, end, parts, cells, starts, search, drawn):
             place_state(flow, starts[lane], state)
         most = search[2] if rows[lane, 0] < rows[lane, 1] else -1
         while code == OK and p <= most:
-            row, distance = nearest_row(cycles, rows[lane, 0], rows[lane, 1], state)
+            # the nearest row, `NO_CYCLE` if all are farther than their radius
+            row, distance = int(NO_CYCLE), 1.0
+            for other in range(rows[lane, 0], rows[lane, 1]):
+                apart = distance_to(cycles, other, state)
+                if apart <= distance:
+                    row, distance = other, apart
             if row == int(NO_CYCLE):
                 code = run_on(flow, no_section(flow.space), 1, state)
                 p += 1

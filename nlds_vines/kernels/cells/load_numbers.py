@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.flight import DRIVE, ORDER
+from ..motion.flight import DRIVE, ORDER, rate_of
 from ..motion.load_cells import LOAD_ROW, OF_CELL, fill_drive_from, sums_of
 from ..numerics.compiling import jit
 from ..numerics.roots import ROOT_STEPS, highest, narrowed, secant
@@ -30,7 +30,6 @@ from .load_orbit import (
     impacts_for,
     lasts_until,
     on_wall,
-    rate_under,
     state_at,
     structure_energy,
     structure_moved,
@@ -468,7 +467,8 @@ def copy(row, into):
 def fill_rates(parts, cells, rates):
     """Fill bounds (orbits,) [1/s] on the rates of the linear motion of cells."""
     for i in range(len(cells)):
-        rates[i] = rate_under(parts, cells[i])
+        ps, damper = structure_moved(parts, None, cells[i]), damper_of(parts.damper, cells[i])
+        rates[i] = rate_of(ps, joined(damper))
 
 
 @jit(entry=True)

@@ -91,25 +91,6 @@ def shaken_damper(damper, shaken):
 
 
 @jit
-def rate_under(parts, cell):
-    """Return `flight.rate_of` a cell under a load [1/s]."""
-    ps, damper = structure_moved(parts, None, cell), damper_of(parts.damper, cell)
-    return rate_of(ps, joined(damper))
-
-
-@jit
-def longest_of(edges):
-    """Return the length [s] of the longest cell; NaN if any cell has no positive length."""
-    longest = 0.0
-    for j in range(len(edges) - 1):
-        length = edges[j + 1] - edges[j]
-        if not length > 0.0:
-            return math.nan
-        longest = max(longest, length)
-    return longest
-
-
-@jit
 def touches_on(wall, s):
     """Return True if a contact of depth zero goes on at an approach speed s."""
     if wall is None or says(wall, "AT_ONCE"):
@@ -193,9 +174,11 @@ def fly_under(parts, cell, load, state, buffers):
     if not bounded(state[0], state[1], state[2], state[3]):
         return DIVERGED
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
-    edges = load.edges
-    if not rate_of(ps, joined(damper)) * longest_of(edges) <= REACH * ROUNDED_UP:
-        return TOO_STIFF
+    edges, rate = load.edges, rate_of(ps, joined(damper))
+    for j in range(len(edges) - 1):
+        length = edges[j + 1] - edges[j]
+        if not (length > 0.0 and rate * length <= REACH * ROUNDED_UP):
+            return TOO_STIFF
     limit_log = limit_log_of(buffers.violation, cell.limit)
     tally = tally_for(buffers.response, None, load.shaken, ps)
     on_ground(damper, state)

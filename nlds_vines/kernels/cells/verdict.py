@@ -389,7 +389,9 @@ FEWEST_REPEATED = 16  # sections that must repeat: fewer may do so by chance
 SLOW_RETURN = 4.0  # largest factor by which the distances of an orbit that settles shrink
 FEW_TRIED, SUM_TRIED = 4, 96  # candidates, and the sum of their n, if a periodic orbit is unlikely
 MANY_TRIED = 32  # candidates if one is likely
-FAR = 4.0  # factor by which a step must exceed the longest allowed one: 2, and 2 for curvature
+ASTRAY_BY = (
+    4.0  # factor by which a step must exceed the longest allowed one: 2, and 2 for curvature
+)
 
 # The result of a search
 NOTHING, NEIGHBOR, FOUND = 0, 1, 2
@@ -448,7 +450,7 @@ def leads_away(flow, course, n, apart):
     product of the course's maps, before which up to `batch` - 1 single periods are flown. Over the
     distance between the last section and that n periods before, which is less than `apart`, the
     return map is nearly linear. Then both lead to the same periodic orbit, and the two steps differ
-    by at most that distance; a step FAR times too long leads nowhere from either.
+    by at most that distance; a step ASTRAY_BY times too long leads nowhere from either.
     """
     if len(course.maps) == 0:
         return False
@@ -467,7 +469,7 @@ def leads_away(flow, course, n, apart):
     for i in range(len(course.maps) - pieces, len(course.maps)):
         carry_by(course.maps[i], 0, tangent)
     step = norm(space, newton_step(space, tangent, image, y))
-    return step > FAR * min(LONGEST_CORRECTION * span, apart)
+    return step > ASTRAY_BY * min(LONGEST_CORRECTION * span, apart)
 
 
 @jit

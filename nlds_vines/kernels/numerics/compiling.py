@@ -59,12 +59,7 @@ EXPECTED = (
 )
 """Private parts of Numba without which entries are not linked."""
 
-
-def as_expected() -> bool:
-    return all(hasattr(owner, name) for owner, names in EXPECTED for name in names)
-
-
-LINKED = as_expected()
+LINKED = all(hasattr(owner, name) for owner, names in EXPECTED for name in names)
 
 
 # ---- names and libraries -------------------------------------------------------------------------

@@ -91,13 +91,6 @@ def bounded(x1, v1, r, s):
 
 
 @jit
-def keep_slowest(slowest, s):
-    """Lower the smallest approach speed to that of a touch, |s|."""
-    if slowest is not None:
-        slowest[0] = min(slowest[0], abs(s))
-
-
-@jit
 def at_section(damper, section, row, x1, v1, r, s):
     if section is not None and row < len(section):
         note_section(damper, section, row, x1, v1, r, s)
@@ -212,7 +205,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     if buffers.impacts is not None:
                         touch = mode - TOUCH_NEAR, began, (j + x) * grid.h, (j + x) / grid.n
                         note_touch(ps, damper, impacts, touch, (x1, v1, r, s))
-                    keep_slowest(slowest, s)
+                    if buffers.slowest is not None:
+                        slowest[0] = min(slowest[0], abs(s))
                     if touches > MOST_TOUCHES:
                         return STEP_BUDGET
                 # Follow the contact, to its release or to the section.

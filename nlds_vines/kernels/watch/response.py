@@ -429,19 +429,6 @@ def pace_at(piece, x):
 
 
 @jit
-def motion_of_foot(foot, piece, phase, n):
-    """Return coefficient n of the motion of the foot over a piece [m]."""
-    if is_a(piece, StepPiece):
-        k = piece.table
-        cosine, sine = term_of(k, int(COSINE), n), term_of(k, int(SINE), n)
-        return piece.sign * (foot.cosine * cosine + foot.sine * sine)
-    turned = foot.cosine * phase[0] + foot.sine * phase[1]
-    if n % 2 == 1:
-        turned = foot.cosine * phase[1] - foot.sine * phase[0]
-    return piece.table[DRIVE + n] * turned
-
-
-@jit
 def raise_within(tally, w, place, end):
     """Raise a maximum to that in [0, end] of the quantity in the tally's rows FACTOR.
 
@@ -463,7 +450,15 @@ def tally_foot(foot, tally, piece, phase, end):
         return None
     row, w = tally.row, piece.table
     for n in range(ORDER + 1):
-        row[FACTOR + n] = w[COEF + 4 * n] - motion_of_foot(foot, piece, phase, n)
+        if is_a(piece, StepPiece):
+            cosine, sine = term_of(w, int(COSINE), n), term_of(w, int(SINE), n)
+            moved_by = piece.sign * (foot.cosine * cosine + foot.sine * sine)
+        else:
+            turned_by = foot.cosine * phase[0] + foot.sine * phase[1]
+            if n % 2 == 1:
+                turned_by = foot.cosine * phase[1] - foot.sine * phase[0]
+            moved_by = w[DRIVE + n] * turned_by
+        row[FACTOR + n] = w[COEF + 4 * n] - moved_by
     fill_rate(row, w)
     for i in range(6):
         x = end * POINTS[i]

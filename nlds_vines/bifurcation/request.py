@@ -62,7 +62,6 @@ from nlds_vines.orbits.records import (
     touches_noted,
 )
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
-from nlds_vines.orbits.signals import TAPERS
 from nlds_vines.orbits.solver_settings import (
     EFFORTS,
     FINENESS,
@@ -72,6 +71,7 @@ from nlds_vines.orbits.solver_settings import (
     tolerance_setting,
 )
 from nlds_vines.orbits.spectral_records import SpectralRecords, checked_signals
+from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 
 

@@ -163,9 +163,8 @@ def tangent_of(
 
     The determinant is that of the closing equations bordered by the rows.  None if it is zero.
     """
-    right = np.zeros(len(weights))
-    right[-1] = 1.0
-    tangent, determinant = bordered(closing(cycle), cycle.slopes, rows, right)
+    unit = np.eye(len(weights))[-1]
+    tangent, determinant = bordered(closing(cycle), cycle.slopes, rows, unit)
     if tangent is None or not np.isfinite(tangent).all():
         return None
     return tangent / length(weights, tangent), determinant

@@ -118,12 +118,9 @@ class Bounds:
 
 def at_value(section_map: SectionMap, place: np.ndarray, n: int, value: float) -> Cycle | None:
     """Return the nT orbit near a place at a value of the parameter; None if no orbit closes."""
-    row = np.zeros(len(place))
-    row[-1] = 1.0
     start = place.copy()
     start[-1] = value
-    weights = np.ones(len(place))
-    return close(section_map, start, n, row, weights)[0]
+    return close(section_map, start, n, np.eye(len(place))[-1], np.ones(len(place)))[0]
 
 
 def first_point(section_map: SectionMap, cycle: Cycle, bounds: Bounds, sign: float) -> Point | None:
@@ -131,14 +128,9 @@ def first_point(section_map: SectionMap, cycle: Cycle, bounds: Bounds, sign: flo
 
     At a fold, where the parameter is stationary, a component of the state takes its place.
     """
-    size = section_map.size
-    for i in range(size, -1, -1):  # the parameter first
-        toward = np.zeros(size + 1)
-        toward[i] = sign
-        point = point_of(section_map, cycle, toward, bounds.lengths)
-        if point is not None:
-            return point
-    return None
+    axes = np.eye(section_map.size + 1)[::-1]  # the parameter first
+    points = (point_of(section_map, cycle, sign * axis, bounds.lengths) for axis in axes)
+    return next((point for point in points if point is not None), None)
 
 
 def follow(

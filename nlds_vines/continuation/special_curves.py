@@ -93,8 +93,7 @@ def augmented(kind: str, cycle: Cycle) -> Function:
 
     def function(other: Cycle) -> float:
         rows = np.append(right, 0.0)[np.newaxis]
-        unit = np.zeros(len(right) + 1)
-        unit[-1] = 1.0
+        unit = np.eye(len(right) + 1)[-1]
         solution, _ = bordered(singular_matrix(kind, other), left[np.newaxis], rows, unit)
         return math.nan if solution is None else float(solution[-1])
 
@@ -299,8 +298,7 @@ class Tracer:
         share, axis = min((float((bounds - before)[i] / (after - before)[i]), int(i)) for i in out)
         place = a.cycle.place + share * (b.cycle.place - a.cycle.place)
         place[size + axis] = bounds[axis]
-        row = np.zeros(len(place))
-        row[size + axis] = 1.0
+        row = np.eye(len(place))[size + axis]
         cycle, *_ = self._closed(a.cycle, a.weights, place, row)
         return None if cycle is None else Point(cycle, row / a.weights, a.weights)
 
@@ -460,9 +458,7 @@ def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
 
 def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | None:
     """Return the orbit near a place at the parameters of the place; None if there is none."""
-    size = section_map.size
-    row = np.zeros((2, size + 2))
-    row[0, size] = row[1, size + 1] = 1.0
+    row = np.eye(section_map.size + 2)[-2:]
     for _ in range(OF_CURVE.most_steps):
         cycle = section_map.at(place, n)
         if cycle is None or cycle.defect < CLOSED:
@@ -533,10 +529,6 @@ def _start(tracer: Tracer, place: np.ndarray, n: int) -> Point | None:
     cycle = None if there is None else here.at(there, n)
     if cycle is None:
         return None
-    for axis in (size + 1, size):  # the second parameter first: the curve crosses the branch
-        toward = np.zeros(size + 2)
-        toward[axis] = 1.0
-        start = tracer.point(cycle, toward)
-        if start is not None:
-            return start
-    return None
+    # the second parameter first: the curve crosses the branch
+    starts = (tracer.point(cycle, np.eye(size + 2)[axis]) for axis in (size + 1, size))
+    return next((start for start in starts if start is not None), None)

@@ -203,8 +203,7 @@ def doubling_near(
     `lengths` (1,) is the length of the parameter's interval; `most`, the largest distance along
     the branch.
     """
-    row = np.zeros(len(place))
-    row[-1] = 1.0
+    row = np.eye(len(place))[-1]
     cycle, *_ = close(section_map, place, n, row, np.ones(len(place)))
     start = None if cycle is None else point_of(section_map, cycle, row, lengths)
     aside = min(NEAREST, most)
@@ -370,10 +369,8 @@ def null_vector(matrix: np.ndarray) -> np.ndarray:
     size = len(matrix)
     vector, column = np.ones(size), np.ones((1, size))
     for _ in range(4):
-        right = np.zeros(size + 1)
-        right[-1] = 1.0
         row = np.append(vector, 0.0)[np.newaxis]
-        solution, _ = bordered(matrix, column, row, right)
+        solution, _ = bordered(matrix, column, row, np.eye(size + 1)[-1])
         if solution is None:  # the border lies in the range: take another
             column = column * np.arange(1.0, size + 1.0)
             continue

@@ -23,7 +23,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.system import System
-from nlds_vines.orbits.signals import contact_forces, harmonic_force, relative_displacement
+from nlds_vines.orbits.responses import contact_forces, harmonic_force, relative_displacement
 from nlds_vines.portrait.request import Column, PortraitRequest, Window
 from nlds_vines.portrait.window_view import View
 

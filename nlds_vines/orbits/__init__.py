@@ -12,7 +12,6 @@ In reading order:
     simulation        `nv.simulate`
     classification    `nv.classify`, the Lyapunov spectrum of one orbit
     load_flight       orbits under loads in time
-    signals           forces, energies, relative displacement; window functions
-    spectrum          `nv.spectrum`
+    spectrum          forces, energies and other signals; `nv.spectrum`
     spectral_records  the spectral records of scans
 """

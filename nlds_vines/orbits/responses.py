@@ -87,3 +87,40 @@ def values_of(filled: np.ndarray, system: System) -> Mapping[str, Any]:
     return MappingProxyType(
         {name: float(a[0]) if a.ndim == 1 else a[0] for name, a in arrays.items()}
     )
+
+
+# ---- along an orbit, from states (count, components) ----
+
+
+def relative_displacement(system: System, states: np.ndarray) -> np.ndarray:
+    """Return u = x2 - x1 [m]."""
+    return states[:, 2] - states[:, 0]
+
+
+def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the contact force on the damper [N] at each wall, by the name of the struck body.
+
+    It is that of the law if the approach z > 0, F = K z^1.5 for Hertz (equations (2) and (3)),
+    otherwise 0.  It is positive toward +x2, as at the wall of an SSul, and negative at a far wall;
+    the opposite force acts on the structure.  Empty for a scene without contact forces.
+    """
+    scene, p = system.scene, system.parameters
+    if not scene.forces:
+        return {}
+    shortening, rate = states[:, 0], states[:, 1]
+    if system.rest is not None:
+        shortening = system.rest - relative_displacement(system, states)
+        rate = states[:, 1] - states[:, 3]
+    by_wall = {}
+    for wall, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
+        law = scene.law_at(wall)
+        if gap is not None and law.force is not None:
+            approach = np.maximum(sign * shortening - gap(p), 0.0)
+            force = law.force(system.contact(wall), approach, sign * rate)
+            by_wall[scene.struck[wall]] = sign * np.where(approach > 0.0, force, 0.0)
+    return by_wall
+
+
+def harmonic_force(system: System, time: np.ndarray) -> np.ndarray:
+    """Return the force P cos(omega t) on the structure [N] at times t [s]."""
+    return system.force * np.cos(system.parameters["omega"] * time)

@@ -197,15 +197,13 @@ class Orbit(Outlined):
         RequestError
             If there is no trajectory, or no pandas.
         """
-        from nlds_vines.orbits.signals import contact_forces, harmonic_force
-
         if self.trajectory is None or self.time is None:
             raise RequestError("no trajectory: simulate the orbit with 'trajectory' in record")
         names, system = self.system.scene.components, self.system
         columns = dict(zip(names, self.trajectory.T, strict=True))
         turns = self.time * (system.parameters["omega"] / (2.0 * np.pi))
-        phase, force = 2.0 * np.pi * (turns % 1.0), harmonic_force(system, self.time)
-        contacts = contact_forces(system, self.trajectory)
+        phase, force = 2.0 * np.pi * (turns % 1.0), responses.harmonic_force(system, self.time)
+        contacts = responses.contact_forces(system, self.trajectory)
         walls = ("contact_near", "contact_far") if len(contacts) == 2 else ("contact",)
         by_wall = dict(zip(walls, contacts.values(), strict=False))
         frame = library("pandas").DataFrame(

@@ -17,8 +17,7 @@ from nlds_vines.errors import RequestError, checked_words, choice
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.quantities import OF_SIGNALS
 from nlds_vines.model.scenes import Scene
-from nlds_vines.orbits.signals import SIGNALS, TAPERS
-from nlds_vines.orbits.spectrum import spectrum_of
+from nlds_vines.orbits.spectrum import SIGNALS, TAPERS, spectrum_of
 
 LINES = 24
 """Number of recorded lines of an nT orbit, at m / n of the forcing frequency, m = 1, 2, ..."""
@@ -62,7 +61,7 @@ class SpectralRecords:
     periods: int  # sampled, of `samples` states each
     samples: int
     highest: float  # frequency of a bin in multiples of the forcing frequency
-    window: str  # of `signals.TAPERS`, for amplitudes; the broadband share uses Hann
+    window: str  # of `spectrum.TAPERS`, for amplitudes; the broadband share uses Hann
 
     def __post_init__(self) -> None:
         """Check everything."""

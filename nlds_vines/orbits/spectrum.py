@@ -1,29 +1,108 @@
-"""Fourier spectra, phase-locked to the forcing: lines, decibels, and the broadband share.
+"""Signals of an orbit and their Fourier spectra: lines, decibels, and the broadband share.
 
-Spectra as records of scans are in `spectral_records` and `spectral_values`.
+States are rows (x1, v1, x2, v2) [m, m/s], or (x1, v1) without a damper, as in `Orbit.trajectory`;
+a signal has one value per row.  Spectra as records of scans are in `spectral_records`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, whole
-from nlds_vines.orbits.signals import SIGNALS, TAPERS, checked_signal
+from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import System
+from nlds_vines.orbits.responses import contact_forces, relative_displacement
 
 if TYPE_CHECKING:
     from nlds_vines.orbits.simulation import Orbit
 
+
+TAPERS: Mapping[str, int] = {"rectangular": 0, "hann": 1}
+"""The window functions, with the bins to either side of its own that a line on a bin fills.  One
+between two bins leaks far with the first, little with the second."""
 
 NEIGHBORS = 8
 """Bins to either side of one whose median is the background there (`Spectrum.background_share`)."""
 
 SILENCE = 1.0e-15
 """Standard deviation, relative to the largest value, below which a signal counts as constant."""
+
+
+class Signal(NamedTuple):
+    """A quantity along an orbit: its unit, its meaning, and the function of the states."""
+
+    unit: str
+    meaning: str
+    of: Callable[[System, np.ndarray], np.ndarray]
+
+
+def energy_of_structure(system: System, states: np.ndarray) -> np.ndarray:
+    """Return E1 = (m1 v1^2 + k1 x1^2) / 2 [J], equation (6)."""
+    m1, k1, _ = system.structure
+    return 0.5 * (m1 * states[:, 1] ** 2 + k1 * states[:, 0] ** 2)
+
+
+def energy_of_damper(system: System, states: np.ndarray) -> np.ndarray:
+    """Return E2 = (m2 v2^2 + k2 w^2) / 2 [J], equation (6).
+
+    w is the damper's absolute displacement from its rest position, V + C for SSul, not the stretch
+    of its spring.
+    """
+    p, w = system.parameters, states[:, 2] - system.rest
+    return 0.5 * (p["m2"] * states[:, 3] ** 2 + p["k2"] * w**2)
+
+
+def _component(column: int) -> Callable[[System, np.ndarray], np.ndarray]:
+    return lambda system, states: states[:, column]
+
+
+SIGNALS: Mapping[str, Signal] = {
+    "x": Signal("m", "displacement of the oscillator", _component(0)),
+    "v": Signal("m/s", "velocity of the oscillator", _component(1)),
+    "x1": Signal("m", "displacement of the structure", _component(0)),
+    "v1": Signal("m/s", "velocity of the structure", _component(1)),
+    "x2": Signal("m", "displacement of the damper", _component(2)),
+    "v2": Signal("m/s", "velocity of the damper", _component(3)),
+    "u": Signal("m", "relative displacement x2 - x1", relative_displacement),
+    "force": Signal(
+        "N",
+        "contact force on the damper",
+        lambda system, y: sum(contact_forces(system, y).values(), np.zeros(len(y))),
+    ),
+    "E1": Signal("J", "energy of the structure", energy_of_structure),
+    "E2": Signal("J", "energy of the damper", energy_of_damper),
+}
+"""All signals by name."""
+
+_STATES = ("x", "v", "x1", "v1", "x2", "v2")
+_OF_DAMPER = ("u", "E2")
+
+
+def signals_of(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the signals of a scene: no x2 without a damper, for example."""
+    without = (() if scene.damper else _OF_DAMPER) + tuple(set(_STATES) - {*scene.components})
+    if not scene.forces:
+        without += ("force",)
+    return tuple(name for name in SIGNALS if name not in without)
+
+
+def checked_signal(name: object, scene: Scene) -> str:
+    """Return the name of a signal, validated for a scene."""
+    chosen = choice("signal", name, SIGNALS)
+    if chosen not in signals_of(scene):
+        raise RequestError(
+            f"signal {chosen!r} ({SIGNALS[chosen].meaning}) does not exist in kind {scene.kind!r}; "
+            f"allowed: {', '.join(signals_of(scene))}"
+        )
+    return chosen
+
+
+# ---- spectra ----
 
 
 def weights_of(window: str, count: int) -> np.ndarray:
@@ -35,8 +114,7 @@ def weights_of(window: str, count: int) -> np.ndarray:
         return np.ones(count)
     from scipy.signal import windows
 
-    make: Callable[..., np.ndarray] = getattr(windows, TAPERS[window].scipy)
-    return make(count, sym=False)
+    return np.asarray(windows.hann(count, sym=False))
 
 
 @dataclass(frozen=True, repr=False)
@@ -120,7 +198,7 @@ class Spectrum(Outlined):
 
     def most_lines(self) -> int:
         """Return the largest n that `broadband_share` accepts."""
-        return self.periods // (2 * (2 * TAPERS[self.window].reach + 1))
+        return self.periods // (2 * (2 * TAPERS[self.window] + 1))
 
     def broadband_share(self, n: int = 0) -> float:
         """Return the share of the power outside the lines of an nT orbit, 0 to 1.
@@ -158,7 +236,7 @@ class Spectrum(Outlined):
         total = power.sum()
         if total == 0:
             return 0.0
-        spacing, reach = self.periods // n, TAPERS[self.window].reach
+        spacing, reach = self.periods // n, TAPERS[self.window]
         place = np.arange(1, self.order.size)
         nearest = spacing * np.round(place / spacing)
         in_comb = (np.abs(place - nearest) <= reach) & (place > reach)

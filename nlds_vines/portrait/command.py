@@ -39,7 +39,7 @@ from nlds_vines.cli.terminal import ORBITS_FAILED, complain
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
-from nlds_vines.orbits.signals import SIGNALS
+from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.portrait.request import (
     PANELS,
     PortraitRequest,

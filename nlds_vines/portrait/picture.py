@@ -22,14 +22,8 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.model.ratios import HZ
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
-from nlds_vines.orbits.signals import (
-    SIGNALS,
-    contact_forces,
-    energy_of_damper,
-    energy_of_structure,
-    harmonic_force,
-    relative_displacement,
-)
+from nlds_vines.orbits.responses import contact_forces, harmonic_force, relative_displacement
+from nlds_vines.orbits.spectrum import SIGNALS, energy_of_damper, energy_of_structure
 from nlds_vines.plotting.bands import drawable
 from nlds_vines.plotting.chosen_panels import Picture, chosen
 from nlds_vines.plotting.notation import power_of_ten, typeset

@@ -41,8 +41,8 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System, system_in_words
-from nlds_vines.orbits.signals import TAPERS, checked_signal
 from nlds_vines.orbits.solver_settings import chosen_settings, method_setting, tolerance_setting
+from nlds_vines.orbits.spectrum import TAPERS, checked_signal
 from nlds_vines.orbits.starts import starts_inside
 from nlds_vines.plotting.bands import LARGEST
 

@@ -14,9 +14,8 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.classification import lyapunov_spectrum
 from nlds_vines.orbits.records import IMPACT
-from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.simulation import Orbit, simulate
-from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
+from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, spectrum_of
 from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Window, described, span
 from nlds_vines.portrait.window_view import View, contents
 from nlds_vines.runs.interrupts import check, stoppable

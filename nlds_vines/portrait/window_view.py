@@ -21,8 +21,7 @@ from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import name_of
 from nlds_vines.orbits.records import IMPACT, OK, STATUS_FLAGS, Violation
-from nlds_vines.orbits.signals import SIGNALS, signals_of
-from nlds_vines.orbits.spectrum import Spectrum
+from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, signals_of
 from nlds_vines.portrait.request import Column, PortraitRequest
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from support import FULL
 
 import nlds_vines as nv
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.signals import SIGNALS, contact_forces
-from nlds_vines.orbits.spectrum import NEIGHBORS, TAPERS, spectrum_of
+from nlds_vines.orbits.responses import contact_forces
+from nlds_vines.orbits.spectrum import NEIGHBORS, SIGNALS, TAPERS, spectrum_of
 
 SAMPLES, PERIODS, OMEGA = 64, 24, 7.4
 TIME = np.arange(1, SAMPLES * PERIODS + 1) / SAMPLES  # in forcing periods, as of a trajectory
@@ -103,7 +103,7 @@ def test_noise_is_broadband_but_for_what_falls_on_the_comb(window, width):
 @pytest.mark.parametrize("window", TAPERS)
 def test_the_share_is_that_of_the_noise_beside_the_lines(window):
     spectrum = of(wave(1, 1.0) + 0.1 * noise(), window=window)
-    width = 2 * TAPERS[window].reach + 1
+    width = 2 * TAPERS[window] + 1
     expected = 0.01 / 0.51 * (1 - width / PERIODS)
     assert spectrum.broadband_share(1) == pytest.approx(expected, rel=0.15)
 

@@ -24,7 +24,7 @@ from nlds_vines.bifurcation.picture.choices import (
 )
 from nlds_vines.model.labels import by_frequency, finals
 from nlds_vines.model.samples import SAMPLE
-from nlds_vines.orbits.signals import SIGNALS
+from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.page import (
     LETTER_ROOM,

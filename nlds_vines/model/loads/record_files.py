@@ -11,7 +11,7 @@ import csv
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass
 from functools import cache, partial
 from itertools import pairwise, takewhile
@@ -46,6 +46,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
 _PLAIN = re.compile(r"[0-9eE+\-. ]*")  # of these signs `float` reads what `_NUMBER` is, no more
 _NOT_FINITE = ("nan", "+nan", "-nan", "inf", "+inf", "-inf")
 _NOTES = ("#", "%", "//", "!", "|")  # marks before comments
+_NOTE = re.compile(rf"\s*(?:{'|'.join(map(re.escape, _NOTES))})")
 _SIGNS = {0x2212: "-", 0xA0: " ", 0x2009: " ", 0x202F: " ", 0xFEFF: None, 0x1A: None}
 _HDF5 = (".h5", ".hdf5", ".nc")
 _HEADING = re.compile(r"\"[^\"]*\"|[^\s\[(]+(?:\s*[\[(][^\[(\])]*[\])])?")
@@ -160,10 +161,9 @@ class RecordFile:
 
     def _values(self, columns: Sequence[Column], time: Column | None) -> Column:
         """Return the column of the values: the chosen one, or the first beside the times."""
-        for one in columns:
-            if self.dt and _is_time(one):
-                name = _name_of(one, columns)
-                raise RequestError(f"dt = {self.dt:g} s stands beside {name}, which has times")
+        if self.dt and (times := next(filter(_is_time, columns), None)):
+            name = _name_of(times, columns)
+            raise RequestError(f"dt = {self.dt:g} s stands beside {name}, which has times")
         others = [one for one in columns if one is not time]
         if self.column in ("", 0):
             return others[0]
@@ -186,21 +186,20 @@ def _time_of(content: Content) -> Column:
         )
     if named := [one for one in columns if _is_time(one)]:
         return named[0]
+    candidates = columns[:1] if content.is_ordered else columns
+    ascending = [one for one in candidates if _ascends(one.read())]
+    if len(ascending) == 1:
+        return ascending[0]
     if content.is_ordered:
-        if _ascends(columns[0].read()):
-            return columns[0]
         raise RequestError(
             "its first column has no ascending times: give dt, the step of its samples, or a "
             "heading with `time`"
         )
-    ascending = [one for one in columns if _ascends(one.read())]
-    if len(ascending) != 1:
-        names = ", ".join(one.name for one in columns)
-        raise RequestError(
-            f"{len(ascending)} of the datasets {names} ascend; allowed: one alone, a dataset "
-            "`time` or `t`, or dt, the step of the samples"
-        )
-    return ascending[0]
+    names = ", ".join(one.name for one in columns)
+    raise RequestError(
+        f"{len(ascending)} of the datasets {names} ascend; allowed: one alone, a dataset `time` or "
+        "`t`, or dt, the step of the samples"
+    )
 
 
 def _is_time(column: Column) -> bool:
@@ -281,17 +280,59 @@ def _numbers(cells: Sequence[str], decimal: str = ".") -> list[float] | None:
     return None if None in numbers else [value for value in numbers if value is not None]
 
 
-def _row_by_row(lines: Iterable[tuple[int, str]], count: int, width: int = 0) -> list[float]:
+class Dialect(NamedTuple):
+    """What stands between the cells of a table (None: blanks), and its decimal sign."""
+
+    cut: str | None
+    decimal: str
+
+    def cells(self, text: str, width: int = 0) -> list[str]:
+        """Return the cells of a line, without an empty one beyond `width` at its end."""
+        cells = text.strip().split(self.cut)
+        if '"' in text:
+            cut = self.cut or " "
+            try:
+                cells = next(csv.reader([text.strip()], delimiter=cut, skipinitialspace=True))
+            except csv.Error:
+                return []
+        if len(cells) > max(width, 1) and not cells[-1].strip():
+            cells = cells[:-1]
+        return [cell.strip() for cell in cells]
+
+    def numbers(self, text: str) -> list[float] | None:
+        """Return the numbers of a line; None if a cell is none."""
+        return _numbers(self.cells(text), self.decimal)
+
+    def columns(self, rows: Lines, width: int) -> list[list[float]] | None:
+        """Return the columns of rows that have `width` numbers each; None for any other rows."""
+        texts = [text for _, text in rows]
+        if self.cut is None:
+            cells = [cell for text in texts for cell in text.split()]
+            is_even = {len(text.split()) for text in texts} == {width}
+        else:
+            cells = self.cut.join(texts).split(self.cut)
+            is_even = {text.count(self.cut) for text in texts} == {width - 1}
+        numbers = _numbers(cells, self.decimal) if is_even else None
+        return None if numbers is None else [numbers[i::width] for i in range(width)]
+
+
+BLANKS = Dialect(None, ".")
+
+
+def _row_by_row(
+    lines: Lines, count: int = MOST_BYTES, width: int = 0, dialect: Dialect = BLANKS
+) -> list[float]:
     """Return the first `count` numbers of lines.
 
-    Arguments: the `width` of Fortran's fields, which need no blank between them; 0 for blanks.
+    Arguments: the `width` of Fortran's fields, which need nothing between them, or 0; the `dialect`
+    of lines without such fields.
     """
     numbers: list[float] = []
     for place, text in lines:
         if len(numbers) >= count:
             break
         fields = [text[i : i + width].strip() for i in range(0, len(text), width)] if width else []
-        row = _numbers([cell for cell in fields if cell]) or _numbers(text.split())
+        row = _numbers([cell for cell in fields if cell]) or dialect.numbers(text)
         if row is None:
             raise RequestError(f"line {place}: {shown(text.strip())} must hold numbers alone")
         numbers += row
@@ -335,13 +376,9 @@ def _joined(lines: Lines) -> str:
     return "\n".join([text for _, text in lines])
 
 
-def _head(lines: Lines) -> list[str]:
-    return [text[:200] for _, text in lines[:HEADER]]
-
-
 def _peer(lines: Lines) -> Content | None:
     """PEER .AT2: a header with NPTS, DT and the unit, then five or eight values a line."""
-    head = _head(lines)
+    head = [text[:200] for _, text in lines[:HEADER]]
     for i, text in enumerate(head):
         match = _PEER.search(text)
         if not match:
@@ -436,8 +473,8 @@ def _smc(lines: Lines) -> Content | None:
 
 def _counted(lines: Lines) -> Content | None:
     """Titles, a line with the number of values and their step [s], then the values."""
-    for i, text in enumerate(_head(lines)):
-        cells = text.split()
+    for i, (place, text) in enumerate(lines[:HEADER]):
+        cells = text[:200].split()
         row = _numbers(cells)
         if row is None:
             continue
@@ -450,7 +487,7 @@ def _counted(lines: Lines) -> Content | None:
             first = [float(count), *(_number(one[0]) or 0.0 for one in rows)]
             if _ascends(first):
                 raise RequestError(
-                    f"line {lines[i][0]} states {count} values at steps of {dt:g} s, or is the "
+                    f"line {place} states {count} values at steps of {dt:g} s, or is the "
                     "first row of two columns: skip and dt choose the former, a heading the latter"
                 )
         read = partial(_series, lines, i + 1, count)
@@ -474,42 +511,6 @@ FORMATS: tuple[Callable[[Lines], Content | None], ...] = (_peer, _volume, _smc, 
 # ---- tables --------------------------------------------------------------------------------------
 
 
-class Dialect(NamedTuple):
-    """What stands between the cells of a table (None: blanks), and its decimal sign."""
-
-    cut: str | None
-    decimal: str
-
-    def cells(self, text: str, width: int = 0) -> list[str]:
-        """Return the cells of a line, without an empty one beyond `width` at its end."""
-        cells = text.strip().split(self.cut)
-        if '"' in text:
-            cut = self.cut or " "
-            try:
-                cells = next(csv.reader([text.strip()], delimiter=cut, skipinitialspace=True))
-            except csv.Error:
-                return []
-        if len(cells) > max(width, 1) and not cells[-1].strip():
-            cells = cells[:-1]
-        return [cell.strip() for cell in cells]
-
-    def numbers(self, text: str) -> list[float] | None:
-        """Return the numbers of a line; None if a cell is none."""
-        return _numbers(self.cells(text), self.decimal)
-
-    def columns(self, rows: Lines, width: int) -> list[list[float]] | None:
-        """Return the columns of rows that have `width` numbers each; None for any other rows."""
-        texts = [text for _, text in rows]
-        if self.cut is None:
-            cells = [cell for text in texts for cell in text.split()]
-            is_even = {len(text.split()) for text in texts} == {width}
-        else:
-            cells = self.cut.join(texts).split(self.cut)
-            is_even = {text.count(self.cut) for text in texts} == {width - 1}
-        numbers = _numbers(cells, self.decimal) if is_even else None
-        return None if numbers is None else [numbers[i::width] for i in range(width)]
-
-
 _DIALECTS = tuple(
     Dialect(cut, decimal)
     for cut, decimal in (
@@ -524,7 +525,7 @@ def _table(lines: Lines, keys: RecordFile) -> Content:
     body, whole = lines, _joined(lines)
     if any(mark in whole for mark in _NOTES):
         cut = ((i, text.partition("#")[0]) for i, text in lines)
-        body = [(i, text) for i, text in cut if text.strip() and not _is_note(text)]
+        body = [(i, text) for i, text in cut if text.strip() and not _NOTE.match(text)]
     dialect, width = _dialect(body, keys.decimal)
     may_flow = keys.column == 0 or (keys.dt > 0.0 and keys.column == "")
     begin = 0
@@ -552,7 +553,7 @@ def _table(lines: Lines, keys: RecordFile) -> Content:
                 f"its rows have {len(row)} numbers: column = 1 to {len(row)} chooses one, "
                 "column = 0 reads all of them row by row; with times in column 1, leave out dt"
             )
-        read = cache(partial(_all_numbers, rows, dialect))
+        read = cache(partial(_row_by_row, rows, dialect=dialect))
         columns = [Column("", _unit_in_titles(titles), read)]
         return Content(columns, format=", ".join([*notes, f"{len(row)} values a row"]))
     plain = cache(partial(dialect.columns, rows, width))
@@ -563,10 +564,6 @@ def _table(lines: Lines, keys: RecordFile) -> Content:
     if width == 1:
         columns = [columns[0]._replace(unit=columns[0].unit or _unit_in_titles(titles))]
     return Content(columns, format=", ".join(notes))
-
-
-def _is_note(text: str) -> bool:
-    return text.lstrip().startswith(_NOTES)
 
 
 def _dialect(body: Lines, decimal: str) -> tuple[Dialect, int]:
@@ -607,16 +604,6 @@ def _numbers_in_column(
     return numbers
 
 
-def _all_numbers(rows: Lines, dialect: Dialect) -> list[float]:
-    numbers: list[float] = []
-    for place, text in rows:
-        row = dialect.numbers(text)
-        if row is None:
-            raise RequestError(f"line {place}: {shown(text.strip())} must hold numbers alone")
-        numbers += row
-    return numbers
-
-
 def _headings(titles: Lines, dialect: Dialect, width: int) -> list[tuple[str, str]]:
     """Return the name and the unit of each column, in one or two lines; empty without headings."""
     texts = [text.strip().lstrip("".join(_NOTES)).strip() for _, text in titles[-2:]]
@@ -625,8 +612,7 @@ def _headings(titles: Lines, dialect: Dialect, width: int) -> list[tuple[str, st
         return []
     if len(rows[-1]) != width:
         place, text = titles[-1]
-        is_note = text.lstrip().startswith(_NOTES)
-        if dialect.cut and dialect.cut in text and not is_note:
+        if dialect.cut and dialect.cut in text and not _NOTE.match(text):
             raise RequestError(
                 f"line {place} has {len(rows[-1])} headings for {width} columns (a decimal comma "
                 "between commas? save the file with semicolons); skip leaves the line out"

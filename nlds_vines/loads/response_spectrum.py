@@ -150,8 +150,7 @@ def response_spectrum(
     array([2.])
     """
     if not isinstance(record, Record):
-        is_path = isinstance(record, str | os.PathLike)
-        record = Record.of({"file": os.fspath(record)} if is_path else record)  # type: ignore[arg-type]
+        record = Record.of(os.fspath(record) if isinstance(record, os.PathLike) else record)
     if not record.is_acceleration:
         raise RequestError(f"the record is a force [{record.unit}]; needs a ground acceleration")
     if not 0.0 <= number("zeta", zeta) < 1.0:

@@ -164,16 +164,14 @@ class ResponseHistories(Drawable):
         """
         alone = next((s.name for s in self.request.systems if not s.scene.damper), None)
         peaks = []
-        for name, (system, history) in (
-            (name, pair)
-            for name in PEAKS
-            for pair in zip(self.request.systems, self.results.values(), strict=True)
-        ):
-            value = history.numbers[name]
-            if np.isfinite(value):
-                base = self.results[alone].numbers[name] if alone else math.nan
-                reduction = 1.0 - value / base if base > 0.0 and system.name != alone else math.nan
-                peaks.append(Peak(system.name, name, value, OF_LOADS_BY_NAME[name].unit, reduction))
+        for name in PEAKS:
+            base = self.results[alone].numbers[name] if alone else math.nan
+            for damper, history in self.results.items():
+                value, reduction = history.numbers[name], math.nan
+                if base > 0.0 and damper != alone:
+                    reduction = 1.0 - value / base
+                if np.isfinite(value):
+                    peaks.append(Peak(damper, name, value, OF_LOADS_BY_NAME[name].unit, reduction))
         return peaks
 
     def to_csv(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
@@ -393,6 +391,8 @@ def closed_form(system: System, load: Loading) -> dict[str, float]:
 
 def _after_blow(system: System, A: np.ndarray, speed: float) -> dict[str, float]:
     """Return the quantities after a blow that sets v1 to `speed` [m/s]."""
+    from scipy.linalg import solve_continuous_lyapunov
+
     m1, k1, c1 = system.structure
     energy, start = 0.5 * m1 * speed**2, np.zeros(len(A))
     start[1] = speed
@@ -400,11 +400,9 @@ def _after_blow(system: System, A: np.ndarray, speed: float) -> dict[str, float]
     if system.scene.damper:
         rates["c2"] = (system.parameters["c2"], np.array([0.0, 1.0, 0.0, -1.0]))
     quantities = {"E1max": energy, "energy_in": energy}
-    unit = np.eye(len(A))
-    lyapunov = np.kron(A.T, unit) + np.kron(unit, A.T)
     for dashpot, (c, relative) in rates.items():
         Q = c * np.outer(relative[: len(A)], relative[: len(A)])
-        P = np.linalg.solve(lyapunov, -Q.ravel()).reshape(Q.shape)
+        P = solve_continuous_lyapunov(A.T, -Q)
         quantities[f"share_{dashpot}"] = float(start @ P @ start) / energy
     zeta = c1 / (2.0 * math.sqrt(k1 * m1))
     if not system.scene.damper and zeta < 1.0:

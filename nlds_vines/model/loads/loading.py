@@ -88,11 +88,6 @@ class Blow(Load):
         if self.repeat > 1 and self.every <= 0.0:
             raise RequestError(f"every = {self.every:g} s between {self.repeat} blows must be > 0")
 
-    @property
-    def times(self) -> np.ndarray:
-        """The times (repeat,) [s] at which the impulses act."""
-        return self.at + self.every * np.arange(self.repeat)
-
 
 ALL: Mapping[str, type[Load]] = {Blow.kind: Blow, **KINDS}
 """All loads by their keys in `[load]`."""
@@ -172,7 +167,9 @@ class Loading:
     def blows(self) -> tuple[tuple[float, float], ...]:
         """The time [s] and the size [N s] of each impulse."""
         impulses = [(0.0, self.impulse)] if self.impulse else []
-        impulses += [(float(t), one.impulse) for one in self.blow for t in one.times]
+        for one in self.blow:
+            times = one.at + one.every * np.arange(one.repeat)
+            impulses += [(time, one.impulse) for time in times.tolist()]
         return tuple((t, self.scale * size) for t, size in impulses)
 
     def force_of(self, sweep: Sweep) -> float:

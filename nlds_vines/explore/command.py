@@ -6,6 +6,7 @@ Bokeh and the kernels are imported only when the page is served.
 from __future__ import annotations
 
 import argparse
+import os
 import socket
 from contextlib import closing
 from importlib.util import find_spec
@@ -70,18 +71,14 @@ def listening(port: int) -> socket.socket:
 
     Raises `RequestError` if the port is taken.
     """
-    place = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        place.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        place.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # connections inherit it
-        place.bind((ADDRESS, port))
-        place.listen(64)
+        place = socket.create_server((ADDRESS, port), backlog=64)
     except OSError as error:
-        place.close()
         raise RequestError(
-            f"--port {port} of {ADDRESS} cannot be used: {error.strerror}; "
+            f"--port {port} of {ADDRESS} cannot be used: {os.strerror(error.errno or 0)}; "
             "--port 0 takes one that is free"
         ) from None
+    place.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # connections inherit it
     place.setblocking(False)
     return place
 

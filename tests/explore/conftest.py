@@ -1,9 +1,11 @@
 """Archives of small scans, computed once for all tests of the pages."""
 
+import numpy as np
 import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.explore.map_data import Stored
 from nlds_vines.orbits.records import OK
 from scans import archived, unfilled
 
@@ -51,6 +53,22 @@ def made_up(document, path):
     arrays["label"][...] = "undetermined"
     arrays["status"][...] = OK
     return archived(path, scan, arrays)
+
+
+def filled(document):
+    """Return a scan with made-up labels and numbers in all that it records; nothing is computed."""
+    scan = load_scan(document)
+    generator, arrays = np.random.default_rng(0), unfilled(scan)
+    for name, array in arrays.items():
+        if name == "label":
+            words = np.array(["T,1", "T,0", "3T,2", "chaos"], dtype=object)
+            array[...] = words[generator.integers(0, 4, array.shape)]
+        elif array.dtype.kind == "f":
+            array[...] = generator.lognormal(size=array.shape)
+        elif array.dtype.kind in "iu":
+            array[...] = generator.integers(1, 4, array.shape)
+    arrays["status"][...] = OK
+    return Stored(scan, arrays)
 
 
 @pytest.fixture(scope="session")

@@ -8,14 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import MAP
+from conftest import MAP, filled
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.explore.map_data import Stored, stored
+from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.map_view import column, label_codes, painted, shows_of
-from scans import unfilled
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
@@ -116,38 +114,16 @@ def test_words_of_an_archive_do_no_harm(folder):
     assert "&lt;/script&gt;" in html
 
 
-def big(sides, count, want):
-    """Return made-up results of a map of many cells, of three regimes and of numbers that vary."""
-    scan = load_scan(
-        {
-            "system": "ssul-set6",
-            "vary": {
-                "omega": {"start": 5.0, "stop": 8.0, "num": sides},
-                "P": {"start": 400.0, "stop": 900.0, "num": sides},
-            },
-            "start": {"policy": "random", "count": count},
-            "sampling": {"transient": 1, "periods": 12},
-            "record": {"want": want},
-        }
-    )
-    generator, arrays = np.random.default_rng(0), {}
-    for name, array in unfilled(scan).items():
-        if name == "label":
-            words = np.array(["T,1", "T,0", "3T,2", "chaos"], dtype=object)
-            array[...] = words[generator.integers(0, 4, array.shape)]
-        elif array.dtype.kind == "f":
-            array[...] = generator.normal(size=array.shape)
-        else:
-            array[...] = 0
-        arrays[name] = array
-    return Stored(scan, arrays)
-
-
 @pytest.mark.parametrize(("sides", "count"), [(300, 1), (150, 4)])
 def test_a_large_map_fits_into_a_mail(sides, count):
     """Of random numbers, which nothing makes smaller: a real map takes less."""
-    want = ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]
-    report = report_page(big(sides, count, want))
+    vary = {
+        "omega": {"start": 5.0, "stop": 8.0, "num": sides},
+        "P": {"start": 400.0, "stop": 900.0, "num": sides},
+    }
+    start, sampling = {"policy": "random", "count": count}, {"transient": 1, "periods": 12}
+    document = {**MAP, "vary": vary, "start": start, "sampling": sampling}
+    report = report_page(filled(document))
     assert report.size <= MOST_BYTES
     arguments = arguments_of(report.html)
     assert arguments["columns"]["data"]["label"].size == 90_000

@@ -5,12 +5,10 @@ import io
 import numpy as np
 import pytest
 from browsers import browser_or_skip, seen_text, text_of, watched_page
+from conftest import filled
 
-from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.explore.map_data import Stored
 from nlds_vines.model.catalog import load_system
-from nlds_vines.orbits.records import OK, USUAL, WANTS, possible_want
-from scans import unfilled
+from nlds_vines.orbits.records import USUAL, WANTS, possible_want
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
@@ -34,25 +32,12 @@ def browser():
 def made_up(shape, want, system="ssul-set6"):
     """Return a scan with made-up numbers for all that `want` records."""
     start = {"policy": "rest"} if shape == "diagram" else {"policy": "random", "count": 2}
-    sampling = {"transient": 3, "periods": 20}
-    scan = load_scan(
+    return filled(
         {
             "title": "a report", "system": system, "vary": AXES[shape], "start": start,
-            "sampling": sampling, "record": {"want": want},
+            "sampling": {"transient": 3, "periods": 20}, "record": {"want": want},
         }
     )  # fmt: skip
-    generator, arrays = np.random.default_rng(0), unfilled(scan)
-    for name, array in arrays.items():
-        if name == "label":
-            array[...] = np.array(["T,1", "T,0", "chaos"], object)[
-                generator.integers(0, 3, array.shape)
-            ]
-        elif array.dtype.kind == "f":
-            array[...] = generator.uniform(0.1, 1.0, array.shape)
-        elif array.dtype.kind in "iu":
-            array[...] = generator.integers(1, 4, array.shape)
-    arrays["status"][...] = OK
-    return Stored(scan, arrays)
 
 
 def largest_figure(page):

@@ -19,7 +19,7 @@ from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.bifurcation.picture.choices import REGIMES
-from nlds_vines.bifurcation.picture.regime_map import fill_map, name_regimes
+from nlds_vines.bifurcation.picture.maps import fill_map, name_regimes
 from nlds_vines.bifurcation.picture.regime_strip import STRIP, draw_strip
 from nlds_vines.continuation.regime_borders import borders_of
 from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, SpecialCurve, continued

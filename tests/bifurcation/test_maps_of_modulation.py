@@ -6,7 +6,7 @@ from test_picture import archive_of, faces, legend_of
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.picture.regime_map import IN_TITLE, manifold_bounds
+from nlds_vines.bifurcation.picture.maps import IN_TITLE, manifold_bounds
 from nlds_vines.plotting.palette import COUNTS
 from nlds_vines.plotting.style import NO_VALUE
 

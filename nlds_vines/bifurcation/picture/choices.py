@@ -6,7 +6,7 @@ nothing here.  A choice is checked before anything is computed, and before an ar
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -64,7 +64,6 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """The label of its axis: meaning, symbol and unit."""
         if SIGNAL not in self.index:
             return quantity_label(self.name, self.units, self.long_name, self.body)
         meaning = quantity_label(self.dataset, "1", self.long_name)
@@ -90,52 +89,31 @@ def quantities(
     by_name: dict[str, Quantity] = {}
     for entry in datasets:
         if entry.name == SECTION:
-            by_name |= {name: _coordinate(entry, i, name) for i, name in enumerate(components)}
-        elif SIGNAL in entry.dims:
-            by_name |= {one.name: one for one in _by_signal(entry, signals)}
-        elif _is_numbers(entry):
-            about = entry.units, entry.long_name, float(entry.fill)
-            by_name[entry.name] = Quantity(entry.name, entry.name, *about, single=not entry.tail)
-        elif entry.flags is not None and not entry.tail:
-            about = entry.units, entry.long_name, float(entry.fill)
-            by_name[entry.name] = Quantity(entry.name, entry.name, *about, single=False, coded=True)
+            for i, name in enumerate(components):
+                unit = entry.units.split(", ")[name.startswith("v")]
+                about = unit, f"{name}, {entry.long_name}", np.nan, False
+                by_name[name] = Quantity(name, SECTION, *about, index={"component": i})
+        elif SIGNAL in entry.dims:  # a quantity for each signal, `broadband:x1`
+            units, single = entry.units.split(", "), entry.tail == (SIGNAL,)
+            for i, signal in enumerate(signals):
+                unit = units[0] if len(units) == 1 else SIGNALS[signal].unit
+                about = unit, f"{entry.long_name.split(';')[0]}, {signal}", np.nan, single
+                name = f"{entry.name}:{signal}"
+                by_name[name] = Quantity(name, entry.name, *about, index={SIGNAL: i})
+        elif entry.dtype != "str" and "start" in entry.dims:
+            is_code = entry.flags is not None
+            if not (entry.tail if is_code else {*_NO_NUMBERS} & {*entry.tail}):
+                about = entry.units, entry.long_name, float(entry.fill), not (is_code or entry.tail)
+                by_name[entry.name] = Quantity(entry.name, entry.name, *about, coded=is_code)
     return by_name
 
 
 def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
-    """Return the drawable quantities of an archive by name."""
     components = list(view["component"]) if "component" in view else []
     signals = list(view[SIGNAL]) if SIGNAL in view else []
-    by_name, body = (
-        quantities(map(view.describe, view.names), components, signals),
-        body_of(view.attrs.get("kind")),
-    )
+    by_name = quantities(map(view.describe, view.names), components, signals)
+    body = body_of(view.attrs.get("kind"))
     return {name: replace(quantity, body=body) for name, quantity in by_name.items()}
-
-
-def _coordinate(section: Dataset, place: int, name: str) -> Quantity:
-    units = section.units.split(", ")[name.startswith("v")]
-    text = f"{name}, {section.long_name}"
-    return Quantity(name, SECTION, units, text, np.nan, single=False, index={"component": place})
-
-
-def _by_signal(entry: Dataset, signals: Sequence[str]) -> Iterator[Quantity]:
-    """Yield the quantity of each signal, `broadband:x1`."""
-    units = entry.units.split(", ")
-    for i, signal in enumerate(signals):
-        unit = units[0] if len(units) == 1 else SIGNALS[signal].unit
-        text = f"{entry.long_name.split(';')[0]}, {signal}"
-        single = entry.tail == (SIGNAL,)
-        yield Quantity(
-            f"{entry.name}:{signal}", entry.name, unit, text, np.nan, single, {SIGNAL: i}
-        )
-
-
-def _is_numbers(entry: Dataset) -> bool:
-    """Return True if a dataset holds numbers of one meaning for each orbit, and no codes."""
-    if entry.dtype == "str" or entry.flags is not None or "start" not in entry.dims:
-        return False
-    return not any(dim in _NO_NUMBERS for dim in entry.tail)
 
 
 # ---- along one parameter -------------------------------------------------------------------------
@@ -169,11 +147,9 @@ class Slice:
         return ", ".join(setting_label(*pair) for pair in pairs)
 
     def of(self, quantity: Quantity) -> np.ndarray:
-        """Return the values of a quantity, (cells, starts, many), NaN where there is none."""
         return quantity.of(self.view, self.at)
 
     def labels(self) -> np.ndarray | None:
-        """Return the labels (cells, starts) of the orbits; None where they are not recorded."""
         return self.view.take("label", **self.at) if "label" in self.view else None
 
     def marked_labels(self) -> np.ndarray | None:
@@ -220,7 +196,6 @@ def is_map(values: Sequence[np.ndarray]) -> bool:
 
 
 def usual_show(recorded: Mapping[str, Quantity], labeled: bool) -> str | None:
-    """Return the default of a map: regimes, else the first recorded number, else None."""
     if labeled:
         return REGIMES
     return next((name for name in NUMBERS if name in recorded), None)
@@ -283,7 +258,6 @@ def check_show(
 
 
 def _not_recorded(show: str, allowed: Sequence[str]) -> RequestError:
-    """Return the error for a quantity that is not recorded, or that does not exist."""
     if show in NUMBERS or any(show in names for names in GROUPS.values()):
         return RequestError(f"show = {show!r} is not recorded; there are: {', '.join(allowed)}")
     return unknown("show", show, allowed)
@@ -298,7 +272,6 @@ _USUAL_PANELS = 8  # of samples: two of the first quantity alone, the others aga
 def sample_panels(
     recorded: Mapping[str, Quantity], columns: Sequence[str], labeled: bool
 ) -> dict[str, str]:
-    """Return the meaning of each panel of a picture of samples by name."""
     numbers = {name: one for name, one in recorded.items() if one.single}
     first = [name for name in NUMBERS if name in numbers]
     panels = {}

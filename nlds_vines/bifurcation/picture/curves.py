@@ -307,7 +307,6 @@ def _look_of(case: Case) -> dict[str, Any]:
 
 
 def legend_of(request: CurveRequest) -> Iterator[Any]:
-    """Yield the entries of the legend: the cases of the first panel, then the marks."""
     cases = request.cases
     for case in cases:
         if case.panel == 1:

@@ -77,14 +77,10 @@ _ENERGY = "E1max"
 def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS) -> Figure:
     """Return the diagram of a scan along one parameter, at each of a few values of another.
 
-    Arguments: the archive; what to `show`, as checked by `choices.check_show`: quantities separated
-    by commas, `regimes` for the strips alone, None for what is usual; the `page`.
-
-    Usually, with a recorded section: the stroboscopic coordinates of damper and structure, speeds
-    and phases of impacts as unconnected dots, the structure's maximum energy in green over the
-    first, or of several starts in a panel of its own.  Without one: the numbers that are recorded.
-    Below them the largest Lyapunov exponent with its interval, where it is recorded.  Of a few
-    values of another parameter each has a panel of dots; numbers are curves in one panel.
+    `show` are quantities separated by commas, `regimes` for the strips alone, None for
+    `_usual_rows`, with the structure's maximum energy of a single start in green over the first
+    panel.  Of a few values of another parameter each has a panel of dots; numbers are curves in one
+    panel.
 
     Above the panels a strip names the regimes: one for each of two starts; of more starts, each
     cell shows them all, one above another.  Hatched are orbits that pass the limit of their scene.
@@ -93,18 +89,50 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     """
     cuts, drawn = slices_of(view), quantities_in(view)
     shown = _usual_rows(view, cuts, drawn) if show is None else rows_of(show, drawn)
-    tiers = _tiers(cuts, shown, drawn, page)
+    is_one, tiers = len(cuts) == 1, list[Tier]()
+    for cut in cuts:
+        of_cut = [name for name in shown if is_one or not drawn[name].single]
+        if of_cut or cut.labels() is not None:
+            tiers += strips_of(cut)
+        for name in of_cut:
+            draw = partial(fill_panel, cuts=[cut], recorded=drawn, name=name)
+            tiers.append(Tier((1.0 if is_one else _SMALL) * page.panel, draw, name))
+    for name in () if is_one else shown:  # numbers of all slices share a panel
+        if drawn[name].single:
+            draw = partial(fill_panel, cuts=cuts, recorded=drawn, name=name)
+            tiers.append(Tier(page.panel, draw, name))
     if not tiers:
         raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
     figure, grid = new_figure(page, [tier.height for tier in tiers])
     axes: dict[int, Axes] = {}
     for place in sorted(range(len(tiers)), key=lambda place: not tiers[place].quantity):
         axes[place] = figure.add_subplot(grid[place], sharex=next(iter(axes.values()), None))
-    rows = [axes[place] for place in range(len(tiers))]
-    panels = _draw_tiers(tiers, rows, cuts[0]) or rows
-    figure.align_ylabels([panel for panel in panels if panel.get_ylabel() and panel in rows])
-    if show is None and _ENERGY in drawn and _has_overlay(cuts, shown, drawn):
-        overlay_energy(panels[0], cuts[0], drawn[_ENERGY])
+    rows, limits = [axes[place] for place in range(len(tiers))], edges(cuts[0].values)[[0, -1]]
+    panels: dict[str, list[Axes]] = {}
+    for tier, row in zip(tiers, rows, strict=True):
+        row.set_xlim(*limits)
+        tier.draw(row)
+        row.set_xlim(*limits)
+        row.tick_params(top=bool(tier.quantity), labelbottom=row is rows[-1])
+        if tier.quantity:
+            panels.setdefault(tier.quantity, []).append(row)
+    rows[-1].tick_params(bottom=True)
+    rows[-1].set_xlabel(axis_label(cuts[0].axis))
+    for same in panels.values():  # panels that show one quantity have the same limits
+        ends = [end for row in same for end in row.get_ylim()]
+        for row in same if len(same) > 1 else ():
+            row.set_ylim(min(ends), max(ends))
+    in_order = [row for tier, row in zip(tiers, rows, strict=True) if tier.quantity]
+    write_letters(in_order)
+    figure.align_ylabels([row for row in in_order or rows if row.get_ylabel()])
+    is_single = is_one and len(cuts[0].starts) == 1
+    if show is None and _ENERGY in drawn and is_single and shown and not drawn[shown[0]].single:
+        panel = in_order[0].twinx()
+        _draw_curve(panel, cuts[0], cuts[0].of(drawn[_ENERGY])[:, 0, 0], GREEN, 0.9)
+        panel.set_ylim(bottom=0)
+        panel.set_ylabel(drawn[_ENERGY].label, color=GREEN)
+        panel.tick_params(axis="y", colors=GREEN)
+        panel.spines["right"].set_color(GREEN)
     handles = [*legend_of_panel(cuts, shown), *legend_of_strips(cuts, page)]
     if handles:
         add_legend(rows[-1], handles, "below")
@@ -146,7 +174,6 @@ def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
 def _usual_rows(
     view: ArchiveView, cuts: Sequence[Slice], recorded: Mapping[str, Quantity]
 ) -> list[str]:
-    """Return the quantities of the panels by default, from the top."""
     below = [name for name in drawn_in(BELOW) if name in recorded]
     places = [name for name in GROUPS["displacement"] if name in recorded]
     places += [name for name in drawn_in(TOUCHED) if name in recorded]
@@ -159,63 +186,6 @@ def _usual_rows(
         places = places[:1]
     alone = len(cuts) == 1 and view["start"].size == 1
     return places + [name for name in (_ENERGY,) if name in recorded and not alone] + below
-
-
-def _has_overlay(
-    cuts: Sequence[Slice], rows: Sequence[str], recorded: Mapping[str, Quantity]
-) -> bool:
-    """Return True if E1max is drawn over the first panel: one slice, one start, sections."""
-    single = len(cuts) == 1 and len(cuts[0].starts) == 1
-    return single and bool(rows) and not recorded[rows[0]].single
-
-
-def _tiers(
-    cuts: Sequence[Slice], rows: Sequence[str], recorded: Mapping[str, Quantity], page: Page
-) -> list[Tier]:
-    """Return the rows of a diagram from the top: strips, panels of dots, panels of numbers."""
-    small = _SMALL if len(cuts) > 1 else 1.0
-    tiers: list[Tier] = []
-    for cut in cuts:
-        of_cut = [name for name in rows if len(cuts) == 1 or not recorded[name].single]
-        if of_cut or cut.labels() is not None:
-            tiers += strips_of(cut)
-        tiers += [_panel([cut], recorded, name, small * page.panel) for name in of_cut]
-    if len(cuts) > 1:
-        numbers = [name for name in rows if recorded[name].single]
-        tiers += [_panel(cuts, recorded, name, page.panel) for name in numbers]
-    return tiers
-
-
-def _panel(
-    cuts: Sequence[Slice], recorded: Mapping[str, Quantity], name: str, height: float
-) -> Tier:
-    draw = partial(fill_panel, cuts=cuts, recorded=recorded, name=name)
-    return Tier(height, draw, name)
-
-
-def _draw_tiers(tiers: Sequence[Tier], rows: Sequence[Axes], cut: Slice) -> list[Axes]:
-    """Draw the tiers into their axes and return the panels among these."""
-    limits = edges(cut.values)[[0, -1]]
-    for tier, axes in zip(tiers, rows, strict=True):
-        axes.set_xlim(*limits)
-        tier.draw(axes)
-        axes.set_xlim(*limits)
-        axes.tick_params(top=bool(tier.quantity), labelbottom=axes is rows[-1])
-    rows[-1].tick_params(bottom=True)
-    rows[-1].set_xlabel(axis_label(cut.axis))
-    panels = [axes for tier, axes in zip(tiers, rows, strict=True) if tier.quantity]
-    _share_scales([tier for tier in tiers if tier.quantity], panels)
-    write_letters(panels)
-    return panels
-
-
-def _share_scales(tiers: Sequence[Tier], rows: Sequence[Axes]) -> None:
-    """Give panels that show the same quantity the same limits."""
-    for name in {tier.quantity for tier in tiers}:
-        same = [axes for tier, axes in zip(tiers, rows, strict=True) if tier.quantity == name]
-        ends = [end for axes in same for end in axes.get_ylim()]
-        for axes in same if len(same) > 1 else ():
-            axes.set_ylim(min(ends), max(ends))
 
 
 # ---- panels: a quantity over one parameter in dots or curves, a spectrum in colors ---------------
@@ -258,8 +228,10 @@ def fill_panel(
         _draw_exponent(panel, cuts[0], quantity, recorded.get(_WIDTHS[name]))
     else:
         _draw_dots(panel, cuts[0], quantity)
-    if len(cuts) == 1:
-        _hatch_violated(panel, cuts[0])
+    if len(cuts) == 1 and (passed := cuts[0].violated().any(axis=1)).any():
+        for band in bands(cuts[0].values, np.where(passed, PASSES, "")):
+            if band.label:
+                panel.axvspan(band.low, band.high, hatch=PASSED, zorder=0.2, **_HATCH)
     panel.set_ylabel(quantity.label)
     if name == REDUCTION:
         panel.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
@@ -299,17 +271,7 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
 
 
 def curve_colors(count: int) -> list[Any]:
-    """Return colors for `count` curves, from dark to light in even steps of lightness."""
     return list(matplotlib.colormaps[SHADES](np.linspace(0.0, _LIGHTEST, count)))
-
-
-def overlay_energy(panel: Axes, cut: Slice, energy: Quantity) -> None:
-    axes = panel.twinx()
-    _draw_curve(axes, cut, cut.of(energy)[:, 0, 0], GREEN, 0.9)
-    axes.set_ylim(bottom=0)
-    axes.set_ylabel(energy.label, color=GREEN)
-    axes.tick_params(axis="y", colors=GREEN)
-    axes.spines["right"].set_color(GREEN)
 
 
 def _draw_curve(axes: Axes, cut: Slice, ordinates: np.ndarray, color: Any, width: float) -> None:
@@ -338,8 +300,7 @@ def _dots_of(cut: Slice, look: Look, values: np.ndarray) -> tuple[np.ndarray, np
 def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
     """Draw orbits as unconnected dots, those of one attractor in one color.
 
-    Few columns have larger dots.  Where dots would cover the panel more than once they are
-    translucent, so that shades show how often a chaotic orbit comes there.
+    Where dots would cover the panel they are translucent: shades show how often an orbit comes.
     """
     ordinates = cut.of(quantity)
     if scale_of(quantity.dataset) == ERROR:
@@ -384,10 +345,6 @@ def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity |
 
 
 def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None:
-    """Draw a quantity along several slices: as curves, or several starts as dots.
-
-    Crosses mark the orbits that pass a limit.
-    """
     if quantity.name in _WIDTHS:
         panel.axhline(0.0, color=GRAY, linewidth=0.6, zorder=0.5)
     if scale_of(quantity.dataset) == ERROR:
@@ -405,27 +362,14 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
         else:
             across = np.repeat(cut.values, many)
             panel.plot(across, ordinates.ravel(), color=color, markersize=1.4, **DOT)
-        cells, starts = np.nonzero(_thinned(cut.violated()))
+        # of runs of cells that pass a limit the ends are marked, and a few in between
+        flagged, few = cut.violated(), max(1, cut.values.size // _CROSSES)
+        inner = np.pad(flagged, ((1, 1), (0, 0)))
+        inner = inner[:-2] & inner[2:] & (np.arange(len(flagged)) % few > 0)[:, np.newaxis]
+        cells, starts = np.nonzero(flagged & ~inner)
         if cells.size:
             up = ordinates[cells, starts, 0]
             panel.plot(cut.values[cells], up, color=color, markersize=2.5, **_CROSS)
-
-
-def _thinned(flagged: np.ndarray) -> np.ndarray:
-    """Return the flagged cells (n, starts) that get a cross: ends of runs, few in between."""
-    before, after = np.zeros_like(flagged), np.zeros_like(flagged)
-    before[1:], after[:-1] = flagged[:-1], flagged[1:]
-    few = np.arange(len(flagged)) % max(1, len(flagged) // _CROSSES) == 0
-    return flagged & (~before | ~after | few[:, np.newaxis])
-
-
-def _hatch_violated(panel: Axes, cut: Slice) -> None:
-    passed = cut.violated().any(axis=1)
-    if not passed.any():
-        return
-    for band in bands(cut.values, np.where(passed, PASSES, "")):
-        if band.label:
-            panel.axvspan(band.low, band.high, hatch=PASSED, zorder=0.2, **_HATCH)
 
 
 # ---- spectra -------------------------------------------------------------------------------------
@@ -502,22 +446,19 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
         return [Look(np.ones(shape, dtype=bool), start_colors(starts)[0], name)]
     if starts == SWEEPS:
         is_of_orbit = any(name in cut.view for name in ("label", SECTION, "periodicity"))
-        return _of_sweeps(alike(cut, numbers), BOTH if is_of_orbit else EQUAL)
+        (up, down), both = start_colors(SWEEPS), alike(cut, numbers)
+        first = np.array([[True, False]])  # both have the dots of the sweep up
+        groups = [
+            Look(both[:, np.newaxis] & first, NAVY, BOTH if is_of_orbit else EQUAL),
+            Look(~both[:, np.newaxis] & first, up, "up"),
+            Look(~both[:, np.newaxis] & ~first, down, "down"),
+        ]
+        return [look for look in groups if look.which.any()]
     labels = cut.labels()
     if labels is None:
         return [Look(np.ones(shape, dtype=bool), NAVY, f"{len(starts)} starts")]
     words = ordered(labels.ravel().tolist())
     return [Look(labels == word, ink_of(word), in_legend(short(word), cut.view)) for word in words]
-
-
-def _of_sweeps(both: np.ndarray, name: str) -> list[Look]:
-    """Return the looks of two sweeps; `both` (cells,) is True where they are on one orbit."""
-    up, down = start_colors(SWEEPS)
-    one, other = (np.zeros((both.size, 2), dtype=bool) for _ in SWEEPS)
-    one[:, 0], other[:, 1] = ~both, ~both
-    shared = np.stack([both, np.zeros_like(both)], axis=1)
-    groups = [Look(shared, NAVY, name), Look(one, up, "up"), Look(other, down, "down")]
-    return [look for look in groups if look.which.any()]
 
 
 def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:

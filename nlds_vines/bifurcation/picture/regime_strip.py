@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import inf
 from typing import Any
 
 import numpy as np
@@ -67,12 +66,13 @@ def strips_of(cut: Slice) -> list[Tier]:
     """
     if cut.labels() is None:
         return [Tier(NO_STRIP, partial(draw_strip_of, cut=cut))] if cut.held else []
-    height = STACK if _is_stacked(cut) else STRIP
-    return [Tier(height, partial(draw_strip_of, cut=cut, start=n)) for n in range(_count(cut))]
+    if _is_stacked(cut):
+        return [Tier(STACK, partial(draw_strip_of, cut=cut))]
+    starts = range(len(cut.starts))
+    return [Tier(STRIP, partial(draw_strip_of, cut=cut, start=start)) for start in starts]
 
 
 def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
-    """Draw a strip of a slice into axes: of one start, or the stack of many."""
     labels, lift = cut.marked_labels(), 0.0
     if labels is None:
         axes.set_axis_off()
@@ -108,8 +108,8 @@ def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
         if _is_stacked(cut):
             out += Strip(_widest(stacked_bands(cut.values, labels)), *about, False).left_out
         else:
-            for start in range(_count(cut)):
-                out += Strip(bands(cut.values, labels[:, start]), *about).left_out
+            for column in labels.T:
+                out += Strip(bands(cut.values, column), *about).left_out
     words = in_order({drawn_as(word) for word in out})
     for word in words[:_MOST_LEFT_OUT]:
         label = example_of(word)
@@ -119,10 +119,6 @@ def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
     return handles
 
 
-def _count(cut: Slice) -> int:
-    return 1 if _is_stacked(cut) else len(cut.starts)
-
-
 def _is_stacked(cut: Slice) -> bool:
     return len(cut.starts) > MOST_STRIPS
 
@@ -130,12 +126,9 @@ def _is_stacked(cut: Slice) -> bool:
 class Strip:
     """The positions of the names of a strip: inside their bands, or upright above it.
 
-    A name is written inside its band if it fits.  A regime whose name fits into none of its bands
-    is named once, above the widest of them; its other bands are recognized by their color.  If
-    names would be far from their bands, the narrowest are `left_out`, for a legend.
-
-    Arguments: the bands; the `ends` of the axis; `points`, its width; whether it is logarithmic,
-    and whether names may be `inside`.
+    A regime whose name fits into none of its bands is named once, above the widest of them.  If
+    names would be far from their bands, the narrowest are `left_out`, for a legend.  `points` is
+    the width of the axis, whose limits are `ends`.
     """
 
     def __init__(
@@ -156,41 +149,28 @@ class Strip:
         beside = [
             band for band in regimes if band.label not in named and self._extent(band) >= _NARROWEST
         ]
-        widest = list({b.label: b for b in sorted(beside, key=self._extent)}.values())
-        self.above, self.left_out = self._near(sorted(widest, key=lambda band: band.center))
+        widest = {band.label: band for band in sorted(beside, key=self._extent)}
+        self.above = sorted(widest.values(), key=lambda band: band.center)
+        self.left_out: list[str] = []
+        while self.above:
+            if len(self.above) * _PITCH <= points:
+                middles = np.array([self.middle(band) for band in self.above])
+                farthest = float(np.abs(self.places(self.above) - middles).max()) * points
+                if farthest <= _FARTHEST:
+                    break
+            narrowest = min(self.above, key=self._extent)
+            self.above.remove(narrowest)
+            self.left_out.append(narrowest.label)
 
     def place(self, value: float) -> float:
         """Return the position of a value, as a fraction of the axis."""
         low, high, at = np.log((*self._ends, value)) if self._log else (*self._ends, value)
         return float((at - low) / (high - low))
 
-    @property
-    def pitch(self) -> float:
-        return _PITCH / self._points
-
-    def _near(self, named: list[Band]) -> tuple[list[Band], list[str]]:
-        """Return the bands whose names find room near them, and the labels of the others.
-
-        If there are too many, the narrowest are left out.
-        """
-        out: list[str] = []
-        while named and self._farthest(named) > _FARTHEST:
-            narrowest = min(named, key=self._extent)
-            named = [band for band in named if band is not narrowest]
-            out.append(narrowest.label)
-        return named, out
-
-    def _farthest(self, named: Sequence[Band]) -> float:
-        """Return the largest distance in points of a name from its band; inf without room."""
-        if len(named) * self.pitch > 1.0:
-            return inf
-        centers = np.array([self.middle(band) for band in named])
-        return float(np.abs(self.places(named) - centers).max()) * self._points
-
     def places(self, named: Sequence[Band]) -> np.ndarray:
         """Return the positions of the names of bands, from the left, as fractions of the axis."""
-        centers = [self.middle(band) for band in named]
-        return spread(centers, self.pitch, self.pitch / 2, 1.0 - self.pitch / 2)
+        pitch = _PITCH / self._points
+        return spread([self.middle(band) for band in named], pitch, pitch / 2, 1.0 - pitch / 2)
 
     def middle(self, band: Band) -> float:
         return (self.place(band.low) + self.place(band.high)) / 2
@@ -201,14 +181,9 @@ class Strip:
 
 def draw_strip(axes: Axes, named: list[Band], color: Mapping[str, str]) -> Strip:
     """Draw bands of regimes as a strip in their colors, name them, return the names' positions."""
-    _clear(axes)
     for band in named:
         _fill(axes, band, color[band.label], 0.0, 1.0)
-    strip = _strip_of(axes, named)
-    for band in strip.inside:
-        _name_inside(axes, strip, band, color[band.label])
-    _name_above(axes, strip)
-    return strip
+    return _name(axes, named, color)
 
 
 def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> Strip:
@@ -217,15 +192,12 @@ def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> Strip:
     The regimes of a cell are in the order of legends, with heights in proportion to their shares.
     Returns the positions of the names.
     """
-    _clear(axes)
     rows = stacked_bands(values, labels)
     color = colors(band.label for row in rows for band in row)
     for place, row in enumerate(rows):
         for band in row:
             _fill(axes, band, color[band.label], place / len(rows), 1 / len(rows))
-    strip = _strip_of(axes, _widest(rows), inside=False)
-    _name_above(axes, strip)
-    return strip
+    return _name(axes, _widest(rows))
 
 
 def stacked_bands(values: np.ndarray, labels: np.ndarray) -> list[list[Band]]:
@@ -238,19 +210,8 @@ def stacked_bands(values: np.ndarray, labels: np.ndarray) -> list[list[Band]]:
 
 
 def _widest(rows: Sequence[Sequence[Band]]) -> list[Band]:
-    """Return the widest band of each regime in some rows."""
     every = sorted((band for row in rows for band in row), key=lambda band: band.width)
     return sorted({band.label: band for band in every}.values(), key=lambda band: band.low)
-
-
-def _strip_of(axes: Axes, regimes: Sequence[Band], inside: bool = True) -> Strip:
-    return Strip(regimes, axes.get_xlim(), size_of(axes)[0], axes.get_xscale() == "log", inside)
-
-
-def _clear(axes: Axes) -> None:
-    axes.set_ylim(0, 1)
-    axes.set_yticks([])
-    axes.tick_params(which="both", bottom=False, labelbottom=False)
 
 
 def _fill(axes: Axes, band: Band, color: str, bottom: float, height: float) -> None:
@@ -258,23 +219,26 @@ def _fill(axes: Axes, band: Band, color: str, bottom: float, height: float) -> N
     axes.add_patch(Rectangle((band.low, bottom), band.width, height, **look))
 
 
-def _name_inside(axes: Axes, strip: Strip, band: Band, color: str) -> None:
-    """Write the name of a band into its middle; a hatched band gets a plain background there."""
-    middle = strip.middle(band)
-    look: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": _SIZE}
-    if hatch_of(band.label):
-        look["bbox"] = {"facecolor": color, "edgecolor": "none", "pad": 1.0}
-    ink = "white" if is_dark(color) else "black"
-    axes.text(middle, 0.5, short(band.label), color=ink, transform=axes.transAxes, **look)
-
-
-def _name_above(axes: Axes, strip: Strip) -> None:
-    """Write names upright above the strip, side by side, each joined to its band by a line."""
+def _name(axes: Axes, regimes: Sequence[Band], color: Mapping[str, str] | None = None) -> Strip:
+    """Clear the axes, and write names into bands of these colors, or above, joined by a line."""
+    axes.set_ylim(0, 1)
+    axes.set_yticks([])
+    axes.tick_params(which="both", bottom=False, labelbottom=False)
+    ends, is_log = axes.get_xlim(), axes.get_xscale() == "log"
+    strip = Strip(regimes, ends, size_of(axes)[0], is_log, color is not None)
+    for band in strip.inside:
+        ink = (color or {})[band.label]
+        look: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": _SIZE}
+        if hatch_of(band.label):  # a plain background for the name
+            look["bbox"] = {"facecolor": ink, "edgecolor": "none", "pad": 1.0}
+        look["color"] = "white" if is_dark(ink) else "black"
+        axes.text(strip.middle(band), 0.5, short(band.label), transform=axes.transAxes, **look)
     above = offset_copy(axes.transAxes, figure_of(axes), 0.0, _LINES, units="points")
-    look: dict[str, Any] = {"fontsize": _SIZE, "rotation": 90, "ha": "center", "va": "bottom"}
+    look = {"fontsize": _SIZE, "rotation": 90, "ha": "center", "va": "bottom"}
     look |= {"xycoords": "axes fraction", "textcoords": above, "annotation_clip": False}
     arms = "arc,angleA=-90,angleB=90,armA=3,armB=3,rad=0"  # points
     look["arrowprops"] = {"arrowstyle": "-", "connectionstyle": arms, "shrinkA": 0, "shrinkB": 0}
     look["arrowprops"] |= {"color": "#555555", "linewidth": 0.4, "relpos": (0.5, 0.0)}
     for band, place in zip(strip.above, strip.places(strip.above), strict=True):
         axes.annotate(short(band.label), (strip.middle(band), 1.0), (place, 1.0), **look)
+    return strip

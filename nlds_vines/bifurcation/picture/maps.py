@@ -1,10 +1,14 @@
-"""Maps of two parameters: regimes, how many coexist, shares of starts, codes, recorded numbers."""
+"""Maps of two parameters: regimes, how many coexist, shares, codes, numbers, basins of attraction.
+
+The color of a basin is that of the attractor's regime, the same in every picture.  Of several
+attractors of one regime the later ones are darker, then paler.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -21,6 +25,7 @@ from matplotlib.colors import (
 )
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import NullFormatter, PercentFormatter
@@ -39,7 +44,7 @@ from nlds_vines.bifurcation.picture.choices import (
     way_and_number,
 )
 from nlds_vines.bifurcation.picture.diagram import PASSES, REDUCTION
-from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.bifurcation.request import begins_at_sections, load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import (
     TRANSIENT,
@@ -51,7 +56,7 @@ from nlds_vines.model.labels import (
     most_frequent,
     share_of,
 )
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import INITIAL, PARAMETERS, component_of
 from nlds_vines.model.quantities import ERROR, PERIOD, SIGNED, WAIT, clause, scale_of
 from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.plotting.bands import inner_edges, logarithmic
@@ -81,6 +86,7 @@ from nlds_vines.plotting.palette import (
     hatch_of,
     in_order,
     is_dark,
+    mixed,
     patch_look,
     short,
 )
@@ -101,16 +107,9 @@ def regime_map(
 ) -> Figure:
     """Return the map of a scan of two parameters; the first runs to the right, the second up.
 
-    Arguments: the archive; what to `show`, as checked by `choices.check_show`; the `page`:
-
-    - `regimes`: a color for each regime; of several starts, the regime that most ended in, and in
-      a second panel how many regimes coexist;
-    - `coexisting`: that panel alone;
-    - `share:LABEL`: the share of the starts that ended in a regime; `shares`: those of the most
-      frequent regimes, side by side;
-    - a recorded number: of several starts the largest; a code as `capture`: the highest.
-
-    With `manifold` the bounds of 1:1 motion in closed form are drawn over it.
+    Of several starts `regimes` shows the most frequent regime, and in a second panel how many
+    coexist; a number is the largest, a code the highest.  With `manifold` the bounds of 1:1 motion
+    in closed form are drawn over the map.
     """
     starts = view["start"].size
     if show == SHARES or show.startswith(SHARE):
@@ -134,7 +133,6 @@ def regime_map(
 
 def fill_map(axes: Axes, view: ArchiveView, show: str) -> None:
     """Draw one map into axes, with its legend or bar; `name_regimes` names its regions."""
-    label_axes(axes, view)
     if show == COEXISTING:
         _draw_counts(axes, view)
     elif show == REGIMES:
@@ -150,30 +148,21 @@ def fill_map(axes: Axes, view: ArchiveView, show: str) -> None:
 # ---- cells ---------------------------------------------------------------------------------------
 
 
-def label_axes(axes: Axes, view: ArchiveView) -> None:
-    axes.set_xlabel(axis_label(view.axes[0]))
-    axes.set_ylabel(axis_label(view.axes[1]))
-
-
 def fill_cells(axes: Axes, view: ArchiveView, values: np.ndarray, **style: Any) -> QuadMesh:
-    """Draw `values` (first parameter, second parameter) without smoothing, and return the mesh.
-
-    The first and last cells end at their values.  Geometric grids have a logarithmic axis.
-    """
+    """Draw `values` (first parameter, second parameter), the outer cells up to their values."""
     across, up = (inner_edges(view[name]) for name in view.axes)
     mesh = axes.pcolormesh(across, up, values.T, shading="flat", rasterized=True, **style)
     for name, set_scale in zip(view.axes, (axes.set_xscale, axes.set_yscale), strict=True):
         if logarithmic(view[name]):
             set_scale("log")
-    axes.set_xlim(across[0], across[-1])
-    axes.set_ylim(up[0], up[-1])
+    axes.set(xlim=across[[0, -1]], xlabel=axis_label(view.axes[0]))
+    axes.set(ylim=up[[0, -1]], ylabel=axis_label(view.axes[1]))
     return mesh
 
 
 def fill_classes(
     axes: Axes, view: ArchiveView, names: np.ndarray, words: Sequence[object], shades: Sequence[str]
 ) -> None:
-    """Fill every cell with the shade of its class, one of `words`."""
     number = {word: i for i, word in enumerate(words)}
     classes = np.vectorize(number.__getitem__, otypes=[np.int64])(names)
     norm = BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words))
@@ -188,21 +177,16 @@ def hatch_cells(
     `look` is the hatch and its color.
     """
     x, y = (inner_edges(view[name]) for name in view.axes)
+    steps = np.diff(np.pad(where.T, ((0, 0), (1, 1))).astype(np.int8))
+    # runs of cells: in each row as many begin as end
+    pairs = zip(np.argwhere(steps > 0), np.argwhere(steps < 0)[:, 1], strict=True)
     boxes = [
         [(x[a], y[row]), (x[b], y[row]), (x[b], y[row + 1]), (x[a], y[row + 1])]
-        for row, a, b in _runs(where)
+        for (row, a), b in pairs
     ]
     style: dict[str, Any] = {"facecolor": "none", "edgecolor": look[1], "linewidth": 0}
     axes.add_collection(PolyCollection(boxes, hatch=look[0], **style), autolim=False)
     return Patch(hatch=look[0], label=text, **style)
-
-
-def _runs(where: np.ndarray) -> Iterator[tuple[int, int, int]]:
-    """Yield row, first column and end column of each run of true cells."""
-    for row in range(where.shape[1]):
-        steps = np.diff(np.concatenate([[False], where[:, row], [False]]).astype(np.int8))
-        for first, stop in zip(np.flatnonzero(steps > 0), np.flatnonzero(steps < 0), strict=True):
-            yield row, int(first), int(stop)
 
 
 def hatch_passed(axes: Axes, view: ArchiveView) -> list[Patch]:
@@ -212,7 +196,6 @@ def hatch_passed(axes: Axes, view: ArchiveView) -> list[Patch]:
 
 
 def add_map_legend(axes: Axes, handles: Sequence[Any], title: str) -> None:
-    """Add a legend below a map, which so has the whole width of the page."""
     add_legend(axes, handles, "below", title=title, handlelength=1.2, columnspacing=1.0)
 
 
@@ -269,10 +252,7 @@ def name_regimes(axes: Axes, view: ArchiveView) -> None:
 
 
 def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
-    """Color every cell by its regime; the legend names the most frequent ones.
-
-    Regimes that were reached through chaos, and unknown ones, are hatched.
-    """
+    """Color every cell by its regime; hatched are unknown ones and those reached through chaos."""
     names = _regimes_of(view)
     words = [word for word, _ in by_frequency(names)]
     fill_classes(axes, view, names, words, [color_of(example_of(word)) for word in words])
@@ -297,7 +277,6 @@ def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
 
 
 def _draw_counts(axes: Axes, view: ArchiveView) -> None:
-    """Color every cell by the number of regimes that coexist there."""
     labels, most = view["label"], len(COUNTS)
     counts = np.minimum(coexisting(labels), most)
     words = sorted(set(counts.ravel().tolist()))
@@ -310,20 +289,15 @@ def _draw_counts(axes: Axes, view: ArchiveView) -> None:
 
 
 def _draw_codes(axes: Axes, view: ArchiveView, name: str) -> None:
-    """Color every cell by its code, of several starts the highest.
-
-    Colors go from pale to dark in the order of the codes, and repeat if there are many.
-    """
+    """Color every cell by its code, of several starts the highest, from pale to dark."""
     codes, words = view[name].max(axis=-1), view.flags(name)
-    present = sorted(set(codes.ravel().tolist()))
     shades = {code: COUNTS[i % len(COUNTS)] for i, code in enumerate(sorted(words))}
-    looks = {code: shades.get(code, NO_VALUE) for code in present}
-    fill_classes(axes, view, codes, present, list(looks.values()))
-    flags = {code: words.get(code, "none").partition(".")[0] for code in looks}
-    handles = [
-        Patch(facecolor=looks[n], label=flag.replace("_to_", ":").replace("_", " "), **_FRAME)
-        for n, flag in flags.items()
-    ]
+    looks = {code: shades.get(code, NO_VALUE) for code in sorted(set(codes.ravel().tolist()))}
+    fill_classes(axes, view, codes, list(looks), list(looks.values()))
+    handles = []
+    for code, color in looks.items():
+        flag = words.get(code, "none").partition(".")[0].replace("_to_", ":").replace("_", " ")
+        handles.append(Patch(facecolor=color, label=flag, **_FRAME))
     title = clause(view.long_name(name))
     several = f", highest of {view['start'].size} starts" if view["start"].size > 1 else ""
     add_map_legend(axes, handles, title + several)
@@ -346,9 +320,8 @@ _NONE = "none found"
 def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
     """Fill cells by a recorded number: of several starts the largest, gray where there is none.
 
-    Arguments: axes; the archive; what to `show`, a number that may follow one of `choices.WAYS`.
-    A number of both signs has two-sided shades around zero.  On a map of settling times, cells in
-    which a start did not settle are black.  Hatched are cells in which the limit is passed.
+    `show` may begin with one of `choices.WAYS`.  A number of both signs has two-sided shades around
+    zero.  On a map of settling times, cells in which a start did not settle are black.
     """
     scale, name = way_and_number(show)
     quantity = quantities_in(view)[name]
@@ -373,7 +346,10 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
         add_legend(axes, marks, "above", handlelength=1.2)
     several = f", largest of {view['start'].size} starts" if view["start"].size > 1 else ""
     percent = PercentFormatter(1.0, decimals=0) if name == REDUCTION else None
-    look = {**BAR, "label": quantity.label + several, "extend": _extend(shown, norm)}
+    look = {**BAR, "label": quantity.label + several, "extend": "neither"}
+    if norm.vmin is not None and norm.vmax is not None and not norm.clip and shown.count():
+        beyond = bool(shown.min() < norm.vmin), bool(shown.max() > norm.vmax)
+        look["extend"] = {(1, 1): "both", (1, 0): "min", (0, 1): "max"}.get(beyond, "neither")
     bar = axes.figure.colorbar(mesh, ax=axes, format=percent, **look)
     if scale_of(name) == PERIOD:
         bar.ax.set_yticks(
@@ -419,14 +395,6 @@ def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, 
     return plain, Normalize()
 
 
-def _extend(shown: np.ma.MaskedArray, norm: Normalize) -> str:
-    """Return at which ends of a scale there are values beyond it, as color bars call them."""
-    if norm.vmin is None or norm.vmax is None or norm.clip or not shown.count():
-        return "neither"
-    beyond = bool(shown.min() < norm.vmin), bool(shown.max() > norm.vmax)
-    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get(beyond, "neither")
-
-
 def _around_zero(values: np.ndarray) -> tuple[Colormap, Normalize]:
     """Return two-sided shades whose middle is zero; of one sign alone, that half of them.
 
@@ -454,13 +422,7 @@ _SMALL = 5.2 * CM  # inches, height of one of them
 
 
 def _draw_shares(view: ArchiveView, show: str, page: Page) -> tuple[Figure, GridSpec, list[Axes]]:
-    """Return maps of the share of the starts that ended in a regime: figure, grid and panels.
-
-    Arguments: `show` is `share:LABEL` for one map, `shares` for those of the most frequent known
-    regimes, side by side; the `page`.
-
-    Raises `RequestError` if no start ended in a known regime.
-    """
+    """Return figure, grid and panels; `RequestError` if no start ended in a known regime."""
     labels = view["label"]
     text = f"share of {labels.shape[-1]} starts"
     if show.startswith(SHARE):
@@ -480,7 +442,6 @@ def _draw_shares(view: ArchiveView, show: str, page: Page) -> tuple[Figure, Grid
         axes = figure.add_subplot(grid[divmod(place, columns)], sharex=first, sharey=first)
         shares = share_of(labels, name)
         mesh = fill_cells(axes, view, shares, cmap=SHADES, norm=Normalize(0, 1))
-        label_axes(axes, view)
         if len(wanted) > 1:
             axes.set_title(name, fontsize=rcParams["font.size"], pad=3)
         panels.append(axes)
@@ -540,27 +501,171 @@ def manifold_bounds(view: ArchiveView) -> np.ndarray:
         return (frequencies.min(), frequencies.max()) if frequencies.size else (np.nan, np.nan)
 
     rows = [(value, *bounds(value)) for value in values]
-    ends = [_end(bounds, one, next_) for one, next_ in pairwise(rows) if _differ(one, next_)]
+    ends = []  # the last values at which there is a response, by bisection
+    for before, after in pairwise(rows):
+        if np.isnan(before[1]) != np.isnan(after[1]):
+            inside, outside = (after, before[0]) if np.isnan(before[1]) else (before, after[0])
+            for _ in range(_HALVED):
+                middle = 0.5 * (inside[0] + outside)
+                row = (middle, *bounds(middle))
+                inside, outside = (inside, middle) if np.isnan(row[1]) else (row, outside)
+            ends.append(inside)
     return np.array(sorted([*rows, *ends])).T
 
 
-_Bounds = tuple[float, float, float]
-"""A value of the other parameter, and the bounds of omega there; NaN for none."""
+# ---- basins of attraction ------------------------------------------------------------------------
 
 
-def _differ(one: _Bounds, other: _Bounds) -> bool:
-    """Return True if there is a response at exactly one of two values."""
-    return np.isnan(one[1]) != np.isnan(other[1])
+_SHADES = (("#000000", 0.0), ("#000000", 0.35), ("#ffffff", 0.45), ("#000000", 0.6))
+"""What is mixed into the color of a regime, by how much: of its first attractor, the second ..."""
 
 
-def _end(bounds: Callable[[float], tuple[float, float]], one: _Bounds, other: _Bounds) -> _Bounds:
-    """Bisect for the last value between two at which there is a response; return its row."""
-    inside, outside = (other, one[0]) if np.isnan(one[1]) else (one, other[0])
-    for _ in range(_HALVED):
-        middle = 0.5 * (inside[0] + outside)
-        row = (middle, *bounds(middle))
-        if np.isnan(row[1]):
-            outside = middle
-        else:
-            inside = row
-    return inside
+class _Look(NamedTuple):
+    """The name of an attractor, its color and its regime; the regime is empty if not known."""
+
+    name: str
+    color: str
+    label: str
+
+
+_UNKNOWN = _Look("not known", OTHERS[HATCHED], "")
+
+
+def why_no_basins(view: ArchiveView) -> str:
+    """Return why an archive has no basins to draw, as a remedy; empty if it has."""
+    if "attractor" not in view:
+        return "scan with --record attractor"
+    if "attractor_share" not in view:
+        return "no attractor was found"
+    varied = _parameters(view)
+    if len(varied) == 1 or (len(view.axes) == 2 and not varied):
+        return ""
+    return "vary two initial conditions, or one parameter"
+
+
+def _parameters(view: ArchiveView) -> list[str]:
+    return [name for name in view.axes if name not in INITIAL]
+
+
+@styled()
+def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
+    """Return the figure of a scan's basins.
+
+    Over two initial conditions it is a map, along a parameter the shares of the attractors; over
+    one of each both, one above the other.  Raises `RequestError` for any other scan.
+    """
+    if why := why_no_basins(view):
+        raise RequestError(f"{view.path}: show = 'basins': {why}")
+    varied, has_map = _parameters(view), len(view.axes) == 2
+    figure, grid = new_figure(page, [page.map_height] * (has_map + len(varied)))
+    panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
+    if has_map:
+        handles = fill_basins(panels[0], view)
+    if varied:
+        handles = fill_shares(panels[-1], view)
+    add_map_legend(panels[-1], handles, "attractor")
+    if len(panels) > 1 and view.axes[0] == varied[0]:
+        panels[1].set_xlim(panels[0].get_xlim())
+    write_letters(panels)
+    finish(figure, grid, view.text("title"))
+    if has_map:
+        name_basins(panels[0], view)
+    return figure
+
+
+def fill_basin_panel(axes: Axes, view: ArchiveView) -> None:
+    """Draw the map, or else the shares, into axes; errors as `basin_picture`."""
+    if why := why_no_basins(view):
+        raise RequestError(f"{view.path}: show = 'basins': {why}")
+    has_map = len(view.axes) == 2
+    handles = fill_basins(axes, view) if has_map else fill_shares(axes, view)
+    add_map_legend(axes, handles, "attractor")
+    if has_map:
+        name_basins(axes, view)
+
+
+def fill_basins(axes: Axes, view: ArchiveView) -> list[Any]:
+    """Color the cells of a map by attractor, mark the attractors' points; return the handles."""
+    looks, classes = _looks_of_cells(view)
+    norm = BoundaryNorm(np.arange(len(looks) + 1) - 0.5, len(looks))
+    fill_cells(axes, view, classes, cmap=ListedColormap([x.color for x in looks]), norm=norm)
+    handles: list[Any] = _patches_of(looks)
+    if not begins_at_sections(view) or _parameters(view):
+        return handles
+    style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black"}
+    style |= {"markersize": 5.0, "markeredgewidth": 0.9}
+    names, (looks, table) = view["component"].tolist(), _looks(view)
+    columns = [names.index(component_of(name)) for name in view.axes]
+    spans = np.array([view[name][[0, -1]] for name in view.axes]).T
+    points = view["attractor_point"][:, columns]
+    inside = np.flatnonzero(((points >= spans[0]) & (points <= spans[1])).all(axis=1))
+    for k in inside.tolist():
+        color = mixed(looks[table[k]].color, "#ffffff", 0.5)
+        axes.plot(*points[k], markerfacecolor=color, zorder=5, **style)
+    text = "points of attractors" + (",\nprojected" if len(names) > 2 else "")
+    handle = Line2D([], [], markerfacecolor="white", label=text, **style)
+    return [*handles, handle] if inside.size else handles
+
+
+def name_basins(axes: Axes, view: ArchiveView) -> None:
+    looks, classes = _looks_of_cells(view)
+    names = np.array([look.name for look in looks], object)[classes]
+    name_regions(axes, view, names, {x.name: x.color for x in looks if x != _UNKNOWN})
+
+
+def fill_shares(axes: Axes, view: ArchiveView) -> list[Any]:
+    """Draw the attractors' shares along the parameter as stacked bars; return legend handles."""
+    (name,), (looks, table), shares = _parameters(view), _looks(view), view["attractor_share"]
+    edges, floor = inner_edges(view[name]), np.zeros(len(shares))
+    style: dict[str, Any] = {"align": "edge", "lw": 0}
+    for column, codes in zip(np.nan_to_num(shares).T, table.T, strict=True):
+        colors = [looks[code].color if code else "none" for code in codes]
+        axes.bar(edges[:-1], column, np.diff(edges), floor, color=colors, **style)
+        floor += column
+    axes.bar(edges[:-1], 1 - floor, np.diff(edges), floor, color=_UNKNOWN.color, **style)
+    axes.set(xlim=(edges[0], edges[-1]), ylim=(0, 1))
+    axes.set(xlabel=axis_label(name), ylabel="share of the starts")
+    return _patches_of(looks if (floor < 1 - 1e-12).any() else looks[1:])
+
+
+def _looks(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
+    """Return the different looks, `_UNKNOWN` first, and the look (index) of each row of the table.
+
+    A name has the attractor's number if several have one regime; long periods share name and color.
+    """
+    labels = view["attractor_label"]
+    looks, table = [_UNKNOWN], np.zeros(labels.shape, int)
+    for label in sorted({str(label) for label in labels.flat if label}):
+        numbers = [k for k in range(labels.shape[-1]) if (labels[..., k] == label).any()]
+        is_long = drawn_as(label) != label
+        for i, k in enumerate(numbers):
+            name = drawn_as(label) if is_long or len(numbers) == 1 else f"{label} ({k})"
+            shade = _SHADES[0 if is_long else i % len(_SHADES)]
+            look = _Look(name, mixed(color_of(label), *shade), drawn_as(label))
+            looks += [look] * (look not in looks)
+            table[..., k][labels[..., k] == label] = looks.index(look)
+    return looks, table
+
+
+def _looks_of_cells(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
+    """Return the looks that occur in a map, and the look (index) of each cell."""
+    looks, table = _looks(view)
+    numbers, varied = view["attractor"][..., 0], _parameters(view)
+    places = zip(view.axes, np.indices(numbers.shape), strict=True)
+    where = [place for name, place in places if name in varied]
+    codes = np.where(numbers >= 0, table[(*where, np.maximum(numbers, 0))], 0)
+    present, classes = np.unique(codes, return_inverse=True)
+    return [looks[code] for code in present], classes.reshape(numbers.shape)
+
+
+def _patches_of(looks: Iterable[_Look]) -> list[Any]:
+    """Return the handles of a legend, by period, cells without a known attractor last."""
+    order = in_order({look.label for look in looks if look.label})
+    ordered = sorted(looks, key=lambda x: (order.index(x.label) if x.label else len(order), x.name))
+    styles = [
+        patch_look(example_of(look.label), look.color)
+        if look.label
+        else {"facecolor": look.color, "linewidth": 0}
+        for look in ordered
+    ]
+    return [Patch(label=x.name, **style) for x, style in zip(ordered, styles, strict=True)]

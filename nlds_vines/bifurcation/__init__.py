@@ -4,13 +4,12 @@ In reading order:
 
     request           `Scan`: what to compute, how a scan file (TOML) is read, which datasets result
     response_curves   `CurveRequest`: several scans, one for each damper; their results
+    result            `ScanArchive`, the scan of an archive, where its orbits begin; orbits of cells
     blocks            the rectangles of cells that are computed as one; whether there is room
-    cell_orbit        where the orbits of a scan begin; from a cell of an archive to its orbit
     run               one block through the kernels; block after block, from request to archive
     cluster           workers of a Dask cluster, which compute blocks
     attractors        groups ends of orbits, matches attractors along parameters
     attractor_ends    where orbits end, with an early stop near cycles; attractors as datasets
-    result            `ScanArchive`, and the scan of an archive
     picture/          diagrams, maps and response curves, drawn from the archive alone
     command           `python -m nlds_vines.bifurcation` and `nv.scan`
     curve_command     the command `response-curves` and `nv.response_curves`

@@ -26,10 +26,9 @@ from nlds_vines.bifurcation.attractors import (
     System,
     impacts_of,
     period_of,
-    seed_of,
 )
-from nlds_vines.bifurcation.cell_orbit import own_states
 from nlds_vines.bifurcation.request import state_scales
+from nlds_vines.bifurcation.result import own_states
 from nlds_vines.kernels.cells import cycles as kernels
 from nlds_vines.kernels.cells.lanes import LAST_STATE
 from nlds_vines.kernels.scene import codes as ev
@@ -98,7 +97,7 @@ class OrbitEnds:
     def __init__(self, scan: Scan, wanted: Wanted, tell: Tell | None, *, helped: bool) -> None:
         self.scan, self._tell, self.scene = scan, tell, wanted.scene
         self._verdicts = Kernels(replace(wanted, want=("regime",)), tell, helped=helped)
-        self._energies = Kernels(replace(wanted, want=("energy",)), tell, helped=False)
+        self.energies = Kernels(replace(wanted, want=("energy",)), tell, helped=False)
         self._parts = parts_of(wanted.method, wanted.scene, wanted.settings)
         self._known = dict[int, list[Cycle]]()
 
@@ -128,7 +127,6 @@ class OrbitEnds:
         return {name: values[:, np.newaxis] for name, values in values_by_name.items()}
 
     def judged(self, cells: np.ndarray, starts: np.ndarray) -> Ends:
-        """Return the verdicts on orbits in `cells` (n,) from `starts` (n, 4)."""
         span, parts = (self.scan.transient, self.scan.periods), []
         for first in range(0, len(cells), TOGETHER):
             some = slice(first, first + TOGETHER)
@@ -149,20 +147,12 @@ class OrbitEnds:
         converted = kernel_states(np.repeat(cells, periods), columns, self.scene)
         return converted.reshape(len(states), periods, 4)
 
-    def energies(self, cells: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
-        """Return the largest E1 and E2 (n, 2) [J] over an nT orbit; over a scan's periods for 0."""
-        span = (0, periods) if periods else (self.scan.transient, self.scan.periods)
-        energy = self._energies.run(cells[:, np.newaxis], starts, *span).energy
-        assert energy is not None
-        return energy[:, 0]
-
     def system(self, cell: np.ndarray, states: np.ndarray) -> System:
         """Return a system without attractors, with the unit of its ends `states` (n, 4)."""
-
-        def sections(some: np.ndarray, periods: int) -> np.ndarray:
-            return self.sections(np.repeat(cell, len(some)), some, periods)
-
-        return System(sections, self._amplitudes(cell, states))
+        return System(
+            lambda some, periods: self.sections(np.repeat(cell, len(some)), some, periods),
+            self._amplitudes(cell, states),
+        )
 
     def _amplitudes(self, cell: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Return the amplitudes (size,) of the components of states (n, 4) in a cell (1,)."""
@@ -180,56 +170,29 @@ class OrbitEnds:
         weights[: unit.size] = 1.0 / (radius * unit)
         return Cycle(label, points, weights)
 
-    def _safe_radius(self, cell: np.ndarray, points: np.ndarray, radius: float) -> float:
-        """Return the largest radius, halved from `radius`, from which all trial orbits come nearer.
-
-        They begin in random directions from the points of a cycle, in turn.  Close to a saddle,
-        the basin of a cycle is narrow: 4T,2 of Set 6 at 7.66 rad/s has 0.0025 amplitudes.
-        """
-        unit, size = self._amplitudes(cell, points), len(self.scene.components)
-        directions = np.random.default_rng(0).normal(size=(TRIALS, size))
-        directions *= unit / np.linalg.norm(directions, axis=1, keepdims=True)
-        cells, begin = np.repeat(cell, TRIALS), points[np.arange(TRIALS) % len(points)]
-        for _ in range(HALVINGS):
-            starts = begin.copy()
-            starts[:, :size] += radius * directions
-            if self.scene.grounded:
-                starts[:, 2:] = starts[:, :2]
-            ends = self.sections(cells, starts, RETURNS * len(points))[:, -1]
-            steps = (ends - begin)[:, :size] / unit
-            if (np.linalg.norm(steps, axis=1) < radius).all():
-                break
-            radius *= 0.5
-        return radius
-
     def _learn(self, cells: np.ndarray, systems: np.ndarray) -> None:
-        """Judge the samples of systems without cycles so far, and store their cycles."""
-        size = sample_size(self.scan)
+        """Judge a sample of each system without cycles so far, and store the cycles.
+
+        Samples are drawn from the starts of the scan, the same ones in each system.
+        """
+        scan, size = self.scan, sample_size(self.scan)
         numbers, first = np.unique(systems, return_index=True)
         is_new = np.array([number not in self._known for number in numbers.tolist()], bool)
         if not size or not is_new.any():
             return
-        representatives = cells[first[is_new]]
-        ends = self.judged(np.repeat(representatives, size), self._sample(representatives, size))
-        for i, number in enumerate(numbers[is_new].tolist()):
-            some = Ends(*(column[i * size : (i + 1) * size] for column in ends))
-            self._known[number] = self._cycles(representatives[i : i + 1], some)
-
-    def _sample(self, cells: np.ndarray, size: int) -> np.ndarray:
-        """Return the starts (systems size, 4) that are judged in systems, given by one cell each.
-
-        They are drawn from the starts of the scan, the same ones in each system.
-        """
-        scan = self.scan
+        new = cells[first[is_new]]
         sides = [axis.values.size for axis in scan.axes if axis not in scan.parameters]
         chosen = np.random.default_rng(0).permutation(prod(sides) * scan.starts)[:size]
-        *places, lanes = np.unravel_index(np.tile(chosen, len(cells)), (*sides, scan.starts))
+        *places, lanes = np.unravel_index(np.tile(chosen, len(new)), (*sides, scan.starts))
         along = iter(places)
         where = [0 * lanes if axis in scan.parameters else next(along) for axis in scan.axes]
-        return own_states(scan, np.repeat(cells, size), where, lanes, tell=self._tell)
+        repeated = np.repeat(new, size)
+        ends = self.judged(repeated, own_states(scan, repeated, where, lanes, tell=self._tell))
+        for i, number in enumerate(numbers[is_new].tolist()):
+            some = Ends(*(column[i * size : (i + 1) * size] for column in ends))
+            self._known[number] = self._cycles(new[i : i + 1], some)
 
     def _cycles(self, cell: np.ndarray, ends: Ends) -> list[Cycle]:
-        """Return the cycles on which the sampled orbits of a system end."""
         closed = np.flatnonzero(_is_closed(ends))
         system = self.system(cell, ends.states[closed])
         system.add(ends.labels[closed], ends.states[closed], closed)
@@ -239,7 +202,22 @@ class OrbitEnds:
             others = [a.points[:, : unit.size] for a in system.attractors if a is not one]
             gaps = [float(tree.query(points / unit)[0].min()) for points in others]
             radius = max(min([RADIUS, *(GUARD * gap for gap in gaps)]), 1e-12)
-            radius = self._safe_radius(cell, one.points, radius)
+            # orbits that begin so far from points of the cycle in random directions must come
+            # nearer: close to a saddle, its basin is narrow (4T,2 of Set 6 at 7.66 rad/s has
+            # 0.0025 amplitudes)
+            directions = np.random.default_rng(0).normal(size=(TRIALS, unit.size))
+            directions *= unit / np.linalg.norm(directions, axis=1, keepdims=True)
+            begin, cells = one.points[np.arange(TRIALS) % len(one.points)], np.repeat(cell, TRIALS)
+            for _ in range(HALVINGS):
+                starts = begin.copy()
+                starts[:, : unit.size] += radius * directions
+                if self.scene.grounded:
+                    starts[:, 2:] = starts[:, :2]
+                last = self.sections(cells, starts, RETURNS * len(one.points))[:, -1]
+                steps = (last - begin)[:, : unit.size] / unit
+                if (np.linalg.norm(steps, axis=1) < radius).all():
+                    break
+                radius *= 0.5
             cycles.append(self._cycle(cell, one.label, one.points, radius))
         return cycles
 
@@ -292,7 +270,6 @@ class OrbitEnds:
 
 
 def _is_closed(ends: Ends) -> np.ndarray:
-    """Return which orbits (n,) end on a cycle."""
     closed = np.array([period_of(label) > 0 for label in ends.labels], bool)
     return closed & (ends.status == OK)
 
@@ -341,11 +318,16 @@ class AttractorTable:
         grid = np.ix_(*(axis.values for axis in scan.parameters)) if self._shape else ()
         names = (axis.name for axis in scan.parameters)
         self._cells = np.ravel(scan.system.cells(dict(zip(names, grid, strict=True))))
-        self._number(*self._collected(blocks), check)
+        labels = np.full((*scan.shape, scan.starts), "", object)
+        states = np.full((*labels.shape, len(scan.system.scene.components)), np.nan)
+        for block, arrays in blocks:  # the regime of a failed orbit is empty
+            words = finals(arrays["label"].astype(object))
+            labels[block.selection] = np.where(arrays["status"] == OK, words, "")
+            states[block.selection] = arrays["end_state"]
+        self._number(labels.ravel(), states.reshape(labels.size, -1), check)
         self._table = list(self._contents()) if self._count else []
 
     def joined(self) -> Table:
-        """Return the datasets of the archive: those of the scan, and those of the attractors."""
         scan, size = self._scan.table, len(self._scan.system.scene.components)
         if not self._count:
             return scan
@@ -359,30 +341,12 @@ class AttractorTable:
         return [*scales.values(), Scale.counted(NUMBER, self._count, "number of an attractor")]
 
     def patched(self, block: Block, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
-        """Return the datasets of a block with the numbers of its attractors."""
         return {**arrays, ATTRACTOR: self._numbers[block.selection]}
 
     def pieces(self) -> Iterator[Piece]:
         yield from whole(self._table)
 
-    def _collected(
-        self, blocks: Iterable[tuple[Block, Mapping[str, np.ndarray]]]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the final regimes and the end states (components) of all orbits, in their order.
-
-        The regime of a failed orbit is empty.
-        """
-        scan = self._scan
-        labels = np.full((*scan.shape, scan.starts), "", object)
-        states = np.full((*labels.shape, len(scan.system.scene.components)), np.nan)
-        for block, arrays in blocks:
-            words = finals(arrays["label"].astype(object))
-            labels[block.selection] = np.where(arrays["status"] == OK, words, "")
-            states[block.selection] = arrays["end_state"]
-        return labels.ravel(), states.reshape(labels.size, -1)
-
     def _number(self, labels: np.ndarray, states: np.ndarray, check: Callable[[], object]) -> None:
-        """Group the ends of all orbits, and number the attractors along the parameters."""
         scan, lanes = self._scan, np.arange(labels.size)
         systems = systems_of(scan, lanes // scan.starts)
         order = np.argsort(systems, kind="stable")
@@ -394,7 +358,11 @@ class AttractorTable:
             there = kernel_states(np.repeat(cell, members.size), states[members], scan.system.scene)
             system = self._ends.system(cell, there[labels[members] != ""])
             system.add(labels[members], there, members)
-            self._carry(system, cell, numbering)
+            if absent := numbering.absent(system.attractors):  # no orbit reaches them: one is sent
+                cells, begin = np.repeat(cell, len(absent)), [one.state for one in absent.values()]
+                ends = self._ends.judged(cells, np.array(begin))
+                words = np.where(ends.status == OK, ends.labels, "")
+                system.add(words, ends.states, ~np.array(list(absent)))
             numbering.give(system.attractors)
         self._rows = [(i, *row) for i, table in enumerate(numbering.table) for row in table.items()]
         self._count = max((number for _, number, _ in self._rows), default=-1) + 1
@@ -403,17 +371,7 @@ class AttractorTable:
             numbers[attractor.lanes[attractor.lanes >= 0]] = number
         self._numbers = numbers.reshape(*scan.shape, scan.starts)
 
-    def _carry(self, system: System, cell: np.ndarray, numbering: Numbering) -> None:
-        """Follow an orbit of each neighboring attractor that no orbit of the system reaches."""
-        absent = numbering.absent(system.attractors)
-        if absent:
-            cells, states = np.repeat(cell, len(absent)), [one.state for one in absent.values()]
-            ends, seeds = self._ends.judged(cells, np.array(states)), map(seed_of, absent)
-            labels = np.where(ends.status == OK, ends.labels, "")
-            system.add(labels, ends.states, np.array(list(seeds)))
-
     def _contents(self) -> Iterator[tuple[Dataset, np.ndarray]]:
-        """Yield the datasets of the attractors with their arrays."""
         scene, attractors = self._scan.system.scene, [attractor for *_, attractor in self._rows]
         systems = np.array([system for system, *_ in self._rows])
         numbers = np.array([number for _, number, _ in self._rows])
@@ -443,9 +401,15 @@ class AttractorTable:
         entry = Dataset.real("attractor_point", (*dims, "component"), "m, m/s", text)
         points = user_states(cells, states, scene)
         yield filled(entry, np.where(periods[:, np.newaxis] > 0, points, np.nan))
-        dims_of_multipliers = (*dims, "multiplier", "part")
-        entry = BY_NAME["multipliers"].dataset(dims_of_multipliers, scene, prefix="attractor_")
-        yield filled(entry, self._multipliers(periods, cells, states))
+        size, closed = len(scene.components), np.flatnonzero(periods)
+        multipliers = np.full((len(periods), size, 2), np.nan)
+        if closed.size:
+            evidence = self._ends.judged(cells[closed], states[closed]).evidence
+            is_same = evidence[:, ev.CYCLE_PERIOD] == periods[closed]
+            multipliers[closed[is_same]] = multipliers_of(evidence[is_same], size)[0]
+        columns = (*dims, "multiplier", "part")
+        entry = BY_NAME["multipliers"].dataset(columns, scene, prefix="attractor_")
+        yield filled(entry, multipliers)
         energies = self._energies(attractors, cells, states)
         for i, name in enumerate(("E1max", "E2max") if scene.damper else ("E1max",)):
             yield filled(BY_NAME[name].dataset(dims, scene, prefix="attractor_"), energies[:, i])
@@ -456,18 +420,6 @@ class AttractorTable:
         text = "factor by which the distance that divides attractors may change without effect"
         entry = Dataset.real("attractor_margin", dims, "1", text)
         yield filled(entry, [one.margin for one in attractors])
-
-    def _multipliers(
-        self, periods: np.ndarray, cells: np.ndarray, states: np.ndarray
-    ) -> np.ndarray:
-        """Return the Floquet multipliers (n, size, 2) of attractors, NaN where not periodic."""
-        size = len(self._scan.system.scene.components)
-        multipliers, closed = np.full((len(periods), size, 2), np.nan), np.flatnonzero(periods)
-        if closed.size:
-            evidence = self._ends.judged(cells[closed], states[closed]).evidence
-            is_same = evidence[:, ev.CYCLE_PERIOD] == periods[closed]
-            multipliers[closed[is_same]] = multipliers_of(evidence[is_same], size)[0]
-        return multipliers
 
     def _energies(
         self, attractors: list[Attractor], cells: np.ndarray, states: np.ndarray
@@ -482,5 +434,8 @@ class AttractorTable:
         energies = np.empty((len(attractors), 2))
         for n in np.unique(periods).tolist():
             some = np.flatnonzero(periods == n)
-            energies[some] = self._ends.energies(cells[some], starts[some], n)
+            span = (0, n) if n else (self._scan.transient, self._scan.periods)
+            energy = self._ends.energies.run(cells[some, np.newaxis], starts[some], *span).energy
+            assert energy is not None
+            energies[some] = energy[:, 0]
         return energies

@@ -10,9 +10,9 @@ States are those of the kernels, (x1, v1, r, s), of which the first `size` count
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import combinations, product
 from math import prod
 
 import numpy as np
@@ -91,12 +91,7 @@ class Attractor:
     margin: float = np.inf
 
     def tree(self, unit: np.ndarray) -> KDTree:
-        """Return a search tree of its section points, in units."""
         return KDTree(_scaled(self.points, unit))
-
-    def is_comparable(self, other: Attractor) -> bool:
-        """Return True if only distances distinguish it from another: same n, or same label."""
-        return self.period == other.period and (self.period > 0 or self.label == other.label)
 
 
 @dataclass
@@ -121,37 +116,32 @@ class System:
         for one in self.attractors:
             one.margin = 1.0 / max(one.within, 1e-300)
             for other in self.attractors:
-                if other is not one and one.is_comparable(other):
+                is_same = other.period > 0 or other.label == one.label
+                if other is not one and other.period == one.period and is_same:
                     one.margin = min(one.margin, self._gap(one, other) / one.cut)
 
     def _gap(self, one: Attractor, other: Attractor) -> float:
-        """Return the distance of two attractors: least of cycles, median of clouds.
-
-        Of the medians in both directions it is the smaller one.
-        """
-        there = one.tree(self.unit).query(_scaled(other.points, self.unit))[0]
-        back = other.tree(self.unit).query(_scaled(one.points, self.unit))[0]
-        if one.period:
-            return float(min(there.min(), back.min()))
-        return float(min(np.median(there), np.median(back)))
+        """Return the distance of two attractors: least of cycles, smaller median of clouds."""
+        measure = np.min if one.period else np.median
+        return float(min(measure(way) for way in _distances(one, other, self.unit)))
 
     def _add_periodic(self, label: str, n: int, states: np.ndarray, lanes: np.ndarray) -> None:
-        left = np.arange(lanes.size)
+        left, scaled = np.arange(lanes.size), _scaled(states, self.unit)
+
+        def distances(attractor: Attractor) -> np.ndarray:
+            return attractor.tree(self.unit).query(scaled[left])[0][:, np.newaxis]
+
         for attractor in self.attractors:
             if attractor.period == n:
-                left = _join([attractor], self._distances(attractor, states[left]), lanes, left)
+                left = _join([attractor], distances(attractor), lanes, left)
         while left.size:
             state = states[left[0]]
             cycle = self.sections(state[np.newaxis], n)[0]
-            new = Attractor(label, n, cycle, state, lanes[:0], self.unit, SAME)
-            distances = self._distances(new, states[left])
-            new.lanes, new.within = lanes[left[:1]], float(distances[0, 0]) / SAME
+            new = Attractor(label, n, cycle, state, lanes[left[:1]], self.unit, SAME)
+            gaps = distances(new)
+            new.within = float(gaps[0, 0]) / SAME
             self.attractors.append(new)
-            left = _join([new], distances[1:], lanes, left[1:])
-
-    def _distances(self, attractor: Attractor, states: np.ndarray) -> np.ndarray:
-        """Return the distances (n, 1) of states from the points of a cycle."""
-        return attractor.tree(self.unit).query(_scaled(states, self.unit))[0][:, np.newaxis]
+            left = _join([new], gaps[1:], lanes, left[1:])
 
     def _add_clouds(self, label: str, states: np.ndarray, lanes: np.ndarray) -> None:
         left = np.arange(lanes.size)
@@ -216,6 +206,12 @@ def _scaled(states: np.ndarray, unit: np.ndarray) -> np.ndarray:
     return states[..., : unit.size] / unit
 
 
+def _distances(one: Attractor, other: Attractor, unit: np.ndarray) -> list[np.ndarray]:
+    """Return the distances of the points of either attractor from the nearest ones of the other."""
+    pairs = ((one, other), (other, one))
+    return [a.tree(unit).query(_scaled(b.points, unit))[0] for a, b in pairs]
+
+
 def _join(
     attractors: Sequence[Attractor], distances: np.ndarray, lanes: np.ndarray, left: np.ndarray
 ) -> np.ndarray:
@@ -236,14 +232,6 @@ def _join(
 # ---- numbers along parameters --------------------------------------------------------------------
 
 
-def step_between(one: Attractor, other: Attractor) -> float:
-    """Return the mean distance between the sections of two attractors, in amplitudes."""
-    unit = np.maximum(one.unit, other.unit)
-    there = one.tree(unit).query(_scaled(other.points, unit))[0].mean()
-    back = other.tree(unit).query(_scaled(one.points, unit))[0].mean()
-    return float(max(there, back))
-
-
 def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[int, int]:
     """Return the numbers of attractors `now`, by their index, that continue one `before`.
 
@@ -253,7 +241,10 @@ def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[i
     if not before or not now:
         return {}
     numbers = list(before)
-    steps = np.array([[step_between(before[k], b) for b in now] for k in numbers])
+    steps = np.empty((len(numbers), len(now)))
+    for (i, number), (j, one) in product(enumerate(numbers), enumerate(now)):
+        unit = np.maximum(before[number].unit, one.unit)
+        steps[i, j] = max(way.mean() for way in _distances(before[number], one, unit))
     pairs = dict[int, int]()
     for i, j in zip(*linear_sum_assignment(steps), strict=True):
         others = [*np.delete(steps[i], j), *np.delete(steps[:, j], i), FAR / NEAR]
@@ -263,7 +254,10 @@ def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[i
 
 
 class Numbering:
-    """Numbers attractors in one system of a grid of parameters after another."""
+    """Numbers attractors in one system of a grid of parameters after another.
+
+    An orbit that is carried on from the attractor of a number is the lane ~number.
+    """
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self._shape = shape
@@ -271,10 +265,7 @@ class Numbering:
         self.table = list[dict[int, Attractor]]()
 
     def absent(self, attractors: Sequence[Attractor]) -> dict[int, Attractor]:
-        """Return the neighboring attractors that no attractor of the next system continues.
-
-        An orbit from each is to be added to the next system as the lane `seed_of` its number.
-        """
+        """Return the neighboring attractors that no attractor of the next system continues."""
         beside = self._beside()
         continued = matched(beside, attractors).values()
         return {number: one for number, one in beside.items() if number not in continued}
@@ -301,29 +292,18 @@ class Numbering:
         earlier = {k: attractor for k, attractor in self._last.items() if k not in beside}
         numbers, left = dict[int, Attractor](), list(attractors)
         for before in (beside, {}, earlier):
-            pairs = matched(before, left) if before else _led_to(left, numbers)
+            pairs = matched(before, left)
+            for place, attractor in enumerate([] if before else left):
+                seeds = [~lane for lane in attractor.lanes[attractor.lanes < 0].tolist()]
+                seeds = [k for k in seeds if k not in numbers and k not in pairs.values()]
+                if seeds:
+                    pairs[place] = seeds[0]
             numbers |= {number: left[place] for place, number in pairs.items()}
             left = [attractor for place, attractor in enumerate(left) if place not in pairs]
         new = max(self._last, default=-1) + 1
         numbers |= dict(enumerate(sorted(left, key=_order), new))
         self.table.append(dict(sorted(numbers.items())))
         self._last |= numbers
-
-
-def seed_of(number: int) -> int:
-    """Return the lane of an orbit that is carried on from the attractor of a number."""
-    return -1 - number
-
-
-def _led_to(attractors: Sequence[Attractor], used: Container[int]) -> dict[int, int]:
-    """Return the unused numbers from which an orbit came to each attractor, by index."""
-    pairs = dict[int, int]()
-    for place, attractor in enumerate(attractors):
-        numbers = [seed_of(lane) for lane in attractor.lanes[attractor.lanes < 0].tolist()]
-        numbers = [k for k in numbers if k not in used and k not in pairs.values()]
-        if numbers:
-            pairs[place] = numbers[0]
-    return pairs
 
 
 def _order(attractor: Attractor) -> tuple[object, ...]:

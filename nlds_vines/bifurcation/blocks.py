@@ -57,7 +57,6 @@ class Block:
 
     @property
     def selection(self) -> tuple[slice, ...]:
-        """The rectangle as slices into an array of the whole grid."""
         return tuple(slice(first, stop) for first, stop in self.slices)
 
 
@@ -107,7 +106,6 @@ def lane_bytes(scan: Scan) -> int:
 
 
 def block_bytes(scan: Scan) -> int:
-    """Return the bytes of the results of the largest block."""
     total = math.prod(scan.shape)
     return result_bytes(scan) * _largest(scan) // total
 

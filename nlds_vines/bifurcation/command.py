@@ -241,7 +241,6 @@ class Job(commands.Job):
 
 
 def _can_be_drawn(scan: Scan) -> bool:
-    """Return True unless a map or samples record only sections."""
     if scan.sampled is not None:
         return bool({*scan.want} - {"section"})
     return not is_map([axis.values for axis in scan.axes]) or scan.want != ("section",)

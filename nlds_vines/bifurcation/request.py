@@ -33,7 +33,7 @@ from nlds_vines.model.parameters import (
     setting_in_words,
     symbol_of,
 )
-from nlds_vines.model.quantities import Quantity, recorded
+from nlds_vines.model.quantities import recorded
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, ratios_in, refuse_twice
 from nlds_vines.model.samples import SAMPLE, Samples, sample_scale, samples_in
 from nlds_vines.model.scenes import Scene
@@ -80,11 +80,6 @@ def struck(scene: Scene) -> tuple[str, ...]:
     return scene.bodies_struck if len(scene.walls) > 1 else ()
 
 
-def struck_flags(scene: Scene) -> dict[str, int]:
-    """Return the code of each body that is struck, 0 at the near wall, by its name as one word."""
-    return {name.replace(" ", "_"): code for code, name in enumerate(struck(scene))}
-
-
 def state_scales(count: int) -> Iterator[Scale]:
     """Yield the dimensions of multipliers, exponents and complex parts for `count` components."""
     yield Scale.counted("multiplier", count, "Floquet multiplier, the largest modulus first", 1)
@@ -118,18 +113,29 @@ class ScanContents:
         Impacts and clearances exist only in scenes with a wall, the damper's energy only with a
         damper.
         """
-        lanes = (*(axis.name for axis in self.axes), "start")
-        datasets = [
-            dataset_of(entry, lanes, self.scene)
-            for entry in recorded(self.scene, self.want)
-            if entry.name != "start_state" or self.start.policy == "random"
-        ]
+        lanes, walls = (*(axis.name for axis in self.axes), "start"), struck(self.scene)
+        datasets: list[Dataset] = []
+        for entry in recorded(self.scene, self.want):
+            if entry.name != "start_state" or self.start.policy == "random":
+                tail = tuple(dim for dim in entry.dims if dim != "wall" or walls)
+                flags = _FLAGS.get(entry.name)
+                if entry.name == "impact_wall":  # 0 is the near wall
+                    flags = {name.replace(" ", "_"): code for code, name in enumerate(walls)}
+                datasets.append(entry.dataset((*lanes, *tail), self.scene, flags))
         if self.spectral is not None:
             datasets = [self.spectral.in_units(dataset) for dataset in datasets]
-        return Table.of(datasets, self._lengths())
+        size = len(self.scene.components)
+        lengths = {axis.name: axis.values.size for axis in self.axes}
+        lengths |= {"start": self.start.orbits, "forcing_period": self.periods, "component": size}
+        if self._touches:
+            lengths |= {"impact": self._touches}
+        if walls:
+            lengths |= {"wall": len(walls)}
+        if "evidence" in self.want:
+            lengths |= {"multiplier": size, "exponent": size, "part": 2}
+        return Table.of(datasets, lengths | (self.spectral.lengths() if self.spectral else {}))
 
     def scales(self) -> tuple[Scale, ...]:
-        """Return every dimension that a dataset may have, with its values."""
         varied = (
             sample_scale(axis.values.size)
             if axis.name == SAMPLE
@@ -151,28 +157,7 @@ class ScanContents:
 
     @property
     def _touches(self) -> int:
-        """Number of impacts of an orbit whose touch is recorded."""
         return touches_noted(self.want, self.scene, self.periods)
-
-    def _lengths(self) -> dict[str, int]:
-        """Return the length of every dimension, without making its values."""
-        size, walls = len(self.scene.components), struck(self.scene)
-        lengths = {axis.name: axis.values.size for axis in self.axes}
-        lengths |= {"start": self.start.orbits, "forcing_period": self.periods, "component": size}
-        if self._touches:
-            lengths |= {"impact": self._touches}
-        if walls:
-            lengths |= {"wall": len(walls)}
-        if "evidence" in self.want:
-            lengths |= {"multiplier": size, "exponent": size, "part": 2}
-        return lengths | ({} if self.spectral is None else self.spectral.lengths())
-
-
-def dataset_of(entry: Quantity, lanes: tuple[str, ...], scene: Scene) -> Dataset:
-    """Return the dataset of a recorded quantity; `lanes` are the dimensions of all of a scan."""
-    tail = tuple(dim for dim in entry.dims if dim != "wall" or struck(scene))
-    flags = struck_flags(scene) if entry.name == "impact_wall" else _FLAGS.get(entry.name)
-    return entry.dataset((*lanes, *tail), scene, flags)
 
 
 def begins_at_sections(view: ArchiveView) -> bool:
@@ -186,7 +171,6 @@ MOST_LANES = 10**8
 
 
 def refuse_too_many(shape: Sequence[int], starts: int) -> None:
-    """Raise `RequestError` for more than `MOST_LANES` orbits."""
     cells = prod(shape)
     if cells * starts > MOST_LANES:
         sides = " x ".join(map(str, shape))
@@ -576,9 +560,15 @@ def load_scan(
     kind = "vary" if sampled is None else "samples"
     varied = request.table("vary") if sampled is None else sampled.columns
     system = request.as_set(request.system(), dict.fromkeys(varied, kind))
-    start = _start(request)
+    with at(request.place("start")):  # a state without a policy means the policy of that name
+        entries_of_start = request.of(Start)
+        policy = {"policy": STATE} if "state" in entries_of_start else {}
+        start = Start(**policy | entries_of_start)
     axes = request.axes("vary") if sampled is None else ()
-    want = _want(request, system.scene)
+    with at(request.place("record")):  # one file serves every system: what it lacks is left out
+        asked = request.values.get("record", {}).get("want", USUAL)
+        if not (want := possible_want(asked, system.scene)):
+            refuse_impossible(asked, system.scene)
     with at(request.place("sampling")):
         sampling = request.values.get("sampling", {})
         chosen_settings(
@@ -605,26 +595,6 @@ def load_scan(
         start=start,
         sampled=sampled,
     )
-
-
-def _start(request: Merged) -> Start:
-    """Return the start; a state without a policy means the policy of that name."""
-    entries = request.of(Start)
-    with at(request.place("start")):
-        return Start(**({"policy": STATE} if "state" in entries else {}) | entries)
-
-
-def _want(request: Merged, scene: Scene) -> tuple[str, ...]:
-    """Return the records, as asked or by default, without those that the scene cannot give.
-
-    So one scan file serves every system; a request is refused only if no record remains.
-    """
-    want = request.values.get("record", {}).get("want", USUAL)
-    with at(request.place("record")):
-        possible = possible_want(want, scene)
-        if not possible:
-            refuse_impossible(want, scene)
-        return possible
 
 
 def _made_up_title(request: Merged, system: System, varied: Sequence[str], symbols: str) -> str:

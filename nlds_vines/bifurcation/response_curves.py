@@ -188,7 +188,6 @@ class CurveRequest(Request):
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        """Check everything."""
         string("title", self.title)
         check_settings(self)
         if self.reduction and len(self.panels) > 1:
@@ -223,12 +222,10 @@ class CurveRequest(Request):
 
     @property
     def axis(self) -> str:
-        """The parameter along which the curves run."""
         return self.cases[0].scan.axes[0].name
 
     @property
     def values(self) -> np.ndarray:
-        """Its values, (n,)."""
         return self.cases[0].scan.axes[0].values
 
     @cached_property
@@ -254,12 +251,10 @@ class CurveRequest(Request):
 
     @property
     def lanes(self) -> int:
-        """Number of orbits in all."""
         return sum(case.scan.lanes for case in self.cases)
 
     @property
     def about(self) -> dict[str, Value]:
-        """The attributes of its archive beside the request itself."""
         return {"along": self.axis, "content": self.content}
 
     @property
@@ -288,7 +283,6 @@ class CurveRequest(Request):
         ]
 
     def inputs(self) -> Iterator[tuple[Dataset, np.ndarray]]:
-        """Yield the name, the kind and the parameters of each system as datasets."""
         systems = [scan.system for scan in self.scans]
         names, kinds = [one.name for one in systems], [one.kind for one in systems]
         yield Dataset.text("system", (CASE,), "name of the system"), np.array(names, object)

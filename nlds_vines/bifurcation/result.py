@@ -1,21 +1,40 @@
-"""The archive of a scan: as Python has it, a path that can be read and drawn, and as a request."""
+"""The archive of a scan: as Python has it, as a request, and the orbits of its cells, bit by bit.
+
+No kernels are loaded before an orbit is asked for.
+"""
 
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from nlds_vines.archives.archive import ArchivePath
+import numpy as np
+
+from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.request import Scan, load_scan
-from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.errors import RequestError, at, number, shown, unknown, whole
+from nlds_vines.model.axis import Axis
+from nlds_vines.model.parameters import INITIAL, PHASE, component_of
+from nlds_vines.model.ratios import ratios_in
+from nlds_vines.orbits.starts import (
+    given_states,
+    put_on_walls,
+    random_states,
+    start_states,
+    user_states,
+)
+from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nlds_vines.archives.archive import ArchiveView
+    from nlds_vines.model.system import System
+    from nlds_vines.orbits.simulation import Beginning, Orbit
 
 
 class ScanArchive(ArchivePath):
@@ -65,3 +84,330 @@ def scan_of(view: ArchiveView) -> Scan:
             f"it was made by {view.attrs.get('source', 'an unknown version')}"
         )
     return scan
+
+
+# ---- orbits of cells -----------------------------------------------------------------------------
+
+
+def begun(
+    scan: Scan, cells: np.ndarray, initial: Mapping[str, np.ndarray], tell: Tell | None = None
+) -> np.ndarray:
+    """Return the states (n, 4), x1, v1, r, s, of the orbits of cells at their first section.
+
+    Arguments: the `cells` (n,); the `initial` conditions that axes set, (n,) each, by name; `tell`
+    as `batch.Kernels` takes it.  An orbit that begins at another phase is followed to the next
+    section.
+    """
+    phases = initial.get(PHASE, np.full(len(cells), scan.start.phase))
+    components = {name: values for name, values in initial.items() if name != PHASE}
+    states = given_states(cells, scan.start, components, scan.system.scene)
+    if PHASE not in initial and not scan.start.phase:
+        return states
+    from nlds_vines.orbits.batch import at_section  # with kernels, which take long to load
+
+    return at_section(scan.system.scene, (scan.method, scan.settings), cells, states, phases, tell)
+
+
+STEP = {"up": 1, "down": -1}
+"""The step of a sweep along the last axis, whose values ascend."""
+
+Place = tuple[int, ...]
+"""The index of a cell along each axis."""
+
+
+class CellStart(NamedTuple):
+    """A start (x1, v1, x2, v2) [m, m/s], None for rest, and its description."""
+
+    state: tuple[float, ...] | None
+    words: str
+
+
+def values_at(scan: Scan, place: Place) -> dict[str, float]:
+    """Return the varied parameters and initial conditions of a cell by name [SI units]."""
+    if scan.sampled is not None:
+        return {name: float(column[place[0]]) for name, column in scan.sampled.columns.items()}
+    pairs = zip(scan.axes, place, strict=True)
+    return {axis.name: float(axis.values[i]) for axis, i in pairs}
+
+
+def system_at(scan: Scan, place: Place, settings: Mapping[str, float] | None = None) -> System:
+    """Return the system of a cell; `settings` override parameters.
+
+    Raises `RequestError` if the system refuses these.
+    """
+    varied = {name: v for name, v in values_at(scan, place).items() if name not in INITIAL}
+    return scan.system.with_(**{**varied, **(settings or {})})
+
+
+def own_states(
+    scan: Scan,
+    cells: np.ndarray,
+    where: Sequence[np.ndarray],
+    lanes: np.ndarray,
+    draws: np.ndarray | None = None,
+    tell: Tell | None = None,
+) -> np.ndarray:
+    """Return the initial states of orbits that do not follow another one; rest for sweeps.
+
+    Arguments: the `cells` (n,) and their index along each axis, `where`, (n,) each; `lanes` (n,),
+    the start of its cell that each orbit has; `draws` of `start_states`, by default drawn here;
+    `tell` as `batch.Kernels` takes it.
+
+    Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s].
+    """
+    if scan.start.policy != "random":
+        return begun(scan, cells, scan.initial(where), tell)
+    chosen = (start_states(scan.start) if draws is None else draws)[lanes]
+    return random_states(cells, chosen[:, np.newaxis], scan.system.scene)[:, 0]
+
+
+def own_state(scan: Scan, cell: np.ndarray, place: Place, lane: int) -> np.ndarray:
+    return own_states(scan, cell, [np.array([i]) for i in place], np.array([lane]))[0]
+
+
+def swept_before(scan: Scan, place: Place, lane: int) -> list[Place]:
+    """Return the cells that a sweep passes before `place`, in its order; none without a sweep.
+
+    The orbit of each begins where that of the cell before ended; the first begins at rest.
+    """
+    if not scan.start.sweeps:
+        return []
+    step = STEP[scan.start.sweeps[lane]]
+    first = 0 if step > 0 else scan.shape[-1] - 1
+    return [(*place[:-1], i) for i in range(first, place[-1], step)]
+
+
+def recorded_start(
+    scan: Scan,
+    arrays: Mapping[str, np.ndarray],
+    place: Place,
+    lane: int,
+    system: System,
+    moved: Mapping[str, float] | None = None,
+) -> CellStart:
+    """Return the start of an orbit, of a sweep as far as its results contain it.
+
+    Arguments: the scan and its datasets by name; the `place` of the cell and the start `lane`; a
+    `system` like that of the cell; `moved`, initial conditions by name that override those of the
+    cell.
+
+    The start within a sweep is the last recorded section of the cell before; without sections it is
+    a point of the cell's own periodic orbit.
+    """
+    if scan.start.sweeps:
+        sweep, before = scan.start.sweeps[lane], swept_before(scan, place, lane)
+        if not before:
+            return CellStart(None, f"rest, the beginning of the sweep {sweep}")
+        for name, where, words in (
+            ("section", (*before[-1], lane, -1), "the cell before"),
+            ("orbit_point", (*place, lane), "a point of its orbit"),
+        ):
+            if name in arrays and np.isfinite(state := arrays[name][where]).all():
+                return CellStart(tuple(state.tolist()), f"the sweep {sweep}: {words}")
+        words = f"rest: the archive does not hold the states of the sweep {sweep}"
+        return CellStart(None, words)
+    cell = np.atleast_1d(system.cells())
+    if scan.start.policy == "random":
+        words = f"{scan.start.names[lane]} (seed {scan.start.seed})"
+        state = own_state(scan, cell, place, lane)[np.newaxis]
+    else:
+        values = {name: v for name, v in values_at(scan, place).items() if name in INITIAL}
+        values |= moved or {}
+        if not values and not scan.start.state and not scan.start.phase:
+            return CellStart(None, "rest")
+        shown = dict(values)
+        if scan.start.phase and PHASE not in values:
+            shown[PHASE] = scan.start.phase
+        words = ", ".join(f"{name} = {value:g}" for name, value in shown.items())
+        words = "the start of the sliders" if moved else words
+        initial = {component_of(name): np.array([value]) for name, value in values.items()}
+        state = begun(scan, cell, initial)
+    state = put_on_walls(cell, state, system.scene)
+    state = user_states(cell, state, system.scene)[0]
+    return CellStart(tuple(state.tolist()), words or "the given state")
+
+
+@dataclass(frozen=True)
+class CellOrbit:
+    """The orbit of one start in one cell of a scan.
+
+    Attributes: the `scan`; `begin`, its initial state; the name of its `start`; its `label` in the
+    archive, empty if none is recorded.
+    """
+
+    scan: Scan
+    begin: Beginning
+    start: str
+    label: str = ""
+
+    def orbit(self, record: Collection[str] | None = None, quiet: bool = False) -> Orbit:
+        from nlds_vines.orbits.simulation import checked_record
+
+        words, scan = checked_record(self.begin.system, record), self.scan
+        return self.begin.follow(words, scan.transient, scan.periods, quiet=quiet)
+
+    def traced(self, begin: int, end: int, samples: int, quiet: bool = False) -> Orbit:
+        """Return the orbit from one forcing period to another with states in between.
+
+        A state within a period ends a step of the integration, which would change a chaotic orbit.
+        So each period is traced by itself, from the orbit without such states: its section is that
+        of the scan.
+        """
+        from nlds_vines.orbits.simulation import Orbit
+
+        count, walls = end - begin, self.begin.system.scene.walls
+        words = ("section", "impacts") if walls else ("section",)
+        whole_orbit = self.begin.follow(words, begin, count, quiet=quiet)
+        assert whole_orbit.section is not None
+        states = np.empty((count, samples, whole_orbit.section.shape[1]))
+        for i in range(count):
+            one = self.begin.after(begin + i).follow(("trajectory",), 0, 1, samples)
+            states[i] = one.trajectory
+            states[i, -1] = whole_orbit.section[i]
+        time = (begin * samples + 1 + np.arange(count * samples)) * (
+            self.begin.system.period / samples
+        )
+        return Orbit(
+            system=whole_orbit.system,
+            state=whole_orbit.state,
+            section=whole_orbit.section,
+            impacts=whole_orbit.impacts,
+            violation=whole_orbit.violation,
+            trajectory=states.reshape(count * samples, -1),
+            time=time,
+            transient=begin,
+        )
+
+
+def orbit_of(
+    archive: ArchiveView | str | os.PathLike[str],
+    *,
+    start: int | str = 0,
+    record: Collection[str] | None = None,
+    quiet: bool = False,
+    **values: float,
+) -> Orbit:
+    """Return the orbit of a cell of a scan's archive, equal to that of the scan to the last bit.
+
+    The orbit is computed again, over the transient and the periods of the scan; in a sweep, all
+    cells before it are, too.
+
+    Parameters
+    ----------
+    archive : ArchiveView or path-like
+        A scan.
+    start : int or str
+        The orbit of the cell, by number or name ("up", "random 3").
+    record : collection of str, optional
+        As in `simulate`; by default the section and, if there are walls, impacts.
+    quiet : bool
+        Hide the note that kernels are compiled.
+    **values : float
+        Each varied parameter, `omega=7.4, C=0.06`.  The nearest cell is used; its values are in the
+        `system` of the orbit.
+
+    Returns
+    -------
+    Orbit
+        The section, impacts and other records, as `simulate` returns them.
+
+    Raises
+    ------
+    RequestError
+        For a parameter that did not vary, a value outside the scan, or an unknown start.
+    IntegrationError
+        If the orbit ends early, as it did in the scan.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> scan = nv.scan("tmd", vary={"omega": {"values": [6.0]}}, record=["section"], quiet=True)
+    >>> orbit = nv.orbit_of(scan, omega=6.0, quiet=True)
+    >>> with scan.read() as results:
+    ...     bool((orbit.section == results["section"][0, 0]).all())
+    True
+    """
+    return cell_orbit(archive, values, start).orbit(record, quiet)
+
+
+def cell_orbit(
+    archive: ArchiveView | str | os.PathLike[str], values: Mapping[str, float], start: int | str = 0
+) -> CellOrbit:
+    """Return the beginning of a cell's orbit; arguments and errors as `orbit_of`."""
+    if not isinstance(archive, ArchiveView):
+        with read(archive) as view:
+            return cell_orbit(view, values, start)
+    from nlds_vines.kernels.orbit.orbit import STATE_SIZE
+    from nlds_vines.orbits.simulation import Beginning
+
+    scan = scan_of(archive)
+    names, is_name = scan.start.names, isinstance(start, str) and not start.isdecimal()
+    if is_name and start not in names:
+        raise unknown("start", start, names[:20])
+    number = int(start) if isinstance(start, str) and not is_name else start
+    lane = names.index(start) if is_name else whole("start", number, 0, len(names) - 1)
+    place, cells = nearest_place(archive.path, scan, values, scan.axes), scan.cells()
+    system, cell = system_at(scan, place), _record(cells, place)
+    begin = Beginning(system, scan.method, scan.settings, cell, np.zeros(STATE_SIZE))
+    if scan.start.sweeps:
+        begin = _swept(scan, cells, place, lane, begin)
+    else:
+        begin.state[:4] = own_state(scan, cells[place].reshape(1), place, lane)
+    label = str(archive["label"][(*place, lane)]) if "label" in archive else ""
+    return CellOrbit(scan, begin, scan.start.names[lane], label)
+
+
+def _record(cells: np.ndarray, place: Place) -> Any:
+    return cells[place].reshape(1).view(np.recarray)[0]
+
+
+def nearest_place(
+    where: object, scan: Scan, values: Mapping[str, float], axes: Sequence[Axis]
+) -> Place:
+    """Return the place along `axes` of a scan that is nearest to `values`, by name.
+
+    Raises `RequestError`, which names the archive, `where`, for a name that is no axis, a missing
+    one, and a value outside; a cell extends halfway to the next.
+    """
+    stated = {axis.name: axis for axis in axes}
+    for name, ratio in ratios_in(scan.system.scene).items():  # as f in place of omega
+        if name in values and ratio.gives in stated and stated.keys().isdisjoint(ratio.needs):
+            unit = ratio.unit_of(scan.system.parameters)
+            stated[ratio.gives] = Axis(name, stated[ratio.gives].values / unit)
+    spans = {a.name: f"{a.values[0]:g} to {a.values[-1]:g}" for a in stated.values()}
+    for name in values:
+        if name not in spans:
+            raise unknown(f"varied parameter of {where}:", name, spans)
+    missing = [n for n, a in stated.items() if a.name not in values and a.values.size > 1]
+    if missing:
+        words = ", ".join(f"{name} from {span}" for name, span in spans.items())
+        raise RequestError(f"{where} varies {words}: {', '.join(missing)} is missing")
+    place = []
+    for axis in stated.values():
+        grid = axis.values
+        value = number(axis.name, values.get(axis.name, grid[0]))
+        edges = np.diff(grid[[0, 1, -2, -1]])[[0, 2]] / 2 if grid.size > 1 else np.zeros(2)
+        slack = 1e-9 * max(abs(grid[0]), abs(grid[-1]))
+        if not grid[0] - edges[0] - slack <= value <= grid[-1] + edges[1] + slack:
+            span = spans[axis.name]
+            raise RequestError(f"{axis.name} = {value!r} lies outside the scan: {span}")
+        place.append(int(np.abs(grid - value).argmin()))
+    return tuple(place)
+
+
+def _swept(scan: Scan, cells: np.ndarray, place: Place, lane: int, begin: Beginning) -> Beginning:
+    """Return the beginning of an orbit that follows the cells before it in a sweep."""
+    from nlds_vines.orbits.simulation import IntegrationError
+
+    first, *others = *swept_before(scan, place, lane), place
+    before = begin._replace(cell=_record(cells, first))
+    for one in others:
+        cell = _record(cells, one)
+        try:
+            state = before.after(scan.transient + scan.periods).state
+            state[2] += cell.rest - before.cell.rest  # the displacement is carried over
+            state[4:] = 0.0  # the contact follows from r and s in this cell
+        except IntegrationError:
+            state = np.zeros(begin.state.size)
+        before = before._replace(cell=cell, state=state)
+    return begin._replace(state=before.state)

@@ -10,7 +10,7 @@ import math
 import platform
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.archives import archive, provenance
-from nlds_vines.archives.dataset import Dataset, Table
+from nlds_vines.archives.dataset import Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.bifurcation.blocks import Block, block_bytes, blocks_of, share_in_words
-from nlds_vines.bifurcation.cell_orbit import STEP, own_states
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.response_curves import CurveRequest
+from nlds_vines.bifurcation.result import STEP, own_states
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.scene import Span
@@ -55,14 +55,8 @@ from nlds_vines.runs.store import Arrays, Blocks, Write
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
     from nlds_vines.bifurcation.attractor_ends import OrbitEnds
-    from nlds_vines.bifurcation.blocks import Block
-    from nlds_vines.bifurcation.request import Scan
-
 
 _MOST_LABELS = 6  # regimes named in a line: as many as fit beside the bar of progress
-
-Note = Callable[[Mapping[str, np.ndarray]], None]
-"""Is called with the arrays of every block that is done."""
 
 COUNTED = ("status", "label", "violations", "violation_depth")
 """The datasets that a tally looks at."""
@@ -88,24 +82,16 @@ class Tally:
         if "label" in arrays:
             self.labels.update(arrays["label"].ravel().tolist())
         if "violations" in arrays:
-            self._note_violated(arrays["violations"] > 0, arrays["violation_depth"])
-
-    def _note_violated(self, passed: np.ndarray, depth: np.ndarray) -> None:
-        self.violated += int(np.count_nonzero(passed))
-        finite = depth[passed & np.isfinite(depth)]
-        low, high = self.depths
-        self.depths = finite.min(initial=low), finite.max(initial=high)
+            passed, depth = arrays["violations"] > 0, arrays["violation_depth"]
+            self.violated += int(np.count_nonzero(passed))
+            finite, (low, high) = depth[passed & np.isfinite(depth)], self.depths
+            self.depths = finite.min(initial=low), finite.max(initial=high)
 
     @property
     def failed(self) -> int:
         return self.failures.total()
 
-    def why_failed(self) -> str:
-        """Return how many orbits failed, why, and the remedy; empty if none did."""
-        return failures_in_words(self.failures, self.lanes)
-
     def inadmissible(self) -> list[str]:
-        """Return a line on the orbits that pass their limit, if there are any."""
         if not self.violated:
             return []
         low, high = (f"{depth:.2g}" for depth in self.depths)
@@ -115,32 +101,12 @@ class Tally:
             "are followed as if it were not there"
         ]
 
-    def follow(self, progress: Progress, arrays: Mapping[str, np.ndarray]) -> None:
-        """Count the orbits of a block and show the counts in the progress bar."""
-        self.note(arrays)
-        regimes, failed = self.regimes(), f"{self.failed} failed"
-        words = f"{regimes}; {failed}" if regimes else failed
-        progress.note(arrays["status"].size, words)
-
     def regimes(self) -> str:
         """Return the counts of the commonest regimes, `945 T,1, 32 3T,2`; empty without labels."""
         common = self.labels.most_common(_MOST_LABELS)
         words = [f"{count} {label}" for label, count in common]
         others = self.labels.total() - sum(count for _, count in common)
         return ", ".join([*words, *([f"{others} of other regimes"] if others else [])])
-
-
-def of_chaos(watched: int) -> str:
-    """Return the line of a summary on chaos that lasted for all `watched` forcing periods.
-
-    Chaos may be transient.  That it did not end within a time is a fact; its mean lifetime is then
-    bounded from below (`labels.least_lifetime`).
-    """
-    least = least_lifetime(watched)
-    return (
-        f"chaos: watched for {watched} periods each; if it is transient, its mean lifetime is "
-        f"{least:.0f} periods or more (95 %, one orbit)"
-    )
 
 
 def spectral_summary(view: ArchiveView) -> str:
@@ -206,7 +172,6 @@ class Computer:
         *,
         helped: bool = True,
     ) -> None:
-        """Prepare for `scan`; `tell` and `helped` as `batch.Kernels` takes them."""
         self.scan = scan
         self._cells, self._tell = scan.cells(), tell
         self._draws = start_states(scan.start) if scan.start.policy == "random" else None
@@ -224,14 +189,28 @@ class Computer:
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
-        cells = self._cells[block.selection]
+        cells, scan = self._cells[block.selection], self.scan
         sides = (np.arange(first, stop) for first, stop in block.slices)
-        places = np.ravel_multi_index(np.ix_(*sides), self.scan.shape)
-        arrays = self.lanes(*self._chains(cells, places))
-        return {
-            name: self._in_place(arrays[name], cells.shape, name)
-            for name in self.scan.table.datasets
-        }
+        places = np.ravel_multi_index(np.ix_(*sides), scan.shape)
+        sweeps = scan.start.sweeps
+        if sweeps:  # chains of cells, each from the first orbit
+            rows = cells.reshape(-1, cells.shape[-1])
+            chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
+            firsts = np.tile(places.reshape(rows.shape)[:, 0], len(sweeps))
+            arrays = self.lanes(chains, np.zeros((len(chains), 4)), firsts)
+        else:
+            numbers = places.reshape(-1, 1) * scan.starts + np.arange(scan.starts)
+            arrays = self.lanes(*self.orbits(numbers.ravel()))
+        datasets = {}
+        for name in scan.table.datasets:
+            values = arrays[name]
+            if sweeps:
+                passes = values.reshape(len(sweeps), -1, *values.shape[1:])
+                pairs = zip(passes, sweeps, strict=True)
+                values = np.stack([one[:, :: STEP[sweep]] for one, sweep in pairs], axis=2)
+            tail = scan.table.shape(name)[len(scan.axes) :]
+            datasets[name] = values.reshape(*cells.shape, *tail)
+        return datasets
 
     def lanes(
         self, chains: np.ndarray, starts: np.ndarray, places: np.ndarray | None = None
@@ -246,7 +225,11 @@ class Computer:
         if self._draws is not None:
             states = user_states(chains[:, 0], starts, self.scan.system.scene)
             arrays["start_state"] = states[:, np.newaxis]
-        arrays |= self._spectra(chains, starts)
+        if self._spectral is not None and self._traced is not None:  # the same at more instants
+            span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
+            states, status = self._traced.states(chains, starts, span)
+            spectra = arrays_of(self._spectral, states, status == OK, self.scan.transient)
+            arrays |= {"status": status, **spectra}
         if self.ends is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
             arrays |= self.ends.arrays(chains[:, 0], starts, where)
@@ -260,22 +243,17 @@ class Computer:
                 arrays["spectral_label"],
                 self.scan.periods,
             )
+        failed = arrays["status"] != OK
         for name, dataset in self.scan.table.datasets.items():
-            _one_nan(_failed_filled(arrays[name], dataset, arrays["status"]))
+            values = arrays[name]
+            if name not in _KNOWN and failed.any():
+                values[failed] = dataset.fill
+            if values.dtype.kind == "f":  # the sign of a computed NaN depends on the processor
+                values[np.isnan(values)] = np.nan
         return arrays
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
-        """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
         return self._kernels.run(chains, starts, transient, periods)
-
-    def _spectra(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the records of spectra, of the same orbits at more instants, and their status."""
-        if self._spectral is None or self._traced is None:
-            return {}
-        span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
-        states, status = self._traced.states(chains, starts, span)
-        arrays = arrays_of(self._spectral, states, status == OK, self.scan.transient)
-        return {"status": status, **arrays}
 
     def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return single orbits of the scan: cells (n, 1), starts (n, 4), places (n,).
@@ -289,20 +267,7 @@ class Computer:
         states = own_states(self.scan, cells, where, lanes, self._draws, self._tell)
         return cells[:, np.newaxis], states, places
 
-    def _chains(
-        self, cells: np.ndarray, places: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the chains of cells of a block, the start (x1, v1, r, s) and the place of each."""
-        if sweeps := self.scan.start.sweeps:
-            rows = cells.reshape(-1, cells.shape[-1])
-            chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
-            firsts = np.tile(places.reshape(rows.shape)[:, 0], len(sweeps))
-            return chains, np.zeros((len(chains), 4)), firsts
-        numbers = places.reshape(-1, 1) * self.scan.starts + np.arange(self.scan.starts)
-        return self.orbits(numbers.ravel())
-
     def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the datasets (chains, links, tail) by name."""
         status = outputs.status
         arrays = {"status": status}
         for name in self.scan.table.datasets:
@@ -332,35 +297,12 @@ class Computer:
             arrays |= outputs.verdicts(cells)
         return arrays
 
-    def _in_place(self, values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
-        """Return values (chains, links, tail) in the shape of the block."""
-        if sweeps := self.scan.start.sweeps:
-            passes = values.reshape(len(sweeps), -1, *values.shape[1:])
-            ordered = (one[:, :: STEP[sweep]] for one, sweep in zip(passes, sweeps, strict=True))
-            values = np.stack(list(ordered), axis=2)
-        tail = self.scan.table.shape(name)[len(self.scan.axes) :]
-        return values.reshape(*shape, *tail)
-
 
 _PLAIN = ("section", "energy", "peak", "violation", "touches", "clearance")
 """The buffers of `Outputs` whose numbers are recorded as they are."""
 
 _KNOWN = ("status", "regime", "label", "start_state")
 """The datasets that also say something of an orbit that failed."""
-
-
-def _one_nan(values: np.ndarray) -> None:
-    """Replace every NaN by the same: the sign of a computed one depends on the processor."""
-    if values.dtype.kind == "f":
-        values[np.isnan(values)] = np.nan
-
-
-def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> np.ndarray:
-    """Return the values, those of failed orbits replaced by the fill value."""
-    failed = status != OK
-    if dataset.name not in _KNOWN and failed.any():
-        values[failed] = dataset.fill
-    return values
 
 
 AHEAD_BYTES = 1 << 30
@@ -385,16 +327,9 @@ class Report:
     missing: int = 0
     tally: Tally = field(default_factory=Tally)
 
-    @property
-    def lanes(self) -> int:
-        return self.tally.lanes
-
-    @property
-    def failed_lanes(self) -> int:
-        return self.tally.failed
-
     def why_failed(self) -> str:
-        return self.tally.why_failed()
+        """Return how many orbits failed, why, and the remedy; empty if none did."""
+        return failures_in_words(self.tally.failures, self.tally.lanes)
 
     def note_archive(self) -> None:
         """Count the orbits of an archive that was complete already."""
@@ -402,7 +337,6 @@ class Report:
             self.tally.note({name: view[name] for name in COUNTED if name in view})
 
     def summary(self) -> str:
-        """Return one line: number of orbits, run time, counts of regimes."""
         which = f"shard {self.shard}: " if self.shard else ""
         text = f"{which}{self.tally.lanes} orbits in {self.seconds:.1f} s"
         regimes = self.tally.regimes()
@@ -412,8 +346,13 @@ class Report:
         """Return further lines: an empty shard, passed limits, how long chaos was watched."""
         if self.empty:
             return [self.empty]
-        chaos = [of_chaos(self.watched)] if CHAOS in self.tally.labels else []
-        return [*self.tally.inadmissible(), *chaos]
+        lines = self.tally.inadmissible()
+        if CHAOS in self.tally.labels:  # which may be transient
+            lines.append(
+                f"chaos: watched for {self.watched} periods each; if it is transient, its mean "
+                f"lifetime is {least_lifetime(self.watched):.0f} periods or more (95 %, one orbit)"
+            )
+        return lines
 
 
 def run(
@@ -462,7 +401,12 @@ def run(
                 _save(store, ((b, *_timed(computer, b)) for b in left), report.tally, progress)
             elif left:
                 assert isinstance(request, Scan)  # no command hands response curves to workers
-                with _pool(how) as pool:
+                pool_of: Any = nullcontext(how.executor)  # which stays open
+                if how.scheduler is not None:
+                    from nlds_vines.bifurcation.cluster import workers
+
+                    pool_of = workers(how.scheduler, how.threads)
+                with pool_of as pool:
                     results = _by_workers(request, left, pool, how.threads or 1)
                     _save(store, results, report.tally, progress)
                 use_threads(how.threads)  # workers that are threads of this process took others
@@ -495,7 +439,9 @@ def _save(
             if saving is not None:
                 saving.result()
             saving = writer.submit(store.save, block.index, arrays, seconds)
-            tally.follow(progress, arrays)
+            tally.note(arrays)
+            words = [tally.regimes(), f"{tally.failed} failed"]
+            progress.note(arrays["status"].size, "; ".join(filter(None, words)))
         if saving is not None:
             saving.result()
 
@@ -511,16 +457,6 @@ def _timed(computer: Computer | Cases, block: Block) -> tuple[dict[str, np.ndarr
 
 
 # ---- on workers ----------------------------------------------------------------------------------
-
-
-def _pool(how: RunOptions) -> Any:
-    """Return a context manager of the executor; an executor of the caller stays open after it."""
-    if how.executor is not None:
-        return nullcontext(how.executor)
-    from nlds_vines.bifurcation.cluster import workers
-
-    assert how.scheduler is not None
-    return workers(how.scheduler, how.threads)
 
 
 def _by_workers(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from math import isfinite, log10
 from typing import NamedTuple
 
-from nlds_vines.bifurcation.cell_orbit import CellStart
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.result import CellStart
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import SETTLED
 from nlds_vines.explore.map_computation import Range, finer

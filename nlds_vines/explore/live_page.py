@@ -19,8 +19,8 @@ from bokeh.document import Document
 from bokeh.layouts import column, row
 from bokeh.models import Button, CustomJS, NumericInput, Select, Slider
 
-from nlds_vines.bifurcation.cell_orbit import CellStart
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.result import CellStart
 from nlds_vines.errors import RequestError, number, printable
 from nlds_vines.explore import figures, live_orbit, map_view
 from nlds_vines.explore.chosen import Chosen, SliderSpec, sliders_of

@@ -17,14 +17,14 @@ import numpy as np
 from nlds_vines.archives import archive
 from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.cell_orbit import (
+from nlds_vines.bifurcation.request import Scan, load_scan
+from nlds_vines.bifurcation.result import (
     CellStart,
     Place,
     recorded_start,
     system_at,
     values_at,
 )
-from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.quantities import QUANTITIES, TOUCHED, drawn_in

@@ -285,7 +285,7 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRe
     values = changes.pop("at", None)
     if _is_archive(source):
         check_environment()
-        from nlds_vines.bifurcation.cell_orbit import cell_orbit
+        from nlds_vines.bifurcation.result import cell_orbit
 
         cell = cell_orbit(str(source), values or {}, changes.pop("start", "0"))
         if "f" in (values or {}):

@@ -47,7 +47,7 @@ from nlds_vines.orbits.starts import starts_inside
 from nlds_vines.plotting.bands import LARGEST
 
 if TYPE_CHECKING:
-    from nlds_vines.bifurcation.cell_orbit import CellOrbit
+    from nlds_vines.bifurcation.result import CellOrbit
 
 EXPONENTS = "exponents"
 """The panel whose numbers take a further computation."""

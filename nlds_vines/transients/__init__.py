@@ -2,8 +2,7 @@
 
 In reading order:
 
-    survival        Kaplan-Meier curve and exponential law of lifetimes
-    ensemble        the starts of one cell of an archive: which settled, when, where
+    ensemble        the starts of one cell: which settled, when, where; the law of their lifetimes
     picture         the curve with its law, and the shares of the final regimes
     command         `python -m nlds_vines.transients` and `nv.transient_lifetimes`
     basins          basins of attraction measured: `nv.basin_measures`

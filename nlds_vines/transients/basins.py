@@ -9,17 +9,17 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.request import begins_at_sections
-from nlds_vines.bifurcation.result import scan_of
-from nlds_vines.errors import RequestError, number, unknown, whole
+from nlds_vines.bifurcation.result import nearest_place, scan_of
+from nlds_vines.errors import RequestError, number, whole
 from nlds_vines.model.parameters import INITIAL, component_of, described
 from nlds_vines.orbits.records import ATTRACTOR
-from nlds_vines.transients.survival import LEVEL, share_interval
+from nlds_vines.transients.ensemble import LEVEL, share_interval
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
@@ -105,20 +105,13 @@ class Uncertainty(Outlined):
         yield "uncertainty exponent", words
 
 
-def basin_entropy(attractor: Any, side: int = BOX) -> BasinEntropy:
+def basin_entropy(plane: np.ndarray, side: int = BOX) -> BasinEntropy:
     """Return the basin entropies of a plane, divided into boxes of `side` times `side` cells.
 
-    `attractor` are whole numbers (rows, columns), -1 if the attractor is not known; such cells
-    count in no box.  Cells at the end of a row or column that fill no box are ignored.
-
-    Raises `RequestError` if it is no plane, or smaller than a box.
+    Cells of unknown attractors count in no box; cells at the end of a row or column that fill no
+    box are ignored.
     """
-    plane = _checked(attractor)
-    side = whole("side", side, 2)
     rows, columns = (length // side for length in plane.shape)
-    if not rows * columns:
-        sides = " x ".join(map(str, plane.shape))
-        raise RequestError(f"the plane has {sides} cells; a box of side {side} needs at least that")
     inner = plane[: rows * side, : columns * side]
     boxes = inner.reshape(rows, side, columns, side).swapaxes(1, 2).reshape(rows * columns, -1)
     # how often each attractor occurs in each box; the first column is for cells of none
@@ -138,47 +131,22 @@ def basin_entropy(attractor: Any, side: int = BOX) -> BasinEntropy:
     )
 
 
-def uncertainty_exponent(attractor: Any, longest: int | None = None) -> Uncertainty:
-    """Return the uncertainty exponent of a plane of basins.
+def uncertainty_exponent(plane: np.ndarray) -> Uncertainty:
+    """Return the uncertainty exponent of a plane whose shorter side has `SIDE` cells or more.
 
-    Arguments: `attractor` as `basin_entropy` takes it; `longest`, the greatest distance of two
-    starts in cells, by default an eighth of the shorter side of the plane.
-
-    A pair is two cells of a row or of a column, d = 1, 2, 4, ... apart, whose attractors are known;
-    f is the mean of the shares in rows and in columns.  The exponent is the slope of ln f over
-    ln d, each d weighted by its number of uncertain pairs.  If no pair differs there is no
-    boundary, and the exponent is NaN.  After McDonald, Grebogi, Ott, Yorke, Physica D 17, 125
-    (1985).
-
-    Raises `RequestError` if it is no plane, or if fewer than three distances fit.
+    A pair is two cells of a row or of a column, d = 1, 2, 4, ... apart up to an eighth of the
+    shorter side, whose attractors are known; f is the mean of the shares in rows and in columns.
+    The exponent is the slope of ln f over ln d, each d weighted by its number of uncertain pairs.
+    If no pair differs there is no boundary, and the exponent is NaN.  After McDonald, Grebogi, Ott,
+    Yorke, Physica D 17, 125 (1985).
     """
-    plane = _checked(attractor)
-    short = min(plane.shape)
-    most = short // 8 if longest is None else whole("longest", longest, 4)
-    if not 4 <= most < short:
-        raise RequestError(
-            f"distances up to {most} cells in a plane whose shorter side has {short}; "
-            "allowed: from 4 to less than that side (by default an eighth of it)"
-        )
-    distances = 2 ** np.arange(most.bit_length())
+    distances = 2 ** np.arange((min(plane.shape) // 8).bit_length())
     pieces = _pairs(plane, distances)
     total = pieces.sum(axis=0)
     without = np.array([_slope(distances, total - piece) for piece in pieces])
     factor = (len(pieces) - 1) / len(pieces)  # of the jackknife's variance
     error = float(np.sqrt(factor * np.sum((without - without.mean()) ** 2)))
     return Uncertainty(_slope(distances, total), error, distances, _shares(total))
-
-
-def _checked(attractor: Any) -> np.ndarray:
-    plane = np.asarray(attractor)
-    if plane.ndim != 2 or plane.dtype.kind not in "iu" or not plane.size:
-        raise RequestError(
-            f"attractor has dtype {plane.dtype} and shape {plane.shape}; "
-            "allowed: whole numbers (rows, columns)"
-        )
-    if plane.min() < -1:
-        raise RequestError(f"attractor is {plane.min()} somewhere; allowed: -1 and more")
-    return plane
 
 
 def _pairs(plane: np.ndarray, distances: np.ndarray) -> np.ndarray:
@@ -331,7 +299,7 @@ def basin_measures(
     Raises
     ------
     RequestError
-        If the archive holds no attractors.
+        If the archive holds no attractors, or for a value outside of the scan.
 
     References
     ----------
@@ -354,7 +322,9 @@ def basin_measures(
             return basin_measures(view, side, **values)
     if ATTRACTOR not in archive:
         raise RequestError(f"{archive.path} holds no attractor: scan with --record {ATTRACTOR}")
-    where = _places(archive, values)
+    scan, side = scan_of(archive), whole("side", side, 2)
+    place = nearest_place(archive.path, scan, values, scan.parameters)
+    where = {axis.name: i for axis, i in zip(scan.parameters, place, strict=True)}
     attractor, arrival = (archive.take(name, **where) for name in (ATTRACTOR, "arrival"))
     axes = tuple(name for name in archive.axes if name in INITIAL)
     plane = attractor[..., 0] if len(axes) == 2 else np.zeros((0, 0), int)
@@ -370,27 +340,9 @@ def basin_measures(
     )
 
 
-def _places(view: ArchiveView, values: dict[str, float]) -> dict[str, int]:
-    """Return the index of the nearest value of each varied parameter."""
-    names = [name for name in view.axes if name not in INITIAL]
-    for name in values:
-        if name not in names:
-            raise unknown(f"varied parameter of {view.path}:", name, names)
-    missing = [name for name in names if name not in values and view[name].size > 1]
-    if missing:
-        raise RequestError(
-            f"{view.path} varies {', '.join(names)}: {', '.join(missing)} is missing"
-        )
-    return {
-        name: int(np.abs(view[name] - number(name, values.get(name, view[name][0]))).argmin())
-        for name in names
-    }
-
-
 def _basins(
     view: ArchiveView, attractor: np.ndarray, where: dict[str, int], axes: tuple[str, ...]
 ) -> Iterator[Basin]:
-    """Yield the basins of all attractors that exist at a value of each parameter."""
     labels = view.take("attractor_label", **where) if "attractor_label" in view else np.zeros(0)
     is_plane, is_drawn = len(axes) == 2 and begins_at_sections(view), attractor.shape[-1] > 1
     for k in [*np.flatnonzero([bool(label) for label in labels]).tolist(), -1]:

@@ -24,7 +24,7 @@ from nlds_vines.model.parameters import CONTACT, HERTZ, setting_in_words
 from nlds_vines.model.scenes import BASES
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System, system_in_words
-from nlds_vines.transients.survival import DELAY
+from nlds_vines.transients.ensemble import DELAY
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.run import Report
@@ -167,25 +167,20 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
     with at(f"{changes_from}: [set]"):
         system = system.with_(**changes.pop("set", {}))
     start = {"policy": "random", "count": STARTS} | changes.pop("start", {})
+    p = system.parameters
+    shown = {name: p[name] for name in ("omega", "P", "Y", *BASES) if name in p}
+    if system.scene.law == HERTZ and system.scene.walls:
+        shown["K"] = system.K
+    shown |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}
+    words = [system_in_words(system), *(setting_in_words(*item) for item in shown.items())]
     document = {
-        "title": f"{_title(system)}: {start['count']} starts",
+        "title": f"{', '.join(words)}: {start['count']} starts",
         "system": system,
-        "vary": {"omega": {"values": [system.parameters["omega"]]}},
+        "vary": {"omega": {"values": [p["omega"]]}},
         "sampling": _SAMPLING,
         "record": {"want": list(_WANT)},
     }
     return load_scan(document, {**changes, "start": start}, changes_from)
-
-
-def _title(system: System) -> str:
-    """Return the name of a system with the parameters that distinguish ensembles."""
-    p = system.parameters
-    values = {name: p[name] for name in ("omega", "P", "Y", *BASES) if name in p}
-    if system.scene.law == HERTZ and system.scene.walls:
-        values["K"] = system.K
-    values |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}
-    numbers = ", ".join(setting_in_words(*item) for item in values.items())
-    return f"{system_in_words(system)}, {numbers}"
 
 
 def _whole(flag: str, words: str, key: str) -> Option:

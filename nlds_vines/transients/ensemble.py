@@ -1,35 +1,163 @@
 """An ensemble: many orbits of one cell from different starts, how long each took, where it ended.
 
 A lifetime is the number of forcing periods before an orbit settled.  The lifetime of an orbit that
-had not settled when it was last watched is censored.
+had not settled when it was last watched is censored: it is known only to be longer.
 """
 
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import TRANSIENT, by_frequency, finals
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.transients.survival import LEVEL, Decay, Survival, decay, share_interval, survival
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
     from nlds_vines.bifurcation.request import Scan
+
+DELAY = 50.0
+"""Forcing periods until lifetimes count: by then orbits are on the chaotic set, or past it."""
+
+LEVEL = 0.95
+"""Confidence of all intervals, by default."""
 
 NEEDED = ("label", "settling", "watched")
 """The datasets that an archive must hold; they are those of regime, settling and evidence."""
 
 _NO_LIFETIME = ("failed", "quasiperiodic", "")
 """Final regimes that have no known time of settling; "" is the label of an orbit not computed."""
+
+
+# ---- lifetimes as plain arrays -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, repr=False)
+class Survival(Outlined):
+    """The Kaplan-Meier estimate, a step function that falls where lifetimes end.
+
+    Attributes, all of shape (m,):
+        times: the different times at which lifetimes ended, ascending, in the unit of those.
+        share: the surviving share from each of these times on; before the first it is 1.
+        low, high: the ends of its interval (log-log; NaN where all or none survive).
+    """
+
+    times: np.ndarray
+    share: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    def quantile(self, q: float) -> float:
+        """Return the first time by which at least the share `q` has ended; NaN if there is none."""
+        reached = np.flatnonzero(self.share <= 1.0 - q + 1e-12)
+        return float(self.times[reached[0]]) if reached.size else float("nan")
+
+
+@dataclass(frozen=True)
+class Decay:
+    """An exponential law of lifetimes beyond a delay: share(t) ~ exp(-rate (t - delay)).
+
+    Attributes:
+        rate: per unit of the lifetimes; low, high: the ends of its interval.
+        ended: how many lifetimes ended beyond the delay.
+        exposure: the sum of all times watched beyond the delay.
+        delay: the time from which the law holds.
+    """
+
+    rate: float
+    low: float
+    high: float
+    ended: int
+    exposure: float
+    delay: float
+
+    @property
+    def mean(self) -> float:
+        """The mean lifetime beyond the delay; inf if none ended."""
+        return 1.0 / self.rate if self.rate > 0.0 else float("inf")
+
+
+def survival(times: Any, ended: Any, level: float = LEVEL) -> Survival:
+    """Return the Kaplan-Meier estimate of lifetimes, with an interval of confidence `level`.
+
+    `times` (n,) say how long each was watched, `ended` (n,) whether the lifetime ended then (True)
+    or only the watching (False); of both at the same time, the lifetime ends first.
+
+    S(t) = prod over t_i <= t of (1 - d_i / n_i), with d_i that ended at t_i of n_i at risk.  The
+    interval is that of ln(-ln S) with Greenwood's variance; it stays within 0 and 1.  Both are
+    those of `scipy.stats.ecdf`.
+
+    Source: Kaplan and Meier (1958), J. Am. Stat. Assoc. 53, 457-481.
+
+    Raises `RequestError` for no lifetimes, and for times that are negative or not finite.
+    """
+    from scipy import stats
+
+    times, ended = _checked(times, ended)
+    data = stats.CensoredData(uncensored=times[ended], right=times[~ended])
+    estimate, falls = stats.ecdf(data).sf, np.unique(times[ended])
+    if not falls.size:
+        return Survival(*[np.empty(0)] * 4)
+    is_fall = np.isin(estimate.quantiles, falls)  # SciPy also lists the times of censoring
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore", RuntimeWarning)  # about shares of 0 and 1
+        ends = estimate.confidence_interval(level, method="log-log")
+    curves = (estimate, ends.low, ends.high)
+    return Survival(falls, *(curve.probabilities[is_fall] for curve in curves))
+
+
+def decay(times: Any, ended: Any, delay: float = 0.0, level: float = LEVEL) -> Decay:
+    """Return the exponential law beyond `delay` under which the lifetimes are most likely.
+
+    With d lifetimes that ended and the exposure E, the sum of all times beyond the delay, the rate
+    is d / E.  Its interval is that of a Poisson count, chi2(a/2; 2d) / 2E to
+    chi2(1 - a/2; 2d + 2) / 2E with a = 1 - `level`; its confidence is at least `level`.
+
+    Raises `RequestError` as `survival` does, and where no lifetime reaches beyond the delay.
+    """
+    from scipy.stats import chi2
+
+    times, ended = _checked(times, ended)
+    beyond = times > delay
+    if not beyond.any():
+        raise RequestError(f"delay = {delay:g}: no lifetime is longer")
+    exposure, count = float((times[beyond] - delay).sum()), int(ended[beyond].sum())
+    tail = (1.0 - level) / 2
+    low = chi2.ppf(tail, 2 * count) / (2 * exposure) if count else 0.0
+    high = chi2.ppf(1.0 - tail, 2 * count + 2) / (2 * exposure)
+    return Decay(count / exposure, float(low), float(high), count, exposure, float(delay))
+
+
+def share_interval(count: int, total: int, level: float = LEVEL) -> tuple[float, float]:
+    """Return the ends of Wilson's interval of the share `count` / `total`, with `total` > 0."""
+    from scipy.stats import binomtest
+
+    interval = binomtest(count, total).proportion_ci(level, method="wilson")
+    return float(interval.low), float(interval.high)
+
+
+def _checked(times: Any, ended: Any) -> tuple[np.ndarray, np.ndarray]:
+    times, ended = np.asarray(times, dtype=float).ravel(), np.asarray(ended, dtype=bool).ravel()
+    if times.size != ended.size:
+        raise RequestError(f"{times.size} times and {ended.size} endings: must be as many")
+    if not times.size:
+        raise RequestError("no lifetimes given: at least one is needed")
+    if not (np.isfinite(times) & (times >= 0.0)).all():
+        raise RequestError("lifetimes must be finite numbers of 0 or more")
+    return times, ended
+
+
+# ---- orbits --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -133,17 +261,12 @@ class Ensemble(Drawable):
     @cached_property
     def shares(self) -> tuple[Share, ...]:
         """The final regimes with their shares, the most frequent first."""
-        ends, total = finals(self.labels), self.labels.size
-        return tuple(
-            Share(
-                label,
-                count,
-                int((self.labels == TRANSIENT + label).sum()),
-                total,
-                *share_interval(count, total, self.level),
-            )
-            for label, count in by_frequency(ends)
-        )
+        total, shares = self.labels.size, []
+        for label, count in by_frequency(finals(self.labels)):
+            through = int((self.labels == TRANSIENT + label).sum())
+            interval = share_interval(count, total, self.level)
+            shares.append(Share(label, count, through, total, *interval))
+        return tuple(shares)
 
     def lines(self) -> Iterator[str]:
         """Yield the report of the ensemble, a line at a time."""
@@ -151,42 +274,33 @@ class Ensemble(Drawable):
         for entry in self.shares:
             interval = f"{entry.low:.2%} to {entry.high:.2%}"
             passed = f"; {entry.through_chaos} through chaos" if entry.through_chaos else ""
-            line = f"  {entry.label:<14}{entry.count:>7}  {entry.share:>7.2%}  {interval}{passed}"
-            yield line
-        yield from self._lifetimes()
-
-    def _lifetimes(self) -> Iterator[str]:
+            yield f"  {entry.label:<14}{entry.count:>7}  {entry.share:>7.2%}  {interval}{passed}"
         if not self.counted.any():
             yield "lifetimes: none, no start ended in a regime that has one"
             return
         settled, total = int(self.ended.sum()), int(self.counted.sum())
-        yield f"settled: {settled} of {total}{self._censored()}"
+        left, others = self.times[~self.ended], ""
+        if left.size:
+            others = f"; the others watched for {left.min():g} to {left.max():g} periods"
+        yield f"settled: {settled} of {total}{others}"
         quantiles = (self.survival.quantile(q) for q in (0.5, 0.9, 0.99))
         words = (
             f"{q} by {time:g}" if np.isfinite(time) else f"{q} not yet"
             for q, time in zip(("half", "90%", "99%"), quantiles, strict=True)
         )
         yield f"  forcing periods until then: {', '.join(words)}"
-        if self.decay is None:
+        law = self.decay
+        if law is None:
             yield f"  none lasted beyond {self.delay:g} periods: no law of decay"
-            return
-        yield f"  beyond {self.delay:g} periods: {self._law(self.decay)}"
-
-    def _censored(self) -> str:
-        """Return the words on how long the starts that did not settle were watched."""
-        open_ends = self.times[~self.ended]
-        if not open_ends.size:
-            return ""
-        return f"; the others watched for {open_ends.min():g} to {open_ends.max():g} periods"
-
-    def _law(self, law: Decay) -> str:
-        if law.ended == 0:
-            return f"none ended; mean lifetime of {1 / law.high:.4g} periods or more"
-        return (
-            f"mean lifetime {law.mean:.4g} periods, {self.level:.0%} interval "
-            f"{1 / law.high:.4g} to {1 / law.low:.4g} ({law.ended} ended, "
-            f"{law.exposure:.6g} periods watched)"
-        )
+        elif law.ended == 0:
+            text = f"none ended; mean lifetime of {1 / law.high:.4g} periods or more"
+            yield f"  beyond {self.delay:g} periods: {text}"
+        else:
+            yield (
+                f"  beyond {self.delay:g} periods: mean lifetime {law.mean:.4g} periods, "
+                f"{self.level:.0%} interval {1 / law.high:.4g} to {1 / law.low:.4g} "
+                f"({law.ended} ended, {law.exposure:.6g} periods watched)"
+            )
 
 
 def is_ensemble(view: ArchiveView) -> bool:

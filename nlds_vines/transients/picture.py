@@ -24,8 +24,7 @@ from nlds_vines.plotting.page import (
 )
 from nlds_vines.plotting.palette import OTHERS, colors, patch_look
 from nlds_vines.plotting.style import CM, HUES, NAVY, STYLE
-from nlds_vines.transients.ensemble import Ensemble, ensemble_of
-from nlds_vines.transients.survival import DELAY, Decay, Survival
+from nlds_vines.transients.ensemble import DELAY, Ensemble, ensemble_of
 
 _PANEL, _NARROW_PANEL, _BAR = 7.2 * CM, 5.4 * CM, 0.58 * CM  # inches, heights
 _CURVE, _LAW = NAVY, HUES["vermillion"]
@@ -40,10 +39,7 @@ def draw_ensemble(
 ) -> Figure:
     """Return the survival curve of an ensemble, with its law, above the shares of its regimes.
 
-    The curve is the Kaplan-Meier estimate with its interval; ticks mark the times up to which
-    starts that had not settled were watched.  Without any lifetime only the shares are drawn.
-
-    Arguments: the ensemble, the title, the `page`, the panels that are `shown` (by default all).
+    Ticks mark the times up to which starts that had not settled were watched.
     """
     names = shown or list(panels_of(ensemble))
     heights = {_SURVIVAL: _PANEL if page.beside else _NARROW_PANEL}
@@ -58,7 +54,6 @@ def draw_ensemble(
 
 
 def panels_of(ensemble: Ensemble) -> dict[str, str]:
-    """Return the meaning of each panel by name."""
     curve = {_SURVIVAL: "share of the starts that have not settled yet, over time"}
     shares = {_SHARES: "share of the starts that ended in each regime"}
     return {**(curve if ensemble.counted.any() else {}), **shares}
@@ -67,17 +62,34 @@ def panels_of(ensemble: Ensemble) -> dict[str, str]:
 def _draw_survival(axes: Axes, ensemble: Ensemble, page: Page = TWO_COLUMNS) -> None:
     """Draw the share that has not settled yet against time, on a logarithmic scale."""
     estimate, last = ensemble.survival, float(ensemble.times.max())
-    time, share, low, high = _steps(estimate, last)
+    time = np.concatenate([[0.0], estimate.times, [last]])
+    curves = np.ones((3, time.size))
+    curves[:, 1:-1] = estimate.share, estimate.low, estimate.high
+    curves[:, -1] = np.nan
+    # where the interval is not defined, at shares of 1 and 0, its last values continue
+    places = np.where(np.isfinite(curves), np.arange(time.size), 0)
+    share, low, high = np.take_along_axis(curves, np.maximum.accumulate(places, axis=1), axis=1)
     shown = np.where(share > 0.0, share, np.nan)  # zero has no place on the scale
     axes.step(time, shown, where="post", color=_CURVE, linewidth=1.1, label="not settled yet")
     axes.fill_between(
         time, low, high, step="post", color=_CURVE, alpha=0.18, linewidth=0,
         label=f"its {ensemble.level:.0%} interval (Kaplan and Meier)",
     )  # fmt: skip
-    _mark_censored(axes, ensemble, time, share)
+    censored = np.unique(ensemble.times[~ensemble.ended])
+    if censored.size:
+        at = share[np.searchsorted(time, censored, side="right") - 1]
+        look: dict[str, Any] = {"marker": "|", "markersize": 6, "linestyle": "none"}
+        label = "no longer watched, not settled"
+        axes.plot(censored, at, color=_CURVE, clip_on=False, label=label, **look)
     floor = min(0.5, max(0.5 / ensemble.times.size, float(low.min()) / 3))
-    if ensemble.decay is not None and ensemble.decay.ended:
-        _draw_law(axes, ensemble.decay, float(np.interp(ensemble.delay, time, share)), last)
+    law = ensemble.decay
+    if law is not None and law.ended:
+        after, begin = np.linspace(law.delay, last, 200), float(np.interp(law.delay, time, share))
+        ups = [begin * np.exp(-k * (after - law.delay)) for k in (law.high, law.rate, law.low)]
+        ends = f"{1 / law.high:.3g} to {1 / law.low:.3g}"
+        label = rf"$\exp(-t/\tau)$, $\tau={law.mean:.3g}\,T$ (interval: {ends})"
+        axes.fill_between(after, ups[0], ups[2], color=_LAW, alpha=0.22, linewidth=0)
+        axes.plot(after, ups[1], color=_LAW, linewidth=1.0, linestyle="--", label=label)
     axes.set_yscale("log")
     axes.set_ylim(floor, 1.35)
     axes.set_xlim(0, max(1.0, last))
@@ -88,44 +100,6 @@ def _draw_survival(axes: Axes, ensemble: Ensemble, page: Page = TWO_COLUMNS) -> 
         axes.legend(loc="lower left", frameon=True, framealpha=0.85, edgecolor="none")
         return
     add_legend(axes, axes.get_legend_handles_labels()[0], "below", handlelength=2.2)
-
-
-def _steps(estimate: Survival, last: float) -> tuple[np.ndarray, ...]:
-    """Return time, share, low and high of the curve, from 0 to the last time watched.
-
-    Where the interval is not defined, at shares of 1 and 0, its last values continue.
-    """
-    time = np.concatenate([[0.0], estimate.times, [last]])
-    curves = (estimate.share, estimate.low, estimate.high)
-    return time, *(_held(np.concatenate([[1.0], values, [np.nan]])) for values in curves)
-
-
-def _held(values: np.ndarray) -> np.ndarray:
-    """Replace each NaN by the last number before it; the first value is a number."""
-    places = np.where(np.isfinite(values), np.arange(values.size), 0)
-    return values[np.maximum.accumulate(places)]
-
-
-def _mark_censored(axes: Axes, ensemble: Ensemble, time: np.ndarray, share: np.ndarray) -> None:
-    """Mark on the curve where the watching of unsettled starts ended."""
-    times = np.unique(ensemble.times[~ensemble.ended])
-    if times.size:
-        at = share[np.searchsorted(time, times, side="right") - 1]
-        look: dict[str, Any] = {"marker": "|", "markersize": 6, "linestyle": "none"}
-        label = "no longer watched, not settled"
-        axes.plot(times, at, color=_CURVE, clip_on=False, label=label, **look)
-
-
-def _draw_law(axes: Axes, law: Decay, share: float, last: float) -> None:
-    """Draw the exponential law from the delay, beginning at `share`, to the time `last`."""
-    time = np.linspace(law.delay, last, 200)
-    low, middle, high = (
-        share * np.exp(-rate * (time - law.delay)) for rate in (law.high, law.rate, law.low)
-    )
-    ends = f"{1 / law.high:.3g} to {1 / law.low:.3g}"
-    label = rf"$\exp(-t/\tau)$, $\tau={law.mean:.3g}\,T$ (interval: {ends})"
-    axes.fill_between(time, low, high, color=_LAW, alpha=0.22, linewidth=0)
-    axes.plot(time, middle, color=_LAW, linewidth=1.0, linestyle="--", label=label)
 
 
 def _draw_shares(axes: Axes, ensemble: Ensemble, _page: Page = TWO_COLUMNS) -> None:

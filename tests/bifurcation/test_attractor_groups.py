@@ -12,7 +12,6 @@ from nlds_vines.bifurcation.attractors import (
     impacts_of,
     matched,
     period_of,
-    seed_of,
 )
 
 TURN = 2 * np.pi * 0.6180339887498949
@@ -142,10 +141,10 @@ def test_numbers_follow_attractors_and_are_remembered():
 
 
 def test_an_attractor_has_the_number_from_which_an_orbit_came():
-    assert table_of([at(0.0)], [at(0.9, seed_of(0))]) == [{0: 0.0}, {0: 0.9}]
+    assert table_of([at(0.0)], [at(0.9, ~0)]) == [{0: 0.0}, {0: 0.9}]
     assert table_of([at(0.0)], [at(0.9)]) == [{0: 0.0}, {1: 0.9}]
     # one that goes on keeps its number, whatever else leads to it
-    both = table_of([at(0.0), at(0.5)], [at(0.01, seed_of(1))])
+    both = table_of([at(0.0), at(0.5)], [at(0.01, ~1)])
     assert both == [{0: 0.0, 1: 0.5}, {0: 0.01}]
 
 

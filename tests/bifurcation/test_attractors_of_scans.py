@@ -15,7 +15,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.explore.chosen import sliders_of
 from nlds_vines.explore.map_data import stored
 from nlds_vines.model.labels import finals
-from nlds_vines.transients.survival import share_interval
+from nlds_vines.transients.ensemble import share_interval
 from nlds_vines.upkeep.rerun import differing
 
 
@@ -283,6 +283,8 @@ def test_measures_along_a_parameter(along, answer):
         nv.basin_measures(along)
     with pytest.raises(RequestError, match="unknown varied parameter"):
         nv.basin_measures(along, omega=1.0)
+    with pytest.raises(RequestError, match=r"P = 0\.9 lies outside the scan: 0\.3 to 0\.6"):
+        nv.basin_measures(along, P=0.9)
 
 
 @pytest.mark.kernels

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.cell_orbit import cell_orbit
+from nlds_vines.bifurcation.result import cell_orbit
 
 SCAN = {
     "system": "ssul-set6",

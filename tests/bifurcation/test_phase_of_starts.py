@@ -5,7 +5,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.cell_orbit import cell_orbit
+from nlds_vines.bifurcation.result import cell_orbit
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.chosen import Chosen
 from nlds_vines.explore.map_data import stored

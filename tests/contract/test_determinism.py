@@ -211,7 +211,7 @@ def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, mo
     resumed = scan_run.run(scan, path, RunOptions(resume=True))
     complete = scan_run.run(scan, path, RunOptions(resume=True))
     for report in (resumed, complete):
-        assert report.failed_lanes == 1
+        assert report.tally.failed == 1
         assert report.tally.labels.total() == 4
         assert report.tally.labels["failed"] == 1
 

@@ -35,7 +35,6 @@ def calls(here, monkeypatch):
         return SimpleNamespace(
             lanes=scan.lanes,
             tally=SimpleNamespace(labels={"T,0": 1, "chaos": 1}),
-            failed_lanes=asked.failed,
             why_failed=lambda: f"{asked.failed} of 1201 orbits failed" if asked.failed else "",
             summary=lambda: "the summary",
             remarks=lambda: ["a remark"],

@@ -20,7 +20,7 @@ import numpy as np
 
 from nlds_vines.__main__ import COMMANDS
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.bifurcation.request import Scan, ScanContents
+from nlds_vines.bifurcation.request import Scan, table_of
 from nlds_vines.bifurcation.response_curves import Case, CurveRequest, Panel
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
@@ -192,7 +192,7 @@ def _table_of(scene: Scene, want: Sequence[str]) -> Mapping[str, Dataset]:
     axes = (Axis.spaced("omega", 5.0, 6.0, 2),)
     spectra = spectral(want)
     more = SpectralRecords(spectra, scene, (), 2, 64, 8.0, "hann") if spectra else None
-    return ScanContents(axes, scene, Start("random", 2), 2, want, more).table().datasets
+    return table_of(scene, want, axes, Start("random", 2), 2, more).datasets
 
 
 def _records(words: set[str]) -> str:

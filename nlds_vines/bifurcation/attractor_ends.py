@@ -1,12 +1,8 @@
 """Where the orbits of a scan end, and the attractors that follow from all ends, as datasets.
 
-In each system some starts are judged.  The others stop as soon as they come near a
-cycle of these; what comes near none is judged, too.  So a cycle that the sample has missed costs
-time and is not lost.
-
-The table of attractors has a row for each number at each value of the parameters.  It depends on
-the results alone: neither on how a scan was cut into blocks, nor on which of them were computed
-when.
+In each system some starts are judged.  The others stop as soon as they come near a cycle of these;
+what comes near none is judged, too.  So a cycle that the sample has missed costs time and is not
+lost.  The table of attractors depends on the results alone, not on how a scan was cut into blocks.
 """
 
 from __future__ import annotations
@@ -308,11 +304,7 @@ class AttractorTable:
         blocks: Iterable[tuple[Block, Mapping[str, np.ndarray]]],
         check: Callable[[], object] = lambda: None,
     ) -> None:
-        """Group and number the ends of all orbits.
-
-        Arguments: `ends` follows orbits of the scan; all `blocks`, each with its datasets; `check`
-        is called between systems, and an exception that it raises ends the work.
-        """
+        """Group and number the ends of all orbits; `check` is called between systems."""
         self._ends, self._scan = ends, (scan := ends.scan)
         self._shape = tuple(axis.values.size for axis in scan.parameters)
         grid = np.ix_(*(axis.values for axis in scan.parameters)) if self._shape else ()

@@ -67,28 +67,17 @@ def impacts_of(label: str) -> int:
 
 @dataclass(eq=False)
 class Attractor:
-    """One attractor of one system.
-
-    Attributes:
-        label, period: its regime, and n of nT, 0 if it is not periodic.
-        points: (m, 4) of its section: the whole cycle, or `CLOUDS` clouds.
-        state: (4,) from which an orbit stays on it.
-        lanes: the numbers of the orbits that end on it.
-        unit: (size,) amplitudes of the components in its system, the unit of distances.
-        cut: distance from which an end belongs to another attractor.
-        within: largest distance of one of its ends, over `cut`.
-        margin: factor by which `cut` may change before the attractor is divided or joined.
-    """
+    """One attractor of one system."""
 
     label: str
-    period: int
-    points: np.ndarray
-    state: np.ndarray
-    lanes: np.ndarray
-    unit: np.ndarray
-    cut: float
-    within: float = 0.0
-    margin: float = np.inf
+    period: int  # n of nT; 0 if it is not periodic
+    points: np.ndarray  # (m, 4) of its section: the whole cycle, or `CLOUDS` clouds
+    state: np.ndarray  # (4,), from which an orbit stays on it
+    lanes: np.ndarray  # numbers of the orbits that end on it
+    unit: np.ndarray  # (size,), amplitudes of the components in its system, for distances
+    cut: float  # distance from which an end belongs to another attractor
+    within: float = 0.0  # largest distance of one of its ends, over `cut`
+    margin: float = np.inf  # by which factor `cut` may change before it is divided or joined
 
     def tree(self, unit: np.ndarray) -> KDTree:
         return KDTree(_scaled(self.points, unit))
@@ -96,13 +85,10 @@ class Attractor:
 
 @dataclass
 class System:
-    """The attractors of one system, which `add` extends.
-
-    `sections` follows its orbits; `unit` (size,) are the amplitudes of the components.
-    """
+    """The attractors of one system, which `add` extends."""
 
     sections: Sections
-    unit: np.ndarray
+    unit: np.ndarray  # (size,), amplitudes of the components
     attractors: list[Attractor] = field(default_factory=list)
 
     def add(self, labels: np.ndarray, states: np.ndarray, lanes: np.ndarray) -> None:

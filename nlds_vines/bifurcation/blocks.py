@@ -6,11 +6,10 @@ machine, and many machines can share one scan without communication.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from glob import escape
 from itertools import pairwise, product
-from math import prod
+from math import ceil, prod
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,7 +52,7 @@ class Block:
 
     @property
     def cells(self) -> int:
-        return math.prod(self.shape)
+        return prod(self.shape)
 
     @property
     def selection(self) -> tuple[slice, ...]:
@@ -106,7 +105,7 @@ def lane_bytes(scan: Scan) -> int:
 
 
 def block_bytes(scan: Scan) -> int:
-    total = math.prod(scan.shape)
+    total = prod(scan.shape)
     return result_bytes(scan) * _largest(scan) // total
 
 
@@ -116,7 +115,7 @@ def work_bytes(scan: Scan) -> int:
 
 
 def _largest(scan: Scan) -> int:
-    return min(math.prod(scan.shape), math.prod(_block_sides(scan)))
+    return min(prod(scan.shape), prod(_block_sides(scan)))
 
 
 def _block_sides(scan: Scan) -> tuple[int, int]:
@@ -129,15 +128,14 @@ def _block_sides(scan: Scan) -> tuple[int, int]:
 def _block_cells(scan: Scan) -> int:
     """Return the cells of a block of about `BLOCK_PERIODS`, within `BLOCK_BYTES`."""
     per_cell = scan.starts * (scan.transient + scan.periods)
-    total = math.prod(scan.shape)
-    by_time = max(BLOCK_PERIODS // per_cell, math.ceil(total / MOST_BLOCKS))
+    by_time = max(BLOCK_PERIODS // per_cell, ceil(prod(scan.shape) / MOST_BLOCKS))
     by_size = BLOCK_BYTES // (scan.starts * lane_bytes(scan))
     return max(1, min(by_time, by_size))
 
 
 def _spans(length: int, size: int) -> list[tuple[int, int]]:
     """Return (first, last + 1) of pieces of at most `size`, as equal as possible."""
-    pieces = math.ceil(length / size)
+    pieces = ceil(length / size)
     edges = [length * i // pieces for i in range(pieces + 1)]
     return list(pairwise(edges))
 
@@ -153,10 +151,8 @@ _PROGRAM = 300_000_000  # bytes of the program itself, once compiled (`orbits.co
 def refuse_without_room(scan: Scan, archive: Path) -> None:
     """Raise `RequestError` if a scan does not fit into this machine's memory or disk.
 
-    A run needs memory for the program, the grid and its blocks, of which one is computed while
-    another is saved.  The disk must hold the blocks and the archive that is made of them; blocks
-    that exist already need no room.  If the system does not say how much is free, nothing is
-    refused.
+    One block is computed while another is saved; the disk holds all blocks beside the archive.  If
+    the system does not say how much is free, nothing is refused.
     """
     grid = prod(scan.shape) * cell_type(scan.system.scene).itemsize
     needed = _BLOCKS * work_bytes(scan) + block_bytes(scan) + _CELL_COPIES * grid + _PROGRAM

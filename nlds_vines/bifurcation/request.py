@@ -87,7 +87,6 @@ def state_scales(count: int) -> Iterator[Scale]:
     yield Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number")
 
 
-_IMPACT = "impact after the transient, counted from the first"
 _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
     "spectra_agree": KEPT,
@@ -96,68 +95,38 @@ _FLAGS: Mapping[str, Mapping[str, int]] = {
 }
 
 
-@dataclass(frozen=True)
-class ScanContents:
-    """The datasets and dimensions of a scan's archive."""
+def table_of(
+    scene: Scene,
+    want: Collection[str],
+    axes: Sequence[Axis],
+    start: Start,
+    periods: int,
+    spectral: SpectralRecords | None,
+) -> Table:
+    """Return the datasets of a scan that `want` asks for, and `status`.
 
-    axes: Sequence[Axis]
-    scene: Scene
-    start: Start
-    periods: int
-    want: Collection[str]
-    spectral: SpectralRecords | None = None
-
-    def table(self) -> Table:
-        """Return the datasets that `want` asks for, and `status`.
-
-        Impacts and clearances exist only in scenes with a wall, the damper's energy only with a
-        damper.
-        """
-        lanes, walls = (*(axis.name for axis in self.axes), "start"), struck(self.scene)
-        datasets: list[Dataset] = []
-        for entry in recorded(self.scene, self.want):
-            if entry.name != "start_state" or self.start.policy == "random":
-                tail = tuple(dim for dim in entry.dims if dim != "wall" or walls)
-                flags = _FLAGS.get(entry.name)
-                if entry.name == "impact_wall":  # 0 is the near wall
-                    flags = {name.replace(" ", "_"): code for code, name in enumerate(walls)}
-                datasets.append(entry.dataset((*lanes, *tail), self.scene, flags))
-        if self.spectral is not None:
-            datasets = [self.spectral.in_units(dataset) for dataset in datasets]
-        size = len(self.scene.components)
-        lengths = {axis.name: axis.values.size for axis in self.axes}
-        lengths |= {"start": self.start.orbits, "forcing_period": self.periods, "component": size}
-        if self._touches:
-            lengths |= {"impact": self._touches}
-        if walls:
-            lengths |= {"wall": len(walls)}
-        if "evidence" in self.want:
-            lengths |= {"multiplier": size, "exponent": size, "part": 2}
-        return Table.of(datasets, lengths | (self.spectral.lengths() if self.spectral else {}))
-
-    def scales(self) -> tuple[Scale, ...]:
-        varied = (
-            sample_scale(axis.values.size)
-            if axis.name == SAMPLE
-            else described(axis.name).scale(axis.values)
-            for axis in self.axes
-        )
-        scene, cycle = self.scene, "sampled forcing period, counted after the transient"
-        walls, starts = struck(scene), np.array(self.start.names, dtype=np.str_)
-        return (
-            *varied,
-            Scale("start", starts, "1", "start of the orbit"),
-            Scale.counted("forcing_period", self.periods, cycle, 1),
-            Scale.counted("impact", self._touches, _IMPACT, 1),
-            Scale("component", np.array(scene.components), "1", "component of the state"),
-            *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
-            *(state_scales(len(scene.components)) if "evidence" in self.want else ()),
-            *(() if self.spectral is None else self.spectral.scales()),
-        )
-
-    @property
-    def _touches(self) -> int:
-        return touches_noted(self.want, self.scene, self.periods)
+    Impacts and clearances exist only in scenes with a wall, the damper's energy only with a damper.
+    Lengths of dimensions are counted without making their values.
+    """
+    lanes, walls = (*(axis.name for axis in axes), "start"), struck(scene)
+    datasets: list[Dataset] = []
+    for entry in recorded(scene, want):
+        if entry.name != "start_state" or start.policy == "random":
+            tail = tuple(dim for dim in entry.dims if dim != "wall" or walls)
+            flags = _FLAGS.get(entry.name)
+            if entry.name == "impact_wall":  # 0 is the near wall
+                flags = {name.replace(" ", "_"): code for code, name in enumerate(walls)}
+            datasets.append(entry.dataset((*lanes, *tail), scene, flags))
+    size, touches = len(scene.components), touches_noted(want, scene, periods)
+    lengths = {axis.name: axis.values.size for axis in axes}
+    lengths |= {"start": start.orbits, "forcing_period": periods, "component": size}
+    lengths |= {"impact": touches} if touches else {}
+    lengths |= {"wall": len(walls)} if walls else {}
+    lengths |= {"multiplier": size, "exponent": size, "part": 2} if "evidence" in want else {}
+    if spectral is not None:
+        datasets = [spectral.in_units(dataset) for dataset in datasets]
+        lengths |= spectral.lengths()
+    return Table.of(datasets, lengths)
 
 
 def begins_at_sections(view: ArchiveView) -> bool:
@@ -452,21 +421,34 @@ class Scan(Request):
     @cached_property
     def table(self) -> Table:
         """The datasets of its archive."""
-        return self._contents.table()
+        scene = self.system.scene
+        return table_of(scene, self.want, self.axes, self.start, self.periods, self.spectral)
 
     def scales(self) -> tuple[Scale, ...]:
         """Return the dimensions of its archive with their values."""
-        return self._contents.scales()
+        scene, periods = self.system.scene, self.periods
+        walls, touches = struck(scene), touches_noted(self.want, scene, periods)
+        cycle = "sampled forcing period, counted after the transient"
+        impact = "impact after the transient, counted from the first"
+        return (
+            *(
+                sample_scale(axis.values.size)
+                if axis.name == SAMPLE
+                else described(axis.name).scale(axis.values)
+                for axis in self.axes
+            ),
+            Scale("start", np.array(self.start.names, np.str_), "1", "start of the orbit"),
+            Scale.counted("forcing_period", periods, cycle, 1),
+            Scale.counted("impact", touches, impact, 1),
+            Scale("component", np.array(scene.components), "1", "component of the state"),
+            *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
+            *(state_scales(len(scene.components)) if "evidence" in self.want else ()),
+            *(() if self.spectral is None else self.spectral.scales()),
+        )
 
     def inputs(self) -> Iterator[tuple[Dataset, np.ndarray]]:
         """Yield the parameters of samples as datasets."""
         yield from () if self.sampled is None else self.sampled.contents()
-
-    @property
-    def _contents(self) -> ScanContents:
-        return ScanContents(
-            self.axes, self.system.scene, self.start, self.periods, self.want, self.spectral
-        )
 
     def document(self) -> dict[str, Any]:
         """Return the complete scan file, as nested tables with all parameters and axis values."""

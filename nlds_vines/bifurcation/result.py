@@ -94,9 +94,7 @@ def begun(
 ) -> np.ndarray:
     """Return the states (n, 4), x1, v1, r, s, of the orbits of cells at their first section.
 
-    Arguments: the `cells` (n,); the `initial` conditions that axes set, (n,) each, by name; `tell`
-    as `batch.Kernels` takes it.  An orbit that begins at another phase is followed to the next
-    section.
+    An orbit that begins at another phase is followed to the next section.
     """
     phases = initial.get(PHASE, np.full(len(cells), scan.start.phase))
     components = {name: values for name, values in initial.items() if name != PHASE}
@@ -149,10 +147,7 @@ def own_states(
 ) -> np.ndarray:
     """Return the initial states of orbits that do not follow another one; rest for sweeps.
 
-    Arguments: the `cells` (n,) and their index along each axis, `where`, (n,) each; `lanes` (n,),
-    the start of its cell that each orbit has; `draws` of `start_states`, by default drawn here;
-    `tell` as `batch.Kernels` takes it.
-
+    `where` are the places of the `cells` (n,) along each axis, `lanes` (n,) the start in its cell.
     Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s].
     """
     if scan.start.policy != "random":
@@ -185,14 +180,11 @@ def recorded_start(
     system: System,
     moved: Mapping[str, float] | None = None,
 ) -> CellStart:
-    """Return the start of an orbit, of a sweep as far as its results contain it.
+    """Return the start of an orbit, of a sweep as far as its results, `arrays`, contain it.
 
-    Arguments: the scan and its datasets by name; the `place` of the cell and the start `lane`; a
-    `system` like that of the cell; `moved`, initial conditions by name that override those of the
-    cell.
-
-    The start within a sweep is the last recorded section of the cell before; without sections it is
-    a point of the cell's own periodic orbit.
+    `moved` are initial conditions by name that override those of the cell.  The start within a
+    sweep is the last recorded section of the cell before; without sections it is a point of the
+    cell's own periodic orbit.
     """
     if scan.start.sweeps:
         sweep, before = scan.start.sweeps[lane], swept_before(scan, place, lane)
@@ -229,16 +221,12 @@ def recorded_start(
 
 @dataclass(frozen=True)
 class CellOrbit:
-    """The orbit of one start in one cell of a scan.
-
-    Attributes: the `scan`; `begin`, its initial state; the name of its `start`; its `label` in the
-    archive, empty if none is recorded.
-    """
+    """The orbit of one start in one cell of a scan."""
 
     scan: Scan
     begin: Beginning
-    start: str
-    label: str = ""
+    start: str  # its name
+    label: str = ""  # in the archive; empty if none is recorded
 
     def orbit(self, record: Collection[str] | None = None, quiet: bool = False) -> Orbit:
         from nlds_vines.orbits.simulation import checked_record

@@ -64,16 +64,13 @@ COUNTED = ("status", "label", "violations", "violation_depth")
 
 @dataclass
 class Tally:
-    """Counts of orbits: all, failed ones by status, those of each regime.
-
-    `violated` pass the limit of their scene, by the least and the largest of `depths` [m].
-    """
+    """Counts of orbits: all, failed ones by status, those of each regime."""
 
     lanes: int = 0
     failures: Counter[int] = field(default_factory=Counter)
     labels: Counter[str] = field(default_factory=Counter)
-    violated: int = 0
-    depths: tuple[float, float] = (math.inf, 0.0)
+    violated: int = 0  # those that pass the limit of their scene
+    depths: tuple[float, float] = (math.inf, 0.0)  # the least and the largest by which they do [m]
 
     def note(self, arrays: Mapping[str, np.ndarray]) -> None:
         status = arrays["status"]
@@ -144,14 +141,15 @@ class Cases:
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, with the fill value where the case lacks one."""
         (case, _), *slices = block.slices
-        scan = self.scan.scans[case]
+        scan, datasets = self.scan.scans[case], self.scan.table.datasets
         key = scan.hash, tuple(slices)
         if key not in self._cached:
             if self._computer is None or self._computer.scan is not scan:
                 self._computer = Computer(scan, tell=self._tell)
-            self._cached[key] = self._computer.block(Block(block.index, tuple(slices)))
+            arrays = self._computer.block(Block(block.index, tuple(slices)))
+            self._cached[key] = {name: arrays[name] for name in datasets.keys() & arrays.keys()}
         table = dict[str, np.ndarray]()
-        for name, entry in self.scan.table.datasets.items():
+        for name, entry in datasets.items():
             tail = self.scan.table.shape(name)[len(block.shape) :]
             kind = object if entry.dtype == "str" else entry.dtype
             table[name] = np.full((*block.shape, *tail), entry.fill, kind)
@@ -311,20 +309,14 @@ AHEAD_BYTES = 1 << 30
 
 @dataclass
 class Report:
-    """The archive of a scan, or of a shard of it: run time and counts of its orbits.
-
-    Attributes:
-        watched: forcing periods for which chaotic orbits are watched.
-        empty: the remark on a shard without blocks.
-        missing: number of blocks that other shards have to compute.
-    """
+    """The archive of a scan, or of a shard of it: run time and counts of its orbits."""
 
     path: Path
     shard: Shard | None = None
-    watched: int = 0
+    watched: int = 0  # forcing periods for which chaotic orbits are watched
     seconds: float = 0.0
-    empty: str = ""
-    missing: int = 0
+    empty: str = ""  # the remark on a shard without blocks
+    missing: int = 0  # number of blocks that other shards have to compute
     tally: Tally = field(default_factory=Tally)
 
     def why_failed(self) -> str:

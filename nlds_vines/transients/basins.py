@@ -49,20 +49,13 @@ IN_PLANE = 1e-6
 
 @dataclass(frozen=True, repr=False)
 class BasinEntropy(Outlined):
-    """Basin entropies of a plane [nats], after Daza et al., Sci. Rep. 6, 31416 (2016).
+    """Basin entropies of a plane [nats], after Daza et al., Sci. Rep. 6, 31416 (2016)."""
 
-    Attributes:
-        basin: S_b, the mean of -sum p ln p over all boxes, p the shares of the attractors in one.
-        boundary: S_bb, the mean over the boxes with more than one attractor; NaN without any.
-        boxes, boundary_boxes: how many there are.
-        side: cells along the side of a box.
-    """
-
-    basin: float
-    boundary: float
+    basin: float  # S_b, the mean of -sum p ln p over all boxes, p the attractors' shares in one
+    boundary: float  # S_bb, the mean over boxes with more than one attractor; NaN without any
     boxes: int
     boundary_boxes: int
-    side: int
+    side: int  # cells along the side of a box
 
     @property
     def fractal(self) -> bool:
@@ -82,17 +75,12 @@ class Uncertainty(Outlined):
     """The exponent a of f ~ d^a, f the share of uncertain pairs of starts a distance d apart.
 
     A smooth boundary of a plane has a = 1; a fractal one has a = 2 - D with its box dimension D.
-
-    Attributes:
-        exponent, error: a and its jackknife standard error, over parts of the plane.
-        distances: cells between the two starts of a pair, ascending, shape (m,).
-        shares: of the pairs that end on different attractors, shape (m,).
     """
 
     exponent: float
-    error: float
-    distances: np.ndarray
-    shares: np.ndarray
+    error: float  # jackknife standard error over parts of the plane
+    distances: np.ndarray  # (m,), cells between the two starts of a pair, ascending
+    shares: np.ndarray  # (m,), of the pairs that end on different attractors
 
     def outline(self) -> Rows:
         if not np.isfinite(self.exponent):

@@ -44,17 +44,11 @@ _NO_LIFETIME = ("failed", "quasiperiodic", "")
 
 @dataclass(frozen=True, repr=False)
 class Survival(Outlined):
-    """The Kaplan-Meier estimate, a step function that falls where lifetimes end.
+    """The Kaplan-Meier estimate (m,), a step function that falls where lifetimes end."""
 
-    Attributes, all of shape (m,):
-        times: the different times at which lifetimes ended, ascending, in the unit of those.
-        share: the surviving share from each of these times on; before the first it is 1.
-        low, high: the ends of its interval (log-log; NaN where all or none survive).
-    """
-
-    times: np.ndarray
-    share: np.ndarray
-    low: np.ndarray
+    times: np.ndarray  # at which lifetimes ended, ascending
+    share: np.ndarray  # that survives from each of these times on; before the first it is 1
+    low: np.ndarray  # the ends of its interval: log-log; NaN where all or none survive
     high: np.ndarray
 
     def quantile(self, q: float) -> float:
@@ -65,20 +59,13 @@ class Survival(Outlined):
 
 @dataclass(frozen=True)
 class Decay:
-    """An exponential law of lifetimes beyond a delay: share(t) ~ exp(-rate (t - delay)).
+    """An exponential law of lifetimes beyond a delay: share(t) ~ exp(-rate (t - delay))."""
 
-    Attributes:
-        rate: per unit of the lifetimes; low, high: the ends of its interval.
-        ended: how many lifetimes ended beyond the delay.
-        exposure: the sum of all times watched beyond the delay.
-        delay: the time from which the law holds.
-    """
-
-    rate: float
-    low: float
+    rate: float  # per unit of the lifetimes
+    low: float  # the ends of its interval
     high: float
-    ended: int
-    exposure: float
+    ended: int  # lifetimes that ended beyond the delay
+    exposure: float  # the sum of all times watched beyond the delay
     delay: float
 
     @property

@@ -8,7 +8,6 @@ from planes import ALONG, AMPLITUDE, PLANE
 from rigid import CASES
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.attractor_ends import sample_size
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
@@ -16,7 +15,6 @@ from nlds_vines.explore.chosen import sliders_of
 from nlds_vines.explore.map_data import stored
 from nlds_vines.model.labels import finals
 from nlds_vines.transients.ensemble import share_interval
-from nlds_vines.upkeep.rerun import differing
 
 
 @pytest.fixture(scope="module")
@@ -172,17 +170,6 @@ def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
     with nv.read(path) as view:
         labels = view["attractor_label"]
     assert labels.tolist() == [["T,0", "2T,1"], ["T,0", "4T,2"]]
-
-
-@pytest.mark.kernels
-def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path):
-    path = tmp_path / "plane.h5"
-    scan = tmp_path / "plane.toml"
-    scan.write_text(nv.load_scan(PLANE).to_toml())
-    command = ["bifurcation", str(scan), "-o", str(path), "--quiet"]
-    assert main([*command, "--shard", "2/2", "--threads", "1"]) == 0
-    assert main([*command, "--shard", "1/2"]) == 0
-    assert differing(plane, path) == []
 
 
 @pytest.mark.kernels

@@ -41,26 +41,17 @@ _NO_NUMBERS = ("component", "part")  # dimensions along which units or meanings 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A recorded quantity that can be drawn over the varied parameters.
+    """A recorded quantity that can be drawn over the varied parameters."""
 
-    Attributes:
-        name: the word of `--show`: a dataset, or a component of the section.
-        dataset, index: the dataset that holds it, and its places along dimensions of that.
-        units, long_name: of the quantity; fill: the value of orbits that have none.
-        single: whether an orbit has one value of it, and not several.
-        coded: whether its values are codes of words, which only maps show.
-        body: the word for the body that is forced.
-    """
-
-    name: str
+    name: str  # the word of `--show`: a dataset, or a component of the section
     dataset: str
     units: str
     long_name: str
-    fill: float
-    single: bool
-    index: Mapping[str, int] = field(default_factory=dict)
-    body: str = STRUCTURE
-    coded: bool = False
+    fill: float  # the value of orbits that have none
+    single: bool  # whether an orbit has one value of it, and not several
+    index: Mapping[str, int] = field(default_factory=dict)  # places in the dataset, by dimension
+    body: str = STRUCTURE  # the word for the body that is forced
+    coded: bool = False  # whether its values are codes of words, which only maps show
 
     @property
     def label(self) -> str:
@@ -121,16 +112,11 @@ def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
 
 @dataclass(frozen=True)
 class Slice:
-    """Results along one varied parameter.
-
-    Attributes:
-        view: the open archive; axis: the parameter on the abscissa.
-        at: the index of the other parameter's value, by name; empty if one parameter varies.
-    """
+    """Results along one varied parameter."""
 
     view: ArchiveView
-    axis: str
-    at: Mapping[str, int] = field(default_factory=dict)
+    axis: str  # the parameter on the abscissa
+    at: Mapping[str, int] = field(default_factory=dict)  # of another parameter: name and index
 
     @property
     def values(self) -> np.ndarray:
@@ -230,11 +216,7 @@ def check_show(
     drawn: Mapping[str, Quantity],
     labeled: bool,
 ) -> None:
-    """Raise `RequestError` unless the picture of a scan can show `show`.
-
-    Arguments: the `values` of each axis; the number of `starts` of a cell; the recorded quantities;
-    whether labels are recorded.
-    """
+    """Raise `RequestError` unless the picture of a scan over such axes can show `show`."""
     if show == BASINS:
         if ATTRACTOR not in drawn:
             raise RequestError(f"show = {show!r} needs attractors: scan with --record {ATTRACTOR}")

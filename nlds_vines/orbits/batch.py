@@ -83,10 +83,10 @@ class Outputs:
     evidence: np.ndarray | None
     ends: np.ndarray | None
     response: np.ndarray | None
-    foot: bool | None
-    ground: bool | None
     touches: np.ndarray | None
     status: np.ndarray
+    foot: bool | None = None
+    ground: bool | None = None
 
     @classmethod
     def of(cls, wanted: Wanted, shape: tuple[int, int], transient: int, periods: int) -> Outputs:
@@ -111,8 +111,7 @@ class Outputs:
             evidence=rows(judged, ev.LENGTH_OF_ROW),
             ends=rows(judged, 2, STATE_SIZE),
             response=rows("response" in want, RESPONSE_COLUMNS),
-            foot=responses.moving_foot(scene) if "response" in want else None,
-            ground=responses.moving_ground(scene) if "response" in want else None,
+            **(responses.moving(scene) if "response" in want else {}),
             touches=rows(touches > 0, touches, TOUCH_COLUMNS, value=np.nan),
             status=np.zeros(shape, np.int64),
         )
@@ -398,8 +397,7 @@ class Batch:
         counts = np.zeros((*sweeps.shape, 3), np.int64) if self._scene.walls else None
         buffers = LaneBuffers(counts=counts, energy=energy, violation=violation)
         if self._responds:
-            foot, ground = responses.moving_foot(self._scene), responses.moving_ground(self._scene)
-            buffers = buffers._replace(response=response, foot=foot, ground=ground)
+            buffers = buffers._replace(response=response, **responses.moving(self._scene))
         span = Span(transient, periods, 1)
         begun = starts.reshape(-1, 4)
         with self._compilation.followed(LANES):

@@ -27,6 +27,11 @@ from nlds_vines.runs.interrupts import stoppable
 
 _KINDS = {code: name for name, code in FLAGS.items()}
 
+_NUMBERS = (
+    *("lyapunov", "lyapunov_width", "residual", "averaging"),
+    *("transient_lyapunov", "transient_lyapunov_width"),
+)  # of a `Regime`, by the names of datasets
+
 
 PERIODS, ALIGNING = 3200, 100
 """Default number of periods of a Lyapunov spectrum, and the periods before in which the variations
@@ -260,10 +265,7 @@ def classify(
         impacts=int(evidence["impact_count"]),
         impacts_by_wall=(near, far),
         multipliers=pairs[:, 0] + 1j * pairs[:, 1] if periodic else None,
-        lyapunov=float(evidence["lyapunov"]),
-        lyapunov_width=float(evidence["lyapunov_width"]),
         exponents=evidence["exponents"],
-        residual=float(evidence["residual"]),
         E1max=E1max,
         E2max=E2max,
         point=evidence["orbit_point"] if periodic else None,
@@ -271,10 +273,8 @@ def classify(
         clearance=float(evidence["orbit_clearance"]),
         softest=float(evidence["softest_impact"]),
         settling=int(evidence["settling"]),
-        averaging=float(evidence["averaging"]),
         watched=int(evidence["watched"]),
-        transient_lyapunov=float(evidence["transient_lyapunov"]),
-        transient_lyapunov_width=float(evidence["transient_lyapunov_width"]),
+        **{name: float(evidence[name]) for name in _NUMBERS},
     )
 
 

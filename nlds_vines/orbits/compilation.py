@@ -73,31 +73,6 @@ def notice(quiet: bool = False) -> Tell | None:
     return None if quiet or _silent or is_worker else progress.notice()
 
 
-class _Told:
-    """Reports every second that kernels are compiled, with the estimated time left."""
-
-    def __init__(self, tell: Tell, scene: str, seconds: float) -> None:
-        """Begin with the usual number of `seconds` as the estimate."""
-        self._scene, self._seconds, self._done = scene, seconds, 0
-        is_abandoned = interrupts.abandoned()
-        self._clock = Clock(lambda *args: None if is_abandoned() else tell(*args), self._words)
-
-    def note(self, kernel: Any) -> None:
-        self._done += 1
-
-    def stop(self) -> None:
-        self._clock.stop()
-
-    def _words(self, elapsed: float) -> str:
-        """Return the message, with the time left at the pace of this machine so far."""
-        pace = max(elapsed / (EACH * self._done), 0.2) if self._done > 10 else 1.0
-        left = max(self._seconds * pace - elapsed, 1.0)
-        return (
-            f"compiling the equations of {self._scene} into machine code, which is kept for later "
-            f"runs: about {left:.0f} s" + (" to go" if elapsed else "")
-        )
-
-
 # ---- this process ----
 
 
@@ -112,7 +87,8 @@ class Compilation:
     def __init__(self, needed: Needed, tell: Tell | None, helped: bool) -> None:
         self._needed, self._tell, self._helped = needed, tell, helped
         self._began: float | None = None  # time of the first compilation
-        self._told: _Told | None = None
+        self._clock: Clock | None = None
+        self._seconds, self._done = 0, 0  # estimate of the time; number of compiled functions
         self._other: Process | None = None
 
     @contextmanager
@@ -135,8 +111,7 @@ class Compilation:
                 self._begin(kernels[kernel])
 
         def ends(kernel: Any) -> None:
-            if self._told is not None:
-                self._told.note(kernel)
+            self._done += 1
 
         try:
             with told_of_compilations(begins, ends):
@@ -166,20 +141,30 @@ class Compilation:
         if "verdict" in left[1:] and self._helped and may_help():
             self._other = begin(self._needed)
             left.remove("verdict")
-        if self._tell is not None:
-            seconds = sum(SECONDS[name] for name in left)
-            self._told = _Told(self._tell, self._needed.scene, seconds)
+        tell, is_abandoned = self._tell, interrupts.abandoned()
+        self._seconds, self._done = sum(SECONDS[name] for name in left), 0
+        if tell is not None:
+            self._clock = Clock(lambda *args: None if is_abandoned() else tell(*args), self._words)
+
+    def _words(self, elapsed: float) -> str:
+        """Return the message, with the time left at the pace of this machine so far."""
+        pace = max(elapsed / (EACH * self._done), 0.2) if self._done > 10 else 1.0
+        left = max(self._seconds * pace - elapsed, 1.0)
+        return (
+            f"compiling the equations of {self._needed.scene} into machine code, which is kept for "
+            f"later runs: about {left:.0f} s" + (" to go" if elapsed else "")
+        )
 
     def _end(self) -> None:
         """Report the end; end the other process."""
         if self._began is not None:
             Compilation.waited += time.perf_counter() - self._began
-        if self._told is not None:
-            self._told.stop()
+        if self._clock is not None:
+            self._clock.stop()
         if self._other is not None:
             self._other.kill()
             self._other.communicate()
-        self._began = self._told = self._other = None
+        self._began = self._clock = self._other = None
 
 
 # ---- the other process ----

@@ -35,14 +35,12 @@ def objectives_of(scene: Scene) -> dict[str, str]:
     return {entry.name: entry.unit for entry in every if entry.has(scene)}
 
 
-def moving_foot(scene: Scene) -> bool | None:
-    """Return True if the structure's foot moves, otherwise None, as kernels take it."""
-    return True if scene.foot else None
+def moving(scene: Scene) -> dict[str, bool | None]:
+    """Return whether the structure's foot moves, and whether positions count from a moving ground.
 
-
-def moving_ground(scene: Scene) -> bool | None:
-    """Return True if positions count from a moving ground, otherwise None, as kernels take it."""
-    return True if scene.relative else None
+    Kernels take True or None.
+    """
+    return {"foot": True if scene.foot else None, "ground": True if scene.relative else None}
 
 
 def quantities_of(scene: Scene) -> tuple[Quantity, ...]:

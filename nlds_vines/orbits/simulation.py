@@ -389,8 +389,7 @@ class _Buffers(NamedTuple):
             clearance=np.full(1, np.inf) if "clearance" in record else None,
             violation=None if scene.limit is None else np.zeros(3),
             response=np.full(RESPONSE_COLUMNS, np.nan) if responds else None,
-            foot=responses.moving_foot(scene) if responds else None,
-            ground=responses.moving_ground(scene) if responds else None,
+            **(responses.moving(scene) if responds else {}),
         )
         return cls(record, stops, cell)
 

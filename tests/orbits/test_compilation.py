@@ -95,18 +95,17 @@ def test_what_is_compiled_here_is_said_once_too(begun):
     assert begun == []
 
 
-def test_the_estimate_corrects_itself_by_the_pace_of_this_machine():
-    progress = compilation._Told(lambda *what: None, "ssul", 24.0)
-    try:
-        assert progress._words(0.0).endswith("about 24 s")
-        for _ in range(100):
-            progress.note(elementary.exp)
+def test_the_estimate_corrects_itself_by_the_pace_of_this_machine(begun):
+    follower = Compilation(USUAL, None, helped=False)
+    with follower.followed(LANES):
+        compiled(lanes.run_lanes)
+        assert follower._words(0.0).endswith("about 24 s")
+        for _ in range(99):
+            compiled(elementary.exp)
         usual = 100 * compilation.EACH
-        assert progress._words(usual).endswith(f"about {24 - usual:.0f} s to go")
-        assert progress._words(3 * usual).endswith(f"about {3 * (24 - usual):.0f} s to go")
-        assert progress._words(1e4 * usual).endswith("s to go")
-    finally:
-        progress.stop()
+        assert follower._words(usual).endswith(f"about {24 - usual:.0f} s to go")
+        assert follower._words(3 * usual).endswith(f"about {3 * (24 - usual):.0f} s to go")
+        assert follower._words(1e4 * usual).endswith("s to go")
 
 
 def test_the_time_of_compiling_is_known(begun):

@@ -178,7 +178,6 @@ def made_up(energy: Any = published, **changes: Any) -> MadeUp:
 
 @cache
 def _map(design: Any, figure: str) -> np.ndarray:
-    """Return the energies of the designs on a map."""
     scan = scan_of(requests()[figure], "")
     first, second = scan.axes
     return np.array(
@@ -190,7 +189,6 @@ def _map(design: Any, figure: str) -> np.ndarray:
 
 
 def _invented(world: MadeUp, figure: str, scan: Scan, system: System) -> Data:
-    """Return invented data of a scan: over frequency, over a second axis too, or of designs."""
     axes = {axis.name: axis.values for axis in scan.axes}
     if "omega" not in axes:
         zero = np.zeros(scan.shape, int)

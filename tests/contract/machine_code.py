@@ -54,13 +54,11 @@ def kernel_of(symbol):
 
 
 def undecided(kinds):
-    """Return True if an argument, or a field of one, is optional."""
     inside = [kind for one in kinds for kind in getattr(one, "types", ())]
     return any(isinstance(kind, numba.types.Optional) for kind in (*kinds, *inside))
 
 
 def called(text):
-    """Return the mathematical functions that appear in an LLVM module, intrinsic or not."""
     names = re.findall(r"call [^\n]*@(?:llvm\.)?(pow|sqrt|sin|cos|exp|log)\b", text)
     return sorted(set(names))
 

@@ -27,7 +27,6 @@ MAP = {
 
 
 def cut(scan, length=5):
-    """Cut a scan along its first axis."""
     whole = tuple((0, size) for size in scan.shape[1:])
     firsts = range(0, scan.shape[0], length)
     return [
@@ -54,7 +53,6 @@ def results(scan, block):
 
 
 def write(path, scan, blocks=None, **how):
-    """Do a run of a scan with made-up results; return the path of its archive."""
     blocks = cut(scan) if blocks is None else blocks
     return written(path, scan, blocks, lambda block: results(scan, block), **how)
 

@@ -88,7 +88,6 @@ FLAGS = re.compile(r"= f\w+ (?:fast|nnan|ninf|nsz|arcp|contract|afn|reassoc)\b")
 
 
 def digest(values):
-    """Return a digest of an array: of its type, shape and every bit."""
     values = np.asarray(values)
     data = json.dumps(values.tolist()) if values.dtype == object else values.tobytes()
     data = data.encode() if isinstance(data, str) else data
@@ -109,7 +108,6 @@ def scanned(case, threads=None):
 
 
 def followed(name, changes, **options):
-    """Return the digests of what one orbit has recorded."""
     record = [word for word in RECORDED if load_system(name).scene.walls or word in ("section",)]
     orbit = nv.simulate(load_system(name, **changes), 40, record=record, **options)
     numbers = {"state": orbit.state, "energy": [orbit.E1max, orbit.E2max, orbit.E1peak]}

@@ -1,5 +1,6 @@
 """What an archive holds: just what was asked for, to the last bit, for every reader."""
 
+import json
 import sys
 
 import h5py
@@ -8,7 +9,7 @@ import pytest
 import xarray as xr
 from made_up import MAP, arrays, cut, make_scan, results, same, write
 
-from nlds_vines.archives import archive
+from nlds_vines.archives import archive, provenance
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import WANTS, plain
@@ -123,13 +124,18 @@ def test_attributes_tell_where_it_comes_from(path):
     assert attrs["history"].endswith(" ".join(sys.argv))
     assert attrs["source"].startswith("nlds_vines ")
     assert attrs["threads"] == threads_in_use()
+    assert isinstance(json.loads(attrs["argv"]), list)
+    assert attrs["seed"] == 0
+    assert attrs["seconds"] >= 0
+    assert attrs.get("commit", "") == provenance.commit()
     assert attrs["K"] == scan.system.K
     assert {name: attrs[name] for name in scan.system.parameters} == dict(scan.system.parameters)
     assert {name for name in attrs if name.startswith("assumption_")} == {
         f"assumption_{name}" for name in scan.system.assumptions
     }
     assert attrs["numpy_version"] == np.__version__
-    assert attrs["numba_version"] != "unknown"
+    for library in ("numba", "llvmlite", "h5py", "hdf5", "python"):
+        assert attrs[f"{library}_version"][0].isdigit(), library
 
 
 def test_cells_without_a_piece_say_so(path):

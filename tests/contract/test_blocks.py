@@ -25,8 +25,6 @@ def path(tmp_path):
 
 
 def begin(path, scan, count=2, **how):
-    """Begin a run that is interrupted after so many blocks."""
-
     def interrupted(block):
         if block.index == count:
             raise KeyboardInterrupt
@@ -38,7 +36,6 @@ def begin(path, scan, count=2, **how):
 
 
 def computed(path, scan, **how):
-    """Do a run; return the blocks that it has computed."""
     computed_blocks = []
 
     def note(block):

@@ -14,7 +14,6 @@ PROGRAM = f"{sys.executable} -m nlds_vines"
 
 
 def ask(line, folder):
-    """Return status, output and errors of a line of the shell in a folder."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": ""}
     done = subprocess.run(
         ["bash", "-c", line.replace("nlds-vines", PROGRAM)],

@@ -18,7 +18,6 @@ ROOT = str(Path(nv.__path__[0]).parent)
 
 
 def program(folder, *arguments, **changes):
-    """Return a running command whose cache is `folder`/cache."""
     environment = {**os.environ, "PYTHONPATH": ROOT, "NUMBA_DISABLE_JIT": "0"}
     environment |= {"NUMBA_CACHE_DIR": str(folder / "cache"), **changes}
     pipe = subprocess.PIPE
@@ -29,7 +28,6 @@ def program(folder, *arguments, **changes):
 
 
 def finished(folder, *arguments, **changes):
-    """Run a command to its end; return its status and what it wrote to both outputs."""
     process = program(folder, *arguments, **changes)
     out, err = process.communicate(timeout=BOUND)
     return process.returncode, out, err
@@ -97,7 +95,6 @@ def children(pid):
 
 
 def command_of(pid):
-    """Return the words of a process, empty of one that has ended."""
     try:
         return Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:

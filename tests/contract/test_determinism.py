@@ -12,7 +12,6 @@ from commands import printed
 
 import nlds_vines as nv
 from nlds_vines.bifurcation import blocks as cutting
-from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.run import Computer, run
 from nlds_vines.cli.running import RunOptions
@@ -48,13 +47,7 @@ def document(vary=ONE_AXIS, start="rest", **changes):
 
 
 def compute(path, scan, **options):
-    """Compute a scan and return what its archive holds."""
     return bits(nv.scan(scan, to=path, **options))
-
-
-def compute_shard(scan, path, shard):
-    """Compute the blocks of one shard of a scan."""
-    run(scan, path, RunOptions(shard=Shard.parse(shard), quiet=True))
 
 
 def bits(path):
@@ -89,7 +82,7 @@ def cut(monkeypatch):
 
 
 @pytest.mark.parametrize(("vary", "start"), EVERY, ids=IDS)
-def test_threads_and_blocks_do_not_matter(vary, start, tmp_path, cut):
+def test_threads_blocks_and_shards_do_not_matter(vary, start, tmp_path, cut):
     scan = nv.load_scan(document(vary, start))
     whole = compute(tmp_path / "whole.h5", scan, threads=1)
     assert {"section", "periodicity", "E1max", "label", "status"} <= whole.keys()
@@ -100,6 +93,9 @@ def test_threads_and_blocks_do_not_matter(vary, start, tmp_path, cut):
         counts.add(len(list(cutting.blocks_of(scan))))
         assert compute(tmp_path / f"{cells}.h5", scan, threads=2) == whole
     assert len(counts) > 1 or len(vary) == 1  # an axis that is followed stays whole
+    for shard in (Shard(1, 2), Shard(2, 2)):
+        run(scan, tmp_path / "shared.h5", RunOptions(shard=shard, quiet=True))
+    assert bits(tmp_path / "shared.h5") == whole
 
 
 def test_the_orbits_compared_are_not_all_alike(tmp_path):
@@ -181,52 +177,19 @@ def test_a_resumed_scan_ends_in_the_same_bits(vary, start, tmp_path, monkeypatch
     assert not folder.exists()
 
 
-@pytest.mark.kernels
-@pytest.mark.parametrize("start", ["rest", "both", "random:3"])
-def test_starts_do_not_depend_on_threads_blocks_shards_or_interruptions(
-    start, tmp_path, monkeypatch, cut
-):
-    scan = nv.load_scan(document(TWO_AXES, start))
-    whole = compute(tmp_path / "whole.h5", scan, threads=1)
-    cut(2, scan.starts)
-    assert compute(tmp_path / "two.h5", scan, threads=2) == whole
-    go_on = stop_after(monkeypatch, 1)
-    with pytest.raises(Interrupted):
-        nv.scan(scan, to=tmp_path / "stopped.h5")
-    go_on()
-    assert compute(tmp_path / "stopped.h5", scan, resume=True) == whole
-    for shard in ("1/2", "2/2"):
-        compute_shard(scan, tmp_path / "shared.h5", shard)
-    assert bits(tmp_path / "shared.h5") == whole
-
-
 def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, monkeypatch, cut):
     scan = nv.load_scan(document({"omega": {"values": [1e-6, 6.0, 6.28, 6.5]}}))
     path = tmp_path / "a.h5"
     cut(1)
     go_on = stop_after(monkeypatch, 2)
     with pytest.raises(Interrupted):
-        scan_run.run(scan, path)
+        run(scan, path)
     go_on()
-    resumed = scan_run.run(scan, path, RunOptions(resume=True))
-    complete = scan_run.run(scan, path, RunOptions(resume=True))
-    for report in (resumed, complete):
+    for _ in ("resumed", "complete"):
+        report = run(scan, path, RunOptions(resume=True))
         assert report.tally.failed == 1
         assert report.tally.labels.total() == 4
         assert report.tally.labels["failed"] == 1
-
-
-def test_an_interrupted_consolidation_says_how_to_go_on(tmp_path, monkeypatch):
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
-    scan, path = nv.load_scan(document()), tmp_path / "a.h5"
-    with monkeypatch.context() as patch:
-        patch.setattr("nlds_vines.archives.archive.write", interrupted)
-        with pytest.raises(Interrupted, match="--resume"):
-            scan_run.run(scan, path)
-    assert not path.exists()
-    assert compute(path, scan, resume=True) == compute(tmp_path / "b.h5", scan)
 
 
 SLOW = {"C": -0.06, "omega": 0.01, "K": 3.2e7}

@@ -130,7 +130,6 @@ READERS = ("bifurcation", "portrait", "tuning", "continuation", "response-curves
 
 
 def tables(document):
-    """Return all tables in a document, and in its lists."""
     tables_in = [document]
     for value in document.values():
         for each in value if isinstance(value, list) else [value]:

@@ -1,7 +1,6 @@
 """Archives in use: how a scan stands, room for it, where it is from, repeated and compared."""
 
 import io
-import json
 import re
 import subprocess
 import sys
@@ -30,7 +29,6 @@ from nlds_vines.bifurcation.blocks import (
     result_bytes,
     work_bytes,
 )
-from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Tally, wanted_of
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
@@ -210,20 +208,6 @@ def test_a_verdict_makes_smaller_blocks():
 # ---- where it comes from -------------------------------------------------------------------------
 
 
-def test_an_archive_tells_where_it_comes_from(folder):
-    with h5py.File(nv.scan(REAL, to="a.h5")) as file:
-        attrs = dict(file.attrs)
-    assert load_scan(REAL).to_toml() == attrs["scan"]
-    assert load_scan(REAL).hash == attrs["scan_hash"]
-    assert isinstance(json.loads(attrs["argv"]), list)
-    assert attrs["seed"] == 0
-    assert attrs["seconds"] > 0
-    assert attrs["threads"] >= 1
-    for library in ("numba", "llvmlite", "numpy", "h5py", "hdf5", "python"):
-        assert attrs[f"{library}_version"][0].isdigit(), library
-    assert attrs.get("commit", "") == provenance.commit()
-
-
 def test_the_commit_is_that_of_the_clone(monkeypatch, tmp_path):
     def git(*arguments):
         settings = ["-c", "user.name=n", "-c", "user.email=e", "-C", str(tmp_path)]
@@ -288,6 +272,7 @@ def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, answer, ref
     assert "a-rerun.h5' exists" in refusal("rerun", "a.h5")
     assert answer("rerun", "a.h5", "-o", "b.h5", "--threads", "1", "--quiet") == ""
     with h5py.File("a.h5", "r+") as file:
+        assert file.attrs["seconds"] > 0
         file["E1max"][3, 0] += 0.25
         file["label"][2, 0] = "T,0"
         del file["impact_rate"]

@@ -58,7 +58,6 @@ def test_nothing_heavy_is_loaded(tmp_path):
 
 
 def loaded(*words, **where):
-    """Return the top-level modules that Python loads for some words."""
     times = python("-X", "importtime", *words, **where).stderr.splitlines()
     names = [line.split("|")[-1] for line in times if line.startswith("import time:")]
     return {name.strip().split(".")[0] for name in names}

@@ -40,7 +40,6 @@ print(json.dumps({"again": again - first, "long": long - again, "kept": peak() -
 
 
 def growth(folder):
-    """Return by how many megabytes a process grew."""
     return json.loads(printed("-c", PROGRAM, cwd=folder, NUMBA_DISABLE_JIT="0"))
 
 

@@ -28,7 +28,6 @@ print(json.dumps([k2, start, section, nv.open_archive("new.h5").request.to_toml(
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return the folder of a changed copy."""
     return commands.changed(tmp_path_factory.mktemp("changed"), "axis_and_start")
 
 

@@ -127,7 +127,6 @@ def derivative(f, x, steps):
 
 @pytest.fixture(scope="module")
 def computed(tmp_path_factory):
-    """Return the results of the changed package."""
     folder = changed(tmp_path_factory.mktemp("changed"), "contact_law")
     argument = json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
     places = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
@@ -193,8 +192,6 @@ def test_derivatives_by_its_constants_are_those_of_another_solver(computed):
 
 
 class Mute(NamedTuple):
-    """A wall of a law that says nothing."""
-
     gap: float
 
 

@@ -53,7 +53,6 @@ print(json.dumps(found))
 
 @pytest.fixture(scope="module")
 def changed(tmp_path_factory):
-    """Return the folder of a changed copy."""
     return commands.changed(tmp_path_factory.mktemp("changed"), "quantity")
 
 

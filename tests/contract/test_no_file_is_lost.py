@@ -18,7 +18,6 @@ NOTES = b"the notes of a year"
 
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory):
-    """An archive of made-up results."""
     path = tmp_path_factory.mktemp("archive") / "a.h5"
     write(path, make_scan(want=("section", "energy")))
     return path

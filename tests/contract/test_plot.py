@@ -25,7 +25,6 @@ DEEP = {
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
-    """Compute a small diagram once."""
     folder = tmp_path_factory.mktemp("plot")
     assert main([*SMALL, "-o", str(folder / "small.h5"), "--plot", str(folder / "small.png")]) == 0
     return folder / "small.h5"
@@ -33,7 +32,6 @@ def small(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def passing(tmp_path_factory):
-    """Compute a scan whose orbits pass their limit."""
     scan = {
         "system": DEEP,
         "vary": {"omega": {"values": [6.0, 6.2, 6.4]}},

@@ -28,7 +28,6 @@ PATH = ArchivePath("x.h5")
 
 
 def named_in(module, annotation):
-    """Yield the package's classes that an annotation names."""
     for name in re.findall(r"\w+", str(annotation)):
         value = getattr(module, name, None)
         if inspect.isclass(value) and value.__module__.startswith("nlds_vines."):
@@ -36,7 +35,6 @@ def named_in(module, annotation):
 
 
 def annotations_of(value):
-    """Yield the annotations of what a class holds or returns, or a function returns."""
     if not inspect.isclass(value):
         yield value.__annotations__.get("return", "")
         return
@@ -48,7 +46,6 @@ def annotations_of(value):
 
 
 def results():
-    """Return the classes of results that the package's functions return, and of what they hold."""
     stub = (Path(nv.__path__[0]) / "__init__.pyi").read_text()
     exported = re.findall(r"^from (\S+) import (\w+) as", stub, re.MULTILINE)
     left = [getattr(importlib.import_module(module), name) for module, name in exported]
@@ -67,7 +64,6 @@ def results():
 
 
 def holds_much(kind):
-    """Return True if a field of a class is of any size: arrays, or several of something."""
     annotations = inspect.get_annotations(kind).values()
     return any(
         re.search(r"ndarray|Mapping|tuple\[\w+, \.\.\.\]|list\[", str(a)) for a in annotations
@@ -105,7 +101,6 @@ def fall(count):
 
 
 def made_up():
-    """Yield results of many dampers, orbits and samples."""
     names = ["none", "tmd", "ssbl", *(f"ssul-set{i}" for i in range(1, 7))]
     request = nv.load_response_history({"systems": names, "load": {"impulse": 300.0}})
     yield fall(MANY)

@@ -114,7 +114,6 @@ def test_a_library_that_is_missing_is_named(path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def objects(path):
-    """Return an object of each public class."""
     orbit = nv.simulate("ssul-set6", 4, record=["section", "impacts", "energy", "trajectory"])
     branches = nv.continue_branch("ssul-set6", "omega", (6.2, 6.25), plane=("P", 700.0, 900.0))
     limited = nv.load_system("ssbl")

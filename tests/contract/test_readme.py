@@ -57,19 +57,16 @@ WALKED = ("README.md", "docs/tutorial.md")
 
 
 def text_of(name):
-    """Return the text of a page of `docs`."""
     return (DOCS / name).read_text(encoding="utf-8")
 
 
 def blocks(language, text=TEXT):
-    """Return the code blocks of a language in a text, by default in all pages."""
     bodies = [body for name, body in BLOCK.findall(text) if name == language]
     assert bodies
     return bodies
 
 
 def rows(text):
-    """Return the rows of all tables in a text."""
     return set(re.findall(r"^\|.*\|$", text, re.MULTILINE))
 
 
@@ -174,7 +171,6 @@ def test_the_scan_file_is_computed_and_drawn(scan_file):
 
 
 def sister_commands(text):
-    """Return the words of every line in a text that begins with the console script."""
     lines = re.findall(r"^nlds-vines (.*)$", text, re.MULTILINE)
     return [shlex.split(line) for line in lines]
 
@@ -287,7 +283,6 @@ def test_every_dataset_and_status_is_told():
 
 
 def systems():
-    """Yield a system of each kind."""
     yield from catalog().values()
     ssbl = catalog()["ssbl"]
     yield type(ssbl)("ssvi-b", ssbl.parameters)
@@ -372,7 +367,6 @@ def test_every_made_table_is_on_a_page():
 
 
 def marks_of(page):
-    """Return the marks of a page between which tables are made."""
     return reference.MARKED.findall(page.read_text(encoding="utf-8"))
 
 
@@ -424,7 +418,6 @@ def test_every_key_is_told(kind):
 
 
 def anchors(page):
-    """Return the anchors of a page: its headings in lower case, with hyphens."""
     headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", line).lower().replace(" ", "-") for line in headings}
 
@@ -463,7 +456,6 @@ def test_the_readme_measures_what_the_page_measures():
 
 
 def outputs(text):
-    """Return the files that documented commands write, each with the commands that write it."""
     written = {}
     for line in re.findall(
         r"^(?:nlds-vines|python -m (?:nlds_vines|benchmarks)\.)(.*)$", text, re.M

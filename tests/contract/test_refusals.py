@@ -227,7 +227,6 @@ LINES = {
 
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory):
-    """The bytes of a map that nobody computed."""
     path = tmp_path_factory.mktemp("map") / "map.h5"
     return write(path, make_scan(("energy", "regime"), vary=MAP)).read_bytes()
 

@@ -151,7 +151,6 @@ CHECKED = {
 
 
 def tried(setting):
-    """Return wrong values of a setting, each with what must be said of it."""
     key, check = setting.key, setting.check
     match check:
         case Whole(low, high):
@@ -233,7 +232,6 @@ NUMBERS = {
 
 
 def texts(setting):
-    """Return wrong texts of an option, each with what must be said of it."""
     match setting.check:
         case Whole(low, high):
             outside = [

@@ -70,10 +70,17 @@ def undisturbed(tmp_path_factory):
 CHAOS = ["--set", "omega=7.385"]  # where no state returns: settled orbits are copied, not run
 
 TASKS = {
-    "bifurcation": ["--vary", "omega=7.384:7.386:240", "--transient", 6000, "--periods", 60],
+    "bifurcation": ["--vary", "omega=7.384:7.386:120", "--transient", 6000, "--periods", 60],
     "transients": [*CHAOS, "--starts", 200, "--transient", 1000, "--plot", "a.png"],
     "response-curves": ["--system", "tmd", "--vary", "omega=5:8:900", "--transient", 3000],
-    "response-history": ["--vary", "impulse=100:1000:1200", "--duration", 200],
+    "response-history": [
+        "--system",
+        "ssul-set6",
+        "--vary",
+        "impulse=100:1000:3000",
+        "--duration",
+        200,
+    ],
     "tuning": ["--system", "tmd", "--population", 8, "--generations", 30, "--polish", 12],
     "continuation": ["--along", "omega=7.2:7.5", "--doublings", 2],
     "portrait": [*CHAOS, "--windows", "100000:100020", "--plot", "a.png"],
@@ -156,7 +163,6 @@ def die_at(call):
 
 
 def child(act):
-    """Do something in a forked process; return its exit status."""
     process = os.fork()
     if process == 0:
         try:

@@ -83,7 +83,6 @@ def of_every_kind(labels):
 
 @pytest.fixture(scope="module")
 def usual():
-    """Return the digests as this machine computes them, undisturbed."""
     return run({}, "usual")
 
 
@@ -157,13 +156,11 @@ def test_every_nan_is_the_same():
 
 @pytest.fixture(scope="module")
 def everything():
-    """Return the digests of all cases, undisturbed."""
     return run({}, *CASES)
 
 
 @pytest.fixture(scope="module")
 def caches(tmp_path_factory):
-    """Return by name of a processor the folder for what is compiled for it."""
     return {name: tmp_path_factory.mktemp("cache") for name in ("x86-64", "generic", "haswell")}
 
 

@@ -35,7 +35,6 @@ SCAN = document(
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """What one thread makes of the scan."""
     return bits(nv.scan(SCAN, to=tmp_path_factory.mktemp("whole") / "a.h5", threads=1))
 
 
@@ -298,7 +297,6 @@ def scheduling(tmp_path):
 
 @pytest.fixture
 def scheduler(scheduling):
-    """Start a scheduler without workers; return its address."""
     return scheduling[1]
 
 

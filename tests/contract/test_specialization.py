@@ -112,7 +112,6 @@ def test_the_kernels_asked_for_exist():
 
 
 def imported(name):
-    """Return the module of the kernels of that name, in whichever folder it is."""
     place = stored_code.modules()[name].relative_to(stored_code.KERNELS).with_suffix("")
     return import_module(".".join(("nlds_vines.kernels", *place.parts)))
 
@@ -194,7 +193,6 @@ TOLD_BY_TYPES = {"may_leave", "shrinks"}
 
 
 def decided(message):
-    """Return True if types decide every part of an expression (`deciding`)."""
     if isinstance(message, ast.BoolOp):
         return all(map(decided, message.values))
     if isinstance(message, ast.UnaryOp):
@@ -250,7 +248,6 @@ def test_floating_point_is_strict(code):
 
 
 def allocated(system, *want):
-    """Return the names of the buffers that a scan of this request has."""
     vary = {"omega": {"values": [6.0]}}
     scan = load_scan({"system": system, "vary": vary, "record": {"want": list(want)}})
     outputs = Outputs.of(wanted_of(scan), (2, 3), scan.transient, scan.periods)

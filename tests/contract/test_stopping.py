@@ -51,7 +51,6 @@ def begun(arguments, folder, until):
 
 
 def ended(process, number):
-    """Send a signal; return (exit status, what is said), within two seconds."""
     began = time.monotonic()
     process.send_signal(number)
     try:
@@ -260,7 +259,6 @@ def test_a_program_in_python_ends_when_nothing_is_being_compiled(tmp_path):
 
 
 def asked(seconds, number):
-    """Send this process a signal after so many seconds."""
     threading.Timer(seconds, os.kill, (os.getpid(), number)).start()
 
 

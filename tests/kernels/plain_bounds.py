@@ -43,7 +43,6 @@ PUSHED = {"m1": 1000.0, "m2": 60.0, "P": 800.0, "omega": 6.28}  # no spring, no 
 
 
 def cell_of(p):
-    """Return the table of a cell in which r(x) is the polynomial p."""
     cell = np.zeros(TAYLOR)
     cell[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
     return cell
@@ -109,7 +108,6 @@ def grid_with(p):
 
 
 def end_of(p):
-    """Return the state at the end of such a cell."""
     return 0.0, 0.0, p(1.0), p.deriv()(1.0) / 0.1
 
 
@@ -150,7 +148,6 @@ def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
 
 
 def prepared(numbers):
-    """Return structure, damper and grid of some parameters."""
     cell = kernel_cell(**numbers)
     ps, damper = structure_of(cell), damper_in(cell)
     return ps, damper, grid_of(ps, damper, cells_of(ps, damper))

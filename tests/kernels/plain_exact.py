@@ -39,7 +39,6 @@ def cell_of(p):
 
 
 def state(p, x):
-    """Return the state (x1, v1, r, s) at place x."""
     return 0.0, 0.0, float(p(x)), float(p.deriv()(x)) / H
 
 

@@ -38,7 +38,6 @@ def unit_states(ps, damper):
 
 
 def matrix(ps, damper):
-    """Return the matrix of the motion without forcing in energy coordinates."""
     columns = []
     for x1, v1, r, s in unit_states(ps, damper):
         a1, ds = accelerations(ps, damper, x1, v1, r, s, 0.0, 0.0)

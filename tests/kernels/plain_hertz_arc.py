@@ -77,12 +77,10 @@ def test_constants():
 
 
 def phase_at(u):
-    """Return the phase at which u is reached."""
     return u * mpmath.hyp2f1(0.5, mpmath.mpf(1) / 5, mpmath.mpf(6) / 5, u**5)
 
 
 def left_at(S):
-    """Return the phase from S > 0 to the deepest point."""
     return 0.4 * S * mpmath.hyp2f1(mpmath.mpf(4) / 5, 0.5, 1.5, S * S)
 
 

@@ -37,7 +37,6 @@ def stepping(arc, parts=PARTS):
 
 
 def ahead_of(arc, touch=TOUCH, phase=PHASE, parts=PARTS):
-    """Return the impact that begins with the state at touch."""
     solved, out, a1, b1, took, _ = short_impact(side_of(parts, arc), None, phase, (0.0, *touch))
     assert solved
     return inside.Ahead(took, 0.0, 0.0, touch, (out, a1, b1))

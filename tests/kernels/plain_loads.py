@@ -25,7 +25,6 @@ LOADS = (30.0, -30.0)  # [m/s^2]; the contact's own acceleration is some 3000
 
 
 def loaded(load, **changes):
-    """Return the parts of a contact of Set 6 under a load [m/s^2]."""
     ps, damper, wall = contact_parts(**{**SET6, "near": SET6["C"], **changes})
     return with_load(ps, load), damper, wall
 

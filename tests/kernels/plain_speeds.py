@@ -16,7 +16,6 @@ TRANSIENT, PERIODS = 5, 6
 
 
 def scanned(path, name, changes, values, want=("speeds", "impacts")):
-    """Return the archive of a scan over omega."""
     return nv.scan(
         {
             "system": name,

@@ -9,7 +9,6 @@ import pytest
 from paper_worlds import RESULTS
 from support import REPO
 
-from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from paper.claims import CLAIMS, FACTS, Data, Missing, Verdict, archived, judge
 from paper.claims.claim import maxima, spans
@@ -98,14 +97,3 @@ def test_maxima_and_spans():
     np.testing.assert_array_equal(maxima(values, 0.3), [1, 3])
     assert spans(np.arange(5.0), np.array([1, 1, 0, 0, 1], bool)) == [(0, 1), (4, 4)]
     assert spans(np.arange(2.0), np.zeros(2, bool)) == []
-
-
-def test_the_closed_form_solves_the_equations_of_motion():
-    structure = {"m1": 3.0, "k1": 50.0, "c1": 2.0, "P": 11.0, "omega": 4.0}
-    system = System("tmd", structure | {"m2": 0.5, "k2": 7.0, "c2": 0.4})
-    linear = response(system, np.array([3.5]))
-    w, x1, x2 = 3.5, linear.X1[0], linear.X2[0]
-    joint = (7.0 + 0.4j * w) * (x2 - x1)
-    assert (50.0 - 3.0 * w**2 + 2.0j * w) * x1 - joint == pytest.approx(11.0)
-    assert -0.5 * w**2 * x2 + joint == pytest.approx(0.0, abs=1e-12)
-    assert linear.clears.all()

@@ -8,6 +8,7 @@ import numpy as np
 import paper_results
 import pytest
 from commands import printed
+from layout import collisions
 from matplotlib.colors import to_hex
 
 from nlds_vines.archives.archive import read
@@ -304,7 +305,6 @@ def panels_of(figure):
 
 
 def known(line):
-    """Return the values of a line without the gaps between regimes."""
     values = np.asarray(line.get_ydata())
     return values[np.isfinite(values)].tolist()
 
@@ -356,19 +356,7 @@ def test_panels_share_their_axes_and_no_text_overlaps(archives, short):
     assert len(frames) == len(request.panels)
     assert len({frame.get_xlim() for frame in frames}) == 1
     assert len({frame.get_ylim() for frame in frames}) == 1
-    figure.draw_without_rendering()
-    (legend,) = filter(None, [axes.get_legend() for axes in figure.axes])
-    labels = [text for frame in frames for text in (frame.xaxis.label, frame.yaxis.label)]
-    low, high = frames[0].get_xlim()
-    ticks = [text for frame in frames for text in frame.get_xticklabels()]
-    ticks = [text for text in ticks if low <= text.get_position()[0] <= high]
-    titles = [frame.get_title(loc="left") and frame._left_title for frame in frames]
-    written = [*labels, *ticks, *titles, *legend.get_texts(), *figure.texts]
-    boxes = [text.get_window_extent() for text in written if text and text.get_text()]
-    shown = [box for box in boxes if box.width > 1]
-    overlaps = [(a, b) for i, a in enumerate(shown) for b in shown[i + 1 :] if a.overlaps(b)]
-    assert overlaps == []
-    assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in shown)
+    assert collisions(figure) == []
 
 
 def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):

@@ -14,8 +14,8 @@ from nlds_vines.orbits.batch import run
 from nlds_vines.orbits.kernel_inputs import parts_of
 from scans import computed, scan_of
 
-TRANSIENT, PERIODS = 3, 4
-STEPS = 256  # of a period by rk4: the sweep and the single orbits err alike
+TRANSIENT, PERIODS = 2, 3
+STEPS = 64  # of a period by rk4: the sweep and the single orbits err alike
 RECORD = ("section", "impacts", "energy", "clearance")
 LINKS = [(50.0, 0.1), (1e12, 0.2), (60.0, 0.3)]  # dashpot and place of the wall; one is too stiff
 SWEEPS = {

@@ -1,6 +1,6 @@
 """No impact is missed or invented: 10,000 random orbits, grazing ones included, against the twin.
 
-Behind `kernels` stand 2,500 of them, behind `long` all.
+Behind `kernels` stand 1,500 of them, behind `long` all.
 
 A difference counts only above what the two integrators resolve together: `FIRST` meters of depth
 (or of clearance) up to the first impact of an orbit, where both are good to round-off, `LATER`
@@ -27,7 +27,7 @@ from nlds_vines.orbits.simulation import simulate
 pytestmark = pytest.mark.kernels
 
 SETS = [dict(catalog()[f"ssul-set{i}"].parameters) for i in range(1, 7)]
-COUNTS = {"some": (2000, 500, 500), "all": (8500, 1500, 1000)}
+COUNTS = {"some": (1000, 500, 500), "all": (8500, 1500, 1000)}
 """Random and grazing orbits, and those of both that are followed by fixed steps, too."""
 FIRST, LATER = 1e-11, 1e-7  # resolution [m] of the comparison, up to and behind the first impact
 NEAR = 1e-5  # two touches are the same within so many periods

@@ -145,7 +145,6 @@ class Job(commands.Job):
 
 
 def _loads(texts: Sequence[str]) -> dict[str, Any]:
-    """Return the document of the texts of `--load`."""
     load: dict[str, list[Any]] = {}
     for text in texts:
         kind, entry = _load(text)

@@ -119,7 +119,6 @@ def usual(view: ArchiveView) -> list[str]:
 
 @styled()
 def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
-    """Return the figure of an archive with the panels that are `shown`."""
     results = _drawable(view)
     request = results.request
     if isinstance(results, LoadScan) and len(request.vary) == 2:
@@ -176,7 +175,6 @@ def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
 
 
 def _looks(request: HistoryRequest) -> Iterator[tuple[System, dict[str, Any]]]:
-    """Yield each system with the properties of its line."""
     colors = damper_colors([system.name for system in request.systems])
     for i, (system, color) in enumerate(zip(request.systems, colors, strict=True)):
         look = {"color": color, "linestyle": _LINES[i % len(_LINES)], "linewidth": 1.0}
@@ -186,7 +184,6 @@ def _looks(request: HistoryRequest) -> Iterator[tuple[System, dict[str, Any]]]:
 def _each(
     histories: ResponseHistories,
 ) -> Iterator[tuple[System, ResponseHistory, dict[str, Any]]]:
-    """Yield each system with its response and the properties of its line."""
     looks = _looks(histories.request)
     for (system, look), history in zip(looks, histories.results.values(), strict=True):
         yield system, history, look
@@ -207,7 +204,6 @@ def _energy(axes: Axes, histories: ResponseHistories) -> None:
 
 
 def _motion(axes: Axes, histories: ResponseHistories) -> None:
-    """Draw the displacement of the structure."""
     for _, history, look in _each(histories):
         axes.plot(history.time, history.x1, **look)
     frame = " relative to the ground" if histories.request.load.shaken else ""
@@ -313,7 +309,6 @@ def _peaks(axes: Axes, histories: ResponseHistories) -> None:
 
 @styled()
 def draw_spectrum(spectrum: ResponseSpectrum, ax: Axes | None = None) -> Figure:
-    """Return the figure of the pseudo- and absolute accelerations of a response spectrum."""
     let_figures_be_shown()
     if ax is None:
         figure, grid = new_figure(TWO_COLUMNS, [_PANEL])

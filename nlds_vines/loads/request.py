@@ -278,7 +278,6 @@ def has(system: System, name: str) -> bool:
 
 
 def is_of_load(name: str) -> bool:
-    """Return True if the name of an axis is that of a number of the load."""
     return name in NUMBERS or "." in name
 
 
@@ -296,7 +295,6 @@ def objectives_of_loads(scene: Scene, shaken: bool) -> dict[str, str]:
 
 
 def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
-    """Return the unit and the meaning of an axis."""
     if name in DESCRIBED:
         return DESCRIBED[name].unit, DESCRIBED[name].meaning
     return request.load.words_of_number(name)

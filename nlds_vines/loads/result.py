@@ -195,7 +195,6 @@ class ResponseHistories(Drawable):
         write_text(Path(path), "".join(",".join(map(str, row)) + "\n" for row in rows))
 
     def _table(self) -> Iterator[str]:
-        """Yield the lines of the `comparison`: a row for each damper, reductions in brackets."""
         cells: dict[str, dict[str, str]] = {system.name: {} for system in self.request.systems}
         for peak in self.comparison():
             change = f" ({-peak.reduction:+.1%})" if np.isfinite(peak.reduction) else ""

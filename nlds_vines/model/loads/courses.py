@@ -233,12 +233,10 @@ class Load:
         return np.zeros(0)
 
     def words(self) -> str:
-        """Return the load in a few words."""
         numbers = [f"{k} {v:g}" for k, v in self.entry().items() if isinstance(v, float) and v]
         return f"{self.kind.replace('_', ' ')} ({', '.join(numbers)})"
 
     def entry(self) -> dict[str, Any]:
-        """Return its table in a request file."""
         return entries(self, self.table)
 
     @classmethod
@@ -261,7 +259,6 @@ class Course(Load):
 
     @property
     def is_acceleration(self) -> bool:
-        """Whether it is an acceleration of the ground."""
         return self.unit in ACCELERATIONS
 
     @property
@@ -307,7 +304,6 @@ class Pulse(Course):
 
     @property
     def begins(self) -> np.ndarray:
-        """The times (repeat,) [s] at which the pulses begin."""
         return self.at + self.every * np.arange(self.repeat)
 
     @property

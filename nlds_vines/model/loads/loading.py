@@ -155,12 +155,10 @@ class Loading:
 
     @property
     def acts(self) -> bool:
-        """Whether there is any load."""
         return bool(self.impulse or self.blow or self.parts or self.harmonic)
 
     @property
     def shaken(self) -> bool:
-        """Whether the ground is accelerated."""
         return any(one.is_acceleration for one in self.parts)
 
     @property
@@ -177,14 +175,12 @@ class Loading:
         return abs(sweep.amplitude * sweep.factor * self.scale)
 
     def to_table(self) -> dict[str, Any]:
-        """Return the table `[load]` of this sum."""
         document = entries(self, "load")
         for kind in ALL.keys() & document.keys():
             document[kind] = [one.entry() for one in document[kind]]
         return document
 
     def number(self, name: str) -> float:
-        """Return a number by its name, as in `with_`."""
         owner, entry = self._entry(name)
         return number(name, getattr(owner, entry.key))
 
@@ -265,7 +261,6 @@ class Loading:
         self._divided(self.parts, duration, np.inf, np.zeros(0))
 
     def words(self) -> str:
-        """Return the sum in a few words."""
         terms = [f"a blow of {self.impulse:g} N s"] if self.impulse else []
         terms += [one.words() for kind in ALL for one in getattr(self, kind)]
         terms += ["the harmonic force"] if self.harmonic else []

@@ -55,11 +55,9 @@ class Record(Outlined, Course):
     kind: ClassVar[str] = "record"
 
     def heading(self) -> str:
-        """Return where the samples come from."""
         return self.source
 
     def outline(self) -> Rows:
-        """Return the number of samples and the time they take."""
         yield "samples", f"{len(self.times)} from {self.times[0]:g} to {self.times[-1]:g} s"
 
     @classmethod

@@ -300,7 +300,6 @@ class Dialect(NamedTuple):
         return [cell.strip() for cell in cells]
 
     def numbers(self, text: str) -> list[float] | None:
-        """Return the numbers of a line; None if a cell is none."""
         return _numbers(self.cells(text), self.decimal)
 
     def columns(self, rows: Lines, width: int) -> list[list[float]] | None:
@@ -638,7 +637,6 @@ def _heading_cells(text: str, dialect: Dialect, width: int) -> list[str]:
 
 
 def _is_unit(text: str) -> bool:
-    """Return True for a unit of time, force or acceleration."""
     word = text.strip("[]() ")
     return word.lower() in _TIME_UNITS or canonical(word) is not None
 

@@ -18,7 +18,6 @@ from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice, shown, 
 from nlds_vines.loads.request import (
     HistoryRequest,
     is_of_load,
-    natural_period,
     objectives_of_loads,
     refuse_without_effect,
 )
@@ -327,56 +326,47 @@ class Tuning(Request):
         return [] if self.history is None else self.history.starts_inside()
 
     def _check_names(self) -> None:
-        choice("objective", self.search.objective, self.objectives)
-        allowed = tunable(self.system.scene)
-        if not self.free:
+        """Refuse unknown names, two statements about one parameter, and draws of nothing."""
+        scene, search, history, names = self.system.scene, self.search, self.history, self.names
+        over, uncertain = [axis.name for axis in self.over], [one.name for one in self.uncertain]
+        choice("objective", search.objective, self.objectives)
+        allowed = tunable(scene)
+        if not names:
             raise RequestError(
                 f"nothing is free; of kind {self.system.kind!r} can be: "
                 f"{', '.join(allowed) or 'nothing, it has no damper'}"
             )
-        for name in self.names:
+        for name in names:
             choice("free parameter", name, allowed)
-            if name in (axis.name for axis in self.over):
-                raise RequestError(f"{name} is free and has values of its own: not both")
-        self._check_uncertain()
         if all(parameter.inert for parameter in self.free):
             raise RequestError("V alone is free, and does not enter the dynamics: C does")
+        for name in over:
+            if name in (*names, *uncertain):
+                role = "free" if name in names else "uncertain"
+                raise RequestError(f"{name} is {role} and has values of its own: not both")
         if self.surface is not None:
             for name in self.surface.parameters:
-                choice("parameter of the surface", name, self.names)
+                choice("parameter of the surface", name, names)
             if len(set(self.surface.parameters)) != 2:
                 raise RequestError("a surface takes two different parameters")
-
-    def _check_uncertain(self) -> None:
-        """Refuse draws of nothing, and uncertain parameters without a single nominal value."""
-        over = [axis.name for axis in self.over]
-        if self.history is not None:
-            names = [*over, *(one.name for one in self.uncertain)]
-            refuse_without_effect(self.system.scene, self.history.load, names)
-        noisy = self.history is not None and bool(self.history.load.noise)
-        if self.search.draws and not (self.uncertain or noisy):
-            raise RequestError(
-                f"draws = {self.search.draws}: neither [uncertain] nor noise is given"
-            )
-        if self.search.quantile is not None and not self.draws:
-            raise RequestError(f"quantile = {self.search.quantile}: of no draws; see [uncertain]")
-        for one in self.uncertain:
-            if one.name in over:
-                raise RequestError(f"{one.name} is uncertain and has values of its own: not both")
-            if not self._of_load(one.name):
-                refuse_foreign(self.system.scene, [one.name] if one.name in PARAMETERS else [])
-                allowed = (*self.system.parameters, *self.system.ratios)
-                choice("uncertain parameter", one.name, allowed)
-        uncertain = [one.name for one in self.uncertain if not self._of_load(one.name)]
-        free = dict(zip(meant_by(self.system.scene, self.names), self.names, strict=True))
-        for name, meant in zip(uncertain, meant_by(self.system.scene, uncertain), strict=True):
+        if history is not None:
+            refuse_without_effect(scene, history.load, [*over, *uncertain])
+        if search.draws and not (uncertain or (history is not None and history.load.noise)):
+            raise RequestError(f"draws = {search.draws}: neither [uncertain] nor noise is given")
+        if search.quantile is not None and not self.draws:
+            raise RequestError(f"quantile = {search.quantile}: of no draws; see [uncertain]")
+        uncertain = [name for name in uncertain if not self._of_load(name)]
+        for name in uncertain:
+            refuse_foreign(scene, [name] if name in PARAMETERS else [])
+            choice("uncertain parameter", name, (*self.system.parameters, *self.system.ratios))
+        free = dict(zip(meant_by(scene, names), names, strict=True))
+        for name, meant in zip(uncertain, meant_by(scene, uncertain), strict=True):
             if free.get(meant, name) != name:
                 raise RequestError(
                     f"{name} is uncertain and {free[meant]} free: both say something of {meant}; "
                     f"give one of the two in both tables"
                 )
-        names = [*uncertain, *self.names, *self.system.fixed_ratios, *over]
-        refuse_twice(self.system.scene, names)
+        refuse_twice(scene, [*uncertain, *names, *self.system.fixed_ratios, *over])
 
     def _of_load(self, name: str) -> bool:
         """Return True if there is a load and the name is that of one of its numbers."""
@@ -397,14 +387,11 @@ class Tuning(Request):
             ends[one.name] = np.array([one.at(low, -one.reach), one.at(high, one.reach)])
         of_load = {name: ends.pop(name) for name in [*ends] if self._of_load(name)}
         corners = np.array(list(product(*ends.values()))).T
-        self.system.cells(dict(zip(ends, corners, strict=True)))
+        cells = self.system.cells(dict(zip(ends, corners, strict=True)))
         if self.history is None:
             return
-        p = self.system.parameters
-        extreme = {
-            n: end(ends.get(n, p[n])) for n, end in (("k1", np.max), ("m1", np.min)) if n in p
-        }
-        period = natural_period(self.system.with_(**{n: float(v) for n, v in extreme.items()}))
+        with np.errstate(divide="ignore"):
+            period = 2.0 * pi * float(np.sqrt(np.min(cells["m1"] / cells["k1"])))
         load = self.history.load
         for axis in self.over:
             if axis.name in of_load:

@@ -385,24 +385,17 @@ def places_around(section_map: SectionMap, point: Point) -> Iterator[np.ndarray]
             continue
         kick = np.append(solution[:-1], 0.0)
         for share in KICKS:
+            # those with the impacts of `kicked` and the smallest closing errors
             trials = [place + share * (kick + ahead * step) for ahead in AHEAD]
-            yield from _nearly_closed(section_map, trials, kicked)
+            images = [section_map.at(trial, kicked.n) for trial in trials]
+            defects = [
+                (cycle.defect, i)
+                for i, cycle in enumerate(images)
+                if cycle is not None and cycle.counts == kicked.counts
+            ]
+            yield from (trials[i] for _, i in sorted(defects)[:LIKELY])
         for share in KICKS:
             yield from (place + share * (kick + ahead * step) for ahead in AHEAD[::8])
-
-
-def _nearly_closed(
-    section_map: SectionMap, places: Sequence[np.ndarray], kicked: Cycle
-) -> Iterator[np.ndarray]:
-    """Yield the places with the impacts of `kicked` and the smallest closing errors."""
-    images = [section_map.at(place, kicked.n) for place in places]
-    defects = [
-        (cycle.defect, i)
-        for i, cycle in enumerate(images)
-        if cycle is not None and cycle.counts == kicked.counts
-    ]
-    for _, i in sorted(defects)[:LIKELY]:
-        yield places[i]
 
 
 def crossings(track: Track, cycle: Cycle) -> Iterator[np.ndarray]:

@@ -86,15 +86,30 @@ def half_of(cycle: Cycle) -> np.ndarray:
 
 
 def specials_between(section_map: SectionMap, a: Point, b: Point) -> list[Special]:
-    """Return the special points between two neighboring points of a branch, in their order."""
-    places: list[tuple[float, Special]] = []
+    """Return the special points between two neighboring points of a branch, in their order.
+
+    If no trial comes onto the branch, a special point is the nearer of the two points, bracketed by
+    both.
+    """
+    specials, far = list[tuple[float, Special]](), step_between(a, b)
     for kind in _changed(a, b):
-        special = _located(section_map, kind, a, b)
-        if special is not None:
-            places.append(special)
-    places.extend(_grazings(section_map, a, b))
-    places.sort(key=lambda entry: entry[0])
-    return [special for _, special in places]
+        if kind == "BP":
+            located = _branch_point(section_map, a, b)
+        else:
+            located = _sign_change(section_map, kind, a, (a, b), (0.0, far))
+        if located is None:
+            nearer = (0.0, a) if abs(a.tests[kind]) <= abs(b.tests[kind]) else (far, b)
+            located = *nearer, 1.0, abs(b.value - a.value)
+        place, point, residual, bracket = located
+        if kind == "NS" and not is_torus(point.cycle):
+            continue  # a neutral saddle
+        if kind == "BP" and not abs(point.cycle.multipliers - 1.0).min() < 0.1:
+            continue
+        before, after = (a.cycle, b.cycle) if kind == "LP" else (point.cycle, point.cycle)
+        labels = label_of_cycle(before), label_of_cycle(after)
+        specials.append((place, Special(kind, point, *labels, residual, bracket)))
+    specials += _grazings(section_map, a, b)
+    return [special for _, special in sorted(specials, key=lambda entry: entry[0])]
 
 
 def _changed(a: Point, b: Point) -> Iterator[str]:
@@ -111,31 +126,6 @@ def unexplained(a: Point, b: Point) -> bool:
     kinds = set(_changed(a, b))
     explained = 2 * ("NS" in kinds) + len(kinds - {"NS"})
     return crossings > explained
-
-
-def _located(
-    section_map: SectionMap, kind: str, a: Point, b: Point
-) -> tuple[float, Special] | None:
-    """Locate the special point of a kind between two points; return its distance from `a`, too.
-
-    If no trial comes onto the branch, it is the nearer of the two points, bracketed by both.
-    """
-    if kind == "BP":
-        located = _branch_point(section_map, a, b)
-    else:
-        located = _sign_change(section_map, kind, a, (a, b), (0.0, step_between(a, b)))
-    if located is None:
-        near = min((a, 0.0), (b, step_between(a, b)), key=lambda end: abs(end[0].tests[kind]))
-        located = near[1], near[0], 1.0, abs(b.value - a.value)
-    place, point, residual, bracket = located
-    if kind == "NS" and not is_torus(point.cycle):
-        return None  # a neutral saddle
-    if kind == "BP" and not abs(point.cycle.multipliers - 1.0).min() < 0.1:
-        return None
-    label = label_of_cycle(a.cycle), label_of_cycle(b.cycle)
-    if kind != "LP":
-        label = (label_of_cycle(point.cycle),) * 2
-    return place, Special(kind, point, *label, residual, bracket)
 
 
 def _branch_point(section_map: SectionMap, a: Point, b: Point) -> Located | None:

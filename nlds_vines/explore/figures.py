@@ -48,18 +48,18 @@ def page_file(name: str) -> str:
     return (files("nlds_vines.explore") / "assets" / name).read_text(encoding="utf-8")
 
 
-_WIDGET = page_file("widget.css")
-WIDE = {"sizing_mode": "stretch_width", "stylesheets": [_WIDGET]}
-"""The settings of a widget that fills the width of its part of the page."""
+LOOK: dict[str, Any] = {"stylesheets": [page_file("widget.css")]}
+WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", **LOOK}
+"""The settings of all widgets, and of those that fill the width of their part of the page."""
 
 
-def text(**settings: Any) -> Div:
-    """Return an empty line of text."""
-    return Div(margin=(1, 5), **WIDE, **settings)
+def text(name: str = "", **settings: Any) -> Div:
+    """Return a line of text, by default empty, with the look of this `name`."""
+    return Div(margin=(1, 5), css_classes=[name] if name else [], **WIDE, **settings)
 
 
 def theme_button() -> Button:
-    made = Button(label="◐", width=34, stylesheets=[_WIDGET], css_classes=["noprint"])
+    made = Button(label="◐", width=34, **LOOK)
     made.js_on_click(CustomJS(code="TURN()"))
     return made
 
@@ -195,6 +195,8 @@ class MapFigure:
         regimes = self.main if self.is_map else self.strip
         if regimes is not None:
             regimes.stylesheets.append(":host { --bk-background-fill-color: var(--empty); }")
+            for axis in regimes.axis:
+                axis.stylesheets = [":host { --bk-background-fill-color: var(--card); }"]
 
     @property
     def figures(self) -> list[Any]:

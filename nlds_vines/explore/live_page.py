@@ -70,22 +70,17 @@ class Page:
 
     def build(self) -> None:
         results = self.chosen.results
-        self.map, self.panels = (
-            figures.MapFigure(results, True),
-            figures.OrbitFigures(results.scan.system),
-        )
+        self.map = figures.MapFigure(results, True)
+        self.panels = figures.OrbitFigures(results.scan.system)
         self.show = self.select("show", lambda name: self.repaint())
         self.start = self.select("start", self.choose_start)
-        self.history = self.select(
-            "time history", self.choose_history, [*live_orbit.HISTORIES.items()]
-        )
-        self.state, self.legend, self.readout, self.progress = (
-            figures.text(css_classes=[name]) for name in ("state", "legend", "readout", "progress")
-        )
-        self.verdict, self.trouble, self.evidence, self.files = (
-            figures.text(css_classes=[name]) for name in ("verdict", "trouble", "evidence", "files")
-        )
-        self.tip = figures.text(css_classes=["tip"], visible=False)
+        histories = [*live_orbit.HISTORIES.items()]
+        self.history = self.select("time history", self.choose_history, histories)
+        names = ("state", "legend", "readout", "progress")
+        self.state, self.legend, self.readout, self.progress = map(figures.text, names)
+        names = ("verdict", "trouble", "evidence", "files")
+        self.verdict, self.trouble, self.evidence, self.files = map(figures.text, names)
+        self.tip = figures.text("tip", visible=False)
         self.key = figures.text(visible=False)
         self.on(self.key, "text", self.press)
         self.back = self.button("← back", partial(self.step, -1))
@@ -93,11 +88,8 @@ class Page:
         self.cancel = self.button("cancel", self.cancel_job, visible=False)
         here = self.button("compute what is seen finer", self.refine_here)
         for made in self.map.figures:
-            for event in (
-                events.Tap,
-                events.DoubleTap,
-            ):  # the second of two quick clicks is a double tap
-                self.on_event(made, event, self.tap)
+            self.on_event(made, events.Tap, self.tap)
+            self.on_event(made, events.DoubleTap, self.tap)  # the second of two quick clicks
             self.on_event(made, events.MouseMove, self.hover)
             self.on_event(made, events.MouseLeave, lambda event: self.tip.update(visible=False))
         self.on_event(self.map.main, events.SelectionGeometry, self.select_rectangle)
@@ -108,19 +100,19 @@ class Page:
         for plane, made in self.panels.planes.items():
             self.on_event(made, events.Tap, partial(self.begin_in_plane, plane))
         hint = "Click a cell or use the arrow keys; drag a rectangle to compute that part finer."
-        planes = "Click in a phase plane to start an orbit there."
+        start_here = "Click in a phase plane to start an orbit there."
         parts = {
             "map": [
                 row(self.show, self.start, self.state, figures.theme_button(), **figures.WIDE),
                 *self.map.figures[:-1],
                 self.tip, self.map.main, self.legend, self.readout,
                 row(self.back, self.forward, here, self.cancel, **figures.WIDE), self.progress,
-                figures.text(text=hint, css_classes=["hint"]), self.key,
+                figures.text("hint", text=hint), self.key,
             ],
             "orbit": [
                 self.verdict, self.trouble, self.evidence, self.history, *self.panels.wide,
-                *self.panels.narrow, figures.text(text=self.panels.legend, css_classes=["legend"]),
-                figures.text(text=planes, css_classes=["hint"]),
+                *self.panels.narrow, figures.text("legend", text=self.panels.legend),
+                figures.text("hint", text=start_here),
                 self.files, self.button("draw the orbit as a picture", self.draw),
             ],
             "parameters": self.parameters(results),
@@ -137,16 +129,9 @@ class Page:
             low, high, value = map(spec.position, (spec.low, spec.high, spec.value))
             slider = Slider(
                 title=title, start=low, end=high, value=value, step=(high - low) / 1000,
-                show_value=False, tooltips=False, sizing_mode="stretch_width",
-                stylesheets=figures.WIDE["stylesheets"],
+                show_value=False, tooltips=False, **figures.WIDE,
             )  # fmt: skip
-            exact = NumericInput(
-                mode="float",
-                width=104,
-                height=24,
-                align="end",
-                stylesheets=figures.WIDE["stylesheets"],
-            )
+            exact = NumericInput(mode="float", width=104, height=24, align="end", **figures.LOOK)
             self.on(slider, "value", partial(self.slide, spec.name))
             self.on(exact, "value", partial(self.set_value, spec.name))
             self.sliders[spec.name] = spec, slider, exact
@@ -159,14 +144,14 @@ class Page:
 
     def select(self, title: str, call: Callable[[str], object], options: Any = ()) -> Select:
         made = Select(
-            title=title, options=[*options], value=options[0][0] if options else "",
-            stylesheets=figures.WIDE["stylesheets"], width=260,
+            title=title, options=[*options], value=options[0][0] if options else "", width=260,
+            **figures.LOOK,
         )  # fmt: skip
         self.on(made, "value", call)
         return made
 
     def button(self, label: str, call: Callable[[], object], **settings: Any) -> Button:
-        made = Button(label=label, stylesheets=figures.WIDE["stylesheets"], **settings)
+        made = Button(label=label, **figures.LOOK, **settings)
         self.on_event(made, events.ButtonClick, lambda event: call())
         return made
 
@@ -242,11 +227,8 @@ class Page:
         if cell is None:
             self.tip.visible = False
             return
-        lines = map(
-            escape, map_view.cell_in_words(self.chosen.results, cell, int(self.start.value))
-        )
-        words = f"<b>{next(lines)}</b><br>{'<br>'.join(lines)}"
-        self.tip.text = words
+        lines = map(escape, self.in_words(cell))
+        self.tip.text = f"<b>{next(lines)}</b><br>{'<br>'.join(lines)}"
         is_right = event.sx > self.size[0] / 2
         self.tip.css_classes = ["tip", "left"] if is_right else ["tip"]
         top = event.sy + 16 - (0 if event.model is self.map.main else event.model.height)
@@ -393,10 +375,11 @@ class Page:
     def mark(self) -> None:
         """Mark the chosen cell, and describe it in the line below the map."""
         self.map.choose(self.chosen.cell)
-        head, *lines = map_view.cell_in_words(
-            self.chosen.results, self.chosen.cell, int(self.start.value)
-        )
+        head, *lines = self.in_words(self.chosen.cell)
         self.readout.text = escape("; ".join(filter(None, (lines[0], head, *lines[1:]))))
+
+    def in_words(self, cell: tuple[int, int]) -> list[str]:
+        return map_view.cell_in_words(self.chosen.results, cell, int(self.start.value))
 
     def select_rectangle(self, event: Any) -> None:
         if event.final and event.geometry["type"] == "rect":

@@ -173,17 +173,12 @@ def _page(
         for one, span in zip((plane.x_range, plane.y_range), spans[i : i + 2], strict=True):
             one.default_span, one.range_padding = float(span), 0.2  # around a single point
         planes.append(plane)
-    show = Select(title="show", options=[(one.name, one.title) for one in shows], width=260)
-    show.value = shows[0].name
-    starts = [(str(k), name) for k, name in enumerate(results.starts)]
-    start = Select(title="start", options=starts, value="0", visible=len(starts) > 1)
-    verdict, tip = (
-        figures.text(css_classes=["verdict"]),
-        figures.text(css_classes=["tip"], visible=False),
-    )
-    key, legend = figures.text(visible=False), figures.text(css_classes=["legend"])
-    for select in (show, start):
-        select.stylesheets = figures.WIDE["stylesheets"]
+    show = Select(title="show", value=shows[0].name, width=260, **figures.LOOK)
+    show.options = [(one.name, one.title) for one in shows]
+    start = Select(title="start", value="0", visible=len(results.starts) > 1, **figures.LOOK)
+    start.options = [(str(k), name) for k, name in enumerate(results.starts)]
+    verdict, tip = figures.text("verdict"), figures.text("tip", visible=False)
+    key, legend = figures.text(visible=False), figures.text("legend")
     hints = ["Click a cell or use the arrow keys, with Shift ten cells further."]
     if branches is not None:
         hints.append("Lines: branches of a continuation, dashed if they are unstable.")
@@ -193,7 +188,7 @@ def _page(
         "map": [
             beside(show, start, figures.theme_button(), **figures.WIDE), *figure.figures[:-1], tip,
             figure.main,
-            legend, figures.text(text=" ".join(hints), css_classes=["hint"]), key,
+            legend, figures.text("hint", text=" ".join(hints)), key,
         ],
         "orbit": [verdict, *(planes if points else [])],
     }  # fmt: skip

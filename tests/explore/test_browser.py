@@ -195,18 +195,18 @@ def test_files_are_saved(page, tmp_path):
     assert "nlds-vines portrait" in page.locator(".files code").text_content()
 
 
-def color_in(page, name="displacement"):
-    """Return the color of the page and that of the background of a figure, as painted."""
+def color_in(page, name="displacement", right=5):
+    """Return the color of the page and that of a figure, pixels to the `right` of its left axis."""
     return page.evaluate(
-        """(name) => {
+        """([name, right]) => {
         const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id)
         const canvas = view.canvas_view.primary.canvas, at = view.frame.bbox
         const ratio = canvas.width / view.bbox.width
         const pixel = canvas.getContext("2d").getImageData(
-            ratio * (at.left + 5), ratio * (at.top + 3), 1, 1).data
+            ratio * (at.left + right), ratio * (at.top + 3), 1, 1).data
         return [getComputedStyle(document.body).backgroundColor, [...pixel].slice(0, 3)]
     }""",
-        name,
+        [name, right],
     )
 
 
@@ -214,7 +214,7 @@ def test_both_themes_are_there(page):
     light, dark = ["rgb(247, 246, 242)", [255, 255, 255]], ["rgb(18, 21, 26)", [26, 30, 37]]
     assert color_in(page) == light
     page.locator("button", has_text="◐").click()
-    assert color_in(page) == dark
+    assert color_in(page) == color_in(page, "cells", -20) == dark
     clear = page.evaluate("getComputedStyle(document.documentElement).getPropertyValue('--empty')")
     assert (
         min(int(clear[i : i + 2], 16) for i in (1, 3, 5)) > 2 * 0x1A

@@ -199,6 +199,20 @@ def test_a_broken_constraint_condemns_a_design():
     assert worst_case[:, 0].tolist() == [1.0, np.inf]
 
 
+def test_a_tuning_without_an_admissible_design_says_so(tmp_path, monkeypatch):
+    def failed(_, trials):
+        return np.tile([np.inf, np.nan, DIVERGED, 0.0], (len(trials), 1))
+
+    monkeypatch.setattr(Objective, "results", failed)
+    few = {"population": 5, "generations": 1, "polish": 4}
+    tuned = nv.tune("tmd", tmp_path / "a.h5", search=few, surface={"size": 2}, quiet=True)
+    assert tuned.optima == ()
+    assert tuned.refused == tuned.evaluations >= 5
+    assert "designs were inadmissible" in "\n".join(tuned.lines())
+    with pytest.raises(RequestError, match="widen the bounds"):
+        _ = tuned.best
+
+
 def test_near_equal_optima_lie_apart():
     units = np.array([[0.1, 0.1], [0.12, 0.1], [0.9, 0.9], [0.5, 0.5], [0.9, 0.88], [0.1, 0.9]])
     values = np.array([10.0, 10.01, 10.1, 20.0, 10.05, np.inf])

@@ -45,7 +45,7 @@ from nlds_vines.orbits.records import (
     plain,
 )
 from nlds_vines.orbits.solver_settings import Settings, most_watched
-from nlds_vines.orbits.spectral_records import agreement, arrays_of
+from nlds_vines.orbits.spectral_values import agreement, arrays_of
 from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads

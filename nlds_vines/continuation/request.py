@@ -201,6 +201,7 @@ class Continuation(Request):
         return {**self.system.attributes(varied), "along": self.along.name}
 
     def document(self) -> dict[str, Any]:
+        """Return the complete request as nested tables of a TOML file."""
         begin: dict[str, Any] = {"policy": self.begin.policy}
         if self.begin.policy in ("random", "label"):
             begin |= {"count": self.begin.count, "seed": self.begin.seed}

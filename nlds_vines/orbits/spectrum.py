@@ -1,26 +1,23 @@
 """Signals of an orbit and their Fourier spectra: lines, decibels, and the broadband share.
 
 States are rows (x1, v1, x2, v2) [m, m/s], or (x1, v1) without a damper, as in `Orbit.trajectory`;
-a signal has one value per row.  Spectra as records of scans are in `spectral_records`.
+a signal has one value per row.  `spectral_values` computes
+those of an orbit and of scans.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import RequestError, choice, number, shown, whole
+from nlds_vines.errors import RequestError, choice, number, whole
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import contact_forces, relative_displacement
-
-if TYPE_CHECKING:
-    from nlds_vines.orbits.simulation import Orbit
-
 
 TAPERS: Mapping[str, int] = {"rectangular": 0, "hann": 1}
 """The window functions, with the bins to either side of its own that a line on a bin fills.  One
@@ -297,65 +294,6 @@ class Spectrum(Outlined):
         if sums[-1] == 0:
             return 0
         return int(np.searchsorted(sums, share * sums[-1])) + 1
-
-
-def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -> Spectrum:
-    """Return the spectrum of a signal along an orbit.
-
-    Parameters
-    ----------
-    orbit : Orbit
-        From `simulate` with "trajectory" in `record`.  If an nT orbit is recorded over a multiple
-        of n periods, each line lies on a bin and none leaks.
-    signal : str
-        A component of the state, x1, v1, x2, v2 [m, m/s]; u = x2 - x1 [m]; the contact `force` on
-        the damper [N]; an energy, E1 or E2 [J].
-    window : str
-        "rectangular" or "hann".
-
-    Returns
-    -------
-    Spectrum
-        Amplitude and power over the order, the frequency over that of the force.
-
-    Raises
-    ------
-    RequestError
-        If the orbit has no trajectory, or the scene lacks the signal.
-
-    Notes
-    -----
-    512 samples per period, the default of `simulate`, suffice for states: aliasing onto their lines
-    is below 1e-9 m.  A contact lasts 16 to 24 ms, a fiftieth of a period, and the spectrum of its
-    force is wide: with 512 samples the error is 2e-3 of its largest line, with 1024 4e-4, with 4096
-    1e-5 (SSul Set 6, 7.375 rad/s).
-
-    Examples
-    --------
-    >>> import nlds_vines as nv
-    >>> system = nv.load_system("ssul-set6", omega=5.5)
-    >>> record = ["trajectory", "impacts"]
-    >>> orbit = nv.simulate(system, 8, transient=200, record=record, quiet=True)
-    >>> lines = nv.spectrum(orbit, "x1")
-    >>> float(lines.order[1 + lines.amplitude[1:].argmax()])
-    1.0
-    """
-    if not hasattr(orbit, "trajectory"):
-        raise RequestError(f"orbit = {shown(orbit)} must be an Orbit, as simulate returns it")
-    checked_signal(signal, orbit.system.scene)
-    if orbit.trajectory is None or orbit.time is None:
-        raise RequestError("the orbit holds no trajectory: simulate with record=['trajectory']")
-    if len(orbit.time) < 2:
-        raise RequestError("a trajectory of one state has no spectrum: record more periods")
-    step = (orbit.time[-1] - orbit.time[0]) / (len(orbit.time) - 1)
-    return spectrum_of(
-        SIGNALS[signal].of(orbit.system, orbit.trajectory),
-        round(orbit.system.period / step),
-        orbit.system.parameters["omega"],
-        window=window,
-        quantity=signal,
-        unit=SIGNALS[signal].unit,
-    )
 
 
 def spectrum_of(

@@ -1,6 +1,6 @@
 """One cell of a map from its parameters to its outputs: its parts, its orbit, its verdict.
 
-Also orbits that begin at any phase of the forcing (`come_along`).
+Also orbits that begin at any phase of the forcing (`enter`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from ..scene.scene import (
     structure_under,
 )
 from ..watch.observe import EXCESS, FIRST_VIOLATION, LIMIT, NUMBER, note_energy, note_violation
-from ..watch.response import begin_tally, report, tally_for
+from ..watch.response import begin_tally, report
 from .verdict import judge
 
 STABLE = 2.5  # longest step of rk4 in units of 1/rate: beyond 2.8, errors of order four grow
@@ -132,7 +132,7 @@ def run_cell(parts, cell, state, span, buffers):
     status = cell_orbit(prepared, cell.limit, state, span, buffers)
     if status == OK and (overflowed(buffers.energy) or overflowed(buffers.peak)):
         return DIVERGED
-    if status == OK and span.periods > 0 and any_overflowed(buffers.response):
+    if status == OK and span.periods > 0 and overflowed(buffers.response):
         return DIVERGED
     return status
 
@@ -144,11 +144,10 @@ def cell_orbit(prepared, limit, state, span, buffers):
     From the last state of an earlier run of the cell, the orbit goes on as that run would have.
     """
     ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
-    limit_log = limit_log_of(buffers.violation, limit)
     on_ground(damper, state)
     if state[5] == FLYING:  # a state inside a contact is complete, with the impact under way
         set_mode(prepared.near, prepared.far, state)
-    begin_limit_log(limit_log, state)
+    limit_log = begin_limit_log(buffers.violation, limit, state)
     start_energy(ps, damper, peak, state)
     # the transient: periods without sections, then those whose sections are recorded
     noted = 0 if buffers.early is None else len(buffers.early)
@@ -163,8 +162,7 @@ def cell_orbit(prepared, limit, state, span, buffers):
     # the sampled periods
     if status == OK:
         start_energy(ps, damper, buffers.energy, state)
-        tally = tally_for(buffers.response, buffers.foot, buffers.ground, ps)
-        begin_tally(tally, state)
+        tally = begin_tally(buffers.response, buffers.foot, buffers.ground, ps, state)
         energy = peak if buffers.energy is None else buffers.energy
         wanted = OrbitBuffers(
             limit_log, buffers.section, buffers.by_period, buffers.impacts, energy,
@@ -192,19 +190,12 @@ def start_energy(ps, damper, energy, state):
 
 
 @jit
-def overflowed(energy):
-    if energy is None:
-        return False
-    return not (finite(energy[0]) and finite(energy[1]))
-
-
-@jit
-def any_overflowed(response):
-    if response is None:
+def overflowed(record):
+    if record is None:
         return False
     fine = True
-    for i in range(len(response)):
-        fine = fine and finite(response[i])
+    for i in range(len(record)):
+        fine = fine and finite(record[i])
     return not fine
 
 
@@ -217,20 +208,19 @@ def lacks_limit(violation, limit):
 
 
 @jit
-def limit_log_of(violation, limit):
+def begin_limit_log(violation, limit, state):
+    """Return the log of a limit, None if the scene has none.
+
+    A start beyond the limit, to which a sweep may lead, is a violation at time zero.
+    """
     if violation is None:
         return None
     log = np.zeros(6)
     log[LIMIT], log[FIRST_VIOLATION] = limit, np.nan
+    if state[2] > limit:
+        note_violation(log, 0.0)
+        log[EXCESS] = state[2] - limit
     return log
-
-
-@jit
-def begin_limit_log(limit_log, state):
-    """Count a start beyond the limit, to which a sweep may lead, as a violation at time zero."""
-    if limit_log is not None and state[2] > limit_log[LIMIT]:
-        note_violation(limit_log, 0.0)
-        limit_log[EXCESS] = state[2] - limit_log[LIMIT]
 
 
 @jit
@@ -272,18 +262,6 @@ def judge_cell(parts, cell, ends, section, first, stages, evidence):
 # compiled for this only if an orbit begins so.
 
 
-@jit
-def come_along(parts, cell, begun, state):
-    """Advance `state` (STATE_SIZE,) over the share of a period of a `Begun`; return a status."""
-    status, prepared = checked_cell(parts, cell, 1, begun)
-    if status != OK:
-        return status
-    noted = OrbitBuffers(None, None, None, None, None, None, None, None, None)
-    on_ground(prepared.damper, state)
-    set_mode(prepared.near, prepared.far, state)
-    return run(prepared, noted, Span(0, 1, 1), state, None, None)
-
-
 @jit(entry=True)
 def enter(begin, end, parts, cells, begun, starts, status):
     """Advance starts `begin` to `end` - 1 over parts of a period.
@@ -297,10 +275,18 @@ def enter(begin, end, parts, cells, begun, starts, status):
         if not bounded(y[0], y[1], y[2], y[3]):
             status[lane] = DIVERGED
         elif share > 0.0:
-            state = new_state()
-            for i in range(4):
-                state[i] = y[i]
-            status[lane] = come_along(parts, cells[lane], Begun(begun[lane, 0], share), state)
-            if status[lane] == OK:
+            cell_status, prepared = checked_cell(
+                parts, cells[lane], 1, Begun(begun[lane, 0], share)
+            )
+            if cell_status == OK:
+                state = new_state()
                 for i in range(4):
-                    y[i] = state[i]
+                    state[i] = y[i]
+                on_ground(prepared.damper, state)
+                set_mode(prepared.near, prepared.far, state)
+                noted = OrbitBuffers(None, None, None, None, None, None, None, None, None)
+                cell_status = run(prepared, noted, Span(0, 1, 1), state, None, None)
+                if cell_status == OK:
+                    for i in range(4):
+                        y[i] = state[i]
+            status[lane] = cell_status

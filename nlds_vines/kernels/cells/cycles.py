@@ -85,28 +85,6 @@ def set_shrinking(scratch, value):
     return before
 
 
-@jit
-def follow_slopes(parts, cell, changes, flow, y, n, slopes):
-    """Fill slopes (m, 4): derivatives of the image of y after n periods by m parameters.
-
-    changes (m,): derivatives of the cell's numbers by each parameter. Returns a status.
-    """
-    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
-    rates, rows, state = np.zeros((len(slopes), RATE_COLUMNS)), np.zeros(16), new_state()
-    for m in range(len(slopes)):
-        fill_rates(parts, ps, damper, changes[m], rates[m])
-    driven, nothing = Driven(rows, rates), no_section(flow.space)
-    place_state(flow, y, state)
-    for p in range(0, n, TOGETHER):
-        status = advance_flow(flow, nothing, min(TOGETHER, n - p), driven, state)
-        if status != OK:
-            return status
-    for m in range(len(slopes)):
-        for i in range(4):
-            slopes[m, i] = rows[4 * m + i]
-    return OK
-
-
 @jit(entry=True)
 def trace(parts, cell, changes, phase, y, traced):
     """Follow an orbit from y (4,) for as many periods as `Traced` has points; return a status.
@@ -139,7 +117,22 @@ def trace(parts, cell, changes, phase, y, traced):
     for i in range(size):
         for c in range(2):
             traced.multipliers[i, c] = values_of[i, c]
-    return follow_slopes(parts, cell[0], changes, flow, y, n, traced.slopes)
+    # the derivatives of the image of y by the parameters
+    ps, damper = structure_under(parts.load, cell[0]), damper_of(parts.damper, cell[0])
+    slopes, rows = traced.slopes, np.zeros(16)
+    rates = np.zeros((len(slopes), RATE_COLUMNS))
+    for m in range(len(slopes)):
+        fill_rates(parts, ps, damper, changes[m], rates[m])
+    driven, nothing = Driven(rows, rates), no_section(flow.space)
+    place_state(flow, y, state)
+    for p in range(0, n, TOGETHER):
+        status = advance_flow(flow, nothing, min(TOGETHER, n - p), driven, state)
+        if status != OK:
+            return status
+    for m in range(len(slopes)):
+        for i in range(4):
+            slopes[m, i] = rows[4 * m + i]
+    return OK
 
 
 @jit(entry=True)

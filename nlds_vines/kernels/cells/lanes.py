@@ -8,6 +8,8 @@ separate loop computes verdicts: it does not depend on the records and is compil
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..numerics.compiling import jit
@@ -24,26 +26,6 @@ FIRST_STATE, LAST_STATE = 0, 1
 
 
 @jit
-def section_rows(section, cycle, damper, points, chain, link):
-    """Return the rows for the section points of a cell: of the output, scratch, or None."""
-    if section is not None:
-        return section[chain, link, section.shape[2] - points :]
-    if cycle is None:
-        return None
-    if damper is None or is_a(damper, Ground):
-        return np.empty((points, 2))
-    return np.empty((points, 4))
-
-
-@jit
-def period_rows(counts, cycle, near, far, periods):
-    """Return scratch for the impacts of each period and wall, or None if they are not needed."""
-    if (near is None and far is None) or (counts is None and cycle is None):
-        return None
-    return np.zeros((periods, 2), np.int64)
-
-
-@jit
 def lane_of(values, chain, link):
     if values is None:
         return None
@@ -53,14 +35,30 @@ def lane_of(values, chain, link):
 @jit
 def buffers_of(parts, buffers, span, chain, link):
     """Return the `CellBuffers` of a cell: its rows of the `LaneBuffers`, and scratch."""
-    section, cycle, points = buffers.section, buffers.cycle, span.periods * span.stops
+    section, points = buffers.section, span.periods * span.stops
     room = buffers.touches
     touches = None if room is None else Touches(room[chain, link], np.zeros(1, np.int64))
     early = None if section is None else section[chain, link, : section.shape[2] - points]
+    # rows for the section points: of the output, or scratch if a cycle is read from them
+    if buffers.section is not None:
+        rows: Any = section[chain, link, section.shape[2] - points :]
+    elif buffers.cycle is None:
+        rows = None
+    elif parts.damper is None or is_a(parts.damper, Ground):
+        rows = np.empty((points, 2))
+    else:
+        rows = np.empty((points, 4))
+    # scratch for the impacts of each period and wall
+    if parts.near is None and parts.far is None:
+        by_period: Any = None
+    elif buffers.counts is None and buffers.cycle is None:
+        by_period = None
+    else:
+        by_period = np.zeros((span.periods, 2), np.int64)
     return CellBuffers(
         early,
-        section_rows(section, cycle, parts.damper, points, chain, link),
-        period_rows(buffers.counts, cycle, parts.near, parts.far, span.periods),
+        rows,
+        by_period,
         touches,
         lane_of(buffers.energy, chain, link),
         lane_of(buffers.peak, chain, link),

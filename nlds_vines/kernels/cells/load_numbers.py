@@ -18,7 +18,7 @@ from ..numerics.roots import ROOT_STEPS, highest, narrowed, secant
 from ..orbit.variations import new_state
 from ..scene.codes import OK
 from ..scene.drive import Moment
-from ..scene.scene import CellBuffers, accelerations, damper_of, joined, unloaded
+from ..scene.scene import accelerations, damper_of, joined, unloaded
 from .load_orbit import (
     ALIKE,
     Load,
@@ -27,7 +27,6 @@ from .load_orbit import (
     energy_of,
     energy_stored,
     fly_under,
-    impacts_for,
     lasts_until,
     on_wall,
     state_at,
@@ -409,52 +408,23 @@ class LoadResults(NamedTuple):
 
 
 @jit
-def load_of(loads, lane):
-    first, after, blow = loads.first[lane], loads.after[lane], loads.blow[lane]
-    return Load(
-        loads.edges[first:after],
-        loads.rows[LOAD_ROW * first : LOAD_ROW * (after - 1)],
-        loads.jumps[blow : blow + (after - first)],
-        loads.sums[OF_CELL * first : OF_CELL * (after - 1)],
-        loads.shaken,
-    )
-
-
-@jit
-def flown(parts, cell, load, start, buffers):
+def flown(parts, cell, load, start, results):
     """Follow an orbit from a start (x1, v1, r, s); return its status and its buffers.
 
     If there are more impacts than room, the orbit is computed again with room for all.
     """
-    state = new_state()
+    state, room = new_state(), SPARE_ROOM + len(load.edges)
     while True:
+        buffers = buffers_for(results.impacts, results.violation, len(load.edges), room)
         state[:] = 0.0
         for i in range(4):
             state[i] = start[i]
         status = fly_under(parts, cell, load, state, buffers)
-        count, room = count_and_room(buffers.impacts)
-        if status != OK or count <= room:
+        if results.impacts is None:
             return status, buffers
-        buffers = with_room(buffers, count)
-
-
-@jit
-def count_and_room(impacts):
-    """Return the number of impacts and the room for them; 0, 0 without walls.
-
-    A kernel of its own: in `flown`, which assigns its buffers anew, an absent part is not decided.
-    """
-    if impacts is None:
-        return 0, 0
-    return impacts.filled[0], len(impacts.data)
-
-
-@jit
-def with_room(buffers, room):
-    return CellBuffers(
-        None, buffers.section, None, impacts_for(buffers.impacts, room), None, np.zeros(2), None,
-        buffers.violation, buffers.response, None, buffers.sums, None,
-    )  # fmt: skip
+        if status != OK or buffers.impacts.filled[0] <= room:
+            return status, buffers
+        room = buffers.impacts.filled[0]
 
 
 @jit
@@ -479,10 +449,16 @@ def fly_lanes(begin, end, parts, cells, loads, starts, asked, results):
     If the status of an orbit is not OK, its results have no meaning.
     """
     for lane in range(begin, end):
-        cell, load = cells[lane], load_of(loads, lane)
-        room = SPARE_ROOM + len(load.edges)
-        buffers = buffers_for(results.impacts, results.violation, len(load.edges), room)
-        status, buffers = flown(parts, cell, load, starts[lane], buffers)
+        first, after, blow = loads.first[lane], loads.after[lane], loads.blow[lane]
+        load = Load(
+            loads.edges[first:after],
+            loads.rows[LOAD_ROW * first : LOAD_ROW * (after - 1)],
+            loads.jumps[blow : blow + (after - first)],
+            loads.sums[OF_CELL * first : OF_CELL * (after - 1)],
+            loads.shaken,
+        )
+        cell = cells[lane]
+        status, buffers = flown(parts, cell, load, starts[lane], results)
         if status == OK:
             status = fill_numbers(parts, cell, load, asked, buffers, results.numbers[lane])
         results.status[lane] = status

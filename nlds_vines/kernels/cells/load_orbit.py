@@ -44,12 +44,10 @@ from ..scene.scene import (
     structure_under,
 )
 from ..watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts, note_energy
-from ..watch.response import begin_tally, note_sums, report, tally_for, work_at
+from ..watch.response import begin_tally, note_sums, report, work_at
 from .cells import (
-    any_overflowed,
     begin_limit_log,
     lacks_limit,
-    limit_log_of,
     overflowed,
     prepared_cell,
     report_violation,
@@ -141,21 +139,18 @@ def rows_behind(rows, edge, count):
 
 
 @jit
-def impacts_for(impacts, room):
-    if impacts is None:
-        return None
-    return Impacts(np.empty((room, IMPACT_COLUMNS)), np.zeros(1, np.int64))
-
-
-@jit
 def buffers_for(impacts, violation, edges, room):
     """Return the buffers of an orbit that `load_numbers` needs, with room for so many impacts.
 
     impacts, violation: None in a scene without walls or without a limit.
     """
     broken = None if violation is None else np.zeros(3)
+    if impacts is None:
+        rows: Any = None
+    else:
+        rows = Impacts(np.empty((room, IMPACT_COLUMNS)), np.zeros(1, np.int64))
     return CellBuffers(
-        None, np.empty((edges, 4)), None, impacts_for(impacts, room), None, np.zeros(2), None,
+        None, np.empty((edges, 4)), None, rows, None, np.zeros(2), None,
         broken, np.empty(RESPONSE_COLUMNS), None, np.empty((edges, EDGE_SUMS)), None,
     )  # fmt: skip
 
@@ -179,12 +174,10 @@ def fly_under(parts, cell, load, state, buffers):
         length = edges[j + 1] - edges[j]
         if not (length > 0.0 and rate * length <= REACH * ROUNDED_UP):
             return TOO_STIFF
-    limit_log = limit_log_of(buffers.violation, cell.limit)
-    tally = tally_for(buffers.response, None, load.shaken, ps)
     on_ground(damper, state)
-    begin_limit_log(limit_log, state)
+    limit_log = begin_limit_log(buffers.violation, cell.limit, state)
+    tally = begin_tally(buffers.response, None, load.shaken, ps, state)
     start_energy(ps, damper, buffers.peak, state)
-    begin_tally(tally, state)
     first, status = 0, OK
     while first < len(edges) - 1 and status == OK:
         # The next stretch: cells of equal length from `first` on, up to a jump.
@@ -223,7 +216,7 @@ def fly_under(parts, cell, load, state, buffers):
     if status == OK:
         report(buffers.response, tally, ps, damper, state, edges[len(edges) - 1] - edges[0])
         report_violation(buffers.violation, limit_log)
-        if overflowed(buffers.peak) or any_overflowed(buffers.response):
+        if overflowed(buffers.peak) or overflowed(buffers.response):
             return DIVERGED
     return status
 

@@ -178,16 +178,6 @@ def section_at(space, course, m):
 
 
 @jit
-def course_with_room(course, periods):
-    """Return a course with room for further periods, without maps."""
-    record = np.empty((course.length + periods, course.record.shape[1]))
-    for p in range(course.length):
-        for c in range(record.shape[1]):
-            record[p, c] = course.record[p, c]
-    return Course(record, course.length, course.first, course.origin, no_maps(), 1)
-
-
-@jit
 def no_maps():
     return np.empty((0, 16))
 
@@ -352,13 +342,6 @@ def settling_period(flow, course, cycle):
 
 
 @jit
-def growth_of(logs):
-    """Return `mean_and_width` of the growth per period, the half-width at least MARGIN."""
-    mean, width = mean_and_width(logs)
-    return mean, max(width, MARGIN)
-
-
-@jit
 def note_chaotic_transient(flow, course, evidence, period):
     """Note the exponent of a long transient; above zero, the orbit is transient chaos."""
     periods = int(evidence[ev.SETTLING])
@@ -370,7 +353,8 @@ def note_chaotic_transient(flow, course, evidence, period):
     logs, nothing = np.zeros(min(periods, LONGEST_LOOK)), no_section(flow.space)
     if follow_growth(flow, nothing, state, tangent, logs, growth, no_maps()) != OK:
         return
-    mean, width = growth_of(logs)
+    mean, width = mean_and_width(logs)
+    width = max(width, MARGIN)
     evidence[ev.PASSING], evidence[ev.PASSING_WIDTH] = mean / period, width / period
     if mean - width > 0.0:
         evidence[ev.KIND] = TRANSIENT_CHAOS
@@ -559,7 +543,8 @@ ALIGNING = 2  # cycles that align the variations with the directions of their gr
 @jit
 def note_exponents(evidence, growth, logs, period, size):
     """Write the largest exponent with its half-width, and all exponents [1/s]."""
-    mean, width = growth_of(logs)
+    mean, width = mean_and_width(logs)
+    width = max(width, MARGIN)
     evidence[ev.LYAPUNOV], evidence[ev.INTERVAL] = mean / period, width / period
     for i in range(size):
         evidence[ev.EXPONENTS + i] = growth[i] / (len(logs) * period)
@@ -697,8 +682,12 @@ def judge(flow, ends, record, first, stages, evidence):
             return OK
         # the next stage: with variations, unless the kind is already determined
         further = stages[stage]
-        course, maps = course_with_room(course, further), no_maps()
-        rows, batch = course.record[course.length :], periods_together(flow, further)
+        length, maps, batch = course.length, no_maps(), periods_together(flow, further)
+        record = np.empty((length + further, course.record.shape[1]))
+        for p in range(length):
+            for c in range(record.shape[1]):
+                record[p, c] = course.record[p, c]
+        rows = record[length:]
         if evidence[ev.KIND] == UNDETERMINED:
             followed += further
             growth[:] = 0.0
@@ -711,15 +700,12 @@ def judge(flow, ends, record, first, stages, evidence):
             status = follow_growth(flow, rows, now, tangent, logs, growth, maps)
             if status == OK:
                 note_exponents(evidence, growth, logs, period, flow.space.size)
-                end = course.length + further
-                note_digits(flow.space, course.record, end, followed, evidence)
+                note_digits(flow.space, record, length + further, followed, evidence)
                 if seems_chaotic(evidence):
                     evidence[ev.KIND] = CHAOTIC
         else:
             status = run_on(flow, rows, further, now)
         if status != OK:
             return status
-        course = Course(
-            course.record, course.length + further, course.first, course.origin, maps, batch
-        )
+        course = Course(record, length + further, course.first, course.origin, maps, batch)
     return OK

@@ -30,11 +30,6 @@ import numba
 
 KERNELS = Path(__file__).parents[1]
 
-CACHE_OF = (
-    "nlds_vines: neither its own folder nor the cache of the user can be written: compiled kernels "
-    "{where}; set NUMBA_CACHE_DIR to a folder that can be written, and is kept"
-)
-
 
 @cache
 def say_once(text: str) -> None:
@@ -43,12 +38,6 @@ def say_once(text: str) -> None:
 
 
 # ---- folders -------------------------------------------------------------------------------------
-
-
-NOT_TRUSTED = (
-    "nlds_vines: compiled kernels in {folder} are not read, for they would be run: another user "
-    "owns them or their folder, or group or others may write to them (remedy: chmod -R go-w)"
-)
 
 
 def _trusted(info: os.stat_result) -> bool:
@@ -69,7 +58,11 @@ def _read(path: Path) -> bytes | None:
                 if _trusted(os.fstat(file.fileno())):
                     return file.read()
         if path.exists():
-            say_once(NOT_TRUSTED.format(folder=path.parent))
+            say_once(
+                f"nlds_vines: compiled kernels in {path.parent} are not read, for they would be "
+                "run: another user owns them or their folder, or group or others may write to them "
+                "(remedy: chmod -R go-w)"
+            )
     return None
 
 
@@ -102,28 +95,24 @@ def _places() -> Iterator[Path]:
         yield home / "nlds_vines" / name
 
 
-def _writable(folder: Path) -> bool:
-    """Return True if a folder, made if it does not exist, can be written and is trusted."""
-    try:
-        folder.mkdir(mode=0o755, parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
-        return _trusted(folder.stat())
-    except OSError:
-        return False
-
-
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
     """Return the folder to which this process writes compiled kernels, or None."""
     for place in _places():
-        if _writable(place):
-            return place
+        with suppress(OSError):
+            place.mkdir(mode=0o755, parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=place).close()
+            if _trusted(place.stat()):
+                return place
+    temporary = None
     with suppress(OSError):
-        place = temporary_folder()
-        say_once(CACHE_OF.format(where=f"go to {place}"))
-        return place
-    say_once(CACHE_OF.format(where="are lost when the process ends"))
-    return None
+        temporary = temporary_folder()
+    where = f"go to {temporary}" if temporary else "are lost when the process ends"
+    say_once(
+        "nlds_vines: neither its own folder nor the cache of the user can be written: compiled "
+        f"kernels {where}; set NUMBA_CACHE_DIR to a folder that can be written, and is kept"
+    )
+    return temporary
 
 
 @lru_cache(maxsize=1)
@@ -145,18 +134,17 @@ def folder_of_numba() -> Path | None:
 # ---- sources -------------------------------------------------------------------------------------
 
 
-def _is_text(statement: ast.AST) -> bool:
-    value = getattr(statement, "value", None)
-    return isinstance(statement, ast.Expr) and isinstance(getattr(value, "value", None), str)
-
-
 def read_source(text: bytes) -> tuple[str, list[str]]:
     """Return a hash of a module's code without docstrings, and the kernel modules it may import."""
     tree = ast.parse(text)
     beside = set()
     for node in ast.walk(tree):
         if isinstance(body := getattr(node, "body", None), list):
-            node.body = [one for one in body if not _is_text(one)]  # type: ignore[attr-defined]
+            node.body = [  # type: ignore[attr-defined]
+                one
+                for one in body
+                if not (isinstance(one, ast.Expr) and isinstance(one.value, ast.Constant))
+            ]
         if isinstance(node, ast.ImportFrom):
             module = f".{node.module or ''}" if node.level > 0 else node.module or ""
             if node.level > 0 or module.startswith("nlds_vines.kernels"):

@@ -23,31 +23,6 @@ SIGNED, TURNED, TONE = 0, 16, 20
 COEFFICIENTS = 15
 
 
-@jit
-def turns_after(frequency, time):
-    """Return the fraction of frequency [1/s] times time [s] >= 0, in turns, by Dekker's product.
-
-    The rounding error of the product is added, as it is large in the fraction of a large product.
-    """
-    product = frequency * time
-    f, t = SPLITTER * frequency, SPLITTER * time
-    f, t = f - (f - frequency), t - (t - time)
-    g, u = frequency - f, time - t
-    lost = ((f * t - product) + f * u + g * t) + g * u
-    return (product - int(product)) + lost
-
-
-@jit
-def tabulate(w, i, angle, turn):
-    """Fill the table of a tone, from i on, for cells over which its phase advances by `turn`."""
-    value = 1.0
-    for k in range(COEFFICIENTS + 1):
-        at = i + SIGNED + (k // 2 if k % 2 == 0 else 8 + k // 2)
-        w[at] = -value if (k + 1) // 2 % 2 == 1 else value
-        value *= angle / (k + 1.0)
-    w[i + TURNED + 2], w[i + TURNED + 3] = cos_sin_of_turn(turn)
-
-
 @jit(entry=True)
 def fill_tones(frequencies, phases, begins, lengths, rows):
     """Fill the rows (n, COEFFICIENTS) of the sum of cos(2 pi (f t + p)) over cells.
@@ -67,15 +42,26 @@ def fill_tones(frequencies, phases, begins, lengths, rows):
         if not fits:
             h = lengths[j]
             for i in range(count):
-                turn = frequencies[i] * h
-                tabulate(w, TONE * i, TURN * turn, turn)
+                turn, value = frequencies[i] * h, 1.0
+                for k in range(COEFFICIENTS + 1):
+                    at = TONE * i + SIGNED + (k // 2 if k % 2 == 0 else 8 + k // 2)
+                    w[at] = -value if (k + 1) // 2 % 2 == 1 else value
+                    value *= TURN * turn / (k + 1.0)
+                at = TONE * i + TURNED
+                w[at + 2], w[at + 3] = cos_sin_of_turn(turn)
         for i in range(count):
             at = TONE * i + TURNED
             if on:  # turn c and s on by a cell
                 c, s, cosine, sine = w[at], w[at + 1], w[at + 2], w[at + 3]
                 w[at], w[at + 1] = c * cosine - s * sine, s * cosine + c * sine
             else:
-                turn = turns_after(frequencies[i], begins[j]) + phases[i]
+                # The fraction of frequency times time by Dekker's product: the rounding error of
+                # the product is added, as it is large in the fraction of a large product.
+                f, t = SPLITTER * frequencies[i], SPLITTER * begins[j]
+                f, t = f - (f - frequencies[i]), t - (t - begins[j])
+                g, u, product = frequencies[i] - f, begins[j] - t, frequencies[i] * begins[j]
+                lost = ((f * t - product) + f * u + g * t) + g * u
+                turn = ((product - int(product)) + lost) + phases[i]
                 w[at], w[at + 1] = cos_sin_of_turn(turn + 1.0)  # which may be just below zero
         since = since + 1 if on else 1
         even_low, even_high, odd_low, odd_high = four(0.0), four(0.0), four(0.0), four(0.0)

@@ -148,21 +148,6 @@ def same_bits(a, b):
 
 
 @jit
-def has_returned(reference, k, y):
-    """Return True if the state is that of the reference; arguments as of `renew`."""
-    for i in range(6):
-        if not same_bits(reference[AT.state + i], y[i]):
-            return False
-    if not same_bits(reference[AT.ahead], k[AHEAD]):
-        return False
-    if k[AHEAD] > 0.0:  # inside a solved impact; otherwise the other numbers have no meaning
-        for i in range(1, 9):
-            if not same_bits(reference[AT.ahead + i], k[AHEAD + i]):
-                return False
-    return True
-
-
-@jit
 def keep(reference, at, value):
     """Put a number into the reference; return True if it was there."""
     is_same = same_bits(reference[at], value)
@@ -201,7 +186,13 @@ def periods_to_run(reference, arc, watch, impacts, k, p, last, y):
         return last
     if reference[AT.cycle] > 0.0:
         return last
-    if has_returned(reference, k, y):
+    returned = same_bits(reference[AT.ahead], k[AHEAD])
+    for i in range(6):
+        returned = returned and same_bits(reference[AT.state + i], y[i])
+    if k[AHEAD] > 0.0:  # inside a solved impact; otherwise the other numbers have no meaning
+        for i in range(1, 9):
+            returned = returned and same_bits(reference[AT.ahead + i], k[AHEAD + i])
+    if returned:
         n, had_returned = p - int(reference[AT.since]), reference[AT.returned] > 0.0
         if keep_notes(reference, arc, watch) and had_returned:
             reference[AT.cycle] = n

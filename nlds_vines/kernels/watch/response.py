@@ -524,7 +524,7 @@ def tally_push(wall, tally, piece):
 def watch_piece(ps, damper, watch, piece, phase, begin, end):
     """Record [0, end] of a piece: energies, a limit, a response.
 
-    phase: the instant of its beginning; begin: as of `touch.time_at`.
+    phase: the instant of its beginning; begin: as of `touch.note_limit`.
     """
     if watch.energy is not None:
         note_energies(ps, damper, watch.energy, piece, end)
@@ -538,14 +538,6 @@ def watch_piece(ps, damper, watch, piece, phase, begin, end):
 
 
 @jit
-def tally_for(response, foot, ground, ps):
-    if response is None:
-        return None
-    # a moving ground acts as a force per mass of minus its acceleration
-    return Tally(np.zeros(SIZE), foot_of(foot, ps), (None if ground is None else ps.force))
-
-
-@jit
 def bare_tally(tally):
     if tally is None:
         return None
@@ -553,13 +545,17 @@ def bare_tally(tally):
 
 
 @jit
-def begin_tally(tally, state):
-    if tally is None:
+def begin_tally(response, foot, ground, ps, state):
+    """Return the `Tally` of a response from a state on, None if there is no response."""
+    if response is None:
         return None
-    tally.row[BEGIN] = state[0]
-    raise_to(tally.row, int(MOST), state[0])
-    raise_to(tally.row, int(MOST) + OF_V, state[1])
-    raise_to(tally.row, int(MOST) + OF_R, state[2])
+    row = np.zeros(SIZE)
+    row[BEGIN] = state[0]
+    raise_to(row, int(MOST), state[0])
+    raise_to(row, int(MOST) + OF_V, state[1])
+    raise_to(row, int(MOST) + OF_R, state[2])
+    # a moving ground acts as a force per mass of minus its acceleration
+    return Tally(row, foot_of(foot, ps), (None if ground is None else ps.force))
 
 
 @jit
@@ -580,7 +576,18 @@ def report(response, tally, ps, damper, state, time):
     response[POWERS + 1] = dashpot_of(joined(damper)) * row[S2] / time
     response[POWERS + 2] = row[LOSS] / time
     response[POWERS + 3] = (brought_in(ps, damper, row) + row[JUMPS]) / time
-    shaken(tally.foot, response, row, ps, state, time)
+    # If the foot moves, c1 joins both, and the foot does the work. Its power is the mean of
+    # (k1 (y - x1) + c1 (dy/dt - v1)) dy/dt. Over whole periods the mean of y dy/dt is 0, that of
+    # v1 sin is -omega times that of x1 cos, and that of x1 sin is that of v1 cos, less the change
+    # of x1 over the time, divided by omega.
+    if tally.foot is not None:
+        a, b, omega = tally.foot.cosine, tally.foot.sine, tally.foot.omega
+        k1 = ps.m1 * ps.stiffness
+        with_x = omega * (b * row[CX] - a * ((row[CV] - (state[0] - row[BEGIN])) / omega)) / time
+        with_v = omega * (b * row[CV] + a * omega * row[CX]) / time
+        square = 0.5 * omega * omega * (a * a + b * b)
+        response[POWERS] = c1 * row[U2] / time
+        response[POWERS + 3] = c1 * (square - with_v) - k1 * with_x
 
 
 @jit
@@ -613,25 +620,6 @@ def dashpot_of(damper):
     if damper is None:
         return 0.0
     return damper.c2
-
-
-@jit
-def shaken(foot, response, row, ps, state, time):
-    """Correct two powers if the foot moves: c1 joins both, and the foot does the work.
-
-    Its power is the mean of (k1 (y - x1) + c1 (dy/dt - v1)) dy/dt. Over whole periods the mean of y
-    dy/dt is 0, that of v1 sin is -omega times that of x1 cos, and that of x1 sin is that of v1 cos,
-    less the change of x1 over the time, divided by omega.
-    """
-    if foot is None:
-        return None
-    a, b, omega = foot.cosine, foot.sine, foot.omega
-    c1, k1 = ps.m1 * ps.damping, ps.m1 * ps.stiffness
-    with_x = omega * (b * row[CX] - a * ((row[CV] - (state[0] - row[BEGIN])) / omega)) / time
-    with_v = omega * (b * row[CV] + a * omega * row[CX]) / time
-    square = 0.5 * omega * omega * (a * a + b * b)
-    response[POWERS] = c1 * row[U2] / time
-    response[POWERS + 3] = c1 * (square - with_v) - k1 * with_x
 
 
 # ---- A linear motion on a wall, followed piece by piece to its end -------------------------------

@@ -287,22 +287,12 @@ def nearest_miss(w, x, sign, end, best, bend, jerk, touches):
 
 
 @jit
-def time_at(piece, begin, x):
-    """Return the time [s] of place x of a piece since the origin of the log of the limit.
-
-    begin: of the piece since that origin, in cells, or in seconds if it is a step of a contact.
-    """
-    if is_a(piece, StepPiece):
-        return begin + column_at(piece.table, int(TAU), x)
-    return (begin + x) * piece.h
-
-
-@jit
 def note_limit(piece, limit_log, begin, end, bend, jerk):
     """Record the violations of the limit of r over [0, end] of a piece.
 
-    begin: as of `time_at`. Each passage is counted at its place; the excess is that of the maxima
-    and of the end of the piece.
+    begin: of the piece since the origin of the log, in cells, or in seconds if it is a step of a
+    contact. Each passage is counted at its place; the excess is that of the maxima and of the end
+    of the piece.
     """
     w, level, x = piece.table, limit_log[LIMIT], 0.0
     bend, jerk = tightened(w, bend, jerk)
@@ -311,7 +301,11 @@ def note_limit(piece, limit_log, begin, end, bend, jerk):
             x = first_touch(w, x, end, 1.0, level, bend, jerk)
             if not 0.0 <= x <= end:
                 return
-            note_violation(limit_log, limit_log[ORIGIN] + time_at(piece, begin, x))
+            if is_a(piece, StepPiece):
+                time = begin + column_at(w, int(TAU), x)
+            else:
+                time = (begin + x) * piece.h
+            note_violation(limit_log, limit_log[ORIGIN] + time)
         fall = first_touch(w, x, end, -1.0, -level, bend, jerk)
         stays = not 0.0 <= fall <= end
         best = level + limit_log[EXCESS]

@@ -29,6 +29,7 @@ from bokeh.plotting import figure
 from nlds_vines.explore.live_orbit import Arrays
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, chip, painted_strip
+from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.system import System
 from nlds_vines.plotting.palette import DAMPERS
 from nlds_vines.plotting.style import GRAY, HUES
@@ -283,8 +284,8 @@ class OrbitFigures:
     each wall its lines; `legend` (HTML).
     """
 
-    def __init__(self, system: System) -> None:
-        """Make the panels that a system can fill.
+    def __init__(self, system: System, unit: str = RAD) -> None:
+        """Make the panels that a system can fill; `unit`, that of frequencies.
 
         The damper has the color of its system in all pictures.
         """
@@ -349,7 +350,13 @@ class OrbitFigures:
             made = half("touches", _PLANE, *words, x_range=turn)
             for name, shade in zip(reversed(scene.walls), (wall, other), strict=False):
                 self._draw(made.scatter, "touches", "phase", name, **dots | {"fill_color": shade})
-        made = half("spectrum", _LOW, "frequency / ω", "amplitude [m]", y_axis_type="log")
+        made = half(
+            "spectrum",
+            _LOW,
+            f"frequency / {'f' if unit == HZ else 'ω'}",
+            "amplitude [m]",
+            y_axis_type="log",
+        )
         made.x_range.range_padding = 0
         made.yaxis.ticker.desired_num_ticks = 4
         self._draw(made.line, "spectrum", "order", "amplitude", line_color=color)

@@ -71,7 +71,7 @@ class Page:
     def build(self) -> None:
         results = self.chosen.results
         self.map = figures.MapFigure(results, True)
-        self.panels = figures.OrbitFigures(results.scan.system)
+        self.panels = figures.OrbitFigures(results.scan.system, results.unit)
         self.show = self.select("show", lambda name: self.repaint())
         self.start = self.select("start", self.choose_start)
         histories = [*live_orbit.HISTORIES.items()]

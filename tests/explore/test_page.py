@@ -327,6 +327,8 @@ def test_a_page_has_one_unit_of_the_frequency(document, unit, name, one, tmp_pat
     seen.event(page.map.main, Tap, x=omega[3] / one, y=at)
     assert page.chosen.cell == (3, 0)
     assert f"{entry.symbol} = {omega[3] / one:.6g}{unit_words}" in page.readout.text
+    (spectrum,) = (panel for panel in page.panels.narrow if panel.name == "spectrum")
+    assert spectrum.xaxis.axis_label == f"frequency / {'f' if name == 'f' else 'ω'}"
     _, slider, exact = page.sliders["omega"]
     assert slider.title.startswith(entry.symbol)
     assert exact.value == pytest.approx(omega[3] / one)

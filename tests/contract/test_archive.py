@@ -1,6 +1,8 @@
 """What an archive holds: just what was asked for, to the last bit, for every reader."""
 
+import errno
 import json
+import os
 import sys
 
 import h5py
@@ -196,3 +198,36 @@ def test_what_was_not_recorded_is_unknown_and_nothing_is_damaged(path):
                 assert "E1max" in str(refused.value)
         assert [1, 2] not in view
         assert "E1max" in view
+
+
+@pytest.mark.parametrize(
+    ("name", "step"), [("section", 7), ("label", 1), ("E1max", 3), ("omega", 3)]
+)
+def test_each_flipped_byte_of_a_dataset_is_named(path, name, step):
+    write(path, make_scan())
+    with h5py.File(path) as file:
+        dataset = file[name].id
+        assert dataset.get_num_chunks() == 1
+        chunk = dataset.get_chunk_info(0)
+    whole = path.read_bytes()
+    for place in range(chunk.byte_offset, chunk.byte_offset + chunk.size, step):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 255]) + whole[place + 1 :])
+        with archive.read(path) as view, pytest.raises(RequestError, match=f"dataset {name} is"):
+            view[name]
+
+
+def test_permission_denied_is_said_as_such(here, monkeypatch, refusal):
+    write(here / "scan.h5", make_scan())
+    really = os.open
+
+    def refused(place, *arguments, **keywords):
+        if str(place) == "scan.h5":
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(place))
+        return really(place, *arguments, **keywords)
+
+    monkeypatch.setattr(os, "open", refused)
+    for words in (["export"], ["plot", "--show", "?"], ["rerun"]):
+        err = refusal(*words, "scan.h5")
+        assert err.count("\n") == 1
+        assert "Permission denied" in err
+        assert "damaged" not in err

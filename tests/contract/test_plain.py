@@ -15,26 +15,26 @@ from support import REPO
 FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/**/plain_*.py"))
 
 LONG = (
-    "tests/property/plain_methods.py",
     "tests/continuation/plain_derivatives.py",
-    "tests/kernels/plain_response.py",
+    "tests/property/plain_laws.py",
     "tests/orbits/plain_repetition.py",
+    "tests/kernels/plain_response.py",
+    "tests/property/plain_methods.py",
     "tests/kernels/plain_peaks.py",
+    "tests/kernels/plain_inside.py",
+    "tests/kernels/plain_impact.py",
+    "tests/kernels/plain_contact_laws.py",
+    "tests/kernels/plain_impact_under_load.py",
     "tests/bifurcation/plain_sweeps.py",
     "tests/orbits/plain_load_flight.py",
-    "tests/kernels/plain_impact.py",
     "tests/kernels/plain_exact.py",
-    "tests/kernels/plain_inside.py",
     "tests/kernels/plain_loads.py",
     "tests/orbits/plain_coincidences.py",
     "tests/kernels/plain_speeds.py",
     "tests/kernels/plain_verdict.py",
-    "tests/kernels/plain_contact_laws.py",
     "tests/continuation/plain_limits.py",
-    "tests/kernels/plain_impact_under_load.py",
-    "tests/kernels/plain_eigenvalues.py",
     "tests/kernels/plain_hertz_arc.py",
-    "tests/property/plain_laws.py",
+    "tests/kernels/plain_eigenvalues.py",
     "tests/benchmarks/plain_costs.py",
 )
 """Those that take more than five seconds, the longest first: for whoever changes kernels."""
@@ -60,7 +60,7 @@ def test_the_long_ones_exist():
     "files",
     [
         *(pytest.param(SHORT[i::2], id=f"short {i}") for i in range(2)),
-        pytest.param(LONG[:1], id="methods", marks=pytest.mark.kernels),
+        pytest.param(LONG[:1], id="derivatives", marks=pytest.mark.kernels),
         pytest.param(["-m", "plain", *MARKED], id="marked", marks=pytest.mark.kernels),
         *(pytest.param(LONG[i::3], id=f"long {i}", marks=pytest.mark.kernels) for i in (1, 2, 3)),
         *(pytest.param([file], id=file, marks=pytest.mark.long) for file in LONGEST),

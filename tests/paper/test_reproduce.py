@@ -373,16 +373,6 @@ def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
     assert widths.index(max(widths)) == 3
 
 
-def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archives):
-    archive = archives / paper_results.requests()["3"].archive
-    paths = [tmp_path / name for name in ("a.png", "b.png")]
-    for path in paths:
-        drawing.PICTURE.save(archive, path)
-    assert paths[0].read_bytes() == paths[1].read_bytes()
-    with pytest.raises(RequestError, match=r"\.png"):
-        drawing.PICTURE.save(archive, tmp_path / "a.gif")
-
-
 # ---- everything ----------------------------------------------------------------------------------
 
 

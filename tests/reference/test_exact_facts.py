@@ -5,7 +5,6 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from support import (
-    BOTH,
     FULL,
     amplitudes,
     follow_ssbl,
@@ -189,16 +188,6 @@ def test_energy_is_constant_without_damping_and_forcing(K):
     assert len(orbit.impacts) > 5000
     drift = mechanical_energy(p, orbit.section) / mechanical_energy(p, start) - 1
     assert np.abs(drift).max() <= 1e-9
-
-
-@pytest.mark.kernels
-def test_observing_changes_nothing():
-    """With energies and clearances looked at, the path is the same within its accuracy."""
-    system = system_of("ssul", SET6)
-    plain, full = (simulate(system, 20, record=record) for record in (BOTH, FULL))
-    growth = references()["ssul-set6"].growth[:20, None]
-    np.testing.assert_allclose(full.section / growth, plain.section / growth, rtol=0, atol=1e-9)
-    assert len(full.impacts) == len(plain.impacts)
 
 
 # ---- symmetries ----------------------------------------------------------------------------------

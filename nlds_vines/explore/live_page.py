@@ -227,7 +227,7 @@ class Page:
         if cell is None:
             self.tip.visible = False
             return
-        lines = map(escape, self.in_words(cell))
+        lines = map(escape, self.cell_in_words(cell))
         self.tip.text = f"<b>{next(lines)}</b><br>{'<br>'.join(lines)}"
         is_right = event.sx > self.size[0] / 2
         self.tip.css_classes = ["tip", "left"] if is_right else ["tip"]
@@ -375,10 +375,10 @@ class Page:
     def mark(self) -> None:
         """Mark the chosen cell, and describe it in the line below the map."""
         self.map.choose(self.chosen.cell)
-        head, *lines = self.in_words(self.chosen.cell)
+        head, *lines = self.cell_in_words(self.chosen.cell)
         self.readout.text = escape("; ".join(filter(None, (lines[0], head, *lines[1:]))))
 
-    def in_words(self, cell: tuple[int, int]) -> list[str]:
+    def cell_in_words(self, cell: tuple[int, int]) -> list[str]:
         return map_view.cell_in_words(self.chosen.results, cell, int(self.start.value))
 
     def select_rectangle(self, event: Any) -> None:

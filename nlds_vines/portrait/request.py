@@ -332,13 +332,6 @@ def described(system: System, frequency: str = RAD) -> str:
     return ", ".join([system_in_words(system), *settings])
 
 
-def checked_panels(value: object) -> tuple[str, ...]:
-    """Validate the panels of a column, different words of `PANELS`; () means all."""
-    if isinstance(value, tuple) and not value:
-        return ()
-    return checked_words("panels", value, PANELS)
-
-
 def _checked_windows(value: object) -> list[Window]:
     """Validate the windows of one run, in the order of time."""
     if not isinstance(value, Sequence) or isinstance(value, str) or not value:
@@ -390,8 +383,9 @@ class ColumnEntry:
         "`[begin, end]`: the periods that it shows", usual="those of `[sampling]`",
     )  # fmt: skip
     panels: tuple[str, ...] = setting(
-        (), Checked(checked_panels, listed=True), "[column]", "of the page, which it fills",
-        usual="all",
+        (),
+        Checked(lambda n: checked_words("panels", n, PANELS) if n != () else (), listed=True),
+        "[column]", "of the page, which it fills", usual="all",
     )  # fmt: skip
 
 

@@ -164,15 +164,17 @@ class View(Outlined):
 
 _SPECTRUM = ("order", "amplitude", "power")
 _DERIVED = ("force", "E1", "E2")  # of the states
-_IMPACTS: Mapping[str, tuple[str, str]] = {
-    "touch": ("s", "time of the touch since the orbit began"),
-    "release": ("s", "time of the release"),
-    "speed": ("m/s", "approach speed"),
-    "force": ("N", "largest contact force of the impact"),
-    "depth": ("m", "largest depth of the impact"),
-    "gain1": ("J", "what E1 gains from touch to release"),
-    "gain2": ("J", "what E2 gains from touch to release"),
-}
+_IMPACTS = (
+    ("touch", "touch", "s", "time of the touch since the orbit began"),
+    ("release", "release", "s", "time of the release"),
+    ("speed", "speed", "m/s", "approach speed"),
+    ("force", "force_max", "N", "largest contact force of the impact"),
+    ("depth", "depth", "m", "largest depth of the impact"),
+    ("gain1", "gain1", "J", "what E1 gains from touch to release"),
+    ("gain2", "gain2", "J", "what E2 gains from touch to release"),
+)
+"""The fields of `IMPACT`, the datasets that hold them, their units and meanings."""
+
 _EXPONENTS = (
     ("running", ("row", "exponent_period", "exponent"), "Lyapunov exponents up to this period"),
     ("widths", ("row", "exponent"), "half widths of their 99 % intervals"),
@@ -254,9 +256,8 @@ def contents(
     if impacts.size:
         wall = Dataset.text("wall", ("impact",), "what is struck")
         entries.append((wall, impacts["wall"].astype(object)))
-        for name, (units, words) in _IMPACTS.items():
-            entry = Dataset.real(_of_impact(name), ("impact",), units, words)
-            entries.append((entry, impacts[name].copy()))
+        for name, dataset, units, words in _IMPACTS:
+            entries.append((Dataset.real(dataset, ("impact",), units, words), impacts[name].copy()))
     spectra = [view.exponents for view in views]
     if some := next(filter(None, spectra), None):
         numbered = {"exponent": len(components), "exponent_period": len(some.times)}
@@ -275,8 +276,9 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
     if len(table["label"]) != len(request.columns):
         raise RequestError(f"{view.path} is damaged: its rows are not those of its request")
     impacts = np.empty(len(view["wall"]) if "wall" in view else 0, IMPACT)
-    for name in ("wall", *_IMPACTS) if impacts.size else ():
-        impacts[name] = view[_of_impact(name)]
+    for name, dataset in [("wall", "wall"), *(row[:2] for row in _IMPACTS)]:
+        if impacts.size:
+            impacts[name] = view[dataset]
     spectra = {name: view[name] for name in _SPECTRUM}
     time, at = view["time"], dict.fromkeys(("time", "impact", "order"), 0)
 
@@ -322,11 +324,6 @@ def _histories(views: Sequence[View]) -> Iterator[tuple[Dataset, np.ndarray]]:
             unit, words, of = SIGNALS[name]
             parts = [of(view.column.system, view.states) for view in views]
             yield Dataset.real(name, ("state",), unit, words), np.concatenate(parts)
-
-
-def _of_impact(name: str) -> str:
-    """Return the dataset of a field of `IMPACT`; a history has the name `force` already."""
-    return "force_max" if name == "force" else name
 
 
 def _exponents_in(view: ArchiveView, row: int, period: float) -> LyapunovSpectrum | None:

@@ -62,9 +62,6 @@ class Course:
     misses: np.ndarray
     E1max: float
     E2max: float
-    E1max_inside: float  # the same, inside contacts alone
-    E2max_inside: float
-    energy: np.ndarray  # mechanical energy [J] at the sections, contact included
 
     @property
     def touches(self) -> np.ndarray:
@@ -205,7 +202,7 @@ class Lanes:
     p: Model  # of arrays
     y: np.ndarray  # (5, lanes) x1, v1, u, w, and the time in the period
     periods: int
-    noting: bool  # near misses, excursions beyond a limit and energies, too
+    noting: bool  # near misses, excursions beyond a limit and largest energies, too
     n: np.ndarray = field(init=False)  # periods done
     mode: np.ndarray = field(init=False)
     q: np.ndarray = field(init=False)
@@ -219,9 +216,7 @@ class Lanes:
         depth = np.where(self.mode == LOW, p.low - u, u - p.high)
         self.q = np.where(self.mode == FLIGHT, REAL(0), np.sqrt(np.maximum(depth, 0)))
         self.section = np.zeros((lanes, self.periods, 4), REAL)
-        self.energy = np.zeros((lanes, self.periods), REAL)
-        self.tops = np.zeros((4, lanes), REAL)
-        self.tops[:2] = energies(p, self.y[:4])
+        self.tops = np.array(energies(p, self.y[:4]))
         self.contacts: list[list[list[Any]]] = [[] for _ in range(lanes)]
         self.misses: list[list[tuple[Any, ...]]] = [[] for _ in range(lanes)]
         self.open = np.full((2, lanes), -1)  # the row of the contact, or excursion, at each wall
@@ -376,7 +371,7 @@ class Lanes:
                 moment = time[i] + value(series[T][:, i : i + 1], places[k, i])[0]
                 self.misses[at[i]].append((wall, moment, z))
         self.watch(at, p, series, places, u, end, time)
-        self.note_energies(at, p, series, end, mode)
+        self.note_energies(at, p, series, end)
 
     def watch(self, at, p, series, places, u, end, time) -> None:
         """Note excursions below a low wall that does not push."""
@@ -408,8 +403,7 @@ class Lanes:
                     if z[k, i] > 0:
                         self.deepen(lane, 0, z[k, i])
 
-    def note_energies(self, at, p, series, end, mode) -> None:
-        """Raise the largest energies, all along and inside contacts."""
+    def note_energies(self, at, p, series, end) -> None:
         y = series[:4] * (end ** np.arange(ORDER + 1)[:, None])[None]
         grid = np.linspace(REAL(0), REAL(1), SAMPLES + 1)[:, None]
         states = np.array([value(c, grid) for c in y])
@@ -421,7 +415,7 @@ class Lanes:
             top = e.max(0)
             may = (d[:-1] > 0) & (d[1:] < 0)
             rise = (d[:-1] - d[1:]) / SAMPLES  # twice what a power that falls on a line gives
-            may &= e[:-1] + rise > np.minimum(*self.tops[[body, body + 2]][:, at])
+            may &= e[:-1] + rise > self.tops[body, at]
             k, i = np.nonzero(may)
             if k.size:
                 lane, here, rate = Model(*(c[i] for c in p)), y[:, :, i], rates[:, :, i]
@@ -432,15 +426,11 @@ class Lanes:
                 x = root(power, grid[k, 0], grid[k + 1, 0], FLAT)
                 np.maximum.at(top, i, energies(lane, at_place(here, x))[body])
             self.tops[body, at] = np.maximum(self.tops[body, at], top)
-            inside = np.where(mode != FLIGHT, top, 0)
-            self.tops[body + 2, at] = np.maximum(self.tops[body + 2, at], inside)
 
     def finish(self, at: np.ndarray) -> None:
         """Note the section of orbits at the end of a period, and begin the next."""
         x1, v1, u, w, _ = self.y[:, at]
         self.section[at, self.n[at]] = np.array([x1, v1, x1 + u, v1 + w]).T
-        p = Model(*(c[at] for c in self.p))
-        self.energy[at, self.n[at]] = whole_energy(p, self.y[:4, at])
         self.n[at] += 1
         self.y[T, at] = 0
 
@@ -449,9 +439,7 @@ class Lanes:
         contacts = np.array(self.contacts[i], float).reshape(-1, 5)
         misses = np.array(self.misses[i], float).reshape(-1, 3)
         tops = (float(top) for top in self.tops[:, i])
-        return Course(
-            self.section[i].astype(float), contacts, misses, *tops, self.energy[i].astype(float)
-        )
+        return Course(self.section[i].astype(float), contacts, misses, *tops)
 
 
 def at_place(series: np.ndarray, x: Any) -> np.ndarray:
@@ -488,15 +476,6 @@ def powers_of(p: Model, y: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np
     dx, dv, du, dw = rate
     x2, v2 = x1 + u - p.rest, v1 + w
     return p.m1 * v1 * dv + p.k1 * x1 * dx, p.m2 * v2 * (dv + dw) + p.k2 * x2 * (dx + du)
-
-
-def whole_energy(p: Model, y: np.ndarray) -> np.ndarray:
-    """Return the mechanical energy [J], that of the contact included."""
-    _, v1, u, w = y
-    total = energies(p, y)[0] + (p.m2 * (v1 + w) ** 2 + p.k2 * (u - p.rest) ** 2) / 2
-    for K, z in ((p.K_low, p.low - u), (p.K, u - p.high)):
-        total = total + np.where(z > 0, REAL(0.4) * K * np.maximum(z, 0) ** REAL(2.5), 0)
-    return total
 
 
 def lanes_of(models: Any, starts: Any, periods: int, noting: bool = True) -> Lanes:

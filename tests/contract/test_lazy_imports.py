@@ -23,10 +23,7 @@ LINES = {  # status of each, in one process: whatever one loads, all that follow
     "explore --system nothing": 2, "explore no.toml": 2,
     "report --help": 0, "report no.h5": 2, "report": 2,
     "plot --help": 0, "plot no.h5": 2, "plot no.h5 -o x.gif": 2,
-
-
     "rerun --help": 0, "rerun no.h5": 2,
-
     "paper --help": 0, "paper --only 13": 2, "paper --dry-run": 0,
 }  # fmt: skip
 

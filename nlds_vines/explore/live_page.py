@@ -25,7 +25,7 @@ from nlds_vines.errors import RequestError, number, printable
 from nlds_vines.explore import figures, live_orbit, map_view
 from nlds_vines.explore.chosen import Chosen, SliderSpec, sliders_of
 from nlds_vines.explore.live_orbit import LiveOrbit
-from nlds_vines.explore.map_computation import COMPILING, READY, Job, Opened
+from nlds_vines.explore.map_computation import READY, Job, Opened
 from nlds_vines.explore.map_data import Stored
 
 PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
@@ -448,12 +448,8 @@ class Page:
     def say_state(self) -> None:
         """Show the state of the kernels, and the progress of the map that the command computes."""
         words, job = self.opened.kernels, self.opened.job
-        if words == COMPILING and self.opened.waited >= 1.0:
-            words = f"{words}: {self.opened.waited:.0f} s so far"
-        if words == READY:
-            words = ""
-            if job is not None and job.share < 1:
-                words = job.error or job.note or f"computing the map: {job.share:.0%}"
+        if words == READY and job is not None and job.share < 1:
+            words = job.error or job.note or f"computing the map: {job.share:.0%}"
         self.state.text = escape(words)
         self.say_job()
 

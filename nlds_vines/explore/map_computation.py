@@ -31,9 +31,10 @@ MOST_ORBITS = 40_000
 FEWEST = 3
 """The fewest cells along each axis."""
 
-LOADING, READY = "loading the kernels", "ready"
+LOADING, READY = "loading the kernels", ""
 COMPILING = "compiling the kernels, once, for half a minute or so"
 """The states of the kernels, as the page writes them."""
+
 
 LAST_SECONDS = 1.0
 """Seconds for which the end of the command waits for the block under way."""
@@ -41,6 +42,11 @@ LAST_SECONDS = 1.0
 Range = tuple[float, float]
 
 _PART = ", a part of it"  # at the end of a title
+
+
+def compiling(seconds: float) -> str:
+    """Return the state of the kernels after so many seconds of compiling."""
+    return COMPILING if seconds < 1.0 else f"{COMPILING}: {seconds:.0f} s so far"
 
 
 def finer(scan: Scan, ranges: tuple[Range, ...], settings: dict[str, float] | None = None) -> Scan:
@@ -129,7 +135,6 @@ class Opened:
         """Take the results in an archive, or a scan to compute; `unit` as `empty`."""
         self.listeners: list[Callable[[], object]] = []
         self.kernels = LOADING
-        self.waited = 0.0  # seconds since the compilation began
         self._clock: Clock | None = None
         self.job: Job | None = None
         if isinstance(source, Stored):
@@ -202,11 +207,10 @@ class Opened:
 
     def _compiles(self, kernel: object) -> None:
         if self._clock is None:
-            self.kernels = COMPILING
-            self._clock = Clock(self._wait, lambda seconds: COMPILING)
+            self._clock = Clock(self._tell, compiling)
 
-    def _wait(self, text: str, seconds: float) -> None:
-        self.waited = seconds
+    def _tell(self, words: str, seconds: float) -> None:
+        self.kernels = words
         self._changed()
 
     def _changed(self) -> None:

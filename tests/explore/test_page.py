@@ -21,7 +21,13 @@ from nlds_vines.errors import RequestError  # noqa: E402
 from nlds_vines.explore import live_page as page_module  # noqa: E402
 from nlds_vines.explore.figures import BODY, OrbitFigures  # noqa: E402
 from nlds_vines.explore.live_page import Page  # noqa: E402
-from nlds_vines.explore.map_computation import COMPILING, LOADING, READY, Opened  # noqa: E402
+from nlds_vines.explore.map_computation import (  # noqa: E402
+    COMPILING,
+    LOADING,
+    READY,
+    Opened,
+    compiling,
+)
 from nlds_vines.explore.map_data import stored  # noqa: E402
 from nlds_vines.explore.report_page import report_page  # noqa: E402
 from nlds_vines.model.catalog import load_system  # noqa: E402
@@ -259,7 +265,7 @@ def test_the_page_says_what_the_kernels_do(small_map):
     opened._compiles(None)
     seen.settle()
     assert seen.page.state.text == COMPILING
-    opened._wait(COMPILING, 7.3)
+    opened._tell(compiling(7.3), 7.3)
     seen.settle()
     assert seen.page.state.text == f"{COMPILING}: 7 s so far"
     opened._warm()

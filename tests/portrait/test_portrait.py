@@ -17,6 +17,7 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
 from nlds_vines.portrait.command import main
 from nlds_vines.portrait.picture import (
+    CROWDED,
     DEPTH,
     Place,
     fit_forces,
@@ -261,6 +262,70 @@ def test_a_spectrum_is_cut_off_below_its_highest_line():
     assert view.share < 1e-10
 
 
+# ---- sections ------------------------------------------------------------------------------------
+
+SECTIONS = {"transient": 300, "periods": 24, "samples": 64}
+
+
+def drawn(axes, label):
+    (line,) = (line for line in axes.lines if line.get_label() == label)
+    return line.get_xydata()
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize(("phase", "sample"), [(0.0, 0), (0.25, 16), (0.499, 32), (1.0, 0)])
+def test_a_section_is_taken_at_any_phase_of_the_force(phase, sample):
+    figure, (view,) = page("tmd", panels=["section", "section1"], section_phase=phase, **SECTIONS)
+    system = view.column.system
+    time = view.time[(sample - 1) % 64]
+    assert np.cos(system.parameters["omega"] * time) == pytest.approx(
+        np.cos(2 * np.pi * sample / 64), abs=1e-9
+    )
+    label = "$t=nT$" if sample == 0 else rf"$\phi={sample / 64:.3g}$"
+    state = view.states[(sample - 1) % 64 :: 64][-1]
+    damper, structure = figure.axes
+    assert drawn(damper, label).tolist() == [state[2:].tolist()]
+    assert drawn(structure, label).tolist() == [state[:2].tolist()]
+    assert (damper.get_xlabel(), structure.get_xlabel()) == ("$x_2$ [m]", "$x_1$ [m]")
+
+
+@pytest.mark.kernels
+def test_the_section_at_impact_has_phase_and_speed_of_a_cycle_by_wall():
+    figure, (view,) = page(OF_KIND["ssbl"], panels=["impact-section"], **SECTIONS)
+    (axes,) = figure.axes
+    assert view.label == "T,2"
+    period = view.column.system.period
+    for name in ("obstacle", "structure"):
+        row = view.contacts[view.contacts["wall"] == name][-1]
+        (point,) = drawn(axes, name)
+        assert point == pytest.approx([row["touch"] / period % 1.0 * 2 * np.pi, row["speed"]])
+    assert axes.get_xlim() == (0.0, 2 * np.pi)
+    assert axes.get_ylim()[1] > view.contacts["speed"].max()
+
+
+@pytest.mark.kernels
+def test_of_many_points_the_color_tells_how_many_are_near():
+    chaos = nv.load_system("ssul-set6", omega=7.4, K=2.5e7)
+    long = {"transient": 400, "periods": CROWDED, "samples": 16}
+    figure, _ = page(chaos, panels=["section"], **long)
+    (cloud,) = figure.axes[0].collections
+    assert len(cloud.get_offsets()) == CROWDED
+    near = np.asarray(cloud.get_array())
+    assert near.min() == 1
+    assert near.max() > 5
+    assert (np.diff(near) >= 0).all()  # the dense ones above
+    few, _ = page(chaos, panels=["section"], **long | {"periods": CROWDED - 1})
+    assert not few.axes[0].collections
+
+
+def test_the_phase_of_a_section_is_of_the_hash_where_it_is_not_zero():
+    plain = load_portrait("ssul-set6")
+    assert load_portrait("ssul-set6", {"portrait": {"section_phase": 0.0}}).hash == plain.hash
+    turned = load_portrait("ssul-set6", {"portrait": {"section_phase": 0.25}})
+    assert turned.hash != plain.hash
+    assert load_portrait(turned.document()).section_phase == 0.25
+
+
 # ---- windows and runs ----------------------------------------------------------------------------
 
 
@@ -381,8 +446,9 @@ def test_panels_stand_in_the_order_asked_for_and_need_something_to_show():
         "energy",
     )
     assert request_of("ssul-set6").panels == tuple(name for name in PANELS if name in USUAL)
-    with pytest.raises(RequestError, match="force cannot be filled for kind 'tmd'"):
-        request_of("tmd", panels=["force"])
+    for panel in ("force", "impact-section"):
+        with pytest.raises(RequestError, match=f"{panel} cannot be filled for kind 'tmd'"):
+            request_of("tmd", panels=[panel])
 
 
 CAPTIONS = {  # the kinds of panels in the order of the paper's captions, (a), (b), ...

@@ -4,10 +4,7 @@ What is tried follows from how a setting is described (`model/setting.py`), and 
 it from the tables below.  A setting that is neither is noticed.
 """
 
-import argparse
-import sys
 import warnings
-from collections.abc import Mapping
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
@@ -407,61 +404,6 @@ def test_all_files_serve_all_commands(command, path, capsys, here):
     assert "unknown key" not in err
     # response curves has a system in each curve, and some systems have no damper to tune
     assert status == 0 or any(words in err for words in ("system", "damper", "nothing is free"))
-
-
-# ---- the way of a setting ------------------------------------------------------------------------
-
-VALUE = -987654321
-
-
-def holds(thing, depth=6):
-    """Return True if the value of the setting can be reached from an argument."""
-    if isinstance(thing, str):
-        return str(VALUE) in thing
-    if isinstance(thing, int) or depth == 0:
-        return thing is not None and thing == VALUE
-    thing = vars(thing) if isinstance(thing, argparse.Namespace) else thing
-    thing = thing.values() if isinstance(thing, Mapping) else thing
-    return isinstance(thing, list | tuple | type({}.values())) and any(
-        holds(one, depth - 1) for one in thing
-    )
-
-
-def way(*words):
-    """Return the functions that are called with the value, from `main` to the check."""
-    command, functions = import_module("nlds_vines.bifurcation.command"), {}
-
-    def note(frame, event, _):
-        code, module = frame.f_code, frame.f_globals.get("__name__", "")
-        if (
-            event != "call"
-            or not module.startswith("nlds_vines.")
-            or code.co_filename == "<string>"  # what a dataclass generates
-            or (("nlds_vines.errors", "whole") in functions)
-        ):
-            return
-        arguments = code.co_argcount + code.co_kwonlyargcount + ((code.co_flags >> 2) & 1)
-        names = [name for name in code.co_varnames[:arguments] if name not in ("self", "cls")]
-        if any(holds(frame.f_locals.get(name)) for name in names):
-            functions[module, code.co_name] = None
-
-    sys.setprofile(note)
-    try:
-        assert command.main(list(words)) == 2
-    finally:
-        sys.setprofile(None)
-    return list(functions)
-
-
-@pytest.mark.parametrize("changes", ["option", "file"])
-def test_a_setting_passes_eight_functions_in_four_modules_at_most(changes, here, capsys):
-    document = {**SCAN, "sampling": {"transient": VALUE}}
-    Path("r.toml").write_text(toml_text(document))
-    functions = way(f"--transient={VALUE}") if changes == "option" else way("r.toml")
-    assert f"[sampling]: transient = {VALUE} must be" in capsys.readouterr().err
-    assert functions[-1] == ("nlds_vines.errors", "whole")
-    assert 4 <= len(functions) <= 8, functions
-    assert len({module for module, _ in functions}) <= 4, functions
 
 
 # ---- what may vary -------------------------------------------------------------------------------

@@ -86,15 +86,6 @@ def test_the_workflow_calls_the_gate():
     assert not jobs["linux"].get("continue-on-error")
 
 
-def test_issue_forms_ask_with_names_used_once():
-    for name in YAML:
-        if "ISSUE_TEMPLATE" in name and "config" not in name:
-            form = yaml_of(name)
-            assert {"name", "description", "body"} <= set(form), name
-            names = [part["id"] for part in form["body"]]
-            assert len(set(names)) == len(names), name
-
-
 def test_hooks_are_the_checks_of_style_and_types():
     (repository,) = yaml_of(".pre-commit-config.yaml")["repos"]
     programs = [hook["entry"].split()[0] for hook in repository["hooks"]]

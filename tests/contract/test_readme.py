@@ -315,12 +315,6 @@ def test_the_gate_walks_the_readme_and_the_tutorial():
     assert any("-m sphinx -W" in line for line in lines)
 
 
-def test_what_is_walked_is_understood(scan_file):
-    for line in sister_commands(text_of("tutorial.md")):
-        if line[0] != "rerun":
-            assert console([*line, *([] if "--dry-run" in line else ["--dry-run"])]) == 0, line
-
-
 def test_a_walk_notices_what_goes_wrong(tmp_path):
     """A command that fails, a text that is not printed, a file that is written twice."""
     pages = {

@@ -25,7 +25,6 @@ from nlds_vines.continuation.request import (
     load_continuation,
 )
 from nlds_vines.errors import RequestError, at, number, shown
-from nlds_vines.model.catalog import as_system
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
 
@@ -53,20 +52,20 @@ exit status: 0 done; 1 a branch is not complete; 2 the request is wrong;
 
 # public: its keywords are those of the command, more than eight
 def continue_branch(
-    system: System | str | os.PathLike[str],
-    parameter: str,
-    bounds: tuple[float, float],
+    system: System | Continuation | str | os.PathLike[str],
+    parameter: str | None = None,
+    bounds: tuple[float, float] | None = None,
     start: Regime | Sequence[float] | np.ndarray | str | None = None,
     *,
     to: str | os.PathLike[str] | None = None,
     period: int | None = None,
     plane: tuple[str, float, float] | None = None,
-    doublings: int = 0,
+    doublings: int | None = None,
     starts: int = STARTS,
     seed: int = 0,
-    step: float = 0.02,
-    unstable: int = 3000,
-    tolerance: float | str = "fine",
+    step: float | None = None,
+    unstable: int | None = None,
+    tolerance: float | str | None = None,
     resume: bool = False,
     overwrite: bool = False,
     quiet: bool = False,
@@ -75,17 +74,19 @@ def continue_branch(
 
     Parameters
     ----------
-    system : System, str or path-like
-        A system, its name in the catalog, or the path of a TOML file.
-    parameter : str
-        Name of the free parameter.
-    bounds : (float, float)
-        Its smallest and largest value [SI].  Start orbits are searched for at the system's own
-        value, or at the nearest end.
+    system : System, Continuation, str or path-like
+        A system or its name in the catalog; a request or the path of its TOML file, whose entries
+        the other arguments override.
+    parameter : str, optional
+        Name of the free parameter; by default that of the request, or omega.
+    bounds : (float, float), optional
+        Its smallest and largest value [SI], with `parameter` only.  Start orbits are searched for
+        at the system's own value, or at the nearest end.
     start : Regime, array_like or str, optional
-        None for the orbit from rest; a periodic `Regime`, at its own value of the parameter; a
-        state (x1, v1, x2, v2) or (x, v) [m, m/s], from which the orbit is classified; a label such
-        as "3T,3", searched for among random starts; "random" for the orbits of all random starts.
+        By default the start of the request, or the orbit from rest; a periodic `Regime`, at its own
+        value of the parameter; a state (x1, v1, x2, v2) or (x, v) [m, m/s], from which the orbit is
+        classified; a label such as "3T,3", searched for among random starts; "random" for the
+        orbits of all random starts.
     to : path-like, optional
         The archive (.h5); by default none is kept.
     period : int, optional
@@ -94,16 +95,16 @@ def continue_branch(
     plane : (str, float, float), optional
         A second parameter, its smallest and its largest value around the system's own: curves of
         special points are followed in the plane of both.
-    doublings : int
-        Number of successive period doublings whose branches are followed.
+    doublings : int, optional
+        Number of successive period doublings whose branches are followed, by default 0.
     starts, seed : int
         Number and seed of random starts.
-    step : float
-        Longest step, relative to the orbit and the interval together.
-    unstable : int
-        Number of successive unstable points at which a branch ends.
-    tolerance : float or str
-        Of contacts: a number, "draft", "standard" or "fine".
+    step : float, optional
+        Longest step, relative to the orbit and the interval together, by default 0.02.
+    unstable : int, optional
+        Number of successive unstable points at which a branch ends, by default 3000.
+    tolerance : float or str, optional
+        Of contacts: a number, "draft", "standard" or, by default, "fine".
     resume, overwrite : bool
         Whether to continue or to replace an existing archive.
     quiet : bool
@@ -136,9 +137,10 @@ def continue_branch(
     >>> [(str(row.kind), round(float(row.value), 6)) for row in branches.special_points]
     [('PD', 7.362158)]
     """
-    base = as_system(system)
+    if (parameter is None) != (bounds is None):
+        raise RequestError("parameter and bounds belong together")
     for name, value, form in (
-        ("bounds", bounds, "two numbers"),
+        ("bounds", bounds or (0.0, 0.0), "two numbers"),
         ("plane", plane or ("", 0.0, 0.0), "a name and two numbers"),
     ):
         count = 2 if name == "bounds" else 3
@@ -146,23 +148,25 @@ def continue_branch(
         if not listed or len(value) != count or not (count == 2 or isinstance(value[0], str)):
             raise RequestError(f"{name} = {shown(value)}; allowed: {form}")
     search = {"doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance}
-    changes: dict[str, Any] = {"search": search}
+    changes: dict[str, Any] = {"search": {k: v for k, v in search.items() if v is not None}}
     if plane is not None:
         changes["plane"] = {plane[0]: {"start": plane[1], "stop": plane[2]}}
-    entry = {parameter: {"start": bounds[0], "stop": bounds[1]}}
-    along = interval_in(entry, base, [*changes.get("plane", {})])
-    changes["along"] = along.entry()
-    at_start = along.nearest(base.parameters.get(along.name, along.low))
+    if parameter is not None and bounds is not None:
+        changes["along"] = {parameter: {"start": bounds[0], "stop": bounds[1]}}
+    request = load_continuation(system, changes, "continue_branch")
+    along = request.along
+    at_start = along.nearest(request.system.parameters.get(along.name, along.low))
     is_state = isinstance(start, Sequence | np.ndarray) and not isinstance(start, str)
     if period is not None and not is_state:
         raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
     if isinstance(start, str):
         key = "policy" if start in ("rest", "random") else "label"
-        changes["start"] = {key: start, "count": starts, "seed": seed}
+        begin = {key: start, "count": starts, "seed": seed}
+        request = load_continuation(request, {"start": begin}, "continue_branch")
     elif start is not None:
-        state, at_start, n = _periodic_start(base, along.name, start, at_start, period)
-        changes["start"] = {"states": [state], "values": [at_start], "periods": [n]}
-    request = load_continuation(base, changes, "continue_branch")
+        state, at_start, n = _periodic_start(request.system, along.name, start, at_start, period)
+        begin = {"states": [state], "values": [at_start], "periods": [n]}
+        request = load_continuation(request, {"start": begin}, "continue_branch")
     how = RunOptions(None, resume, overwrite, quiet=quiet)
     result: Continued = Job.compute(request, system, to, how)
     return result

@@ -65,6 +65,25 @@ def test_an_archive_holds_what_python_returns(archive):
         assert np.array_equal(values, again[name], equal_nan=values.dtype.kind == "f"), name
 
 
+def test_python_takes_a_request_and_its_file_and_overrides_them(tmp_path):
+    file, bounds = tmp_path / "branch.toml", (7.3, 7.4)
+    along = "[along]\nomega = { start = 7.3, stop = 7.4 }"
+    file.write_text(f'system = "ssul-set6"\n{along}\n[search]\nunstable = 9\n')
+    whole = continue_branch(load_continuation(file))
+    of_file, named = (
+        continue_branch(file),
+        continue_branch("ssul-set6", "omega", bounds, unstable=9),
+    )
+    for again in (of_file, named):
+        assert np.array_equal(again.branches[0].states, whole.branches[0].states)
+    other = continue_branch(file, "omega", (7.3, 7.32), step=0.1).request.document()
+    assert other["along"]["omega"]["stop"] == 7.32
+    assert (other["search"]["step"], other["search"]["unstable"]) == (0.1, 9)
+    for wrong in ({"parameter": "omega"}, {"bounds": bounds}):
+        with pytest.raises(RequestError, match="parameter and bounds belong together"):
+            continue_branch(file, **wrong)
+
+
 def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
     figure = branch_diagram(continued(archive))
     figure.draw_without_rendering()

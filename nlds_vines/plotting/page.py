@@ -46,7 +46,7 @@ from matplotlib.transforms import offset_copy
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.files import open_regular, parse_toml
 from nlds_vines.errors import RequestError, choice, shown
-from nlds_vines.model.ratios import HZ, RAD, RATIO, frequency_in, frequency_unit
+from nlds_vines.model.ratios import HZ, RAD, frequency_in, frequency_unit
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label
 
@@ -322,10 +322,6 @@ def size_of(axes: Axes) -> tuple[float, float]:
 # ---- the frequency in Hz, or over that of the structure, in place of rad/s -----------------------
 
 
-_LABELS = {HZ: r"frequency of the force $f$ [Hz]", RATIO: r"frequency ratio $\omega/\omega_0$"}
-_SYMBOLS = {HZ: r"$f$ [Hz]", RATIO: r"$\omega/\omega_0$"}
-
-
 class _Scaled(Locator):
     """Ticks where another locator has them for the values times a factor."""
 
@@ -369,9 +365,10 @@ def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: boo
     factor = 1.0 / frequency_in(unit, value_of)[1]
     if not labeled:
         raise RequestError(f"frequency = {unit!r}: the picture has no axis of the frequency omega")
+    words = axis_label("f") if unit == HZ else r"frequency ratio $\omega/\omega_0$"
     for axis, along in labeled:
-        short = axis.get_label_text() != axis_label("omega")
-        axis.set_label_text((_SYMBOLS if short else _LABELS)[unit])
+        is_whole = axis.get_label_text() == axis_label("omega")
+        axis.set_label_text(words if is_whole else words[words.index("$") :])
         ends = axis.get_view_interval()
         for other in along:
             # a panel with the same range, unless its ticks are fixed

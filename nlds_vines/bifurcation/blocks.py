@@ -93,10 +93,7 @@ def result_bytes(scan: Scan) -> int:
 
 
 def lane_bytes(scan: Scan) -> int:
-    """Return the bytes of one orbit's buffers while it is computed; most are its section.
-
-    A verdict needs a longer section than is stored, by a part of the transient.
-    """
+    """Return the bytes of one orbit's buffers; a verdict needs a longer section than is stored."""
     rows = noted(scan.want, scan.transient, scan.periods)
     touches = touches_noted(scan.want, scan.system.scene, scan.periods)
     if scan.spectral is not None:  # and the buffers of the transform, of as many numbers

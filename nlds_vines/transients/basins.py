@@ -180,29 +180,18 @@ def _slope(distances: np.ndarray, pairs: np.ndarray) -> float:
 class Basin(Outlined):
     """The basin of one attractor.
 
-    Attributes
-    ----------
-    number, label : int, str
-        Of the attractor; -1 stands for all cells with an unknown attractor.
-    count, total : int
-        Number of its cells and starts, and of all.
-    low, high : float
-        The ends of Wilson's interval of the share for random starts; NaN for a lattice.
-    nearest : tuple of float
-        The step from the attractor's point to the nearest cell of another basin, along each axis of
-        the plane; empty if the point does not lie in the plane.
-    distance : float
-        Its length, each axis divided by its range; NaN without `nearest`.
+    `nearest` is the step from the attractor's point to the nearest cell of another basin, along
+    each axis of the plane; empty if the point does not lie in the plane.
     """
 
-    number: int
+    number: int  # of the attractor; -1 stands for all cells with an unknown one
     label: str
-    count: int
-    total: int
-    low: float
+    count: int  # its cells and starts
+    total: int  # all of them
+    low: float  # the ends of Wilson's interval of the share for random starts; NaN for a lattice
     high: float
     nearest: tuple[float, ...] = ()
-    distance: float = float("nan")
+    distance: float = float("nan")  # length of `nearest`, each axis divided by its range
 
     @property
     def share(self) -> float:

@@ -80,6 +80,12 @@ def test_dampers_are_compared_with_the_structure_alone(here):
     data = archive.to_xarray()
     assert data["E1max"].dims == ("case", "omega", "start")
     assert data["case"].values.tolist() == names
+    upper, lower = archive.plot().axes  # the reduction stands below
+    assert lower.get_ylabel() == "reduction [%]"
+    zero, curve, *_ = lower.get_lines()
+    assert set(zero.get_ydata()) == {0}
+    np.testing.assert_array_equal(curve.get_ydata(), 100 * tmd["reduction"])
+    assert upper.get_xlim() == lower.get_xlim() == (6.0, 6.6)
 
 
 @pytest.mark.kernels
@@ -131,20 +137,6 @@ def test_an_interrupted_run_keeps_what_is_complete(here, monkeypatch):
     assert len(count) == 2  # of three curves one was there
     assert main(["page.toml", "-o", "b.h5", "--quiet"]) == 0
     assert differing("a.h5", "b.h5") == []
-
-
-@pytest.mark.kernels
-def test_the_reduction_stands_below_and_zero_is_marked(here):
-    assert main(["--system", "tmd", *SHORT, "-o", "a.h5"]) == 0
-    archive = nv.open_archive("a.h5")
-    upper, lower = archive.plot().axes
-    assert lower.get_ylabel() == "reduction [%]"
-    zero, curve = lower.get_lines()
-    assert set(zero.get_ydata()) == {0}
-    np.testing.assert_array_equal(
-        curve.get_ydata(), 100 * archive["Tuned mass damper"]["reduction"]
-    )
-    assert upper.get_xlim() == lower.get_xlim() == (6.0, 6.6)
 
 
 @pytest.mark.kernels

@@ -433,12 +433,9 @@ class Look(NamedTuple):
 def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
     """Group the orbits of a slice by the look of their dots: one look for each attractor.
 
-    Arguments: `numbers` (cells, starts, 1), if each orbit has one number that is drawn.
-
     A single start has one color.  Sweeps up and down have three looks: up, down, and both where
-    they are on the same orbit.  Equal numbers of different orbits do not make them one: just beyond
-    grazing T,0 and T,2 have nearly the same energy.  Other starts have the color of their regime,
-    or one color without labels.
+    they are on the same orbit (`alike`).  Other starts have the color of their regime, or one color
+    without labels.
     """
     starts, shape = cut.starts, (cut.values.size, len(cut.starts))
     if len(starts) == 1:
@@ -465,9 +462,9 @@ def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
     """Return True for the cells (cells,) in which two starts are on the same orbit.
 
     They are if nT,k and the label agree, as far as these are recorded, and if each point of either
-    section lies close to one of the other, in each recorded coordinate; without sections E1max is
-    compared, or else `numbers` (cells, starts, 1).  Two orbits that are not periodic and have one
-    label count as alike.
+    section lies close to one of the other; without sections E1max is compared, or else `numbers`
+    (cells, starts, 1).  Equal numbers alone do not suffice: just beyond grazing T,0 and T,2 have
+    nearly the same energy.  Two orbits that are not periodic and have one label count as alike.
     """
     drawn = quantities_in(cut.view)
     of_section = [item for item in drawn.values() if item.dataset == SECTION]

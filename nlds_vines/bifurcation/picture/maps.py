@@ -207,11 +207,7 @@ _LONGEST = 14  # characters of a name that is written inside
 def name_regions(
     axes: Axes, view: ArchiveView, names: np.ndarray, shades: Mapping[str, str]
 ) -> None:
-    """Write each name once into the largest circle of cells of that name, if it fits there.
-
-    Arguments: the `names` (first parameter, second parameter) of the cells; the colors `shades` of
-    the names to write.
-    """
+    """Write each name of `shades` into the largest circle of its cells, if it fits there."""
     from scipy.ndimage import distance_transform_edt
 
     wide, tall = size_of(axes)

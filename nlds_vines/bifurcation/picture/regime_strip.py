@@ -49,14 +49,11 @@ _MOST_LEFT_OUT = 11  # entries of a legend for regimes that no strip names
 
 @dataclass(frozen=True)
 class Tier:
-    """A row of a diagram: its height in inches, and the function that draws it.
+    """A row of a diagram."""
 
-    `quantity` is that of a panel, empty for a strip; panels of one quantity share its scale.
-    """
-
-    height: float
+    height: float  # inches
     draw: Callable[[Axes], None]
-    quantity: str = ""
+    quantity: str = ""  # of a panel, which share the scale of one; empty for a strip
 
 
 def strips_of(cut: Slice) -> list[Tier]:
@@ -187,11 +184,7 @@ def draw_strip(axes: Axes, named: list[Band], color: Mapping[str, str]) -> Strip
 
 
 def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> Strip:
-    """Draw the labels (cells, starts) of several starts as one stack for each cell.
-
-    The regimes of a cell are in the order of legends, with heights in proportion to their shares.
-    Returns the positions of the names.
-    """
+    """Draw the labels (cells, starts) as a stack for each cell, in the order of legends."""
     rows = stacked_bands(values, labels)
     color = colors(band.label for row in rows for band in row)
     for place, row in enumerate(rows):

@@ -15,7 +15,7 @@ import numpy as np
 from nlds_vines.kernels.cells.cells import prepared_cell
 from nlds_vines.kernels.cells.load_numbers import fill_rates
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, Load, fly_under
-from nlds_vines.kernels.motion.flight import PERIOD, REACH, cells_of, grid_of
+from nlds_vines.kernels.motion.flight import PERIOD, REACH, cells_of, grid_from
 from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.orbit.variations import Flow, flow_of
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
@@ -38,7 +38,9 @@ def flow_on(system: System, method: str = "exact", settings: Settings | None = N
     parts, cell = parts_of(method, system.scene, settings), system.cell
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
-    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_of(ps, damper, n))
+    return flow_of(
+        prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_from(ps, damper, n, PERIOD)
+    )
 
 
 def longest_cell(system: System) -> float:

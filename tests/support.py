@@ -21,7 +21,14 @@ from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RELEASED
 from nlds_vines.kernels.scene.law import SCRATCH as STEP_SCRATCH
-from nlds_vines.kernels.scene.scene import CellBuffers, Side, Span, Watch, damper_in, structure_of
+from nlds_vines.kernels.scene.scene import (
+    CellBuffers,
+    Side,
+    Span,
+    Watch,
+    damper_in,
+    structure_under,
+)
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
@@ -91,7 +98,7 @@ def contact_parts(**numbers: float) -> tuple[Any, Any, Any]:
     """Return (structure, damper, near wall) as kernels see them, for a contact on its own."""
     cell = kernel_cell(**numbers)
     damper = damper_in(cell)
-    return structure_of(cell), damper, hertz_wall_at(cell.near, damper.inv_mu, cell)
+    return structure_under(None, cell), damper, hertz_wall_at(cell.near, damper.inv_mu, cell)
 
 
 NOTHING = Watch(None, None, None, None, None, None)

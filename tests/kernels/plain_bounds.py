@@ -16,6 +16,7 @@ from nlds_vines.kernels.motion.flight import (
     COEF,
     OF_E2,
     ORDER,
+    PERIOD,
     TAYLOR,
     TERMS,
     Bounds,
@@ -23,11 +24,11 @@ from nlds_vines.kernels.motion.flight import (
     bounds_of,
     cells_of,
     expand,
-    grid_of,
+    grid_from,
     rate_of,
 )
 from nlds_vines.kernels.scene import codes
-from nlds_vines.kernels.scene.scene import Parts, allowed, damper_in, scale_of, structure_of
+from nlds_vines.kernels.scene.scene import Parts, allowed, damper_in, scale_of, structure_under
 from nlds_vines.kernels.watch import touch as walks
 from nlds_vines.kernels.watch.observe import energies
 from nlds_vines.kernels.watch.response import damper_bound
@@ -149,8 +150,8 @@ def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
 
 def prepared(numbers):
     cell = kernel_cell(**numbers)
-    ps, damper = structure_of(cell), damper_in(cell)
-    return ps, damper, grid_of(ps, damper, cells_of(ps, damper))
+    ps, damper = structure_under(None, cell), damper_in(cell)
+    return ps, damper, grid_from(ps, damper, cells_of(ps, damper), PERIOD)
 
 
 def derivatives(ps, damper, h, y, phase):
@@ -293,7 +294,7 @@ def test_a_cell_is_short_beside_the_rate():
     """0.7 / rate is what the polynomials of order 14 reach; a period has 8 cells at least."""
     for omega in (0.01, 0.1, 1.0, 10.0, 100.0):
         cell = kernel_cell(**{**FORCED, "omega": omega})
-        ps, damper = structure_of(cell), damper_in(cell)
+        ps, damper = structure_under(None, cell), damper_in(cell)
         n, rate = cells_of(ps, damper), rate_of(ps, damper)
         assert n == max(8, math.ceil(2 * np.pi / omega * rate / 0.7))
 
@@ -313,12 +314,14 @@ def test_the_rate_is_the_largest_row_sum(seed):
     ]
     cell = kernel_cell(**p)
     expected = max(p["omega"], np.sum(rows, axis=1).max())
-    assert rate_of(structure_of(cell), damper_in(cell)) == pytest.approx(expected, rel=1e-12)
+    assert rate_of(structure_under(None, cell), damper_in(cell)) == pytest.approx(
+        expected, rel=1e-12
+    )
 
 
 def test_more_cells_than_memory_are_refused():
     cell = kernel_cell(**{**FORCED, "omega": 1e-6})
-    assert cells_of(structure_of(cell), damper_in(cell)) == -1
+    assert cells_of(structure_under(None, cell), damper_in(cell)) == -1
 
 
 @pytest.mark.parametrize(

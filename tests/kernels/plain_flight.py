@@ -10,16 +10,23 @@ from support import NOTHING, kernel_cell
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.motion.flight import (
+    PERIOD,
     at,
     bend_of,
     bounds_of,
     cell_polynomial,
-    grid_of,
+    grid_from,
     phase_at,
     rate_of,
 )
 from nlds_vines.kernels.scene.codes import SECTION, TOUCH_NEAR
-from nlds_vines.kernels.scene.scene import Flight, accelerations, damper_in, scale_of, structure_of
+from nlds_vines.kernels.scene.scene import (
+    Flight,
+    accelerations,
+    damper_in,
+    scale_of,
+    structure_under,
+)
 
 USUAL = {"m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 669.0, "c2": 50.8}
 FORCED = {**USUAL, "P": 800.0, "omega": 6.28}
@@ -27,7 +34,7 @@ FORCED = {**USUAL, "P": 800.0, "omega": 6.28}
 
 def parts_of(**changes):
     cell = kernel_cell(**{**FORCED, **changes})
-    return structure_of(cell), damper_in(cell)
+    return structure_under(None, cell), damper_in(cell)
 
 
 def unit_states(ps, damper):
@@ -88,7 +95,7 @@ def test_the_bend_is_the_largest_second_derivative_at_energy_scale_one(changes):
 def derivatives(p, y, phase, cells):
     """Return the largest second, third and fourth derivative of r over some cells."""
     ps, damper = parts_of(**p)
-    grid = grid_of(ps, damper, 64)
+    grid = grid_from(ps, damper, 64, PERIOD)
     largest = np.zeros(3)
     for j in range(cells):
         angle = phase + j * grid.h * ps.omega
@@ -115,7 +122,7 @@ CASES = [
 def test_bounds_from_rest_hold_over_four_cells(changes, phase):
     """From rest the forcing alone bends the motion. Notices: its push, or its part, left out."""
     ps, damper = parts_of(**changes)
-    grid = grid_of(ps, damper, 64)
+    grid = grid_from(ps, damper, 64, PERIOD)
     for cells in (1, 4):
         scale = grid.push * grid.h * cells
         bounds = bounds_of(ps, grid, scale)
@@ -126,7 +133,7 @@ def test_bounds_from_rest_hold_over_four_cells(changes, phase):
 def test_each_part_of_the_bounds_is_needed():
     """The bounds of the forcing are reached: with less of it they would not hold."""
     ps, damper = parts_of(c1=0.0, c2=0.0)
-    grid = grid_of(ps, damper, 64)
+    grid = grid_from(ps, damper, 64, PERIOD)
     bend, jerk, fourth, *_ = bounds_of(ps, grid, 0.0)
     by_force = ps.omega**2 * ps.force
     h2 = grid.h * grid.h
@@ -158,7 +165,7 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     omega = 6.28
     changes = {"k1": 1000.0 * omega**2, "c1": 0.0, "k2": 0.0, "c2": 0.0, "omega": omega}
     ps, damper = parts_of(**changes)
-    grid = grid_of(ps, damper, 11)
+    grid = grid_from(ps, damper, 11, PERIOD)
     top = 2.028757838110434  # tan x = -x
     highest = ps.force / (2 * omega**2) * top * math.sin(top)
     cell = kernel_cell(**{**FORCED, "K": 1e7})
@@ -178,7 +185,7 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
 def test_the_phase_inside_a_cell(n):
     """Turned on from that at the start of the cell, by up to 0.7. Notices: a term left out."""
     ps, damper = parts_of()
-    grid = grid_of(ps, damper, n)
+    grid = grid_from(ps, damper, n, PERIOD)
     for j in range(n):
         for x in np.linspace(0.0, 1.0, 23):
             with mpmath.workdps(30):
@@ -190,7 +197,7 @@ def test_the_phase_inside_a_cell(n):
 def test_the_polynomial_is_summed_to_round_off():
     """At places of a cell, against its terms in longer arithmetic. Notices: a pair forgotten."""
     ps, damper = parts_of()
-    grid = grid_of(ps, damper, 10)
+    grid = grid_from(ps, damper, 10, PERIOD)
     rng = np.random.default_rng(1)
     for _ in range(50):
         y = rng.normal(size=4)

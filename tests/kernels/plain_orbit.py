@@ -14,7 +14,7 @@ from nlds_vines.kernels.cells.cells import cells_for, run_cell
 from nlds_vines.kernels.events import contact
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import cells_of, grid_of
+from nlds_vines.kernels.motion.flight import PERIOD, cells_of, grid_from
 from nlds_vines.kernels.numerics import matrices
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, set_mode
@@ -27,7 +27,14 @@ from nlds_vines.kernels.scene.codes import (
     TOUCH_FAR,
     TOUCH_NEAR,
 )
-from nlds_vines.kernels.scene.scene import CellBuffers, Flight, Parts, Span, damper_in, structure_of
+from nlds_vines.kernels.scene.scene import (
+    CellBuffers,
+    Flight,
+    Parts,
+    Span,
+    damper_in,
+    structure_under,
+)
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.kernel_inputs import parts_of
@@ -96,8 +103,8 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     """Far from its walls, which both ends of the cell prove clear."""
     system = load_system("ssbl", C=5.0, D=5.0)
     cell = system.cell
-    ps, damper = structure_of(cell), damper_in(cell)
-    grid = grid_of(ps, damper, cells_of(ps, damper))
+    ps, damper = structure_under(None, cell), damper_in(cell)
+    grid = grid_from(ps, damper, cells_of(ps, damper), PERIOD)
     inv_mu = damper_in(cell).inv_mu
     near, far = hertz_wall_at(cell.near, inv_mu, cell), hertz_wall_at(cell.far, inv_mu, cell)
     y, place = np.array([0.01, -0.2, 0.03, 0.4]), grid.h * (2 + x)

@@ -19,10 +19,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..motion.driven import constants_of, count_of, drive_start, rows_of
+from ..motion.driven import Driven, constants_of, count_of, rows_of, source_of
 from ..motion.flight import FACTOR, ORDER
 from ..motion.load_cells import Loaded, phase_of
-from ..motion.response_sums import absolute, add_from_foot, add_state, from_foot
+from ..motion.response_sums import absolute, add_from_foot, add_state
 from ..motion.taylor import (
     advance,
     defect_of,
@@ -33,7 +33,6 @@ from ..motion.taylor import (
     piece_of,
     restore,
     set_aside,
-    to_release,
 )
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, same_sort, says
@@ -94,30 +93,12 @@ from ..watch.response import OfPush, bend_in, note_roots, push_now, tally_push, 
 
 
 MOST_TURNS = 60  # iterations in a step: a deepest point needs about 5, a switch about 30
+MOST_NEWTON = 80  # iterations for a release or an instant: they need some five
+NEAREST = 2.0e-16  # relative error of the place of a release
 NEAR_TURN = 1.0e-6  # error of the place of a turn in a step
 DEEPEST = 1.0e-10  # largest correction of a depth by a parabola, relative; it errs by its power 3/2
 NEAR_SWITCH = 1.0e-13  # error of the place of a switch, where maxima have corners
 SLIGHT = 1.0e-14  # round-off of `switching`
-
-
-@jit
-def step_to_stop(side, step, left):
-    """Write row NEW at the instant `left` after row OLD, within a step; return its length."""
-    k, h = side.k, step.h
-    low, high, size = 0.0, h, h
-    for _ in range(80):
-        advance(side, None, Step(step.phase, False, size))
-        miss = left - k[NEW + 4]
-        if abs(miss) <= 1.0e-16 * left or high - low <= 1.0e-16 * h:
-            break
-        if miss > 0.0:
-            low = size
-        else:
-            high = size
-        q = k[NEW]
-        guess = size + miss / weight_of(side.wall, q) if q > 0.0 else low
-        size = guarded(guess, low, high)
-    return size
 
 
 @jit
@@ -160,26 +141,6 @@ def deepest(side, step):
 
 
 @jit
-def up_to_turn(side, step):
-    """Cut a step short at the minimum of q within it, if q is not positive there."""
-    k = side.k
-    part = part_of(step, -k[OLD + 1] / (k[NEW + 1] - k[OLD + 1]))
-    for _ in range(MOST_TURNS):
-        advance(side, None, part)
-        if not k[NEW] > 0.0 or abs(k[NEW + 1]) <= NEAR_TURN * abs(k[OLD + 1]):
-            break
-        _, _, ds = motion_at(side, step.phase, int(NEW))
-        change = k[NEW + 1] / (ds * weight_of(side.wall, k[NEW]))
-        if not 0.0 < part.h - change < step.h:
-            break
-        part = Step(step.phase, False, part.h - change)
-    if not k[NEW] > 0.0:
-        return part
-    advance(side, None, step)
-    return step
-
-
-@jit
 def to_end(side, phase, left, h):
     """Step from row OLD to row NEW, which may lie outside the contact; return (step, stopped).
 
@@ -189,12 +150,56 @@ def to_end(side, phase, left, h):
     k = side.k
     step = Step(phase, False, h)
     advance(side, None, step)
-    if k[NEW] > 0.0 and k[OLD + 1] < 0.0 and k[NEW + 1] > 0.0:  # it may have been out in between
-        step = up_to_turn(side, step)
+    if k[NEW] > 0.0 and k[OLD + 1] < 0.0 and k[NEW + 1] > 0.0:
+        # It may have been out in between: cut it short at the minimum of q if that is not positive.
+        part = part_of(step, -k[OLD + 1] / (k[NEW + 1] - k[OLD + 1]))
+        for _ in range(MOST_TURNS):
+            advance(side, None, part)
+            if not k[NEW] > 0.0 or abs(k[NEW + 1]) <= NEAR_TURN * abs(k[OLD + 1]):
+                break
+            _, _, ds = motion_at(side, phase, int(NEW))
+            change = k[NEW + 1] / (ds * weight_of(side.wall, k[NEW]))
+            if not 0.0 < part.h - change < h:
+                break
+            part = Step(phase, False, part.h - change)
+        if not k[NEW] > 0.0:
+            step = part
+        else:
+            advance(side, None, step)
     if not k[NEW] > 0.0 and k[OLD] > 0.0 and k[NEW + 1] <= 0.0:
-        step = to_release(side, step)
+        # Newton's method for the root of q, at which row NEW lands.
+        low, high, x = 0.0, step.h, step.h
+        for _ in range(MOST_NEWTON):
+            advance(side, None, Step(phase, False, x))
+            q, slope = k[NEW], rate_of_q(side.wall, k[NEW + 1])
+            if q > 0.0:
+                low = x
+            else:
+                high = x
+            if q == 0.0 or not high - low > NEAREST * high:
+                break
+            guess = x - q / slope if slope < 0.0 else low
+            if guess == x:
+                break
+            x = guarded(guess, low, high)
+        k[NEW] = 0.0
+        step = Step(phase, True, x)
     if (step.landing or k[NEW] > 0.0) and k[NEW + 4] > left:
-        return Step(phase, False, step_to_stop(side, step, left)), True
+        # Newton's method for the length at which the time is over.
+        low, high, size = 0.0, step.h, step.h
+        for _ in range(MOST_NEWTON):
+            advance(side, None, Step(phase, False, size))
+            miss = left - k[NEW + 4]
+            if abs(miss) <= 1.0e-16 * left or high - low <= 1.0e-16 * step.h:
+                break
+            if miss > 0.0:
+                low = size
+            else:
+                high = size
+            q = k[NEW]
+            guess = size + miss / weight_of(side.wall, q) if q > 0.0 else low
+            size = guarded(guess, low, high)
+        return Step(phase, False, size), True
     return step, False
 
 
@@ -218,7 +223,25 @@ def up_to_switch(side, now, positive, step):
     low, high, f0 = 0.0, 1.0, max(margin(side, positive, int(OLD)), 0.0)
     f1 = margin(side, positive, int(NEW))
     if not f1 < -SLIGHT:
-        high, f1 = least_margin(side, now, positive, step)
+        # The least margin within the step, unless it cannot become negative at twice the rates of
+        # the ends; row NEW is kept.
+        k, begin, end, sense = now.k, 0.0, 1.0, 1.0 if positive else -1.0
+        rate0, a = swing(side, now, step.phase, int(OLD))
+        rate1, _ = swing(side, now, step.phase, int(NEW))
+        reach = 2.0 * a * max(abs(rate0), abs(rate1)) * k[NEW + 4]
+        least = min(margin(side, positive, int(OLD)), f1)
+        if not (sense * rate0 < 0.0 and sense * rate1 > 0.0 and least < reach):
+            return False, step
+        set_aside(k)
+        for _ in range(MOST_TURNS):
+            high = secant(begin, end, rate0, rate1)
+            advance(now, None, part_of(step, high))
+            rate, _ = swing(side, now, step.phase, int(NEW))
+            f1 = margin(side, positive, int(NEW))
+            if rate == 0.0 or min(high - begin, end - high) < NEAR_TURN:
+                break
+            begin, end, rate0, rate1 = narrowed(begin, end, rate0, rate1, high, rate)
+        restore(k)
         if not f1 < -SLIGHT:
             return False, step
     x = high
@@ -241,34 +264,6 @@ def swing(side, now, phase, row):
     return rate_of_switching(side.wall, side.k[row + 1], ds)
 
 
-@jit
-def least_margin(side, now, positive, step):
-    """Return the place and value of the least `margin` within a step; row NEW is kept.
-
-    (1, 0) if the margin cannot become negative at twice the rates of the ends.
-    """
-    k = now.k
-    f0, a = swing(side, now, step.phase, int(OLD))
-    f1, _ = swing(side, now, step.phase, int(NEW))
-    sense = 1.0 if positive else -1.0
-    reach = 2.0 * a * max(abs(f0), abs(f1)) * k[NEW + 4]
-    least = min(margin(side, positive, int(OLD)), margin(side, positive, int(NEW)))
-    if not (sense * f0 < 0.0 and sense * f1 > 0.0 and least < reach):
-        return 1.0, 0.0
-    set_aside(k)
-    low, high, x = 0.0, 1.0, 0.0
-    for _ in range(MOST_TURNS):
-        x = secant(low, high, f0, f1)
-        advance(now, None, part_of(step, x))
-        f, _ = swing(side, now, step.phase, int(NEW))
-        least = margin(side, positive, int(NEW))
-        if f == 0.0 or min(x - low, high - x) < NEAR_TURN:
-            break
-        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
-    restore(k)
-    return x, least
-
-
 # --------------------------------------------------------------------------------------------------
 # Variations along a contact that is stepped. They do not change the orbit.
 #
@@ -280,29 +275,6 @@ def least_margin(side, now, positive, step):
 
 MOST_PARTS = 100  # of a step; a few are needed where a force begins with a fractional power
 MORE = 10.0  # largest last terms, in units of those granted to the orbit
-
-
-@jit
-def part_for(side, h, granted, pace):
-    """Return the length that variations may go along a polynomial, at most h.
-
-    Their last two terms may be MORE times `granted`, relative to the size of each variation, where
-    pace [1/s] turns displacements into velocities.
-    """
-    k, n, less, x = side.k, order_of(side.rk4), 0.0, h / side.k[UNIT]
-    first = SERIES + VARIED
-    for m in range(n - 1, n + 1):
-        row, most = SERIES + COLUMNS * m, 0.0
-        for j in range(4):
-            size = abs(k[first + 4 + j]) + abs(k[first + 12 + j])
-            size += pace * (abs(k[first + j]) + abs(k[first + 8 + j]))
-            last = max(abs(k[row + VARIED + 4 + j]), abs(k[row + VARIED + 12 + j]))
-            if last > most * size and size > 0.0:
-                most = last / size
-        last = most * whole_power(x, m)
-        if last > MORE * granted:
-            less = min(less, log(MORE * granted / last) / m)
-    return exp(less) * h
 
 
 @jit
@@ -318,7 +290,21 @@ def ride(side, tangent, step, granted, scales):
     for part in range(MOST_PARTS):
         h = left
         if granted < math.inf and part < MOST_PARTS - 1:
-            h = part_for(side, h, granted, fast / deep)
+            # the last two terms may be MORE times `granted`, relative to the size of each
+            # variation, where fast / deep [1/s] turns displacements into velocities
+            n, less, x, first = order_of(side.rk4), 0.0, h / k[UNIT], SERIES + VARIED
+            for m in range(n - 1, n + 1):
+                row, most = SERIES + COLUMNS * m, 0.0
+                for j in range(4):
+                    size = abs(k[first + 4 + j]) + abs(k[first + 12 + j])
+                    size += fast / deep * (abs(k[first + j]) + abs(k[first + 8 + j]))
+                    end = max(abs(k[row + VARIED + 4 + j]), abs(k[row + VARIED + 12 + j]))
+                    if end > most * size and size > 0.0:
+                        most = end / size
+                term = most * whole_power(x, m)
+                if term > MORE * granted:
+                    less = min(less, log(MORE * granted / term) / m)
+            h = exp(less) * h
             if k[OLD] == 0.0 and k[OLD + 1] > 0.0:
                 far = smooth_up_to(wall, tangent, constants_of(side.sign), granted)
                 h = min(h, root * far / rate_of_q(wall, k[OLD + 1]))
@@ -387,14 +373,24 @@ def start_at_rest(side, watch, phase):
         for i in range(WIDTH + OLD, WIDTH + OLD + count_of(watch.tangent), 4):
             side.k[i] += t * side.k[i + 1]
             side.k[i + 2] += t * side.k[i + 3]
-        drive_start(side, watch.tangent, (x1, v1, wall.gap + z, s), c, t, int(WIDTH + OLD))
+        if is_a(watch.tangent, Driven):  # df/dp is constant for so short a time
+            state = x1, v1, wall.gap + z, s
+            for i in range(len(watch.tangent.rates)):
+                by, at = watch.tangent.rates[i], WIDTH + OLD + 4 * i
+                motion = state, (dv, external)
+                adds = source_of(ps, damper, by, side.sign, 1.0, motion, c, (0.0, 0.0))
+                for j in range(4):
+                    k[at + j] += t * adds[j]
     if watch.tally is not None:
         # The tally takes the time t, in which the state rests.
         y = (x1, v1, wall.gap + z, s)
         drive = drive_now(phase)
         add_state(watch.tally.row, t, y, absolute(watch.tally.ground, dv, drive), drive, phase)
-        gone, rate = from_foot(watch.tally.foot, y[0], y[1], phase)
-        add_from_foot(watch.tally.row, t, gone, rate)
+        if watch.tally.foot is not None:
+            foot, (cosine, sine) = watch.tally.foot, phase
+            gone = x1 - (foot.cosine * cosine + foot.sine * sine)
+            rate = v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine)
+            add_from_foot(watch.tally.row, t, gone, rate)
     return t
 
 

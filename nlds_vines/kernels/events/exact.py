@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from ..motion.flight import at, bare_grid, bounds_of
 from ..motion.load_cells import (
+    END,
+    OF_CELL,
     Loaded,
-    drive_then,
     end_of_cell,
     phase_of,
     polynomial_from,
@@ -53,19 +54,15 @@ def touch_in(near, far, grid, end, y, bounds):
 
 
 @jit
-def ends_prove_no_touch(near, far, y, z, length, bounds):
-    """Return True if the states y and z at its ends prove that a piece holds no touch.
+def ends_clear(wall, sign, y, z, length, bounds):
+    """Return True if the states y and z at its ends prove that a piece holds no touch of a wall.
 
     length: of the piece [s], at most that of a cell.
     """
-    proven = True
-    if near is not None:
-        s0, s1 = y[3] * length, z[3] * length
-        proven = outlook(near.gap, y[2], z[2], s0, s1, bounds.fourth) == CLEAR
-    if far is not None:
-        s0, s1 = -y[3] * length, -z[3] * length
-        proven = proven and outlook(far.gap, -y[2], -z[2], s0, s1, bounds.fourth) == CLEAR
-    return proven
+    if wall is None:
+        return True
+    s0, s1 = sign * y[3] * length, sign * z[3] * length
+    return outlook(wall.gap, sign * y[2], sign * z[2], s0, s1, bounds.fourth) == CLEAR
 
 
 @jit
@@ -156,7 +153,10 @@ def fly(flight, watch, begun, stop, y):
             # The first touch, unless the two ends prove that there is none.
             place = end
             clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)
-            if not (clear or ends_prove_no_touch(near, far, now, y, end * grid.h, bounds)):
+            if not clear:
+                clear = ends_clear(near, 1.0, now, y, end * grid.h, bounds)
+                clear = clear and ends_clear(far, -1.0, now, y, end * grid.h, bounds)
+            if not clear:
                 filled = fill(grid, phase, now, filled)
                 place, event = touch_in(near, far, grid, end, y, bounds)
                 if event == ASTRAY:
@@ -169,7 +169,9 @@ def fly(flight, watch, begun, stop, y):
             if energy is not None:
                 if is_a(flight.grid.begun, Loaded):  # a load may jump between two cells
                     before = work_at(ps, damper, now, drive_now(phase_of(grid, j, x)))
-                drive = drive_then(grid, j, 1.0 if event == SECTION else x + place)
+                drive = drive_now(phase_of(grid, j, 1.0 if event == SECTION else x + place))
+                if is_a(flight.grid.begun, Loaded) and event == SECTION:  # that before a jump
+                    drive = grid.begun.sums[OF_CELL * j + END]
                 after = work_at(ps, damper, y, drive)
                 energy[0], energy[1] = max(energy[0], after[0]), max(energy[1], after[1])
                 if may_set_a_record(damper, energy, bound, bounds, place, before, after):

@@ -149,45 +149,6 @@ def gathered(w, k):
     )
 
 
-# ---- the approach of four variations -------------------------------------------------------------
-
-
-@jit
-def pushes_varied(ps, damper, approach, late, x, v):
-    """Return e of `inside` at touch and its first four derivatives by time, without b and t.
-
-    late: t0 [s]; x, v: variations of the common motion at the touch.
-    """
-    other, omega = 1.0 - damper.share, ps.omega
-    drag, pull = ps.damping * other, ps.stiffness * other
-    c, d = approach.phase
-    sine, cosine = (ps.force * omega * d) * late, (ps.force * omega * c) * late
-    push = 0.0 - sine - (ps.stiffness * x + ps.damping * v)
-    first = (0.0 - omega) * cosine - (ps.stiffness * v + drag * push)
-    second = (omega * omega) * sine - (pull * push + drag * first)
-    third = (omega * omega * omega) * cosine - (pull * first + drag * second)
-    fourth = 0.0 - (omega * omega * omega * omega) * sine - (pull * second + drag * third)
-    return push, first, second, third, fourth
-
-
-@jit
-def numbers_varied(approach, pushes, faster):
-    """Return the variations of (A, D, R, Z, Q), a four of each.
-
-    pushes: of `pushes_varied`; faster: relative variation of the approach speed s. The tick is
-    proportional to s^(-1/5), the contact's acceleration to s^(6/5).
-    """
-    push, first, second, _, _ = pushes
-    tick = approach.tick
-    per = 0.4 * tick / approach.s
-    force = per * push - (1.2 * approach.force) * faster
-    drag = (-0.2 * approach.drag) * faster
-    drift = (tick * per) * first - (1.4 * approach.drift) * faster
-    spring = (-0.4 * approach.spring) * faster
-    curvature = (0.5 * tick * tick * per) * second - (1.6 * approach.curvature) * faster
-    return force, drag, drift, spring, curvature
-
-
 # ---- the impact itself ---------------------------------------------------------------------------
 
 
@@ -341,27 +302,6 @@ def missed(nodes):
     return sum_of(b), sum_of(t), sum_of(energy)
 
 
-@jit(inlined=True)
-def balances_at(ps, damper, wall, nodes, approach, i, a, dt):
-    """Return the integrands of the balances of energy and virial at the four nodes from i on.
-
-    They are s ds/dt and z (ds/dt - a), times dt/dphi (`dt`). ds/dt is the acceleration of r by all
-    forces but the wall's, taken from eq. (5) and not from the formulas of the `a` of the solution.
-    """
-    w, at = nodes.w, nodes.at
-    b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
-    b2 = b * b
-    b4 = b2 * b2
-    z, s = b4 * (u * u), (wall.speed * (b4 * b)) * S_u
-    drive = drive_later(ps, approach.phase, four_at(w, ARC.times + i))
-    x1, v1 = (
-        four_at(w, ARC.common_x + i) + damper.share * z,
-        four_at(w, ARC.common_v + i) + damper.share * s,
-    )
-    _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, 0.0)
-    return s * ds * dt, z * (ds - a) * dt
-
-
 @jit
 def at_end(ps, damper, wall, nodes, approach):
     """Return (b / b0, time, x, v, doubt) at the end of the interval, from settled unknowns.
@@ -369,31 +309,40 @@ def at_end(ps, damper, wall, nodes, approach):
     x, v: of the common motion. doubt is the sum of two relative residuals. The energy of the motion
     in r, proportional to b^10, must grow by the work of all forces but the wall's. The virial z s,
     which is 0 at touch and release, must have a vanishing change; it detects an error of a
-    conservative force, which does no work from touch to release, but changes the time.
+    conservative force, which does no work from touch to release, but changes the time. Their
+    integrands are s ds/dt and z (ds/dt - a), ds/dt being the acceleration of r by all forces but
+    the wall's, taken from eq. (5) and not from the formulas of the `a` of the solution.
     """
-    w, m, weight = nodes.w, nodes.m, nodes.at + NODES.weight * nodes.m
+    w, m, at, weight = nodes.w, nodes.m, nodes.at, nodes.at + NODES.weight * nodes.m
     sb, st, sg, sh = four(0.0), four(0.0), four(0.0), four(0.0)
     energy, virial = four(0.0), four(0.0)
     per = 1.0 / approach.b
     for i in range(0, m, 4):
         a, fb, ft, fg, fh = slopes_at(ps, damper, wall, nodes, approach, i)
-        work, of_virial = balances_at(ps, damper, wall, nodes, approach, i, a, ft)
+        b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + m + i)
+        b2 = b * b
+        b4 = b2 * b2
+        z, s = b4 * (u * u), (wall.speed * (b4 * b)) * S_u
+        drive = drive_later(ps, approach.phase, four_at(w, ARC.times + i))
+        x1 = four_at(w, ARC.common_x + i) + damper.share * z
+        v1 = four_at(w, ARC.common_v + i) + damper.share * s
+        _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, 0.0)
         q = four_at(w, weight + i)
         sb = sb + q * (fb * per)
         st = st + q * ft
         sg = sg + q * fg
         sh = sh + q * fh
-        energy = energy + q * work
-        virial = virial + q * of_virial
+        energy = energy + q * (s * ds * ft)
+        virial = virial + q * (z * (ds - a) * ft)
     of_b, of_t, of_energy = missed(nodes)
     late = approach.tick * of_t
     ratio, time = 1.0 + (sum_of(sb) + of_b), sum_of(st) + late
     ratio2 = ratio * ratio
     ratio4 = ratio2 * ratio2
-    s, deep = approach.s, (approach.b * approach.b) * (approach.b * approach.b)
-    gained = 2.0 * sum_of(energy) / (s * s) + of_energy
+    fast, deep = approach.s, (approach.b * approach.b) * (approach.b * approach.b)
+    gained = 2.0 * sum_of(energy) / (fast * fast) + of_energy
     doubt = DOUBTED * abs(ratio4 * ratio4 * ratio2 - (1.0 + gained))
-    doubt += abs(sum_of(virial)) / (LASTING * deep * s)
+    doubt += abs(sum_of(virial)) / (LASTING * deep * fast)
     x = approach.x + (sum_of(sg) + approach.v * late)
     v = approach.v + (sum_of(sh) + approach.acceleration * late)
     return ratio, time, x, v, doubt

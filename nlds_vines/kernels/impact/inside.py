@@ -70,8 +70,6 @@ from .impact import (
     approach_of,
     missed,
     nodes_of,
-    numbers_varied,
-    pushes_varied,
     settle,
     short_impact,
     slopes_at,
@@ -225,6 +223,24 @@ def guess(ps, damper, nodes, approach, pushes, faster):
 
 
 @jit
+def pushes_varied(ps, damper, approach, late, x, v):
+    """Return e at touch and its first four derivatives by time, without b and t.
+
+    late: t0 [s]; x, v: variations of the common motion at the touch.
+    """
+    other, omega = 1.0 - damper.share, ps.omega
+    drag, pull = ps.damping * other, ps.stiffness * other
+    c, d = approach.phase
+    sine, cosine = (ps.force * omega * d) * late, (ps.force * omega * c) * late
+    push = 0.0 - sine - (ps.stiffness * x + ps.damping * v)
+    first = (0.0 - omega) * cosine - (ps.stiffness * v + drag * push)
+    second = (omega * omega) * sine - (pull * push + drag * first)
+    third = (omega * omega * omega) * cosine - (pull * first + drag * second)
+    fourth = 0.0 - (omega * omega * omega * omega) * sine - (pull * second + drag * third)
+    return push, first, second, third, fourth
+
+
+@jit
 def slopes_of_b(nodes):
     w = nodes.w
     for i in range(nodes.n):
@@ -307,74 +323,6 @@ def integrate_motion(ps, nodes, late, x0, v0, first):
 
 
 @jit
-def missed_varied(nodes, approach, faster):
-    """Return the variations of the collocation errors of b [m^(1/4)] and of the time [s].
-
-    The third value is the collocation error of the time itself. Both variations include that of the
-    approach speed, with which b and tick change.
-    """
-    w, at = nodes.w, nodes.at + (NODES.matrix + nodes.n) * nodes.m
-    b, t = four(0.0), four(0.0)
-    for k in range(1, MISSED):
-        change = four_at(w, ARC.changes + 4 * k)
-        b = b + w[at + k] * change
-        t = t + w[at + MISSED + k] * change
-    of_b, of_t, _ = missed(nodes)
-    b = approach.b * (b + (0.2 * of_b) * faster)
-    late = approach.tick * of_t
-    return b, approach.tick * t - (0.2 * late) * faster, late
-
-
-@jit
-def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
-    """Sweep until b and e settle at the nodes, from their initial guess.
-
-    start: (t0, b, x, v) at the touch; lasting: the duration `took` [s] times rate; size: of the
-    variations [m/s]; enough: tolerated error at the end, relative. The guess is right to third
-    order, so that a sweep multiplies an error of b by approach.size / 3 or less, and so does the
-    integral to the end; the time of release takes a fifth of it. An error of e grows at least as
-    t^3: it is largest at the last node, and a quarter of it acts. When e is settled, only b is
-    iterated.
-    """
-    late, b, x, v = start
-    shrinks = approach.size / 3.0
-    of_speed = 5.0 * approach.s / approach.b * (shrinks * (shrinks + 0.2 * lasting))
-    slopes_of_b(nodes)
-    integrate_b(nodes, b)
-    slopes_of_motion(nodes)
-    left = math.inf
-    for _ in range(MOST_SWEEPS):
-        if left > 0.25 * enough:
-            integrate_motion(ps, nodes, late, x, v, 0)
-        slopes_of_b(nodes)
-        of_b = integrate_b(nodes, b)
-        slopes_of_motion(nodes)
-        of_e = integrate_motion(ps, nodes, late, x, v, (nodes.n - 1) // 2 * 2)
-        left = largest_of((0.25 * took) * of_e / size)
-        if left + largest_of(of_speed * of_b / size) <= enough:
-            break
-
-
-@jit
-def at_release(nodes, start, took):
-    """Return the differences (b, t, x, v) at the end of the arc, t without t0.
-
-    took [s]: the duration, by which T v is added to x.
-    """
-    w, weight = nodes.w, nodes.at + NODES.weight * nodes.m
-    _, b, x, v = start
-    t = four(0.0)
-    slopes_of_b(nodes)
-    for i in range(nodes.n):
-        k, q = NODE_NUMBERS * i, w[weight + i]
-        b = b + q * four_at(w, AT_NODE.slope_b + k)
-        t = t + q * four_at(w, AT_NODE.slope_t + k)
-        x = x + q * four_at(w, AT_NODE.slope_w + k)
-        v = v + q * four_at(w, AT_NODE.slope_v + k)
-    return b, t, x + took * v, v
-
-
-@jit
 def solve_variations(side, nodes, approach, took, tangent):
     """Solve for b and e of four variations `tangent` (16,) at the nodes of an arc.
 
@@ -396,8 +344,17 @@ def solve_variations(side, nodes, approach, took, tangent):
     # Their guess and the sweeps.
     faster = (1.0 / s) * speed
     pushes = pushes_varied(ps, damper, approach, late, x, v)
+    # The variations of the small numbers: the tick is proportional to s^(-1/5), the contact's
+    # acceleration to s^(6/5).
+    push, first, second, _, _ = pushes
+    tick = approach.tick
+    per = 0.4 * tick / s
+    force = per * push - (1.2 * approach.force) * faster
+    drag = (-0.2 * approach.drag) * faster
+    drift = (tick * per) * first - (1.4 * approach.drift) * faster
+    spring = (-0.4 * approach.spring) * faster
+    curvature = (0.5 * tick * tick * per) * second - (1.6 * approach.curvature) * faster
     # The variation of each term of the series, which is a product of two (`factors_of`).
-    force, drag, drift, spring, curvature = numbers_varied(approach, pushes, faster)
     put_four(nodes.w, ARC.changes, four(0.0))
     put_four(nodes.w, ARC.changes + 4 * TERM.force, force)
     put_four(nodes.w, ARC.changes + 4 * TERM.drag, drag)
@@ -410,10 +367,31 @@ def solve_variations(side, nodes, approach, took, tangent):
         change = change + nodes.w[ARC.products + single] * four_at(nodes.w, ARC.changes + 4 * fewer)
         put_four(nodes.w, ARC.changes + 4 * k, change)
     guess(ps, damper, nodes, approach, pushes, faster)
-    start = late, (0.2 * approach.b) * faster, x, v
-    enough = side.arc.settled / SETTLED
-    settle_variations(ps, nodes, approach, start, rate * took, took, enough, size)
-    return start, pushes[0], faster
+    # Sweeps until the relative error at the end is `enough`. The guess is right to third order, so
+    # that a sweep multiplies an error of b by approach.size / 3 or less, and so does the integral
+    # to the end; the time of release takes a fifth of it. An error of e grows at least as t^3: it
+    # is largest at the last node, and a quarter of it acts. When e is settled, only b is iterated.
+    b, enough, shrinks = (
+        (0.2 * approach.b) * faster,
+        side.arc.settled / SETTLED,
+        approach.size / 3.0,
+    )
+    of_speed = 5.0 * approach.s / approach.b * (shrinks * (shrinks + 0.2 * (rate * took)))
+    slopes_of_b(nodes)
+    integrate_b(nodes, b)
+    slopes_of_motion(nodes)
+    left = math.inf
+    for _ in range(MOST_SWEEPS):
+        if left > 0.25 * enough:
+            integrate_motion(ps, nodes, late, x, v, 0)
+        slopes_of_b(nodes)
+        of_b = integrate_b(nodes, b)
+        slopes_of_motion(nodes)
+        of_e = integrate_motion(ps, nodes, late, x, v, (nodes.n - 1) // 2 * 2)
+        left = largest_of((0.25 * took) * of_e / size)
+        if left + largest_of(of_speed * of_b / size) <= enough:
+            break
+    return (late, b, x, v), pushes[0], faster
 
 
 @jit
@@ -425,13 +403,33 @@ def vary(side, phase, before, after, tangent):
     """
     ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
     approach = approach_of(ps, damper, wall, phase, before)
-    n, m, at, w = nodes_of(arc, int(arc.table[ARC.used]), LEVEL.whole)
-    nodes, took = Nodes(n, m, at, bare(w)), after[3]
+    n, m, at, table = nodes_of(arc, int(arc.table[ARC.used]), LEVEL.whole)
+    w, took = bare(table), after[3]
+    nodes = Nodes(n, m, at, w)
     start, push, faster = solve_variations(side, nodes, approach, took, tangent)
-    # At the release, with the collocation errors subtracted.
-    b, t, x, v = at_release(nodes, start, took)
-    missed_b, longer, late = missed_varied(nodes, approach, faster)
-    b, t = b + missed_b, t + longer
+    # The differences at the end of the arc, t without t0.
+    weight = at + NODES.weight * m
+    _, b, x, v = start
+    t = four(0.0)
+    slopes_of_b(nodes)
+    for i in range(n):
+        k, q = NODE_NUMBERS * i, w[weight + i]
+        b = b + q * four_at(w, AT_NODE.slope_b + k)
+        t = t + q * four_at(w, AT_NODE.slope_t + k)
+        x = x + q * four_at(w, AT_NODE.slope_w + k)
+        v = v + q * four_at(w, AT_NODE.slope_v + k)
+    x = x + took * v
+    # The collocation errors of b [m^(1/4)] and of the time [s] are subtracted. Their variations
+    # include that of the approach speed, with which b and tick change.
+    errors, error_b, error_t = at + (NODES.matrix + n) * m, four(0.0), four(0.0)
+    for k in range(1, MISSED):
+        change = four_at(w, ARC.changes + 4 * k)
+        error_b = error_b + w[errors + k] * change
+        error_t = error_t + w[errors + MISSED + k] * change
+    of_b, of_t, _ = missed(nodes)
+    late = approach.tick * of_t
+    longer = approach.tick * error_t - (0.2 * late) * faster
+    b, t = b + approach.b * (error_b + (0.2 * of_b) * faster), t + longer
     x = x + approach.v * longer
     v = v + (approach.acceleration * longer + ((1.0 - damper.share) * late) * push)
     # At equal time, t0 + t before the wall is left; b^5 is nearly that of the last node.
@@ -548,24 +546,6 @@ def rises_between(tally, before, after, time, deepest):
 
 
 @jit
-def rises_inside(tally, nodes, begin, end, took):
-    """Return True if a maximum so far may be exceeded between touch and release.
-
-    begin, end: `motion_of_touch` at both; took [s].
-    """
-    w, n, before, time = nodes.w, nodes.n, begin, 0.0
-    for i in range(n):
-        a1, jerk = w[MOTION.a1 + i], w[MOTION.jerk + i]
-        after = w[MOTION.x1 + i], w[MOTION.v1 + i], w[MOTION.dv + i], a1, jerk
-        falls = w[nodes.at + nodes.m + i] <= 0.0
-        deepest = falls and (i == 0 or w[nodes.at + nodes.m + i - 1] > 0.0)
-        if rises_between(tally, before, after, w[ARC.times + i] - time, deepest):
-            return True
-        before, time = after, w[ARC.times + i]
-    return rises_between(tally, before, end, took - time, False)
-
-
-@jit
 def about_deepest(side, approach, ground):
     """Return the maxima of a1, r and the force near the deepest point, and the error of a1.
 
@@ -607,15 +587,24 @@ def tally_nodes(side, tally, phase, now, after):
         if arc.table[ARC.levels + LEVEL_ROW * level + LEVEL.summed] <= arc.tolerance:
             break
         level += 1
-    n, m, at, w = nodes_of(arc, max(level, int(arc.table[ARC.used])), LEVEL.whole)
-    nodes = Nodes(n, m, at, bare(w))
+    n, m, at, table = nodes_of(arc, max(level, int(arc.table[ARC.used])), LEVEL.whole)
+    nodes = Nodes(n, m, at, bare(table))
     if level > arc.table[ARC.used] and not settle(ps, damper, wall, nodes, approach, arc.settled):
         return False
     sums = sums_at_nodes(side, nodes, approach, ground)
     begin = motion_of_touch(ps, damper, ground, (x1, v1, wall.gap, s), phase)
     s, x1, v1, took = after
     end = motion_of_touch(ps, damper, ground, (x1, v1, wall.gap, s), later(ps, phase, took))
-    if rises_inside(tally, nodes, begin, end, took):
+    # A maximum so far that may be exceeded between two nodes is not found here.
+    w, last, time = nodes.w, begin, 0.0
+    for i in range(n):
+        a1, jerk = w[MOTION.a1 + i], w[MOTION.jerk + i]
+        here = w[MOTION.x1 + i], w[MOTION.v1 + i], w[MOTION.dv + i], a1, jerk
+        deepest = w[at + m + i] <= 0.0 and (i == 0 or w[at + m + i - 1] > 0.0)
+        if rises_between(tally, last, here, w[ARC.times + i] - time, deepest):
+            return False
+        last, time = here, w[ARC.times + i]
+    if rises_between(tally, last, end, took - time, False):
         return False
     a1, r, force, error = about_deepest(side, approach, ground)
     if (
@@ -683,13 +672,6 @@ def read_ahead(numbers, at):
         (numbers[i + 3], numbers[i + 4], numbers[i + 5]),
         (numbers[i + 6], numbers[i + 7], numbers[i + 8]),
     )  # fmt: skip
-
-
-@jit
-def keep_ahead(numbers, at, ahead):
-    numbers[at], numbers[at + 1], numbers[at + 2] = ahead.took, ahead.elapsed, ahead.depth
-    for i in range(3):
-        numbers[at + 3 + i], numbers[at + 6 + i] = ahead.touch[i], ahead.release[i]
 
 
 @jit
@@ -900,27 +882,6 @@ def carry_by(w, at, tangent):
 
 
 @jit
-def vary_to_cut(side, phase, ahead, tangent):
-    """Step unit variations `tangent` (16,) from the nearer end of an impact to its cut.
-
-    Returns True if that end is the touch; phase: (cos, sin) at the touch.
-    """
-    s, x1, v1 = ahead.touch
-    now, left = (0.0, s, x1, v1), ahead.elapsed
-    early = left + left <= ahead.took
-    put_unit(tangent)
-    if not early:
-        side, phase, now = from_release(side, phase, ahead)
-        left = ahead.took - left
-        turn(tangent)
-    watch = Watch(None, None, None, None, tangent, None)
-    contact(variations_finely(side), watch, phase, now, left)
-    if not early:
-        turn(tangent)
-    return early
-
-
-@jit
 def cut_in_two(side, phase, ahead, tangent, at):
     """Fill the images of unit variations from touch to a section inside an impact, and from there.
 
@@ -934,7 +895,17 @@ def cut_in_two(side, phase, ahead, tangent, at):
     vary(side, phase, ahead.touch, (out, a1, b1, ahead.took), tangent)
     for i in range(16):
         w[at + RECALLED.from_cut + i] = tangent[i]  # R, for now
-    early = vary_to_cut(side, phase, ahead, tangent)
+    # Unit variations to the cut, from the nearer end.
+    now, left, early = (0.0, s, x1, v1), ahead.elapsed, True
+    put_unit(tangent)
+    if not left + left <= ahead.took:
+        side, phase, now = from_release(side, phase, ahead)
+        left, early = ahead.took - left, False
+        turn(tangent)
+    only = Watch(None, None, None, None, tangent, None)
+    contact(variations_finely(side), only, phase, now, left)
+    if not early:
+        turn(tangent)
     matrix, right = np.empty((4, 4)), np.empty((4, 4))
     for i in range(16):
         w[at + RECALLED.to_cut + i], matrix[i // 4, i % 4] = tangent[i], tangent[i]

@@ -13,8 +13,6 @@ from typing import Any, NamedTuple
 from ..events.contact import as_seen, contact, mirrored_back, stepped
 from ..impact.impact import LASTING, short_impact
 from ..impact.inside import (
-    Ahead,
-    keep_ahead,
     note_inside,
     read_ahead,
     state_at_section,
@@ -206,7 +204,9 @@ def follow_short_impact(side, watch, phase, left, now):
             return False, (RELEASED, 0.0, s, x1, v1, 0.0, 0.0)
         if tangent is not None and took <= left:
             vary(side, phase, (s, x1, v1), (out, a1, b1, took), tangent)
-        keep_ahead(k, int(AHEAD), Ahead(took, 0.0, depth, (s, x1, v1), (out, a1, b1)))
+        k[AHEAD], k[AHEAD + 1], k[AHEAD + 2] = took, 0.0, depth
+        k[AHEAD + 3], k[AHEAD + 4], k[AHEAD + 5] = s, x1, v1
+        k[AHEAD + 6], k[AHEAD + 7], k[AHEAD + 8] = out, a1, b1
     remains = k[AHEAD] - k[AHEAD + 1]
     stops = remains > left
     # Record energies and passages of a limit, up to the release or for the time `left`.

@@ -26,7 +26,6 @@ from ..scene.law import (
     SERIES,
     STEEP,
     fill_power,
-    logarithm_term,
     power_term,
     product,
     scales_of,
@@ -219,7 +218,17 @@ def pushed_term(wall, k, by, at, n):
     """Return coefficient n of the derivative of the force [N] by a parameter of K, n and a."""
     row = SERIES + COLUMNS * n
     term = by[at + OF_K] * damped_term(wall, k, int(ELASTIC), n)
-    k[row + LOGARITHM] = logarithm_term(k, int(DEPTH), int(LOGARITHM), n)
+    # ln z by z (ln z)' = z'; 0 if the depth begins with 0, where its factor vanishes
+    first, logarithm = k[SERIES + DEPTH], 0.0
+    if first > 0.0 and n == 0:
+        logarithm = log(first)
+    elif first > 0.0:
+        total = n * k[row + DEPTH]
+        for m in range(1, n):
+            at_m = SERIES + COLUMNS * m
+            total -= m * k[at_m + LOGARITHM] * k[row - COLUMNS * m + DEPTH]
+        logarithm = total / (n * first)
+    k[row + LOGARITHM] = logarithm
     term += by[at + EXPONENT] * product(k, int(FORCE), int(LOGARITHM), n)
     if wall.damping is not None:
         acts = wall.damping.acts * wall.K

@@ -207,40 +207,6 @@ def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
 
 
 @jit
-def keep_common_motion(ps, damper, tangent):
-    """Project variations onto the motion of a damper that stays on the wall.
-
-    A damper displaced by r falls back to the wall while the common motion continues; on its way the
-    structure's dashpot adds c1/m1 (1 - share) share r to v1.
-    """
-    x, v, r, u = columns_of(tangent)
-    drag = ps.damping * (1.0 - damper.share) * damper.share
-    v = (v - damper.share * u) + drag * r
-    put_columns(tangent, (x - damper.share * r, v, 0.0 * r, 0.0 * u))
-
-
-@jit
-def drive_rebound(tangent, damper, wall, sign, s, at_rest):
-    """Add to driven variations the derivatives of a rebound by e and by the share.
-
-    A rebound turns s into -e s and v1 into v1 - share (1 + e) s, hence
-
-        ds = -de s,    dv1 = -(dshare (1 + e) + share de) s,    with e = de = 0 at rest afterwards.
-
-    s: approach speed as the wall sees it; rows are not mirrored, hence `sign`. It is applied after
-    the jump of variations, whose time t0 depends on r alone.
-    """
-    if is_a(tangent, Driven):
-        for i in range(len(tangent.rates)):
-            by = tangent.rates[i]
-            de, both = by[constants_of(sign) + OF_E], 1.0 + wall.e
-            if at_rest:
-                de, both = 0.0, 1.0
-            tangent.rows[4 * i + 1] -= sign * s * (by[SHARE] * both + damper.share * de)
-            tangent.rows[4 * i + 3] -= sign * s * de
-
-
-@jit
 def follow(side, watch, phase, place, left, now):
     """Take an impact at once, and follow sticking to its release or for the time `left` [s].
 
@@ -267,7 +233,18 @@ def follow(side, watch, phase, place, left, now):
             k[contact_series.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
             seen_from_wall(tangent, sign, 1.0)
             vary_at_impact(seen, damper, wall, before, (s, x1, v1), stuck, c, rows_of(tangent))
-            drive_rebound(tangent, damper, wall, sign, before[0], stuck)
+            # The derivatives by e and by the share, whose t0 depends on r alone: a rebound turns s
+            # into -e s and v1 into v1 - share (1 + e) s, hence ds = -de s and
+            # dv1 = -(dshare (1 + e) + share de) s, with e = de = 0 at rest afterwards. Rows are not
+            # mirrored, hence `sign`.
+            if is_a(tangent, Driven):
+                for i in range(len(tangent.rates)):
+                    by, fast = tangent.rates[i], sign * before[0]
+                    de, both = by[constants_of(sign) + OF_E], 1.0 + wall.e
+                    if stuck:
+                        de, both = 0.0, 1.0
+                    tangent.rows[4 * i + 1] -= fast * (by[SHARE] * both + damper.share * de)
+                    tangent.rows[4 * i + 3] -= fast * de
             seen_from_wall(tangent, sign, -1.0)
     if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) >= 0.0:
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
@@ -276,7 +253,13 @@ def follow(side, watch, phase, place, left, now):
     event, y, took = walk(side.motion, side, watch, phase, place, left, y)
     if tangent is not None:
         seen_from_wall(tangent, sign, 1.0)
-        keep_common_motion(ps, damper, rows_of(tangent))
+        # Variations are projected onto the motion of a damper that stays: displaced by r, it falls
+        # back to the wall while the common motion continues; on its way the structure's dashpot
+        # adds c1/m1 (1 - share) share r to v1.
+        x, v, r, d = columns_of(rows_of(tangent))
+        drag = ps.damping * (1.0 - damper.share) * damper.share
+        v = (v - damper.share * d) + drag * r
+        put_columns(rows_of(tangent), (x - damper.share * r, v, 0.0 * r, 0.0 * d))
         seen_from_wall(tangent, sign, -1.0)
         carry(tangent, Linear(wall, seen, damper, sign, side.motion.grid), place, start, took)
     return event, 0.0, 0.0, y[0], y[1], took, 0.0

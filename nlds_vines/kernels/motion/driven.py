@@ -82,23 +82,14 @@ def fill_rates(parts, ps, damper, change, rates):
     rates[DAMPING] = (change.c1 - ps.damping * change.m1) / ps.m1
     rates[FORCING] = (change.P - ps.force * change.m1) / ps.m1
     rates[LOAD] = 0.0 if parts.load is None else change.load
-    fill_damper(damper, ps, change, rates)
+    if damper is not None:
+        rates[INV_M1] = rates[INV_MU] = -change.m1 / (ps.m1 * ps.m1)
+        if not is_a(damper, Ground):
+            rates[K2], rates[C2] = change.k2, change.c2
+            rates[INV_MU] -= change.m2 / (damper.m2 * damper.m2)
+            rates[SHARE] = (rates[INV_M1] - damper.share * rates[INV_MU]) / damper.inv_mu
     fill_wall(parts.near, near_constants(parts.apart, change), change.near, rates, int(NEAR))
     fill_wall(parts.far, change, change.far, rates, int(FAR))
-
-
-@jit
-def fill_damper(damper, ps, change, rates):
-    """Fill the rates of the damper, or of the ground."""
-    if damper is None:
-        return None
-    if is_a(damper, Ground):
-        rates[INV_M1] = rates[INV_MU] = -change.m1 / (ps.m1 * ps.m1)
-        return None
-    rates[K2], rates[C2] = change.k2, change.c2
-    rates[INV_M1] = -change.m1 / (ps.m1 * ps.m1)
-    rates[INV_MU] = rates[INV_M1] - change.m2 / (damper.m2 * damper.m2)
-    rates[SHARE] = (rates[INV_M1] - damper.share * rates[INV_MU]) / damper.inv_mu
 
 
 @jit
@@ -212,22 +203,6 @@ def seen_from_wall(tangent, sign, direction):
             tangent.rows[4 * i + 2] -= direction * sign * tangent.rates[i, wall_at(sign) + GAP]
 
 
-@jit
-def drive_start(side, tangent, state, c, t, first):
-    """Add t df/dp to the variations k[first:], t [s] being so short that df/dp is constant.
-
-    state (x1, v1, r, s) and c, cos of the phase, are as the wall sees them, which does not push.
-    """
-    if is_a(tangent, Driven):
-        ps, damper, sign, k = side.ps, side.damper, side.sign, side.k
-        field = accelerations(ps, damper, state[0], state[1], state[2], state[3], c, 0.0)
-        for i in range(len(tangent.rates)):
-            by, place = tangent.rates[i], first + 4 * i
-            adds = source_of(ps, damper, by, sign, 1.0, (state, field), c, (0.0, 0.0))
-            k[place], k[place + 1] = k[place] + t * adds[0], k[place + 1] + t * adds[1]
-            k[place + 2], k[place + 3] = k[place + 2] + t * adds[2], k[place + 3] + t * adds[3]
-
-
 # --------------------------------------------------------------------------------------------------
 # Driven variations along a flight, or along a linear motion on a wall.
 #
@@ -289,49 +264,36 @@ def terms_on(linear, by, constant, state, drive, variation):
 
 
 @jit
-def drive_cell(linear, by, h, phase, state, variation):
-    """Return a motion and a variation driven along it a time h [s] later, by Taylor polynomials.
-
-    phase: (cos, sin) of the forcing's phase at the beginning; h: at most a cell of `flight`.
-    """
-    omega = linear.ps.omega
-    x1, v1, r, s = state
-    a, b, c, d = variation
-    cosine, sine = phase
-    y0, y1, y2, y3, w0, w1, w2, w3 = x1, v1, r, s, a, b, c, d
-    for k in range(ORDER):
-        constant = 1.0 if k == 0 else 0.0
-        dv, ds, da, db, dc, dd = terms_on(
-            linear, by, constant, (x1, v1, r, s), cosine, (a, b, c, d)
-        )
-        g = h / (k + 1.0)
-        x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
-        a, b, c, d = da * g, db * g, dc * g, dd * g
-        cosine, sine = -omega * sine * g, omega * cosine * g
-        y0, y1, y2, y3 = y0 + x1, y1 + v1, y2 + r, y3 + s
-        w0, w1, w2, w3 = w0 + a, w1 + b, w2 + c, w3 + d
-    return (y0, y1, y2, y3), (w0, w1, w2, w3)
-
-
-@jit
 def drive_along(driven, linear, place, state, time):
-    """Carry driven variations along a `Linear` motion of `time` [s].
+    """Carry driven variations along a `Linear` motion of `time` [s], by Taylor polynomials.
 
     state: (x1, v1, r, s) at its beginning, as the wall sees it; place: its beginning, as a share of
     the period of the grid.
     """
-    grid, sign = linear.grid, linear.sign
+    grid, sign, omega = linear.grid, linear.sign, linear.ps.omega
     if not time > 0.0:
         return
     n, begin = math.ceil(time / grid.h), turned(grid.begun, place)
-    h, turn = time / n, time / n * (linear.ps.omega / (2.0 * math.pi))
+    h, turn = time / n, time / n * (omega / (2.0 * math.pi))
     for i in range(len(driven.rates)):
-        by, k, rows, y = driven.rates[i], 4 * i, driven.rows, state
-        w = rows[k], rows[k + 1], rows[k + 2], rows[k + 3]
+        by, at, rows = driven.rates[i], 4 * i, driven.rows
+        y0, y1, y2, y3 = state
+        w0, w1, w2, w3 = rows[at], rows[at + 1], rows[at + 2], rows[at + 3]
         for cell in range(n):
             cosine, sine = cos_sin_of_turn(begin + cell * turn)
-            y, w = drive_cell(linear, by, h, (sign * cosine, sign * sine), y, w)
-        rows[k], rows[k + 1], rows[k + 2], rows[k + 3] = w
+            cosine, sine = sign * cosine, sign * sine
+            x1, v1, r, s, a, b, c, d = y0, y1, y2, y3, w0, w1, w2, w3
+            for k in range(ORDER):
+                constant, g = 1.0 if k == 0 else 0.0, h / (k + 1.0)
+                dv, ds, da, db, dc, dd = terms_on(
+                    linear, by, constant, (x1, v1, r, s), cosine, (a, b, c, d)
+                )
+                x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
+                a, b, c, d = da * g, db * g, dc * g, dd * g
+                cosine, sine = -omega * sine * g, omega * cosine * g
+                y0, y1, y2, y3 = y0 + x1, y1 + v1, y2 + r, y3 + s
+                w0, w1, w2, w3 = w0 + a, w1 + b, w2 + c, w3 + d
+        rows[at], rows[at + 1], rows[at + 2], rows[at + 3] = w0, w1, w2, w3
 
 
 @jit

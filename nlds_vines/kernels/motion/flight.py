@@ -277,14 +277,8 @@ def at(w, x):
 
 
 @jit
-def grid_of(ps, damper, n):
-    """Return the `Grid` of one period in n cells (`cells_of`)."""
-    return grid_from(ps, damper, n, PERIOD)
-
-
-@jit
 def grid_from(ps, damper, n, begun):
-    """Return the `Grid` of a `Begun` in n cells."""
+    """Return the `Grid` of a `Begun` in n cells (`cells_of`)."""
     return grid_with(ps, damper, length_of_cell(ps, n, begun), n, n, begun)
 
 

@@ -30,7 +30,7 @@ import numpy as np
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.fours import four, four_at, larger_of, largest_of, number_of, put_four
-from ..scene.drive import Moment, drive_now
+from ..scene.drive import Moment
 from ..scene.scene import Structure, accelerations, greatest_push, moved_mass, unloaded
 from .flight import (
     CELLS,
@@ -121,7 +121,16 @@ def grid_under(ps, damper, h, n, stretch):
     for k in range(ORDER + 1):
         w[DRIVE + k] = 0.0  # stays 0 above the degree
     for m in range(min(degree + 1, ORDER)):
-        expand_push(unloaded(ps), damper, h, m, w, powers + m * TERMS)
+        # the Taylor coefficients of the motion from rest by a force x^m [N], as in `expand`
+        dv, ds = accelerations(unloaded(ps), damper, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+        g = h / (m + 1.0)
+        x1, v1, r, s = 0.0, dv * g, 0.0, ds * g
+        for k in range(m + 1, ORDER + 1):
+            at = powers + m * TERMS + 4 * k
+            w[at], w[at + 1], w[at + 2], w[at + 3] = x1, v1, r, s
+            dv, ds = accelerations(unloaded(ps), damper, x1, v1, r, s, 0.0, 0.0)
+            g = h / (k + 1.0)
+            x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
         put_sum(w, powers + m * TERMS, w, ends + 4 * m)
     if ps.load is not None:
         put_sum(w, free.load, w, ends + 4 * (ORDER + 1))
@@ -137,20 +146,6 @@ def grid_under(ps, damper, h, n, stretch):
         math.sqrt(moved_mass(ps, damper)), (0.0 if ps.shaken is None else ps.force),
     )  # fmt: skip
     return Grid(n, h, 0.0, rate, free.push, free.bend, w, free.load, begun)
-
-
-@jit
-def expand_push(ps, damper, h, power, out, first):
-    """Write the Taylor coefficients of the motion from rest by a force x^power [N] (`expand`)."""
-    dv, ds = accelerations(ps, damper, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
-    g = h / (power + 1.0)
-    x1, v1, r, s = 0.0, dv * g, 0.0, ds * g
-    for k in range(power + 1, ORDER + 1):
-        at = first + 4 * k
-        out[at], out[at + 1], out[at + 2], out[at + 3] = x1, v1, r, s
-        dv, ds = accelerations(ps, damper, x1, v1, r, s, 0.0, 0.0)
-        g = h / (k + 1.0)
-        x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
 
 
 @jit
@@ -191,14 +186,6 @@ def phase_of(grid, j, x):
     if x != whole:
         phase = phase_at(grid, j, x)
     return phase
-
-
-@jit
-def drive_then(grid, j, x):
-    """Return the force at place x of cell j, in units of P; at its end, that before a jump."""
-    if is_a(grid.begun, Loaded):
-        return grid.begun.sums[OF_CELL * j + END] if x == 1.0 else drive_now(phase_of(grid, j, x))
-    return drive_now(phase_of(grid, j, x))
 
 
 @jit

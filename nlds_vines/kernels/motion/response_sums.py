@@ -90,18 +90,6 @@ def in_absolute(ground, rate):
 
 
 @jit
-def from_foot(foot, x1, v1, phase):
-    """Return (x1 - y, its rate); (0, 0) if the foot does not move."""
-    if foot is None:
-        return (0.0, 0.0)
-    cosine, sine = phase
-    return (
-        x1 - (foot.cosine * cosine + foot.sine * sine),
-        v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine),
-    )
-
-
-@jit
 def beside(phase, x1, s):
     """Return the factor of the force in CX: x1, or s under a load."""
     if is_a(phase, Moment):

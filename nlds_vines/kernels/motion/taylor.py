@@ -23,7 +23,6 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import exp, exponent_of, log, power_of_two, whole_power
 from ..numerics.fours import four, four_at, four_of, number_of, put_four
-from ..numerics.roots import guarded
 from ..scene.drive import Moment, after, drive_now, drive_term
 from ..scene.law import (
     AT_Q,
@@ -117,10 +116,6 @@ def runge_kutta(side, step):
 # ---- Taylor polynomials --------------------------------------------------------------------------
 
 
-MOST_NEWTON = 80  # iterations in the search for a release: it needs some five
-NEAREST = 2.0e-16  # relative error of the place of a release
-
-
 @jit
 def order_of(rk4):
     """Return the degree in theta; under rk4, where only variations have series, its order."""
@@ -167,7 +162,28 @@ def expand_contact(side, tangent, phase, h):
         fill_terms(side, n)
         if tangent is not None:
             fill_variations(side, tangent, n)
-        integrate_term(side, phase, n)
+        # coefficient n + 1 of the motion, from coefficient n of dt/dtheta times its rate
+        row = SERIES + COLUMNS * n
+        i, j, sums, others, sine = SERIES + WEIGHT, row + DS, four(0.0), four(0.0), 0.0
+        rates = four_of(
+            k[j], k[j + 1], k[j + 2], k[j + 3]
+        )  # four_at waits until they are in memory
+        for _ in range((n + 1) // 2):  # two sums at a time, neither of which waits for the other
+            sums = sums + k[i] * rates
+            others = others + k[i + COLUMNS] * four_at(k, j - COLUMNS)
+            sine += k[i] * k[j + (SINE - DS)] + k[i + COLUMNS] * k[j - COLUMNS + (SINE - DS)]
+            i, j = i + 2 * COLUMNS, j - 2 * COLUMNS
+            rates = four_at(k, j)
+        if n % 2 == 0:
+            sums = sums + k[i] * rates
+            sine += k[i] * k[j + (SINE - DS)]
+        sums = sums + others
+        per, behind = k[UNIT] / (n + 1.0), row + COLUMNS
+        k[behind + AT_Q] = per * rate_of_q(side.wall, k[row + AT_S])
+        k[behind + AT_S] = per * number_of(sums, 0)
+        k[behind + AT_V], k[behind + AT_X] = per * number_of(sums, 1), per * number_of(sums, 2)
+        k[behind + TAU] = per * k[row + WEIGHT]
+        drive_term(side.ps, phase, k, n + 1, (number_of(sums, COSINE - DS), sine))
 
 
 @jit
@@ -183,30 +199,6 @@ def fill_terms(side, n):
     else:  # constants have no higher powers
         dv, ds = accelerations(unloaded(ps), damper, x1, v1, z, s, drive, force)
     k[row + FORCE], k[row + DS], k[row + DV] = force, ds, dv
-
-
-@jit
-def integrate_term(side, phase, n):
-    """Fill coefficient n + 1 of the motion from coefficient n of dt/dtheta times its rate."""
-    k, row = side.k, SERIES + COLUMNS * n
-    i, j, sums, others, sine = SERIES + WEIGHT, row + DS, four(0.0), four(0.0), 0.0
-    rates = four_of(k[j], k[j + 1], k[j + 2], k[j + 3])  # four_at waits until they are in memory
-    for _ in range((n + 1) // 2):  # two sums at a time, neither of which waits for the other
-        sums = sums + k[i] * rates
-        others = others + k[i + COLUMNS] * four_at(k, j - COLUMNS)
-        sine += k[i] * k[j + (SINE - DS)] + k[i + COLUMNS] * k[j - COLUMNS + (SINE - DS)]
-        i, j = i + 2 * COLUMNS, j - 2 * COLUMNS
-        rates = four_at(k, j)
-    if n % 2 == 0:
-        sums = sums + k[i] * rates
-        sine += k[i] * k[j + (SINE - DS)]
-    sums = sums + others
-    per, behind = k[UNIT] / (n + 1.0), row + COLUMNS
-    k[behind + AT_Q] = per * rate_of_q(side.wall, k[row + AT_S])
-    k[behind + AT_S] = per * number_of(sums, 0)
-    k[behind + AT_V], k[behind + AT_X] = per * number_of(sums, 1), per * number_of(sums, 2)
-    k[behind + TAU] = per * k[row + WEIGHT]
-    drive_term(side.ps, phase, k, n + 1, (number_of(sums, COSINE - DS), sine))
 
 
 @jit
@@ -335,27 +327,6 @@ def length_of(side, h, tolerance, fast):
         if last > tolerance:
             less = min(less, log(tolerance / last) / m)
     return exp(less) * h
-
-
-@jit
-def to_release(side, step):
-    """Return the step cut short at the root of q, which is negative at its end; fill row NEW."""
-    k, low, high, x = side.k, 0.0, step.h, step.h
-    for _ in range(MOST_NEWTON):
-        advance(side, None, Step(step.phase, False, x))
-        q, slope = k[NEW], rate_of_q(side.wall, k[NEW + 1])
-        if q > 0.0:
-            low = x
-        else:
-            high = x
-        if q == 0.0 or not high - low > NEAREST * high:
-            break
-        guess = x - q / slope if slope < 0.0 else low
-        if guess == x:
-            break
-        x = guarded(guess, low, high)
-    k[NEW] = 0.0
-    return Step(step.phase, True, x)
 
 
 @jit

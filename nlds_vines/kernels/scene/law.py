@@ -133,23 +133,6 @@ def power_term(k, a, e, out, n):
     return total / (n * first)
 
 
-@jit
-def logarithm_term(k, a, out, n):
-    """Return coefficient n of the logarithm of a column; the lower ones are in `out`.
-
-    If the column begins with 0 the result is 0: the factor of the logarithm vanishes there.
-    """
-    first = k[SERIES + a]
-    if not first > 0.0:
-        return 0.0
-    if n == 0:
-        return log(first)
-    total = n * k[SERIES + COLUMNS * n + a]
-    for m in range(1, n):
-        total -= m * k[SERIES + COLUMNS * m + out] * k[SERIES + COLUMNS * (n - m) + a]
-    return total / (n * first)
-
-
 # ---- a wall --------------------------------------------------------------------------------------
 
 

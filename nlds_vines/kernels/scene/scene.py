@@ -43,20 +43,12 @@ class Damper(NamedTuple):
     rest: float  # x2 - x1 of the unstretched spring [m]
 
 
-class Ground(NamedTuple):
+class Ground(Damper):
     """The immovable ground of walls that limit the structure itself.
 
-    It has the fields of a `Damper` of infinite mass without spring and dashpot. Then v2 = 0, r = x1
-    and s = v1, and the walls limit the structure's own motion.
+    It is a damper of infinite mass without spring and dashpot. Then v2 = 0, r = x1 and s = v1, and
+    the walls limit the structure's own motion.
     """
-
-    m2: float
-    k2: float
-    c2: float
-    inv_m1: float
-    inv_mu: float
-    share: float
-    rest: float
 
 
 @jit
@@ -96,17 +88,12 @@ def allowed(parts, cell):
 
 
 @jit
-def structure_of(cell):
-    m1 = cell.m1
-    return Structure(m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, None, None)
-
-
-@jit
 def structure_under(load, cell):
     """Return the `Structure` of one cell, with its constant load unless `load` is None."""
-    if load is None:
-        return structure_of(cell)
-    return with_load(structure_of(cell), cell.load)
+    m1, constant = cell.m1, None if load is None else cell.load
+    return Structure(
+        m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, constant, None
+    )  # fmt: skip
 
 
 @jit

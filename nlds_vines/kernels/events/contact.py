@@ -662,10 +662,7 @@ def leave_wall(near, far, mode, watch, grid, stop, begun, now):
         gap, sign = far.wall.gap, -1.0
     at_place = j + x + took / grid.h
     r = sign * (gap + q)
-    if near is not None:
-        x1, v1 = structure_at(near.damper, x1, v1, r, s)
-    else:
-        x1, v1 = structure_at(far.damper, x1, v1, r, s)
+    x1, v1 = structure_at(far.damper if near is None else near.damper, x1, v1, r, s)
     j = min(int(at_place), stop - 1)
     x = at_place - j
     if event == EXHAUSTED:

@@ -186,16 +186,6 @@ def note_miss(step, near, far, clearance):
 
 
 @jit
-def may_touch(sign, wall, y, z):
-    """Return True if a step from the state y to z may touch a wall (sign 1: near, -1: far).
-
-    It does if an end is beyond the wall, and may if r turns back in between.
-    """
-    beyond = sign * y[2] >= wall.gap or sign * z[2] > wall.gap
-    return beyond or (sign * y[3] > 0.0 and sign * z[3] < 0.0)
-
-
-@jit
 def fly_fixed(flight, watch, begun, stop, y):
     """Fly from `begun` = (step j, place x in it) to the next touch or the start of the step `stop`.
 
@@ -209,11 +199,11 @@ def fly_fixed(flight, watch, begun, stop, y):
         z = step_to(ps, damper, grid, j, x, length, y)
         step = FlightStep(ps, damper, grid, j, x, length, y, z)
         # Repeat the step with the length that ends at the first touch in it, if there is one.
-        if near is not None and may_touch(1.0, near, y, z):
+        if near is not None:
             at = length_to_touch(step, 1.0, near)
             if at >= 0.0:
                 length, event = at, TOUCH_NEAR
-        if far is not None and may_touch(-1.0, far, y, z):
+        if far is not None:
             at = length_to_touch(step, -1.0, far)
             if at >= 0.0 and (event == SECTION or at < length):
                 length, event = at, TOUCH_FAR

@@ -149,7 +149,6 @@ def turn_of(wall, reach):
 
 @jit
 def pressed(wall, external):
-    """Return the square of the rate by theta of a contact that an acceleration [m/s^2] presses."""
     return abs(external)
 
 
@@ -169,7 +168,6 @@ def fill_constants(sort, change, rates, at):
 
 @jit
 def pushed_term(wall, k, by, at, n):
-    """Return coefficient n of the derivative of the force [N] by a parameter of K."""
     return by[at + HERTZ_K] * k[SERIES + COLUMNS * n + ELASTIC]
 
 

@@ -110,7 +110,6 @@ def fill_constants(sort, change, rates, at):
 
 @jit
 def pushes(wall, q, s):
-    """Return True if a wall pushes or may pull a damper at depth q."""
     return wall.pulls is not None or wall.kc * q + wall.cc * s > 0.0
 
 
@@ -139,7 +138,6 @@ def force_at(wall, depth):
 
 @jit
 def held_at(wall, ps, damper, begun):
-    """Return the `Pressed` motion of a cell; `begun` as of `flight.grid_with`."""
     # the bodies on both springs, and the share of the gap at which the springs are in balance
     if is_a(damper, Ground):
         joint, share = damper, wall.kc / (ps.k1 + wall.kc)
@@ -311,7 +309,6 @@ def of_balance(damper, shift):
 
 @jit
 def leave(side, watch, phase, place, left, now):
-    """Fly from a depth z > 0 at which the wall does not push (`contact.leave`, q being z)."""
     wall, sign, tally = side.wall, side.sign, watch.tally
     z, s, x1, v1 = now
     y = x1, v1, sign * (z + wall.gap), s
@@ -328,13 +325,11 @@ def leave(side, watch, phase, place, left, now):
 
 @jit
 def push_of(wall, constant, r, s, c, d):
-    """Return the contact force of a motion, r and s as the wall sees them, and of a variation."""
     return (wall.kc * (r - constant * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d)
 
 
 @jit
 def push_changed(wall, by, sign, constant, r, s):
-    """Return the derivative of that force by the parameter itself."""
     at = constants_of(sign)
     rate = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
     return sign * (rate - constant * wall.kc * by[wall_at(sign) + GAP])

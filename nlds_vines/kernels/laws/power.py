@@ -86,7 +86,6 @@ def root_for(n):
 
 @jit
 def power_wall_with(p, gap, K, n, damping, kappa, switch):
-    """Return the `PowerWall` with z = q^p."""
     high = math.floor(p * n + 1.0e-12)
     fraction = p * n - high
     if fraction < 1.0e-11:
@@ -158,7 +157,6 @@ def damped_term(wall, k, column, n):
 
 @jit
 def drag_term(wall, k, n):
-    """Return coefficient n of dF/ds [N s/m]."""
     if wall.damping is None:
         return 0.0
     return wall.damping.a * wall.K * k[SERIES + COLUMNS * n + ELASTIC]

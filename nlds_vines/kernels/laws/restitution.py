@@ -105,7 +105,6 @@ def fill_constants(sort, change, rates, at):
 
 @jit
 def rests(wall, r, s, scale):
-    """Return True if a damper rests on a wall to round-off of positions of size `scale`."""
     return s == 0.0 and wall.gap - r <= PLACE_ERROR * scale
 
 

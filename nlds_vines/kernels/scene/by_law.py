@@ -25,13 +25,11 @@ class Chosen(Inner):
         return _own(law_of(wall), self.py_func.__name__, self, self.needed)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return Numba's template of a call with arguments of these types."""
         kernel = self.own(_sort_of(args[0]))
         call = super().get_call_template if kernel is None else kernel.get_call_template
         return call(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the entry of the kernel that is called with arguments of these types."""
         kernel = self.own(_sort_of(sig[0]))
         return super().get_overload(sig) if kernel is None else kernel.get_overload(sig)
 

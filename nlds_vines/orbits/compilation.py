@@ -93,16 +93,17 @@ class Compilation:
 
     @contextmanager
     def followed(self, kernels: Mapping[Callable[..., Any], str]) -> Iterator[None]:
-        """Report what is compiled within the block; the other process ends with it.
+        """Report what is compiled within the block, until all `kernels` are or the block ends.
 
-        `kernels` are compiled functions with the names that `kernels_of` gives them.
+        `kernels` are compiled functions with the names that `kernels_of` gives them.  The other
+        process ends with the report.
 
         Raises `RequestError` if memory does not suffice, and `Stopped` before the next function if
         a signal has asked to stop.
         """
         from nlds_vines.kernels.numerics.compiling import told_of_compilations
 
-        is_abandoned = interrupts.abandoned()
+        is_abandoned, left = interrupts.abandoned(), set(kernels)
 
         def begins(kernel: Any) -> None:
             interrupts.check()
@@ -112,6 +113,9 @@ class Compilation:
 
         def ends(kernel: Any) -> None:
             self._done += 1
+            left.discard(kernel)
+            if not left:  # what follows within the block computes
+                self._end()
 
         try:
             with told_of_compilations(begins, ends):

@@ -215,6 +215,18 @@ def test_while_something_is_compiled_the_seconds_are_told(monkeypatch):
     assert estimates[-1] <= messages[-1][1]
 
 
+def test_what_runs_after_compiling_does_not_count_as_compiling():
+    messages = []
+    follower = Compilation(USUAL, lambda text, seconds: messages.append(text), False)
+    with follower.followed({lanes.run_lanes: "orbit"}):
+        compiled(lanes.judge_lanes)
+        assert messages == []
+        compiled(lanes.run_lanes)
+        assert messages[-1] == ""
+        count = len(messages)
+    assert len(messages) == count
+
+
 def test_in_python_it_is_said_too_unless_asked_not_to(monkeypatch, capsys):
     tell = compilation.notice()
     for seconds in (0.0, 1.0, 2.0, 5.5, 6.0):

@@ -29,7 +29,7 @@ from nlds_vines.bifurcation.blocks import (
     result_bytes,
     work_bytes,
 )
-from nlds_vines.bifurcation.run import Tally, wanted_of
+from nlds_vines.bifurcation.run import Tally, _save, wanted_of
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
 from nlds_vines.orbits.compilation import Compilation
@@ -57,10 +57,9 @@ def test_a_line_of_progress_tells_regimes_and_failures(capsys, monkeypatch):
         "status": np.array([OK, OK, DIVERGED]),
         "label": np.array(["T,1", "3T,2", "failed"], dtype=object),
     }
-    tally = Tally()
+    blocks = [(SimpleNamespace(index=i), arrays, 0.0) for i in range(2)]
     with Progress(9, "orbit", quiet=False) as progress:
-        tally.follow(progress, arrays)
-        tally.follow(progress, arrays)
+        _save(SimpleNamespace(save=lambda *_: None), iter(blocks), Tally(), progress)
     err = capsys.readouterr().err
     assert err.startswith("6 of 9 orbits, ")
     assert err.endswith("to go; 2 T,1, 2 3T,2, 2 failed; 2 failed\n")

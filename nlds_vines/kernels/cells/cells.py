@@ -119,8 +119,8 @@ def checked_cell(parts, cell, stops, begun):
 def run_cell(parts, cell, state, span, buffers):
     """Advance `state` (STATE_SIZE,) over the transient and a `Span` of periods; return a status.
 
-    parts: `Parts`; cell: the numbers of `model.system.CELL`; span.first: periods of the transient;
-    buffers: `CellBuffers`.
+    parts: `Parts`; cell: the numbers of `model.system.CELL`; span.first: periods of the transient,
+    None if there never is one, so that nothing is compiled for it; buffers: `CellBuffers`.
     """
     status, prepared = checked_cell(parts, cell, span.stops, PERIOD)
     if status == BAD_PARAMETERS or lacks_limit(buffers.violation, cell.limit):
@@ -150,15 +150,18 @@ def cell_orbit(prepared, limit, state, span, buffers):
     limit_log = begin_limit_log(buffers.violation, limit, state)
     start_energy(ps, damper, peak, state)
     # the transient: periods without sections, then those whose sections are recorded
-    noted = 0 if buffers.early is None else len(buffers.early)
-    none = None if buffers.early is None else buffers.early[:0]  # the same type: compiled once
-    before = OrbitBuffers(limit_log, none, None, None, peak, None, None, None, None)
-    unseen = Span(0, span.first - noted, 1)
-    status = run(prepared, before, unseen, state, None, None)
-    if status == OK:
-        before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None, None, None, None)
-        seen = Span(span.first - noted, noted, 1)
-        status = run(prepared, before, seen, state, None, None)
+    status, first = OK, 0
+    if span.first is not None:
+        first = span.first
+        noted = 0 if buffers.early is None else len(buffers.early)
+        none = None if buffers.early is None else buffers.early[:0]  # the same type: compiled once
+        before = OrbitBuffers(limit_log, none, None, None, peak, None, None, None, None)
+        status = run(prepared, before, Span(0, first - noted, 1), state, None, None)
+        if status == OK and buffers.early is not None:
+            early = buffers.early
+            before = OrbitBuffers(limit_log, early, None, None, peak, None, None, None, None)
+            seen = Span(first - noted, noted, 1)
+            status = run(prepared, before, seen, state, None, None)
     # the sampled periods
     if status == OK:
         start_energy(ps, damper, buffers.energy, state)
@@ -168,7 +171,8 @@ def cell_orbit(prepared, limit, state, span, buffers):
             limit_log, buffers.section, buffers.by_period, buffers.impacts, energy,
             buffers.clearance, None, tally, None,
         )  # fmt: skip
-        status = run(prepared, wanted, span, state, None, None)
+        sampled = Span(first, span.periods, span.stops)
+        status = run(prepared, wanted, sampled, state, None, None)
         time = span.periods * (2.0 * math.pi / ps.omega)
         report(buffers.response, tally, ps, damper, state, time)
         # the largest energies of the whole run include those of the sampled periods

@@ -185,7 +185,7 @@ def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
             None, None, None, impacts, extremes.energy[lane], None, None, violation, None, None,
             None, None,
         )  # fmt: skip
-        run_cell(parts, cells[lane], state, Span(0, periods[lane], 1), buffers)
+        run_cell(parts, cells[lane], state, Span(None, periods[lane], 1), buffers)
         filled = min(impacts.filled[0], MOST_NOTED + 1)
         if filled > 1 and math.isnan(rows[filled - 1, RELEASE]):
             period = 2.0 * math.pi / structure_under(parts.load, cells[lane]).omega

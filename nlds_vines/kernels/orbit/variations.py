@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.driven import rows_of
+from ..motion.driven import Driven, rows_of
 from ..motion.flight import Grid
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
@@ -72,10 +72,10 @@ def advance_flow(flow, section, periods, tangent, state):
 
     The orbit is that of `run_on`, to the last bit. section: rows for its sections, as far as there
     is room. Fills flow.by_period for these periods, and flow.clearance and flow.slowest with the
-    smallest values of all calls. Returns a status.
+    smallest values of all calls, but nothing with driven variations. Returns a status.
     """
     flow.by_period[:periods] = 0
-    if flow.prepared.scratch is None:
+    if flow.prepared.scratch is None or is_a(tangent, Driven):
         buffers = OrbitBuffers(None, section, None, None, None, None, None, None, None)
     else:
         buffers = OrbitBuffers(

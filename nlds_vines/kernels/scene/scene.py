@@ -301,7 +301,7 @@ class StepPiece(NamedTuple):
 class Span(NamedTuple):
     """Forcing periods `first`, `first` + 1, ...; those before are the transient."""
 
-    first: int  # number of the first period; times count from period 0
+    first: Any  # number of the first period; times count from period 0
     periods: int
     stops: int  # equidistant states of each period that the section takes, the last at its end
 

@@ -22,7 +22,7 @@ TOLD = {
     "bifurcation --vary f1=1:2:3": ["f1 = 1 to 2 Hz (6.283 to 12.57 rad/s), 3 values"],
     "response-curves": ["omega = 4.5 to 8 rad/s (0.7162 to 1.273 Hz), 351 values"],
     "continuation --along f=0.8:1.2 --plane P=500:900": [
-        "omega from 5.02655 to 7.53982 rad/s (0.8 to 1.2 Hz)", "P from 500 to 900 N"
+        "f from 0.8 to 1.2 Hz (5.027 to 7.54 rad/s)", "P from 500 to 900 N"
     ],
 }  # fmt: skip
 """What a command line says, by its words."""

@@ -127,7 +127,11 @@ class Regime(Outlined):
             yield "Floquet multipliers", f"moduli {moduli}; residual {self.residual:.2g}"
         width = f" +- {self.lyapunov_width:.2g}" if self.lyapunov_width else ""
         others = "".join(f"; {value:.4g}" for value in self.exponents[1:].tolist())
-        yield "Lyapunov exponents [1/s]", f"{self.lyapunov:.6g}{width}{others}"
+        before = ""
+        if np.isfinite(self.transient_lyapunov):
+            size = f"{self.transient_lyapunov:.2g} +- {self.transient_lyapunov_width:.2g}"
+            before = f"; transient {size}"
+        yield "Lyapunov exponents [1/s]", f"{self.lyapunov:.6g}{width}{others}{before}"
 
     def lyapunov_spectrum(self, periods: int = PERIODS, *, quiet: bool = False) -> LyapunovSpectrum:
         """Follow the orbit further and return all Lyapunov exponents with their convergence.

@@ -39,6 +39,7 @@ def test_a_chaotic_transient_is_found_however_long_ago_it_was(passing):
         long = classify(short.system, transient=6000)
         assert seen(short) == seen(long)
         assert short.settling > 50
+        assert f"; transient {short.transient_lyapunov:.2g} +- " in repr(short)
         assert short.transient_lyapunov == long.transient_lyapunov
         assert short.transient_lyapunov_width == long.transient_lyapunov_width
 

@@ -135,9 +135,12 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
             below.sharex(above)
             above.tick_params(labelbottom=False)
             above.set_xlabel("")
-    if places[0].get_legend() is None:
-        handles, _ = places[0].get_legend_handles_labels()
-        add_legend(places[0], handles, "above", lift, handlelength=2.2)
+    layout = figure.get_layout_engine()
+    assert layout is not None
+    layout.execute(figure)  # names beside bars narrow all panels, and legends with them
+    for axes, name in zip(places, shown, strict=True):
+        if axes is places[0] or name == "shares":
+            _add_legend(axes, name, lift)
     write_letters(places)
     finish(figure, grid, request.title)
     return figure
@@ -150,8 +153,17 @@ def fill(axes: Axes, view: ArchiveView, name: str) -> None:
         axes.figure.colorbar(_map(axes, results, name, 0), ax=axes, label=_label(name))
     else:
         _draw_panel(axes, results, name)
-        if axes.get_legend() is None:
+        if name == "shares":
+            _add_legend(axes, name)
+        elif axes.get_legend() is None:
             axes.legend()
+
+
+def _add_legend(axes: Axes, name: str, offset: float = 0.0) -> None:
+    """Add the legend of a panel above it: of bars of shares, or of lines."""
+    handles, _ = axes.get_legend_handles_labels()
+    length = 1.4 if name == "shares" else 2.2
+    add_legend(axes, handles, "above", offset, handlelength=length)
 
 
 def _draw_panel(axes: Axes, results: ResponseHistories | LoadScan, name: str) -> None:
@@ -276,7 +288,6 @@ def _shares(axes: Axes, histories: ResponseHistories) -> None:
     axes.invert_yaxis()
     axes.set(xlim=(0, 1), xlabel="share of the energy that came in")
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-    add_legend(axes, axes.get_legend_handles_labels()[0], "above", LETTER_ROOM)
 
 
 def _peaks(axes: Axes, histories: ResponseHistories) -> None:

@@ -1,6 +1,7 @@
 """A struck structure: closed forms, the balance of energies, last times, archives, refusals."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import h5py
@@ -11,13 +12,16 @@ from scipy.linalg import solve_continuous_lyapunov
 from support import linear_flow
 
 import nlds_vines as nv
+from nlds_vines.archives.archive import read
 from nlds_vines.loads import run
+from nlds_vines.loads.picture import draw
 from nlds_vines.loads.request import load_response_history, natural_period
 from nlds_vines.loads.result import HISTORIES, closed_form
 from nlds_vines.loads.run import arrays_of, numbers_of
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.quantities import OF_LOADS, WAYS
 from nlds_vines.orbits.records import STATUS
+from nlds_vines.plotting.page import ONE_COLUMN, TWO_COLUMNS
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.upkeep.rerun import differing
 
@@ -603,6 +607,23 @@ def test_dampers_are_compared_in_a_table(here, answer, monkeypatch):
     texts = " ".join(text.get_text() for text in axes.texts)
     assert " 0.05 m " in texts
     assert " 20 m/s" in texts
+
+
+@pytest.mark.parametrize("page", [ONE_COLUMN, TWO_COLUMNS])
+@pytest.mark.parametrize("shown", ["energy,shares", "motion,damper,peaks"])
+def test_a_legend_is_no_wider_than_the_panel_that_names_beside_bars_leave(
+    page, shown, here, monkeypatch
+):
+    monkeypatch.setattr(run, "arrays_of", made_up)
+    titles = ["Structure", "With a TMD of 5 %", "Damper, design A", "Damper, design B", "Design C"]
+    systems = [replace(nv.load_system("tmd"), name=t, title=t) for t in titles]
+    nv.response_history(systems, impulse=9.0, duration=3.0, to="wide.h5", quiet=True)
+    with read("wide.h5") as view:
+        figure = draw(view, shown.split(","), page)
+    for axes in figure.axes:
+        if legend := axes.get_legend():
+            assert legend.get_window_extent().x1 <= axes.bbox.x1 + 1.0, axes.get_label()
+    assert figure.axes[0].bbox.width > 0.6 * figure.bbox.width
 
 
 def test_what_does_not_move_is_said_to_be_at_rest(here, monkeypatch):

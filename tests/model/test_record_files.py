@@ -130,6 +130,16 @@ def test_cosmos_csmip_and_smc(tmp_path, error_of):
     assert "give dt" in error_of(read, tmp_path, wrong)
 
 
+@pytest.mark.parametrize("text", ["1\n2\n3\n", "3 1\n2 2\n1 3\n"])
+def test_one_error_names_the_step_and_the_unit_that_a_file_lacks(tmp_path, text, error_of):
+    both, step = error_of(read, tmp_path, text), error_of(read, tmp_path, text, unit="g")
+    assert "dt" in both
+    assert "give unit, too" in both
+    assert "m/s^2" in both
+    assert "dt" in step
+    assert "unit" not in step
+
+
 def test_fields_of_fortran_need_no_blanks(tmp_path):
     large = [1000.0 * value for value in VALUES]
     record = read(tmp_path, cosmos(large, STEP).replace("8F10.5", "8F10.4")

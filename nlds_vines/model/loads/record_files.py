@@ -113,7 +113,9 @@ class RecordFile:
         if content.dt and self.dt and not math.isclose(self.dt, content.dt, rel_tol=1e-6):
             raise RequestError(f"dt = {self.dt:g} s, but the file has steps of {content.dt:g} s")
         dt = content.dt or self.dt
-        time = None if dt else _time_of(content)
+        has_unit = unit or any(one.unit for one in columns)
+        also = "" if has_unit else f"; give unit, too, of its values: {', '.join(UNITS)}"
+        time = None if dt else _time_of(content, also)
         column = self._values(columns, time)
         name = _name_of(column, columns)
         if not unit and not column.unit:
@@ -177,12 +179,16 @@ class RecordFile:
         return chosen
 
 
-def _time_of(content: Content) -> Column:
-    """Return the column of the times: a named one, or the first if it ascends."""
+def _time_of(content: Content, also: str) -> Column:
+    """Return the column of the times: a named one, or the first if it ascends.
+
+    Arguments: `also` ends the error if there is none, with what else the file needs.
+    """
     columns = content.columns
     if len(columns) < 2:
         raise RequestError(
             "needs two columns, time and force or acceleration; one column needs dt, its step"
+            f"{also}"
         )
     if named := [one for one in columns if _is_time(one)]:
         return named[0]
@@ -193,12 +199,12 @@ def _time_of(content: Content) -> Column:
     if content.is_ordered:
         raise RequestError(
             "its first column has no ascending times: give dt, the step of its samples, or a "
-            "heading with `time`"
+            f"heading with `time`{also}"
         )
     names = ", ".join(one.name for one in columns)
     raise RequestError(
         f"{len(ascending)} of the datasets {names} ascend; allowed: one alone, a dataset `time` or "
-        "`t`, or dt, the step of the samples"
+        f"`t`, or dt, the step of the samples{also}"
     )
 
 

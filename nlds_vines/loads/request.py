@@ -15,7 +15,7 @@ from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import as_system, refuse_without_force, system_from
-from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading
+from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import OF_LOADS
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
@@ -272,6 +272,15 @@ def refuse_without_effect(scene: Scene, load: Loading, names: Collection[str]) -
             )
 
 
+def refuse_load_in_set(request: Merged) -> None:
+    """Raise `RequestError` if [set] has a number of the load, such as `scale`."""
+    for place, layer in request.layers:
+        for name in layer.get("set", {}):
+            if name in OPTIONS or name.partition(".")[0] in ALL:
+                with at(f"{place}: [set]"):
+                    raise of_load(name)
+
+
 def has(system: System, name: str) -> bool:
     """Return True if a system has a parameter or a ratio of this name."""
     return name in system.scene.allowed or name in ratios_in(system.scene)
@@ -370,6 +379,7 @@ def load_response_history(
         form = {"systems": list(form)}
     request = FORM.read(form, changes, changes_from)
     sampled = samples_in(request)
+    refuse_load_in_set(request)
     systems = _systems(request, sampled)
     axes = request.axes("vary") if sampled is None else ()
     with at(request.place("load")):

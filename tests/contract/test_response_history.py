@@ -263,6 +263,8 @@ NOISE = {"load": {"noise": {"rms": 1.0, "high": 20.0, "tones": 400}}}
         (BLOW | {"systems": []}, ["system"]),
         (BLOW | {"sampling": {"duration": 1e9}}, ["natural periods", "10000000"]),
         (BLOW | {"set": {"K": 1.0}}, ["K"]),
+        (BLOW | {"set": {"scale": 2.0}}, ["[set]", "scale belongs in [load]", "--vary scale"]),
+        (NOISE | {"set": {"noise.rms": 2.0}}, ["noise.rms belongs in [load]", "noise:rms=VALUE"]),
     ],
 )
 def test_bad_requests_get_one_line(document, words, error_of):

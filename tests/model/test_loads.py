@@ -384,6 +384,9 @@ def test_a_heading_is_no_sample(tmp_path, monkeypatch, error_of):
         ({"tone": [{"amplitude": 1.0, "omega": 1.0, "unit": unit} for unit in ("g", "N")]},
          ["tone", "'N'", "ground"]),
         ({"scale": "x", "impulse": 1.0}, ["scale", "x"]),
+        ({"tone": {"amplitude": 1.0, "omega": 1.0, "scale": 2.0}}, ["tone", "--vary scale"]),
+        ({"record": {"file": "a.csv", "scale": 2.0}}, ["scale belongs in [load]", "--vary scale"]),
+        ({"half_sine": {"peak": 1.0, "length": 1.0, "impulse": 2.0}}, ["--impulse"]),
     ],
 )  # fmt: skip
 def test_faulty_loads_get_one_line(table, words, error_of):

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, number
+from nlds_vines.errors import RequestError, at, number
 from nlds_vines.model.loads.courses import (
     REACH,
     TERMS,
@@ -93,11 +93,30 @@ ALL: Mapping[str, type[Load]] = {Blow.kind: Blow, **KINDS}
 """All loads by their keys in `[load]`."""
 
 
+OPTIONS = {
+    "impulse": "--impulse",
+    "harmonic": "--harmonic",
+    "scale": "--vary scale=0.5:2:4, in a tuning --over",
+}
+"""The keys of `[load]` itself, with their options on the command line."""
+
+
+def of_load(name: str) -> RequestError:
+    """Return the error for a number of the load, such as `scale` or `noise.rms`, elsewhere."""
+    kind, dot, key = name.partition(".")
+    option = f"--load {kind}:{key}=VALUE" if dot else OPTIONS[name]
+    return RequestError(f"{name} belongs in [load]; on the command line: {option}")
+
+
 def _loads(kind: str, words: str) -> Any:
     """Return the field of the loads of a kind, given as a table, a path, or a list of these."""
 
     def check(value: object) -> tuple[Load, ...]:
         each = value if isinstance(value, list | tuple) else [value]
+        for table in (one for one in each if isinstance(one, Mapping)):
+            for key in table.keys() & OPTIONS.keys() - settings_of(ALL[kind]).keys():
+                with at(f"[load.{kind}]"):
+                    raise of_load(key)
         return tuple(one if isinstance(one, Load) else ALL[kind].of(one) for one in each)
 
     words = f"{words}; a table `[load.{kind}]`, or a list of several"

@@ -10,8 +10,6 @@ HDF5's metadata carry checksums of their own.  So damage is an error where it is
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 import secrets
@@ -21,13 +19,14 @@ import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.archives.files import open_regular, parse_toml, write_text
+from nlds_vines.archives.files import open_regular, parse_toml, write_csv
 from nlds_vines.archives.provenance import SCHEMA, Value
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, at, library, shown, unknown
@@ -483,13 +482,9 @@ class ArchiveView(Outlined):
         RequestError
             If the file exists and is not to be replaced, or cannot be written.
         """
-        if os.path.lexists(path) and not overwrite:
-            raise RequestError(f"{path} exists: overwrite=True replaces it, another name keeps it")
-        columns, text = self._columns(names), io.StringIO(newline="")
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-        write_text(Path(path), text.getvalue())
+        columns = self._columns(names)
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        write_csv(path, chain([columns], rows), overwrite)
 
     def _columns(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Return the columns of a table by name: first the dimensions, then the datasets."""

@@ -7,13 +7,15 @@ rename, which is forced to the disk as well (fsync of the folder).
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import os
 import re
 import secrets
 import stat
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -70,6 +72,17 @@ def write_text(path: Path, text: str) -> None:
     """Write a text as the file `path`, as `whole`; `RequestError` of one line if that fails."""
     with in_one_line(f"write {path}"), whole(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")
+
+
+def write_csv(
+    path: str | os.PathLike[str], rows: Iterable[Iterable[object]], overwrite: bool
+) -> None:
+    """Write rows as comma-separated values; refuse a file that exists unless `overwrite`."""
+    if os.path.lexists(path) and not overwrite:
+        raise RequestError(f"{path} exists: overwrite=True replaces it, another name keeps it")
+    text = io.StringIO(newline="")
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_text(Path(path), text.getvalue())
 
 
 def sync_folder(folder: Path) -> None:

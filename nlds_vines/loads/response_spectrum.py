@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nlds_vines.archives.files import write_csv
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, library, number, shown
 from nlds_vines.model.loads.record import Record
@@ -79,9 +80,30 @@ class ResponseSpectrum(Outlined):
 
     def to_dataframe(self) -> Any:
         """Return the spectrum as a `pandas.DataFrame` with a row for each period."""
+        return library("pandas").DataFrame(self._columns())
+
+    def to_csv(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
+        """Write the spectrum as comma-separated values, with a row for each period.
+
+        Parameters
+        ----------
+        path : path-like
+            The file to write.
+        overwrite : bool, optional
+            Whether a file of this name is replaced.
+
+        Raises
+        ------
+        RequestError
+            If the file exists and is not to be replaced, or cannot be written.
+        """
+        columns = self._columns()
+        rows = np.column_stack([*columns.values()]).tolist()
+        write_csv(path, [columns, *rows], overwrite)
+
+    def _columns(self) -> dict[str, np.ndarray]:
         names = ("displacement", "pseudo_velocity", "pseudo_acceleration", "absolute_acceleration")
-        columns = {name: getattr(self, name) for name in names}
-        return library("pandas").DataFrame({"period": self.periods, **columns})
+        return {"period": self.periods, **{name: getattr(self, name) for name in names}}
 
     def plot(self, ax: Axes | None = None) -> Figure:
         """Return the picture of pseudo- and absolute acceleration over the period.

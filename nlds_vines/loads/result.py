@@ -9,13 +9,12 @@ import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
-from nlds_vines.archives.files import write_text
+from nlds_vines.archives.files import write_csv
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError, choice
@@ -189,10 +188,7 @@ class ResponseHistories(Drawable):
         RequestError
             If the file exists and is not to be replaced, or cannot be written.
         """
-        if os.path.lexists(path) and not overwrite:
-            raise RequestError(f"{path} exists: overwrite=True replaces it, another name keeps it")
-        rows = [Peak._fields, *self.comparison()]
-        write_text(Path(path), "".join(",".join(map(str, row)) + "\n" for row in rows))
+        write_csv(path, [Peak._fields, *self.comparison()], overwrite)
 
     def _table(self) -> Iterator[str]:
         cells: dict[str, dict[str, str]] = {system.name: {} for system in self.request.systems}

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 
 import nlds_vines as nv
@@ -83,6 +84,11 @@ def test_a_spectrum_is_drawn_and_tabled(tmp_path):
     assert spectrum.plot(axes) is axes.figure
     assert list(spectrum.to_dataframe()["displacement"]) == spectrum.displacement.tolist()
     assert "peak 1.41" in repr(spectrum)
+    spectrum.to_csv(tmp_path / "spectrum.csv")
+    frame = pandas.read_csv(tmp_path / "spectrum.csv")
+    pandas.testing.assert_frame_equal(frame, spectrum.to_dataframe(), rtol=1e-15)
+    with pytest.raises(nv.RequestError, match="exists"):
+        spectrum.to_csv(tmp_path / "spectrum.csv")
 
 
 @pytest.mark.parametrize(

@@ -124,7 +124,10 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
     if isinstance(results, LoadScan) and len(request.vary) == 2:
         return _maps(results, shown, page)
     bars = _BARS * (len(request.systems) + 0.4)
-    heights = {"shares": bars, "peaks": max(_PANEL, 0.8 * len(PEAKS) * bars)}
+    heights = {"shares": bars}
+    if isinstance(results, ResponseHistories):
+        groups = {peak.quantity for peak in results.comparison()}
+        heights["peaks"] = max(_PANEL, 0.8 * len(groups) * bars)
     figure, grid = new_figure(page, [heights.get(name, _PANEL) for name in shown])
     places = [figure.add_subplot(grid[i], label=name) for i, name in enumerate(shown)]
     lift = LETTER_ROOM if len(places) > 1 else 0

@@ -82,7 +82,7 @@ class ResponseHistory(Outlined):
         return np.array([self.numbers[f"last_{100 * share:g}"] for share in SHARES])
 
 
-PEAKS = ("x1_max", "a1_max", "stroke_max", "force_max", "shear_max")
+PEAKS = ("x1_max", "a1_max", "stroke_max", "force_max", "impulse_max", "shear_max")
 """The quantities of a comparison of dampers."""
 
 
@@ -158,8 +158,8 @@ class ResponseHistories(Drawable):
         Returns
         -------
         list of Peak
-            Displacement (drift), absolute acceleration, stroke, contact force and base shear of
-            each damper that has them, with the reduction against the system without a damper.
+            Displacement (drift), absolute acceleration, stroke, contact force or impulse, and base
+            shear of each damper that has them, with the reduction against the system without one.
         """
         alone = next((s.name for s in self.request.systems if not s.scene.damper), None)
         peaks = []
@@ -203,6 +203,12 @@ class ResponseHistories(Drawable):
         for first, *others in rows:
             right = (cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True))
             yield "  ".join([first.ljust(widths[0]), *right])
+        laws = [law for system in self.request.systems for law in system.scene.laws]
+        if instant := next((law.name for law in laws if law.instant), None):
+            yield (
+                f"-: under law {instant} a contact has an impulse and no force, and a1_max does "
+                "not exist: law linear or hertz gives both"
+            )
 
     def lines(self) -> Iterator[str]:
         """Yield the title, the records, a line for each damper, and of several the comparison."""

@@ -583,6 +583,7 @@ def test_dampers_are_compared_in_a_table(here, answer, monkeypatch):
         numbers = dict(zip(("x1_max", "a1_max", "shear_max"), values[name], strict=True))
         numbers["stroke_max"] = math.nan if name == "none" else 0.3
         numbers["force_max"] = 4e3 if name == "ssul-set6" else math.nan
+        numbers["impulse_max"] = math.nan
         return {**arrays, **{name: np.array([value]) for name, value in numbers.items()}}
 
     monkeypatch.setattr(run, "arrays_of", computed)
@@ -609,6 +610,30 @@ def test_dampers_are_compared_in_a_table(here, answer, monkeypatch):
     texts = " ".join(text.get_text() for text in axes.texts)
     assert " 0.05 m " in texts
     assert " 20 m/s" in texts
+
+
+def test_a_table_of_dampers_with_restitution_has_impulses_and_says_what_is_missing(
+    here, monkeypatch
+):
+    def computed(request, cases, stop, tell=None):
+        arrays, missing = made_up(request, cases, stop), ("impulse_max",)
+        if request.case(cases[0])[0].scene.walls:
+            missing = ("a1_max", "force_max")
+        return {**arrays, **{name: np.array([math.nan]) for name in missing}}
+
+    monkeypatch.setattr(run, "arrays_of", computed)
+    rigid = nv.load_system("ssul-set6", law="restitution", e=0.7)
+    histories = nv.response_history(["none", rigid], impulse=9.0, duration=3.0, quiet=True)
+    *_, head, _, row, note = histories.lines()
+    assert "impulse_max [N s]" in head
+    assert row.split().count("-") == 2
+    assert note.startswith("-: under law restitution")
+    assert "a1_max" in note
+    assert "linear or hertz" in note
+    histories.to_csv("table.csv")
+    assert "ssul-set6,impulse_max,1.0,N s,nan" in (here / "table.csv").read_text()
+    soft = nv.response_history(["none", "ssul-set6"], impulse=9.0, duration=3.0, quiet=True)
+    assert not [*soft.lines()][-1].startswith("-:")
 
 
 @pytest.mark.parametrize("page", [ONE_COLUMN, TWO_COLUMNS])

@@ -19,6 +19,7 @@ from nlds_vines.loads.request import (
     HistoryRequest,
     is_of_load,
     objectives_of_loads,
+    refuse_load_in_set,
     refuse_without_effect,
 )
 from nlds_vines.model.axis import Axis
@@ -532,6 +533,7 @@ def load_tuning(
     if isinstance(source, Tuning) and not changes:
         return source
     request = FORM.read(DEFAULT_SYSTEM if source is None else source, changes, changes_from)
+    refuse_load_in_set(request)
     system = request.system(DEFAULT_SYSTEM, needs_force=False)
     entries = _free(request, system.scene)
     varied = dict.fromkeys(entries, "free") | dict.fromkeys(request.table("over"), "over")

@@ -558,6 +558,9 @@ def test_loads_of_the_command_line(here, answer, refusal):
     for text, word in (("half_sin:peak=3", "half_sine"), ("noise:rms", "KEY=VALUE"),
                        ("noise:rms=x,high=1", "'x'"), ("none.csv", "none.csv")):  # fmt: skip
         assert word in refusal("response-history", "--load", text, "--dry-run")
+    words = refusal(*["tuning", "--impulse", "1", "--set", "scale=2", "--dry-run"])
+    assert "scale belongs in [load]" in words
+    assert "--over" in words
 
 
 def test_a_report_says_its_frame_its_records_and_until_when(here, answer, monkeypatch):

@@ -16,7 +16,7 @@ from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, numb
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import as_system, refuse_without_force, system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
-from nlds_vines.model.parameters import DESCRIBED
+from nlds_vines.model.parameters import DESCRIBED, LAWS, SECOND
 from nlds_vines.model.quantities import OF_LOADS
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
 from nlds_vines.model.samples import SAMPLE, Samples, samples_in
@@ -410,19 +410,28 @@ def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
                 (as_system if isinstance(one, str) else system_from)(one, needs_force=False)
                 for one in listed
             ]
+    laws = {
+        key: LAWS.get(str(layer["set"][key]))
+        for _, layer in request.layers
+        for key in ("law", "law_2")
+        if key in layer.get("set", {})
+    }
+
+    def takes(system: System, name: str) -> bool:
+        law = laws.get("law_2" if name.endswith(SECOND) else "law")
+        constants = law.allowed if law else ()
+        of_law = name in ("law", "law_2") or name.removesuffix(SECOND) in constants
+        return has(system, name) or (of_law and bool(system.scene.walls))
+
     for place, layer in request.layers:
         for name, value in layer.get("set", {}).items():
-            if not any(_takes(system, name) for system in systems):
+            if not any(takes(system, name) for system in systems):
                 with at(f"{place}: [set]"):
                     systems[0].with_(**{name: value})  # raises the error that lists the names
     varied = dict.fromkeys(request.table("vary"), "vary")
     if sampled is not None:
         varied = dict.fromkeys(sampled.names, "samples")
-    return tuple(request.as_set(system, varied, _takes) for system in systems)
-
-
-def _takes(system: System, name: str) -> bool:
-    return has(system, name) or (name in ("law", "law_2") and bool(system.scene.walls))
+    return tuple(request.as_set(system, varied, takes) for system in systems)
 
 
 def _title(

@@ -228,6 +228,15 @@ def test_ratios_are_set_of_those_that_have_them():
 BLOW = {"load": {"impulse": 1.0}}
 
 
+def test_a_law_is_set_with_its_constants_where_there_are_walls():
+    document = BLOW | {"systems": ["tmd", "ssul-set6"], "set": {"law": "restitution", "e": 0.7}}
+    tmd, ssul = load_response_history(document).systems
+    assert "e" not in tmd.parameters
+    assert (ssul.law, ssul.parameters["e"]) == ("restitution", 0.7)
+    _, ssul = load_response_history(document, {"set": {"e": 0.8}}).systems
+    assert ssul.parameters["e"] == 0.8
+
+
 def over(**values):
     return {"vary": {name: {"values": list(few)} for name, few in values.items()}}
 

@@ -230,17 +230,23 @@ def add_legend(
         for n in range(2, len(widths) + 1):
             if sum(column.max() for column in np.array_split(widths, n)) <= room:
                 columns = n
-        columns = ceil(len(widths) / ceil(len(widths) / columns))  # rows of equal length
     x, y, corner, anchor = {
         "right": (_LEGEND_BESIDE + offset, 0.0, "upper left", (1.0, 1.0)),
         "below": (0.0, -_LEGEND_BELOW - offset, "upper left", (0.0, 0.0)),
         "above": (0.0, _LEGEND_ABOVE + offset, "lower left", (0.0, 1.0)),
     }[side]
     place = offset_copy(axes.transAxes, figure_of(axes), x, y, units="points")
-    usual |= {"ncols": columns, "alignment": "left", "loc": corner, "bbox_to_anchor": anchor}
+    usual |= {"alignment": "left", "loc": corner, "bbox_to_anchor": anchor}
     if (other := axes.get_legend()) is not None:
         axes.add_artist(other).set_clip_on(False)  # clipped artists have no room in a layout
-    return axes.legend(handles=list(handles), bbox_transform=place, **usual)
+    while True:
+        columns = ceil(len(widths) / ceil(len(widths) / columns))  # rows of equal length
+        legend = axes.legend(handles=list(handles), bbox_transform=place, ncols=columns, **usual)
+        # hinted letters are up to 15 % wider than their outlines
+        wide = float(legend.get_window_extent().width) * 72 / float(axes.figure.dpi)
+        if columns == 1 or wide <= room:
+            return legend
+        columns -= 1
 
 
 def text_width(text: str, size: float) -> float:

@@ -665,6 +665,24 @@ def test_a_legend_is_no_wider_than_the_panel_that_names_beside_bars_leave(
     assert figure.axes[0].bbox.width > 0.6 * figure.bbox.width
 
 
+@pytest.mark.parametrize("letters", [9, 11])
+def test_a_legend_wraps_by_the_width_of_its_hinted_letters(here, monkeypatch, letters):
+    monkeypatch.setattr(run, "arrays_of", made_up)
+    tmd = nv.load_system("tmd").to_table()
+    systems = [{**tmd, "name": name, "title": letters * name} for name in "aeoun"]
+    histories = nv.response_history(
+        {"systems": systems}, load={"impulse": 9.0}, sampling={"duration": 3.0}, quiet=True
+    )
+    figure = histories.plot("motion,damper,peaks")
+    figure.draw_without_rendering()
+    legend = figure.axes[0].get_legend()
+    assert len(legend.get_texts()) == 5
+    assert legend.get_window_extent().x1 <= figure.axes[0].bbox.x1
+    assert figure.axes[0].get_position().width > 0.75
+    tops = {round(text.get_window_extent().y0) for text in legend.get_texts()}
+    assert len(tops) == (1 if letters == 9 else 2)
+
+
 def test_what_does_not_move_is_said_to_be_at_rest(here, monkeypatch):
     """Its energy is above no share of 0, and nothing dissipates any."""
 

@@ -114,6 +114,11 @@ def start_colors(starts: Sequence[str]) -> list[str]:
 
 
 def labeled(meaning: str, symbol: str, unit: str) -> str:
-    """Return a label; without a symbol if it is empty, without a unit if it is 1."""
+    """Return a label; without a symbol if it is empty, without a unit if it is 1.
+
+    A comma separates the symbol from a meaning with commas.
+    """
+    if symbol and "," in meaning:
+        meaning += ","
     parts = (meaning, f"${symbol}$" if symbol else "", f"[{raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))

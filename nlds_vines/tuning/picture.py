@@ -59,7 +59,7 @@ def tuning_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     figure, grid = new_figure(page, [page.map_height])
     _fill(figure.add_subplot(grid[0]), view)
     constant = ", ".join(
-        f"${latex_symbol(n)}$ = {view[_OPTIMUM + n][0]:.4g} {raised(described(n).unit)}"
+        f"${latex_symbol(n)}$ = {_with_unit(view[_OPTIMUM + n][0], described(n).unit)}"
         for n in _free(view)
         if "surface" in view and f"surface_{n}" not in view.dims("surface")
     )
@@ -108,8 +108,11 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
 
 
 def _best(view: ArchiveView) -> str:
-    unit = view.units("optimum_objective")
-    return f"best: {view['optimum_objective'][0]:.4g}{'' if unit == '1' else f' {raised(unit)}'}"
+    return f"best: {_with_unit(view['optimum_objective'][0], view.units('optimum_objective'))}"
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {raised(unit)}"
 
 
 def _draw_surface(axes: Axes, view: ArchiveView) -> None:

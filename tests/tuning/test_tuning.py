@@ -207,6 +207,26 @@ def test_a_tuning_without_an_admissible_design_says_so(tmp_path, monkeypatch):
         _ = tuned.best
 
 
+def test_a_picture_writes_ratios_without_a_unit_and_their_symbols_after_a_comma(
+    tmp_path, monkeypatch
+):
+    def made_up(_, trials):
+        return np.column_stack([1.0 + trials[:, 0], *np.zeros((3, len(trials)))])
+
+    monkeypatch.setattr(Objective, "results", made_up)
+    few = {"population": 5, "generations": 1, "polish": 0, "optima": 1}
+    names = ["mass_ratio", "frequency_ratio", "zeta2"]
+    tuned = nv.tune(
+        "tmd", tmp_path / "a.h5", free={name: {} for name in names}, search=few,
+        surface={"parameters": names[:2], "size": 3}, quiet=True,
+    )  # fmt: skip
+    figure = tuned.plot()
+    zeta2 = tuned.parameters["zeta2"]
+    last = figure.get_suptitle().splitlines()[-1]
+    assert last == rf"with $\zeta_2$ = {zeta2:.4g} as in the best"
+    assert figure.axes[0].get_ylabel().endswith(", over f1, $f_2/f_1$")
+
+
 def test_near_equal_optima_lie_apart():
     units = np.array([[0.1, 0.1], [0.12, 0.1], [0.9, 0.9], [0.5, 0.5], [0.9, 0.88], [0.1, 0.9]])
     values = np.array([10.0, 10.01, 10.1, 20.0, 10.05, np.inf])

@@ -13,9 +13,10 @@ import numpy as np
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers, spaced
 from nlds_vines.cli.running import RunOptions, optional_path
-from nlds_vines.errors import from_text
+from nlds_vines.errors import at, from_text
 from nlds_vines.loads.command import LOAD
 from nlds_vines.loads.request import HistoryRequest
+from nlds_vines.model.catalog import as_system
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -149,7 +150,13 @@ class Job(commands.Job):
     def failure(self, results: Tuned) -> str:
         if results.optima:
             return ""
-        return f"no design was admissible: `status` of {self.archive} says why"
+        why = f"no design was admissible: `status` of {self.archive} says why"
+        history, level = self.request.history, self.request.search.objective.removeprefix("last_")
+        if history is not None and level.isdecimal():
+            why += (
+                f"; if it is ok, E1 exceeds {level} % of its largest after {history.duration:g} s"
+            )
+        return why
 
     def plan(self) -> list[str]:
         tuning = self.request
@@ -174,8 +181,9 @@ class Job(commands.Job):
             f"objective: {tuning.objective_in_words}",
             f"judged:   by the {tuning.judged}: {cases_in_words}{from_rest}",
             *(f"axis:     {axis.heading()}" for axis in tuning.over),
-            f"search:   {search.method}, {search.population} designs in each of at most "
-            f"{search.generations + 1} generations, seeds {search.seed} to {search.all_seeds[-1]}",
+            f"search:   {search.method}, {search.population} first designs and as many in each of "
+            f"at most {search.generations} generations, "
+            f"seeds {search.seed} to {search.all_seeds[-1]}",
             f"designs:  at most {tuning.most_evaluations}, {orbits} orbits each",
             f"periods:  {tuning.transient} + {tuning.periods} each, "
             f"at most {tuning.most_lanes * each} in all"
@@ -183,6 +191,11 @@ class Job(commands.Job):
             else f"followed: {history.duration:g} s each",
             f"archive:  {self.archive}",
         ]
+
+
+def _system(text: str) -> dict[str, Any]:
+    with at("--system"):  # `load_tuning` refuses a system without a force unless there is a load
+        return {"system": as_system(text, needs_force=False)}
 
 
 def _spread(option: str, text: str) -> dict[str, Any]:
@@ -213,7 +226,7 @@ def _over(option: str, text: str) -> dict[str, Any]:
 
 
 OPTIONS = (
-    SYSTEM,
+    replace(SYSTEM, read=_system),
     SET,
     Option("--free", "NAME[=LOW:HIGH]", "tune this too, or within these bounds", _free, True),
     Option(

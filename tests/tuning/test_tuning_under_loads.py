@@ -84,6 +84,22 @@ def test_requests_of_the_steady_state_name_no_load():
     assert "duration" not in document["sampling"]
 
 
+def test_the_plan_counts_generations_as_the_option_does(capsys):
+    assert main(["--system", "tmd", "--generations", "8", "--dry-run"]) == 0
+    plan = capsys.readouterr().out
+    assert "60 first designs and as many in each of at most 8 generations" in plan
+
+
+def test_a_level_that_no_design_reaches_is_named(here, ask, monkeypatch):
+    def too_short(_, trials):
+        return np.tile([np.inf, np.nan, OK, 0.0], (len(trials), 1))
+
+    monkeypatch.setattr(Objective, "results", too_short)
+    few = "--population 5 --generations 1 --polish 0 --quiet"
+    _, error = ask(*f"tuning --system tmd --impulse 9 --duration 3 {few}".split(), status=1)
+    assert "if it is ok, E1 exceeds 1 % of its largest after 3 s" in error
+
+
 def test_options_mean_the_same_as_a_file(file, capsys):
     words = ["--system", "tmd", "--impulse", "900", "--free", "k2=500:5000", "--duration", "9",
              "--over", "scale=0.5,1", "--uncertain", "k1=5%", "--uncertain", "m1=20:uniform",
@@ -155,6 +171,14 @@ def test_a_load_needs_no_harmonic_force_and_all_else_does(error_of):
         assert "'tmd' are missing: P, omega" in error_of(load, document)
     parameters = {**STRUCTURE, "P": 5.0}
     assert "are missing: omega" in error_of(load_tuning, {**harmonic, "system": parameters})
+
+
+def test_a_system_of_a_file_needs_no_harmonic_force_under_a_load(here, ask):
+    entries = (f"{k} = {v!r}" for k, v in STRUCTURE.items())
+    (here / "mine.toml").write_text("\n".join(["[system]", *entries]))
+    words = "tuning --system mine.toml --dry-run"
+    ask(*f"{words} --impulse 100".split())
+    assert "are missing: P, omega" in ask(*words.split(), status=2)[1]
 
 
 def test_a_band_stays_in_hertz_in_request_title_and_report():

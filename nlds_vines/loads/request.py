@@ -17,7 +17,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import as_system, refuse_without_force, system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
 from nlds_vines.model.parameters import DESCRIBED, LAWS, SECOND
-from nlds_vines.model.quantities import OF_LOADS
+from nlds_vines.model.quantities import OF_LOADS, stored_in
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
 from nlds_vines.model.samples import SAMPLE, Samples, samples_in
 from nlds_vines.model.scenes import Scene
@@ -293,11 +293,13 @@ def is_of_load(name: str) -> bool:
 def objectives_of_loads(scene: Scene, shaken: bool) -> dict[str, str]:
     """Return the quantities that a tuning under a load can minimize, with their units.
 
-    Contacts need walls, and the drift an acceleration of the ground (`shaken`).
+    Contacts need walls, accelerations and contact forces a law under which impacts take time,
+    impulses one under which they do not, and the drift an acceleration of the ground (`shaken`).
     """
-    excluded = {"damping_ratio", "balance"}
+    excluded = {entry.name for entry in stored_in("response") if not entry.has(scene)}
+    excluded = excluded - {"drift_max"} | {"damping_ratio", "balance"}
     if not scene.walls:
-        excluded |= {"share_contact", "force_max", "impulse_max", "impact_count"}
+        excluded |= {"share_contact", "impact_count"}
     if not shaken:
         excluded |= {"drift_max"}
     return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in excluded}

@@ -27,6 +27,7 @@ from nlds_vines.model.catalog import refuse_without_force
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.parameters import (
     DESCRIBED,
+    LAWS,
     PARAMETERS,
     range_in_words,
     setting_in_words,
@@ -261,9 +262,12 @@ class Tuning(Request):
     @property
     def objectives(self) -> Mapping[str, str]:
         """The possible objectives by name, with their units."""
+        return self._objectives_in(self.system.scene)
+
+    def _objectives_in(self, scene: Scene) -> Mapping[str, str]:
         if self.history is None:
-            return objectives_of(self.system.scene)
-        return objectives_of_loads(self.system.scene, self.history.load.shaken)
+            return objectives_of(scene)
+        return objectives_of_loads(scene, self.history.load.shaken)
 
     @property
     def unit(self) -> str:
@@ -330,6 +334,16 @@ class Tuning(Request):
         """Refuse unknown names, two statements about one parameter, and draws of nothing."""
         scene, search, history, names = self.system.scene, self.search, self.history, self.names
         over, uncertain = [axis.name for axis in self.over], [one.name for one in self.uncertain]
+        if search.objective not in self.objectives:
+            both, given = scene.law_2 is not None, self.system.parameters
+            scenes = {law: scene.under(law, law if both else "", given) for law in LAWS}
+            laws = [law for law in LAWS if search.objective in self._objectives_in(scenes[law])]
+            if laws:
+                raise RequestError(
+                    f"objective {search.objective} does not exist under law "
+                    f"{' and '.join(law.name for law in scene.laws)}; allowed: law "
+                    f"{' or '.join(laws)}, or objective {', '.join(self.objectives)}"
+                )
         choice("objective", search.objective, self.objectives)
         allowed = tunable(scene)
         if not names:

@@ -119,6 +119,7 @@ def test_options_mean_the_same_as_a_file(file, capsys):
         ({"sampling": {"duration": 3.0}}, "duration is not used without [load]"),
         ({**BLOW, "search": {"objective": "last_2"}}, "did you mean 'last_1'"),
         ({**BLOW, "search": {"objective": "balance"}}, "unknown objective 'balance'"),
+        ({**BLOW, "search": {"objective": "force_max"}}, "unknown objective 'force_max'"),
         ({**BLOW, "search": {"objective": "impact_count"}}, "unknown objective 'impact_count'"),
         ({**COARSE, "over": {"k1": {"values": [40000.0, 4e6]}}}, "the natural period 0.09"),
         ({**COARSE, "over": {"f1": {"values": [1.0, 11.0]}}}, "the natural period 0.0909"),
@@ -148,6 +149,31 @@ def test_options_mean_the_same_as_a_file(file, capsys):
 )  # fmt: skip
 def test_a_wrong_request_is_one_line(changes, message, error_of):
     assert message in error_of(load_tuning, "tmd", changes)
+
+
+@pytest.mark.parametrize("load", [{}, BLOW])
+@pytest.mark.parametrize(
+    ("law", "law_2", "objective", "message"),
+    [
+        ("restitution", "", "a1_max", "under law restitution; allowed: law hertz or power or"),
+        ("restitution", "", "force_max", "under law restitution; allowed: law hertz or power or"),
+        ("restitution", "linear", "a1_max", "under law restitution and linear; allowed: law hertz"),
+        ("hertz", "", "impulse_max", "under law hertz; allowed: law restitution, or objective"),
+        ("restitution", "linear", "force_max", ""),
+        ("restitution", "", "impulse_max", ""),
+        ("hertz", "", "a1_max", ""),
+    ],
+)
+def test_an_objective_that_a_contact_law_does_not_have_is_refused(
+    load, law, law_2, objective, message, error_of
+):
+    laws = {"law": law, **({"e": 0.6} if law == "restitution" else {})}
+    laws |= {"law_2": law_2, "kc_2": 1e6} if law_2 else {}
+    changes = {**load, "set": laws, "search": {"objective": objective}}
+    if message:
+        assert f"{objective} does not exist {message}" in error_of(load_tuning, "ssbl", changes)
+    else:
+        assert load_tuning("ssbl", changes).search.objective == objective
 
 
 STRUCTURE = {

@@ -109,7 +109,7 @@ class System:
     def _gap(self, one: Attractor, other: Attractor) -> float:
         """Return the distance of two attractors: least of cycles, smaller median of clouds."""
         measure = np.min if one.period else np.median
-        return float(min(measure(way) for way in _distances(one, other, self.unit)))
+        return float(min(measure(each) for each in _distances(one, other, self.unit)))
 
     def _add_periodic(self, label: str, n: int, states: np.ndarray, lanes: np.ndarray) -> None:
         left, scaled = np.arange(lanes.size), _scaled(states, self.unit)
@@ -230,7 +230,7 @@ def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[i
     steps = np.empty((len(numbers), len(now)))
     for (i, number), (j, one) in product(enumerate(numbers), enumerate(now)):
         unit = np.maximum(before[number].unit, one.unit)
-        steps[i, j] = max(way.mean() for way in _distances(before[number], one, unit))
+        steps[i, j] = max(each.mean() for each in _distances(before[number], one, unit))
     pairs = dict[int, int]()
     for i, j in zip(*linear_sum_assignment(steps), strict=True):
         others = [*np.delete(steps[i], j), *np.delete(steps[:, j], i), FAR / NEAR]

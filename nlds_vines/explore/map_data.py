@@ -82,7 +82,7 @@ class Stored:
         return frequency_in(self.unit, value_of)
 
     def shown(self, name: str) -> tuple[str, float]:
-        """Return what is shown for a parameter, and the parameter [SI units] where that is 1."""
+        """Return the name shown for a parameter, and the value [SI units] that is shown as 1."""
         return self.frequency if name == "omega" else (name, 1.0)
 
     @cached_property

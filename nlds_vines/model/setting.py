@@ -430,8 +430,8 @@ class Merged:
                 raise RequestError(f"{key} = {shown(entries)} must be one or more tables [[{key}]]")
             for place, entry in enumerate(entries, start=1):
                 with at(f"[[{key}]] {place}"):
-                    given = [(*by_key[k], k, v) for k, v in table("it", entry, by_key).items()]
-                    rows.append(record(**{name: check(k, v) for name, check, k, v in given}))
+                    columns = [(*by_key[k], k, v) for k, v in table("it", entry, by_key).items()]
+                    rows.append(record(**{name: check(k, v) for name, check, k, v in columns}))
         return rows
 
     def axes(self, name: str) -> tuple[Axis, ...]:

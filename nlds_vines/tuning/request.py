@@ -335,8 +335,8 @@ class Tuning(Request):
         scene, search, history, names = self.system.scene, self.search, self.history, self.names
         over, uncertain = [axis.name for axis in self.over], [one.name for one in self.uncertain]
         if search.objective not in self.objectives:
-            both, given = scene.law_2 is not None, self.system.parameters
-            scenes = {law: scene.under(law, law if both else "", given) for law in LAWS}
+            both, parameters = scene.law_2 is not None, self.system.parameters
+            scenes = {law: scene.under(law, law if both else "", parameters) for law in LAWS}
             laws = [law for law in LAWS if search.objective in self._objectives_in(scenes[law])]
             if laws:
                 raise RequestError(

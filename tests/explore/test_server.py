@@ -177,8 +177,8 @@ def test_samples_are_refused_in_one_line(command, here, refusal):
     samples = {"k1": np.array([3.9e4, 4e4]), "C": np.array([0.06, 0.062])}
     sampling = {"transient": 10, "periods": 8}
     nv.scan("ssul-set6", samples=samples, sampling=sampling, to="samples.h5", quiet=True)
-    for more in ([], ["--dry-run"]):
-        line = refusal(command, "samples.h5", *more)
+    for options in ([], ["--dry-run"]):
+        line = refusal(command, "samples.h5", *options)
         assert line.count("\n") == 1
         assert "samples have no axis" in line
         assert "--at sample=3" in line

@@ -489,7 +489,9 @@ class ArchiveView(Outlined):
     def _columns(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Return the columns of a table by name: first the dimensions, then the datasets."""
         dims = self.dims("status")
-        names = names or tuple(name for name in self.names if self.dims(name) == dims)
+        if not names:  # of random sets, the parameters of each set first
+            sets = [name for name in self.names if self.dims(name) == ("sample",) != dims]
+            names = (*sets, *(name for name in self.names if self.dims(name) == dims))
         longest = max((self.dims(name) for name in names), key=len)
         rows = tuple(dim for dim in longest if dim != _COMPONENT)
         grid = np.meshgrid(*(self[dim] for dim in rows), indexing="ij")

@@ -59,6 +59,9 @@ def test_the_archive_has_the_table_and_gives_back_each_orbit(tmp_path):
             assert view[name].tolist() == values
             assert view.dims(name) == ("sample",)
         assert view.units("f") == "Hz"
+        view.to_csv(tmp_path / "draws.csv")
+        head = (tmp_path / "draws.csv").read_text().partition("\n")[0]
+        assert head.startswith(f"sample,start,{','.join(sorted(COLUMNS))},")
         sections = view["section"]
     orbit = nv.orbit_of(scan, sample=3, quiet=True)
     assert np.array_equal(orbit.section, sections[2, 0])

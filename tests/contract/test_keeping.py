@@ -132,6 +132,7 @@ def test_no_task_counts_compiling_as_pace(command, folder, ask, monkeypatch):
         note(self, count, words)
 
     monkeypatch.setattr(Compilation, "followed", slow)
+    monkeypatch.setattr("nlds_vines.orbits.batch._loaded", set())  # of tests before in this process
     monkeypatch.setattr(Progress, "note", checked)
     monkeypatch.setattr("nlds_vines.runs.progress.LINE_EVERY", 0.0)
     monkeypatch.setattr(

@@ -16,9 +16,9 @@ from nlds_vines.kernels.orbit.repetition import same_bits
 WANT = ["section", "impacts", "energy", "peak", "clearance", "response", "impact_section"]
 SCANS = {
     "one wall": ("ssul-set6", [5.0, 6.05, 7.39]),  # 6.05: sections cut impacts; 7.39: irregular
-    "two walls": ("ssbl", [6.28]),
+    "two walls": ("ssbl", [5.2, 6.28]),
     "set 1": ("ssul-set1", [5.9, 7.3]),
-    "irregular": ("vi-nes", [5.5]),
+    "irregular": ("vi-nes", [5.5, 6.28]),
 }
 
 

@@ -490,8 +490,9 @@ class ArchiveView(Outlined):
         """Return the columns of a table by name: first the dimensions, then the datasets."""
         dims = self.dims("status")
         if not names:  # of random sets, the parameters of each set first
-            sets = [name for name in self.names if self.dims(name) == ("sample",) != dims]
-            names = (*sets, *(name for name in self.names if self.dims(name) == dims))
+            columns_of_sets = [name for name in self.names if self.dims(name) == ("sample",)]
+            others = [name for name in self.names if self.dims(name) == dims]
+            names = (*dict.fromkeys([*columns_of_sets, *others]),)
         longest = max((self.dims(name) for name in names), key=len)
         rows = tuple(dim for dim in longest if dim != _COMPONENT)
         grid = np.meshgrid(*(self[dim] for dim in rows), indexing="ij")

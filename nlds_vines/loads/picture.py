@@ -412,7 +412,9 @@ def _samples(axes: Axes, scan: LoadScan, name: str) -> None:
     if other in columns:
         axes.set(xlabel=_axis(scan.request, other), ylabel=_label(name))
     else:
-        axes.set(xlabel=_label(name), ylabel="share of samples" + " above" * bool(other))
+        axes.set(
+            xlabel=_label(name), ylabel="share of samples above" if other else "share of samples"
+        )
         if other:
             axes.set_yscale("log")
 

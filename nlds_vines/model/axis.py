@@ -54,7 +54,7 @@ class Axis(Outlined):
 
     @property
     def as_stated(self) -> Axis:
-        """The axis as it was given, along f [Hz] for omega."""
+        """The axis that the request states: f [Hz] if omega follows from it, else this one."""
         return self.stated or self
 
     def heading(self) -> str:

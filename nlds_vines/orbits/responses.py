@@ -36,9 +36,8 @@ def objectives_of(scene: Scene) -> dict[str, str]:
 
 
 def moving(scene: Scene) -> dict[str, bool | None]:
-    """Return whether the structure's foot moves, and whether positions count from a moving ground.
-
-    Kernels take True or None.
+    """Return `foot`, True if the structure's foot moves, and `ground`, True if the ground does and
+    positions are relative to it; otherwise None, as kernels take it.
     """
     return {"foot": True if scene.foot else None, "ground": True if scene.relative else None}
 

@@ -80,7 +80,7 @@ STARTS = (
     *(HUES[name] for name in ("vermillion", "blue", "pink", "orange", "sky")),
     "#555555",
 )
-"""Colors of starts without a color of their own, the last one too dark for a dark page."""
+"""Colors of starts that have none in the palette. The last one is too dark for a dark page."""
 
 
 def axis_label(parameter: str) -> str:

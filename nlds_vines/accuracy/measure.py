@@ -12,9 +12,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from nlds_vines.errors import RequestError
+from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.system import System
+from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.classification import classify
 from nlds_vines.orbits.simulation import IntegrationError, simulate
+from nlds_vines.orbits.solver_settings import chosen_settings
 
 EXACT = tuple(float(f"1e-{k}") for k in range(3, 14))  # tolerances, from coarse to fine
 RK4 = (64, 128, 256, 512, 1024, 2048, 4096, 8192)  # steps in a forcing period
@@ -23,11 +27,15 @@ FINEST: dict[str, Any] = {"nodes": 24, "contact_steps": 160.0}  # of `exact`: th
 CONFIRMING: dict[str, Any] = {"method": "rk4", "period_steps": 16384.0}  # no formula in common
 DISTURBANCE = 1e-8  # of the start [m, m/s], whose growth is measured
 BELIEVED = 1e-8  # largest distance of reference and confirmation, in units of that growth
+SECTION = ("section",)  # the record of all orbits, so that one set of kernels is compiled
 REPEATS, SHORTEST, PATIENCE = 5, 0.05, 1.0  # runs to time, and how long they take [s]
 BUDGET = 240_000  # evaluations of equation (5) in a forcing period, after which SciPy is stopped
 
-Follow = Callable[[float, Any, int], np.ndarray]
-"""(setting, start or None for rest, forcing periods) -> the last state."""
+Follow = Callable[[float, int, int], np.ndarray]
+"""(setting, forcing periods, repeats) -> the last state of an orbit that starts at rest.
+
+The orbit is computed from its start `repeats` times, for timing.
+"""
 
 Methods = Mapping[str, tuple[Sequence[float], Follow]]
 """The settings of each method, from coarse to fine, and the function that follows an orbit."""
@@ -51,7 +59,7 @@ class Reference(NamedTuple):
 class Result(NamedTuple):
     """A method at a setting: error of the last state [m, m/s] and CPU time of a forcing period [s].
 
-    `failure` says why there is no measurement.
+    The time is the mean over the periods of that orbit.  `failure` says why nothing was measured.
     """
 
     method: str
@@ -78,9 +86,14 @@ def methods(system: System, peers: bool = True) -> Methods:
 
 
 def _ours(system: System, method: str, name: str) -> Follow:
-    def follow(setting: float, start: Any, periods: int) -> np.ndarray:
-        options: dict[str, Any] = {"method": method, name: float(setting)}
-        return simulate(system, periods, start=start, record=(), **options).state
+    def follow(setting: float, periods: int, repeats: int = 1) -> np.ndarray:
+        settings = chosen_settings(method, {name: float(setting)})
+        kernels = Kernels(Wanted(system.scene, SECTION, method, "standard", settings))
+        cells, at_rest = np.full((repeats, 1), system.cells()), np.zeros((repeats, 4))
+        sections, status = kernels.states(cells, at_rest, Span(0, periods, 1))
+        if status[0, 0] != OK:
+            raise IntegrationError.of(system, int(status[0, 0]))
+        return np.asarray(sections[0, 0, -1])
 
     return follow
 
@@ -90,8 +103,8 @@ def _scipy(system: System) -> Follow:
     right_side, stiffness = equation(system), system.structure[1]
     length = system.force / stiffness if stiffness else 0.0
 
-    def follow(rtol: float, start: Any, periods: int) -> np.ndarray:
-        left = periods * BUDGET
+    def follow(rtol: float, periods: int, repeats: int = 1) -> np.ndarray:
+        left = repeats * periods * BUDGET
 
         def rates(t: float, y: np.ndarray) -> list[float]:
             nonlocal left
@@ -100,12 +113,13 @@ def _scipy(system: System) -> Follow:
                 raise ArithmeticError(f"more than {BUDGET} evaluations a period, t = {t:.6g} s")
             return right_side(t, *y.tolist())
 
-        y, times = rest_of(system) if start is None else start, (periods * system.period,)
-        with np.errstate(all="ignore"):
-            atol = rtol * (length or 1e-3)
-            run = solve_ivp(rates, (0.0, *times), y, "DOP853", times, rtol=rtol, atol=atol)
-        if run.status < 0:
-            raise ArithmeticError(run.message)
+        y, times = rest_of(system), (periods * system.period,)
+        atol = rtol * (length or 1e-3)
+        for _ in range(repeats):
+            with np.errstate(all="ignore"):
+                run = solve_ivp(rates, (0.0, *times), y, "DOP853", times, rtol=rtol, atol=atol)
+            if run.status < 0:
+                raise ArithmeticError(run.message)
         return run.y[:, -1]
 
     return follow
@@ -164,12 +178,12 @@ def reference(system: System, periods: int) -> Reference:
     orbit cannot be followed.
     """
     try:
-        state = simulate(system, periods, record=(), **FINEST).state
-        confirming = simulate(system, periods, record=(), **CONFIRMING).state
+        state = simulate(system, periods, record=SECTION, **FINEST).state
+        confirming = simulate(system, periods, record=SECTION, **CONFIRMING).state
         growth = 1.0
         for change in DISTURBANCE * np.eye(len(state)):
             start = rest_of(system) + change
-            moved = simulate(system, periods, start=start, record=(), **FINEST).state
+            moved = simulate(system, periods, start=start, record=SECTION, **FINEST).state
             growth = max(growth, float(np.abs(moved - state).max()) / DISTURBANCE)
     except IntegrationError as error:
         raise RequestError(f"{system.name}: there is no reference: {error}") from None
@@ -188,37 +202,39 @@ def reference(system: System, periods: int) -> Reference:
 
 def measured(truth: Reference, contenders: Methods) -> Iterator[Result]:
     """Yield the results of all methods, each from coarse to fine."""
-    # a timed orbit begins where the measured one ends, without its transient
-    later = None if truth.system.scene.limit else truth.state
     for method, (settings, follow) in contenders.items():
         for setting in settings:
             try:
-                state = follow(setting, None, truth.periods)
+                state = follow(setting, truth.periods, 1)
                 error = float(np.abs(state - truth.state).max())
                 if not math.isfinite(error):
                     raise ArithmeticError("the state is not finite")
-                seconds = seconds_of(follow, setting, later, truth.periods)
+                seconds = seconds_of(follow, setting, truth.periods)
             except (ArithmeticError, ValueError, IntegrationError) as failure:
                 yield Result(method, setting, failure=str(failure))
             else:
                 yield Result(method, setting, error, seconds)
 
 
-def seconds_of(follow: Follow, setting: float, start: Any, periods: int) -> float:
-    """Return the CPU time of a forcing period [s]; whatever is compiled is compiled before."""
+def seconds_of(follow: Follow, setting: float, periods: int) -> float:
+    """Return the CPU time of a forcing period [s]; whatever is compiled is compiled before.
 
-    def spent(count: int) -> float:
+    A short orbit is timed over repeats of its own periods: in a longer one the periods of a
+    settled motion would repeat to the bit and be copied.
+    """
+
+    def spent(repeats: int) -> float:
         began = time.process_time()
-        follow(setting, start, count)
+        follow(setting, periods, repeats)
         return time.process_time() - began
 
-    spent(periods)
-    first = spent(periods)
-    if first < SHORTEST:  # more periods, over which the cost of a call is spread
-        periods *= 2 ** math.ceil(math.log2(min(SHORTEST / max(first, 1e-6), 1e4)))
-        first = spent(periods)
-    times = [first, *(spent(periods) for _ in range(REPEATS if first < PATIENCE else 0))]
-    return statistics.median(times) / periods
+    spent(1)
+    repeats, first = 1, spent(1)
+    if first < SHORTEST:  # spread the cost of a call
+        repeats = 2 ** math.ceil(math.log2(min(SHORTEST / max(first, 1e-6), 1e4)))
+        first = spent(repeats)
+    times = [first, *(spent(repeats) for _ in range(REPEATS if first < PATIENCE else 0))]
+    return statistics.median(times) / (repeats * periods)
 
 
 def advised(results: Sequence[Result], want: float) -> Result | None:

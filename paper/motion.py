@@ -8,8 +8,8 @@ from nlds_vines.orbits.responses import relative_displacement
 from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, spectrum_of
 from nlds_vines.portrait.request import load_portrait
+from nlds_vines.portrait.result import View
 from nlds_vines.portrait.run import views_of
-from nlds_vines.portrait.window_view import View
 from paper.claims.measured import POWER, Breadth, Missing, Motion
 from paper.request import FigureRequest
 

@@ -5,8 +5,7 @@ In reading order:
     map_data           the results of all cells
     map_view           images of them, legends, a cell in words
     live_orbit         one orbit: arrays of its panels, words, files
-    map_computation    parts of maps, orbits and kernels, in the background
-    chosen             the state of a page, and its sliders
+    page_state         the state of a page; parts of maps, orbits and kernels, in the background
     figures            Bokeh figures, and the frame of all pages
     live_page          the page of `explore` and its callbacks
     page_server        its local server: address, token, end

@@ -119,7 +119,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         say(f"{scan.title}: {varied}; {sides} cells, {scan.starts} starts each")
         return DONE
     with closing(listening(port)) as place:
-        from nlds_vines.explore.map_computation import Opened
+        from nlds_vines.explore.page_state import Opened
 
         opened = Opened(results or scan, options.frequency)
         opened.begin()  # loads kernels while Bokeh is imported

@@ -25,7 +25,7 @@ from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import contact_forces, harmonic_force, relative_displacement
 from nlds_vines.portrait.request import Column, PortraitRequest, Window
-from nlds_vines.portrait.window_view import View
+from nlds_vines.portrait.result import View
 
 if TYPE_CHECKING:
     from nlds_vines.orbits.classification import Regime
@@ -284,7 +284,7 @@ def portrait_command(request: PortraitRequest) -> str:
 
 def picture(request: PortraitRequest, view: View) -> str:
     """Return the portrait of an orbit as a picture (.png) in base64."""
-    from nlds_vines.plotting.save import save_figure
+    from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.portrait.picture import portrait
 
     with TemporaryDirectory() as folder:

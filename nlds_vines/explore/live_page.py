@@ -1,6 +1,6 @@
 """The page in one browser: its widgets, its figures, and their callbacks.
 
-The thread of the server computes nothing: the threads of `map_computation` compute orbits and maps
+The thread of the server computes nothing: the threads of `page_state` compute orbits and maps
 and leave the results for the next tick of the document.
 """
 
@@ -23,10 +23,9 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import CellStart
 from nlds_vines.errors import RequestError, number, printable
 from nlds_vines.explore import figures, live_orbit, map_view
-from nlds_vines.explore.chosen import Chosen, SliderSpec, sliders_of
 from nlds_vines.explore.live_orbit import LiveOrbit
-from nlds_vines.explore.map_computation import READY, Job, Opened
 from nlds_vines.explore.map_data import Stored
+from nlds_vines.explore.page_state import READY, Chosen, Job, Opened, SliderSpec, sliders_of
 
 PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
 """The least time between two images of a map under way: seconds, multiples of the painting time."""
@@ -36,17 +35,13 @@ MAP_SIZE = (700, 340)
 
 
 def in_words(error: Exception) -> str:
-    """Return an error in one line, with its type unless it is a `RequestError`."""
     words = printable(str(error))
     is_plain = isinstance(error, RequestError) and words
     return words if is_plain else f"{type(error).__name__}: {words}"
 
 
 class Page:
-    """A page.
-
-    Attributes: `chosen`, its state; `job`, the map that it computes; `orbit`, the shown one.
-    """
+    """A page: `chosen` is its state, `job` the map that it computes, `orbit` the shown one."""
 
     def __init__(self, document: Document, opened: Opened) -> None:
         self.document, self.opened = document, opened
@@ -86,7 +81,7 @@ class Page:
         self.back = self.button("← back", partial(self.step, -1))
         self.forward = self.button("forward →", partial(self.step, 1))
         self.cancel = self.button("cancel", self.cancel_job, visible=False)
-        here = self.button("compute what is seen finer", self.refine_here)
+        here = self.button("compute what is seen finer", self.refine)
         for made in self.map.figures:
             self.on_event(made, events.Tap, self.tap)
             self.on_event(made, events.DoubleTap, self.tap)  # the second of two quick clicks
@@ -136,9 +131,9 @@ class Page:
             self.on(exact, "value", partial(self.set_value, spec.name))
             self.sliders[spec.name] = spec, slider, exact
         rows = [row(*pair, sizing_mode="stretch_width") for _, *pair in self.sliders.values()]
+        sliders = column(*rows, css_classes=["sliders"], **figures.WIDE)
         original = self.button("as in the map", self.take_original)
         recompute = self.button("compute the map with these", self.recompute)
-        sliders = column(*rows, css_classes=["sliders"], **figures.WIDE)
         head = figures.text(text="<b>Parameters</b>")
         return [head, row(original, recompute, **figures.WIDE), sliders]
 
@@ -170,7 +165,7 @@ class Page:
         model.on_event(event, partial(self.guarded, call))
 
     def guarded(self, call: Callable[..., object], *arguments: Any) -> None:
-        """Call something and show its exception on the page."""
+        """Show an exception of `call` on the page."""
         try:
             call(*arguments)
         except Exception as error:
@@ -222,12 +217,12 @@ class Page:
         self.choose((min(max(i + right, 0), sides[0] - 1), min(max(j + up, 0), sides[1] - 1)))
 
     def hover(self, event: Any) -> None:
-        """Show the results of the cell under the pointer, beside it."""
         cell = self.map.cell_at(event.x, event.y)
         if cell is None:
             self.tip.visible = False
             return
-        lines = map(escape, self.cell_in_words(cell))
+        results, start = self.chosen.results, int(self.start.value)
+        lines = map(escape, map_view.cell_in_words(results, cell, start))
         self.tip.text = f"<b>{next(lines)}</b><br>{'<br>'.join(lines)}"
         is_right = event.sx > self.size[0] / 2
         self.tip.css_classes = ["tip", "left"] if is_right else ["tip"]
@@ -270,21 +265,22 @@ class Page:
         system = self.chosen.system()
         begin = self.chosen.begins(system)
         self.show_values()
-        self.asked += 1
+        self.asked = number = self.asked + 1
         results, history = self.chosen.results, self.chosen.history
-        arguments = system, begin.state, results.scan, history, results.unit
-        self.opened.aside(self.compute, self.asked, begin.words, arguments)
 
-    def compute(self, number: int, words: str, arguments: Any) -> None:
-        """Follow an orbit, in the thread of all orbits."""
-        if number != self.asked or self.closed:
-            return
-        try:
-            orbit = live_orbit.live_orbit(*arguments)
-        except Exception as error:
-            self.later(self.show_nothing, in_words(error))
-        else:
-            self.later(self.show_orbit, words, orbit)
+        def compute() -> None:  # in the thread of all orbits
+            if number != self.asked or self.closed:
+                return
+            try:
+                orbit = live_orbit.live_orbit(
+                    system, begin.state, results.scan, history, results.unit
+                )
+            except Exception as error:
+                self.later(self.show_nothing, in_words(error))
+            else:
+                self.later(self.show_orbit, begin.words, orbit)
+
+        self.opened.aside(compute)
 
     def show_nothing(self, trouble: str) -> None:
         self.orbit = None
@@ -347,7 +343,6 @@ class Page:
                 self.show.value = options[0][0]
 
     def repaint(self) -> None:
-        """Paint the map, or the visible part of the diagram."""
         results, show, main = self.chosen.results, self.shows[self.show.value], self.map.main
         if self.map.is_map:
             picture = map_view.painted(results, show, int(self.start.value))
@@ -375,23 +370,20 @@ class Page:
     def mark(self) -> None:
         """Mark the chosen cell, and describe it in the line below the map."""
         self.map.choose(self.chosen.cell)
-        head, *lines = self.cell_in_words(self.chosen.cell)
+        results, start = self.chosen.results, int(self.start.value)
+        head, *lines = map_view.cell_in_words(results, self.chosen.cell, start)
         self.readout.text = escape("; ".join(filter(None, (lines[0], head, *lines[1:]))))
-
-    def cell_in_words(self, cell: tuple[int, int]) -> list[str]:
-        return map_view.cell_in_words(self.chosen.results, cell, int(self.start.value))
 
     def select_rectangle(self, event: Any) -> None:
         if event.final and event.geometry["type"] == "rect":
             g = event.geometry
             self.refine((g["x0"], g["x1"]), (g["y0"], g["y1"]))
 
-    def refine_here(self) -> None:
-        x, y = self.map.main.x_range, self.map.main.y_range
-        self.refine((x.start, x.end), (y.start, y.end))
-
     def refine(self, *sides: tuple[float, float]) -> None:
-        """Begin to compute a part of the map finer; the coarse cells stay beneath it."""
+        """Begin to compute a part of the map, by default the visible one, finer."""
+        if not sides:
+            spans = self.map.main.x_range, self.map.main.y_range
+            sides = tuple((span.start, span.end) for span in spans)
         ranges = [
             (min(map(place.parameter, side)), max(map(place.parameter, side)))
             for place, side in zip(self.map.places, sides, strict=False)
@@ -402,7 +394,7 @@ class Page:
         self.compute_map(self.chosen.part(), beneath=False)
 
     def compute_map(self, scan: Scan, beneath: bool) -> None:
-        """Compute a map in the background and show it meanwhile."""
+        """Compute a map, with the map before `beneath` it or without, and show it meanwhile."""
         if self.job is not None:
             self.job.cancelled = True
         self.job = job = Job(scan, self.changed, self.chosen.results.unit)
@@ -417,8 +409,7 @@ class Page:
         self.follow()
         job.start()
 
-    def changed(self) -> None:
-        """Show new results soon; called in the threads of the work."""
+    def changed(self) -> None:  # in the threads of the work
         self.later(self.show_progress)
 
     def show_progress(self) -> None:
@@ -494,20 +485,21 @@ class Page:
         )
 
     def draw(self) -> None:
-        """Draw the orbit as `portrait` does, in the thread of all orbits."""
-        if self.orbit is None:
+        """Draw the orbit as `portrait` does."""
+        if (orbit := self.orbit) is None:
             raise RequestError("there is no orbit to draw yet")
         self.say_trouble("drawing the picture ...")
-        self.opened.aside(self.drawn, self.orbit)
 
-    def drawn(self, orbit: LiveOrbit) -> None:
-        try:
-            picture = live_orbit.picture(orbit.request, orbit.view)
-        except Exception as error:
-            self.later(self.say_trouble, in_words(error))
-        else:
-            self.later(self.say_trouble, "")
-            self.later(lambda: self.offer_files(picture) if orbit is self.orbit else None)
+        def work() -> None:  # in the thread of all orbits
+            try:
+                picture = live_orbit.picture(orbit.request, orbit.view)
+            except Exception as error:
+                self.later(self.say_trouble, in_words(error))
+            else:
+                self.later(self.say_trouble, "")
+                self.later(lambda: self.offer_files(picture) if orbit is self.orbit else None)
+
+        self.opened.aside(work)
 
     def close(self) -> None:
         self.closed = True

@@ -44,8 +44,7 @@ from nlds_vines.model.quantities import ERROR, OF_LOADS, OF_LOADS_BY_NAME, SHARE
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.bands import edges, logarithmic
-from nlds_vines.plotting.chosen_panels import Picture
-from nlds_vines.plotting.notation import in_latex, raised, typeset
+from nlds_vines.plotting.chosen_panels import Picture, let_figures_be_shown
 from nlds_vines.plotting.page import (
     LETTER_ROOM,
     TWO_COLUMNS,
@@ -58,8 +57,18 @@ from nlds_vines.plotting.page import (
     write_letters,
 )
 from nlds_vines.plotting.palette import damper_colors
-from nlds_vines.plotting.save import let_figures_be_shown
-from nlds_vines.plotting.style import CM, GRAY, HUES, NO_VALUE, SHADES, axis_label, labeled
+from nlds_vines.plotting.style import (
+    CM,
+    GRAY,
+    HUES,
+    NO_VALUE,
+    SHADES,
+    axis_label,
+    in_latex,
+    labeled,
+    raised,
+    typeset,
+)
 
 _PANEL, _BARS = 4.8 * CM, 0.75 * CM  # inches, heights of a panel and of the bar of a damper
 _MAP = 5.0 * CM  # inches

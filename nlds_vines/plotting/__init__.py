@@ -2,12 +2,10 @@
 
 In reading order:
 
-    notation        plain text as it is printed: symbols, powers of ten, units
-    style           sizes, fonts, colors; meaning, symbol and unit along an axis
+    style           sizes, fonts, colors; text as it is printed, and labels of axes
     page            one column or two; panels, titles, legends; our settings beneath the user's
     palette         the colors of regimes and of dampers
     bands           runs of equal labels along an axis; borders between cells; places for names
-    chosen_panels   what draws archives: all panels, some, or one in axes of the user
+    chosen_panels   what draws archives: all panels, some, or one in axes; figures saved
     drawable        results that can be drawn
-    save            a figure written to a file, with its origin in the metadata
 """

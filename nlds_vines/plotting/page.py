@@ -47,8 +47,7 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.files import open_regular, parse_toml
 from nlds_vines.errors import RequestError, choice, shown
 from nlds_vines.model.ratios import HZ, RAD, frequency_in, frequency_unit
-from nlds_vines.plotting.notation import typeset
-from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label
+from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, typeset
 
 _PAD = 0.1 * CM  # inches around each panel with its labels, and around the page
 _PASSES = 2  # layouts before the last, as ticks depend on the heights of panels

@@ -152,7 +152,7 @@ def orbit_portrait(
     how = RunOptions(overwrite=overwrite, quiet=quiet)
     target = ArchivePath.for_result(archive, _NAME)
     result: Portrait = Job(request, request_path(source), target, plot, how).run()
-    from nlds_vines.plotting.save import let_figures_be_shown
+    from nlds_vines.plotting.chosen_panels import let_figures_be_shown
 
     let_figures_be_shown()
     return result.page
@@ -247,7 +247,7 @@ class Job(commands.Job):
         return lines
 
     def draw(self, plot: Path, results: Portrait) -> None:
-        from nlds_vines.plotting.save import save_figure
+        from nlds_vines.plotting.chosen_panels import save_figure
 
         save_figure(results.page, plot, self.request.title, ("recipe_hash", self.request.hash))
 

@@ -25,8 +25,7 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import contact_forces, harmonic_force, relative_displacement
 from nlds_vines.orbits.spectrum import SIGNALS, energy_of_damper, energy_of_structure
 from nlds_vines.plotting.bands import drawable
-from nlds_vines.plotting.chosen_panels import Picture, chosen
-from nlds_vines.plotting.notation import power_of_ten, typeset
+from nlds_vines.plotting.chosen_panels import Picture, chosen, let_figures_be_shown
 from nlds_vines.plotting.page import (
     TWO_COLUMNS,
     Page,
@@ -38,8 +37,7 @@ from nlds_vines.plotting.page import (
     size_of,
     styled,
 )
-from nlds_vines.plotting.save import let_figures_be_shown
-from nlds_vines.plotting.style import CM, DOT, GRAY, GREEN, HUES, SHADES
+from nlds_vines.plotting.style import CM, DOT, GRAY, GREEN, HUES, SHADES, power_of_ten, typeset
 from nlds_vines.portrait.request import (
     EXPONENTS,
     PANELS,
@@ -48,8 +46,7 @@ from nlds_vines.portrait.request import (
     described,
     panels_of,
 )
-from nlds_vines.portrait.result import portrait_in
-from nlds_vines.portrait.window_view import View
+from nlds_vines.portrait.result import View, portrait_in
 
 if TYPE_CHECKING:
     from nlds_vines.orbits.simulation import Orbit

@@ -1,23 +1,170 @@
-"""A computed portrait: its windows, its request, its archive, its page."""
+"""A computed portrait: its windows as numbers, its archive, its page.
+
+In an archive each column of the page is an entry along `row`.  Windows differ in length, so their
+contents are concatenated: states along `state`, sections along `section_point`, impacts along
+`impact`, spectra along `bin` (contiguous ragged arrays of the CF conventions); the row holds their
+numbers.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
+from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import PORTRAIT
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError
+from nlds_vines.model.labels import name_of
+from nlds_vines.orbits.records import IMPACT, OK, STATUS_FLAGS, Violation
+from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, signals_of
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.portrait.request import CELL, CELL_OF, PortraitRequest, load_portrait
-from nlds_vines.portrait.window_view import View, views_in
+from nlds_vines.portrait.request import CELL, CELL_OF, Column, PortraitRequest, load_portrait
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from nlds_vines.orbits.classification import LyapunovSpectrum
+
+POWER_SHARE = 0.99
+"""The share of the power of a spectrum whose bins the report counts, the strongest first."""
+
+
+@dataclass(frozen=True, repr=False)
+class View(Outlined):
+    """A window of an orbit.
+
+    Attributes:
+        column: the system and the window, a range of forcing periods.
+        time: times [s] of the states from the start of the orbit, shape (n,).
+        states: x1, v1, x2, v2 [m, m/s], shape (n, 4), or (n, 2) without a damper; `samples` of
+            each period, the last at its end.
+        samples: states in each period.
+        contacts: the impacts that begin in the window, rows of dtype `orbits.simulation.IMPACT`;
+            empty for a scene without walls.
+        period: n of nT, by recurrence of the section to a `tolerance`; 0 if no period of up to
+            `longest` recurs.
+        comb: n of the nT whose lines do not count as broadband.
+        spectrum: of the request's signal, over as many last periods as the comb divides.
+        violation: of the scene's limit, in the whole run; None without a limit.
+        exponents: the Lyapunov spectrum from the last state on; None if no panel shows it.
+    """
+
+    column: Column
+    time: np.ndarray
+    states: np.ndarray
+    samples: int
+    contacts: np.ndarray
+    period: int
+    tolerance: float
+    longest: int
+    comb: int
+    spectrum: Spectrum
+    violation: Violation | None = None
+    exponents: LyapunovSpectrum | None = None
+
+    @property
+    def section(self) -> np.ndarray:
+        """The states at the whole forcing periods, shape (periods, 4)."""
+        return self.section_at(0)
+
+    def section_at(self, sample: int) -> np.ndarray:
+        """Return the states (periods, 4) at a sample of each period, 0 being its end, t = nT."""
+        return self.states[(sample - 1) % self.samples :: self.samples]
+
+    @property
+    def limit(self) -> Violation:
+        """The violation of the scene's limit, with the number -1 without a limit."""
+        return self.violation or Violation(-1, np.nan, np.nan)
+
+    @property
+    def impact_section(self) -> Mapping[str, np.ndarray]:
+        """The section at impact by wall, (touches, 2): phase omega t mod 2 pi [rad], speed [m/s].
+
+        Of a periodic orbit it has one cycle.
+        """
+        period = self.column.system.period
+        last = self.contacts[self.touches > (self.column.window.end - self.cycle) * period]
+        points = np.column_stack([2.0 * np.pi * (last["touch"] / period % 1.0), last["speed"]])
+        return {
+            name: points[last["wall"] == name] for name in self.column.system.scene.bodies_struck
+        }
+
+    @property
+    def touches(self) -> np.ndarray:
+        """The times [s] at which the damper touched a wall."""
+        return self.contacts["touch"]
+
+    @property
+    def cycle(self) -> int:
+        """The number of periods of one cycle: n of nT, or all of the window."""
+        return self.period or len(self.section)
+
+    @property
+    def impacts(self) -> int:
+        """Impacts k per nT, averaged over the whole cycles of the window; all impacts if n is 0."""
+        if not self.period:
+            return len(self.touches)
+        cycles = len(self.section) // self.period
+        first = (self.column.window.end - cycles * self.period) * self.column.system.period
+        return round(np.count_nonzero(self.touches > first) / cycles)
+
+    @property
+    def label(self) -> str:
+        """The regime by recurrence alone: `3T,3`, or `undetermined`."""
+        return name_of(self.period, self.impacts) if self.period else "undetermined"
+
+    @property
+    def share(self) -> float | None:
+        """The broadband share of the spectrum, from 0 to 1; None if its periods are too few."""
+        if self.comb > self.spectrum.most_lines():
+            return None
+        return self.spectrum.broadband_share(self.comb)
+
+    def lines(self) -> Iterator[str]:
+        """Yield the report of the window, a line at a time."""
+        begin, end = self.column.window
+        name = f"{self.column.name}: " if self.column.name else ""
+        yield f"{name}periods {begin} to {end} of {self.column.system.period:.6g} s each"
+        if self.period:
+            times = f"{self.period} period{'s' if self.period > 1 else ''}"
+            words = f"{self.label}: the section repeats after {times} to {self.tolerance:g}"
+        elif self.longest == 0:
+            words = "the window is too short to tell"
+        else:
+            words = f"no period of up to {self.longest} found; that alone proves no chaos"
+        yield f"  recurrence: {words}"
+        if self.column.system.scene.walls:
+            rate = len(self.touches) / len(self.section)
+            yield f"  impacts per period: {rate:.4g} ({len(self.touches)} in the window)"
+        if (passed := self.violation) is not None:
+            times = f"{passed.number} time{'s' if passed.number > 1 else ''}"
+            words = f"violated {times}, by up to {passed.depth:.4g} m, first at {passed.time:.6g} s"
+            yield f"  limit of the scene, in the whole run: {words if passed.number else 'kept'}"
+        for name in ("E1", "E2"):
+            if name in signals_of(self.column.system.scene):
+                highest = SIGNALS[name].of(self.column.system, self.states).max()
+                yield f"  largest {name} of the samples: {highest:.6g} J"
+        spectrum, n = self.spectrum, self.comb
+        outside = "the harmonics of the force" if n == 1 else f"the lines of {n}T"
+        share = "(too few periods to tell)" if self.share is None else f"{self.share:.2g}"
+        yield (
+            f"  spectrum of {spectrum.quantity}: {spectrum.periods} periods, {spectrum.window} "
+            f"window, resolution {spectrum.resolution:.4g} of the forcing frequency; {share} of "
+            f"its power outside {outside}, {POWER_SHARE:.0%} of its power in "
+            f"{spectrum.bins_holding(POWER_SHARE)} bins"
+        )
+        if self.exponents is not None:
+            words = "; ".join(f"{name} {value}" for name, value in self.exponents.outline())
+            yield f"  Lyapunov {words}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,3 +229,182 @@ def portrait_in(path: str | os.PathLike[str]) -> Portrait:
         request = view.request(PORTRAIT, load_portrait)
         cell = view.text(CELL) if CELL_OF in view.attrs else ""
         return Portrait(ArchivePath.of(view.path), tuple(views_in(view, request)), request, cell)
+
+
+# ---- archives ------------------------------------------------------------------------------------
+
+_SPECTRUM = ("order", "amplitude", "power")
+_DERIVED = ("force", "E1", "E2")  # of the states
+_IMPACTS = (
+    ("touch", "touch", "s", "time of the touch since the orbit began"),
+    ("release", "release", "s", "time of the release"),
+    ("speed", "speed", "m/s", "approach speed"),
+    ("force", "force_max", "N", "largest contact force of the impact"),
+    ("depth", "depth", "m", "largest depth of the impact"),
+    ("gain1", "gain1", "J", "what E1 gains from touch to release"),
+    ("gain2", "gain2", "J", "what E2 gains from touch to release"),
+)
+"""The fields of `IMPACT`, the datasets that hold them, their units and meanings."""
+
+_EXPONENTS = (
+    ("running", ("row", "exponent_period", "exponent"), "Lyapunov exponents up to this period"),
+    ("widths", ("row", "exponent"), "half widths of their 99 % intervals"),
+    ("divergence", ("row",), "mean divergence of the motion, the sum of the exponents"),
+)
+"""The datasets of Lyapunov spectra: fields, dimensions, meanings."""
+
+
+def _of_row(name: str, kind: str, words: str, path: str) -> tuple[Dataset, Callable[[View], Any]]:
+    if kind in ("text", "whole"):
+        return getattr(Dataset, kind)(name, ("row",), words), attrgetter(path)
+    return Dataset.real(name, ("row",), kind, words), attrgetter(path)
+
+
+_ROW = (
+    _of_row("name", "text", "what stands above the column", "column.name"),
+    _of_row("system", "text", "name of the system", "column.system.name"),
+    _of_row("begin", "whole", "forcing period with which the window begins", "column.window.begin"),
+    _of_row("end", "whole", "forcing period with which it ends", "column.window.end"),
+    _of_row("label", "text", "regime by recurrence alone", "label"),
+    _of_row("periodicity", "whole", "n of nT by recurrence; 0: none found", "period"),
+    _of_row("recurs_within", "1", "to which the section recurs", "tolerance"),
+    _of_row("longest_periodicity", "whole", "longest n that was looked for", "longest"),
+    _of_row("comb", "whole", "n of the nT whose lines do not count as broadband", "comb"),
+    _of_row("broadband", "1", "share of the power beside the lines", "share"),
+    _of_row("states", "whole", "states in the window", "time.size"),
+    _of_row("impact_count", "whole", "impacts that begin in the window", "contacts.size"),
+    _of_row("spectrum_periods", "whole", "periods in the spectrum", "spectrum.periods"),
+    _of_row("spectrum_bins", "whole", "bins of the spectrum", "spectrum.order.size"),
+    _of_row("passages", "whole", "passages of the limit; -1: there is none", "limit.number"),
+    _of_row("first_passage", "s", "time of the first", "limit.time"),
+    _of_row("deepest_passage", "m", "depth of the deepest", "limit.depth"),
+)
+"""The datasets with one value per column of the page, and the value of a view."""
+
+
+def contents(
+    request: PortraitRequest, views: Sequence[View]
+) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
+    """Return the dimensions of an archive of views, and its datasets with their values."""
+    periods = [np.arange(w.begin + 1, w.end + 1) for w in (view.column.window for view in views)]
+    impacts = np.concatenate([view.contacts for view in views])
+    components = request.columns[0].system.scene.components  # of all: they are of one kind
+    time = np.concatenate([view.time for view in views])
+    bins = sum(view.spectrum.order.size for view in views)
+    scales = [
+        Scale.counted("row", len(views), "column of the page", 1),
+        Scale.counted("state", time.size, "number of the state", 1),
+        Scale.counted(
+            "section_point", sum(map(len, periods)), "number of the point of a section", 1
+        ),
+        Scale("component", np.array(components, dtype=object), "1", "component of the state"),
+        Scale.counted("bin", bins, "number of the bin of a spectrum", 1),
+    ]
+    if impacts.size:
+        scales.append(Scale.counted("impact", impacts.size, "number of the impact", 1))
+    spectrum, unit = f"of {request.signal}, {request.taper} window", SIGNALS[request.signal].unit
+    status = Dataset.code("status", ("row",), "how the orbit ended", STATUS_FLAGS)
+    period = Dataset.whole("forcing_period", ("section_point",), "n of t = nT")
+    section = Dataset.real("section", ("section_point", "component"), "m, m/s", "state at t = nT")
+    entries = [
+        *(
+            (e, np.array([of(view) for view in views], object if e.dtype == "str" else e.dtype))
+            for e, of in _ROW
+        ),
+        (status, np.full(len(views), OK)),  # of any other there is no portrait
+        (Dataset.real("time", ("state",), "s", "time since the orbit began"), time),
+        *_histories(views),
+        (period, np.concatenate(periods).astype(np.int32)),
+        (section, np.concatenate([view.section for view in views])),
+    ]
+    for name, units, words in (
+        ("order", "1", "frequency by that of the force"),
+        ("amplitude", unit, f"spectrum {spectrum}"),
+        ("power", f"({unit})^2", f"power {spectrum}"),
+    ):
+        values = np.concatenate([getattr(view.spectrum, name) for view in views])
+        entries.append((Dataset.real(name, ("bin",), units, words), values))
+    if impacts.size:
+        wall = Dataset.text("wall", ("impact",), "what is struck")
+        entries.append((wall, impacts["wall"].astype(object)))
+        for name, dataset, units, words in _IMPACTS:
+            entries.append((Dataset.real(dataset, ("impact",), units, words), impacts[name].copy()))
+    spectra = [view.exponents for view in views]
+    if some := next(filter(None, spectra), None):
+        numbered = {"exponent": len(components), "exponent_period": len(some.times)}
+        for name, count in numbered.items():
+            scales.append(Scale.counted(name, count, f"number of the {name}", 1))
+        for name, dims, words in _EXPONENTS:
+            fields = [getattr(one, name, np.nan) for one in spectra]
+            values = np.stack(np.broadcast_arrays(*fields))
+            entries.append((Dataset.real(f"lyapunov_{name}", dims, "1/s", words), values))
+    return scales, entries
+
+
+def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
+    """Yield the views in an archive; `RequestError` if its rows do not match the request."""
+    table = {entry.name: view[entry.name].tolist() for entry, _ in _ROW}
+    if len(table["label"]) != len(request.columns):
+        raise RequestError(f"{view.path} is damaged: its rows are not those of its request")
+    impacts = np.empty(len(view["wall"]) if "wall" in view else 0, IMPACT)
+    for name, dataset in [("wall", "wall"), *(row[:2] for row in _IMPACTS)]:
+        if impacts.size:
+            impacts[name] = view[dataset]
+    spectra = {name: view[name] for name in _SPECTRUM}
+    time, at = view["time"], dict.fromkeys(("time", "impact", "order"), 0)
+
+    def part(name: str, count: int) -> slice:
+        begin, at[name] = at[name], at[name] + count
+        return slice(begin, at[name])
+
+    for i, column in enumerate(request.columns):
+        row = {name: values[i] for name, values in table.items()}
+        here, bins = part("time", row["states"]), part("order", row["spectrum_bins"])
+        scene = column.system.scene
+        yield View(
+            column=column,
+            time=time[here],
+            states=np.column_stack([view[name][here] for name in scene.components]),
+            samples=request.samples,
+            contacts=impacts[part("impact", row["impact_count"])],
+            period=row["periodicity"],
+            tolerance=row["recurs_within"],
+            longest=row["longest_periodicity"],
+            comb=row["comb"],
+            spectrum=Spectrum(
+                **{name: values[bins] for name, values in spectra.items()},
+                omega=column.system.parameters["omega"],
+                samples=request.samples,
+                periods=row["spectrum_periods"],
+                window=request.taper,
+                quantity=request.signal,
+                unit=SIGNALS[request.signal].unit,
+            ),
+            violation=None
+            if row["passages"] < 0
+            else Violation(row["passages"], row["first_passage"], row["deepest_passage"]),
+            exponents=_exponents_in(view, i, column.system.period),
+        )
+
+
+def _histories(views: Sequence[View]) -> Iterator[tuple[Dataset, np.ndarray]]:
+    """Yield the components of the state over time, and the force and energies that follow."""
+    scene = views[0].column.system.scene
+    for name in signals_of(scene):
+        if name in (*scene.components, *_DERIVED):
+            unit, words, of = SIGNALS[name]
+            parts = [of(view.column.system, view.states) for view in views]
+            yield Dataset.real(name, ("state",), unit, words), np.concatenate(parts)
+
+
+def _exponents_in(view: ArchiveView, row: int, period: float) -> LyapunovSpectrum | None:
+    """Return the Lyapunov spectrum of a row in an archive, None if it has none."""
+    if "lyapunov_running" not in view:
+        return None
+    from nlds_vines.orbits.classification import LyapunovSpectrum  # imports kernels
+
+    running, widths, divergence = (view[f"lyapunov_{name}"][row] for name, *_ in _EXPONENTS)
+    if np.isnan(running).all():
+        return None
+    times = period * np.arange(1, len(running) + 1)
+    return LyapunovSpectrum(running[-1], widths, times, running, float(divergence))

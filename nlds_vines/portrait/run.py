@@ -17,7 +17,7 @@ from nlds_vines.orbits.records import IMPACT
 from nlds_vines.orbits.simulation import Orbit, simulate
 from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, spectrum_of
 from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Window, described, span
-from nlds_vines.portrait.window_view import View, contents
+from nlds_vines.portrait.result import View, contents
 from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.store import Blocks, Write
 

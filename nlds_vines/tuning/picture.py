@@ -17,7 +17,6 @@ from nlds_vines.model.parameters import DESCRIBED, described
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.plotting.bands import drawable, evenly_spaced, inner_edges
 from nlds_vines.plotting.chosen_panels import Picture
-from nlds_vines.plotting.notation import latex_symbol, raised
 from nlds_vines.plotting.page import (
     TWO_COLUMNS,
     Page,
@@ -34,7 +33,9 @@ from nlds_vines.plotting.style import (
     SHADES,
     axis_label,
     body_of,
+    latex_symbol,
     quantity_label,
+    raised,
 )
 
 _WIDE = 8.0  # ratio of the largest to the smallest value from which shades are logarithmic

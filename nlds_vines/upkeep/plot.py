@@ -99,8 +99,8 @@ def plot(
     >>> nv.plot(scan, "E1max").savefig("E1max.pdf")
     """
     from nlds_vines.archives.archive import read
+    from nlds_vines.plotting.chosen_panels import drawn, let_figures_be_shown
     from nlds_vines.plotting.page import count_in, page_of, sheet
-    from nlds_vines.plotting.save import drawn, let_figures_be_shown
     from nlds_vines.upkeep.branches_picture import draw_branches
 
     let_figures_be_shown()
@@ -139,7 +139,7 @@ def _picture(view: ArchiveView, show: str | None, manifold: bool) -> Drawing:
 def names_of(archive: str | os.PathLike[str]) -> list[str]:
     """Return the names that `show` takes for an archive, one a line, with meaning and unit."""
     from nlds_vines.archives.archive import read
-    from nlds_vines.plotting.save import drawn
+    from nlds_vines.plotting.chosen_panels import drawn
 
     with read(archive) as view:
         tasks = [task_of(view)] + [TASKS[SCAN]] * (view.content == SCAN)
@@ -165,8 +165,8 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
     from nlds_vines.archives.archive import read
+    from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.plotting.page import sheet
-    from nlds_vines.plotting.save import save_figure
 
     figure = plot(
         archive, options.show, columns=options.columns, style=options.style, marks=options.marks,

@@ -11,8 +11,8 @@ import nlds_vines as nv
 from nlds_vines.bifurcation.attractor_ends import sample_size
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.chosen import sliders_of
 from nlds_vines.explore.map_data import stored
+from nlds_vines.explore.page_state import sliders_of
 from nlds_vines.model.labels import finals
 from nlds_vines.transients.ensemble import share_interval
 

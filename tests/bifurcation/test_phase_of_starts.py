@@ -7,8 +7,8 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.result import cell_orbit
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.chosen import Chosen
 from nlds_vines.explore.map_data import stored
+from nlds_vines.explore.page_state import Chosen
 from nlds_vines.kernels.cells.cells import enter
 from nlds_vines.kernels.scene.codes import DIVERGED
 from nlds_vines.orbits import batch

@@ -103,7 +103,7 @@ def test_a_hidden_circle_or_arrow_is_caught(copy):
     for where, hidden, imported in (
         ("runs/executors.py", LATE, ("runs", "store")),
         ("runs/store.py", FOR_TYPES, ("runs", "executors")),
-        ("cli/running.py", FOR_TYPES, ("plotting.save", "FORMATS")),
+        ("cli/running.py", FOR_TYPES, ("plotting.chosen_panels", "FORMATS")),
         ("archives/archive.py", LATE, ("bifurcation.request", "Scan")),
     ):
         with (copy / where).open("a") as file:

@@ -224,13 +224,13 @@ def page(here, monkeypatch):
     pytest.importorskip("bokeh", reason="Bokeh is not installed")
     from bokeh.document import Document
 
-    from nlds_vines.explore import live_orbit, map_computation
+    from nlds_vines.explore import live_orbit, page_state
     from nlds_vines.explore.live_page import Page
-    from nlds_vines.explore.map_computation import Opened
     from nlds_vines.explore.map_data import stored
+    from nlds_vines.explore.page_state import Opened
 
     monkeypatch.setattr(live_orbit, "live_orbit", lambda *_: None)
-    monkeypatch.setattr(map_computation.Job, "start", lambda _: None)
+    monkeypatch.setattr(page_state.Job, "start", lambda _: None)
     page = Page(Document(), Opened(stored(write(here / "a.h5", make_scan(vary=MAP)))))
     page.later = lambda *_: None
     yield page

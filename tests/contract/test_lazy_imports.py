@@ -69,7 +69,7 @@ def test_nor_by_a_program_itself(program, tmp_path):
 
 def test_the_page_of_explore_is_made_before_kernels_are_loaded(tmp_path):
     pytest.importorskip("bokeh", reason="Bokeh is not installed")
-    names = "map_computation", "page_server", "live_page"
+    names = "page_state", "page_server", "live_page"
     parts = ", ".join(f"nlds_vines.explore.{name}" for name in names)
     modules = loaded("-c", f"import {parts}", cwd=tmp_path)
     assert "bokeh" in modules

@@ -18,9 +18,9 @@ from conftest import MAP, made_up
 from benchmarks.explore import KNOWN, Served, frame_of, opened_page
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.explore.chosen import sliders_of
 from nlds_vines.explore.live_orbit import HISTORIES
 from nlds_vines.explore.map_data import stored
+from nlds_vines.explore.page_state import sliders_of
 from nlds_vines.plotting.style import HUES
 from nlds_vines.portrait.request import load_portrait
 

@@ -10,7 +10,6 @@ import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.chosen import sliders_of
 from nlds_vines.explore.live_orbit import (
     LONG,
     MOST_POINTS,
@@ -20,8 +19,8 @@ from nlds_vines.explore.live_orbit import (
     portrait_command,
     words_of,
 )
-from nlds_vines.explore.map_computation import FEWEST, MOST_ORBITS, Job, finer
 from nlds_vines.explore.map_data import empty
+from nlds_vines.explore.page_state import FEWEST, MOST_ORBITS, Job, finer, sliders_of
 from nlds_vines.portrait.request import load_portrait
 
 SAMPLING = load_scan(

@@ -21,14 +21,14 @@ from nlds_vines.errors import RequestError  # noqa: E402
 from nlds_vines.explore import live_page as page_module  # noqa: E402
 from nlds_vines.explore.figures import BODY, OrbitFigures  # noqa: E402
 from nlds_vines.explore.live_page import Page  # noqa: E402
-from nlds_vines.explore.map_computation import (  # noqa: E402
+from nlds_vines.explore.map_data import stored  # noqa: E402
+from nlds_vines.explore.page_state import (  # noqa: E402
     COMPILING,
     LOADING,
     READY,
     Opened,
     compiling,
 )
-from nlds_vines.explore.map_data import stored  # noqa: E402
 from nlds_vines.explore.report_page import report_page  # noqa: E402
 from nlds_vines.model.catalog import load_system  # noqa: E402
 from nlds_vines.model.parameters import described  # noqa: E402
@@ -291,7 +291,7 @@ def test_a_scan_is_computed_while_it_is_seen(small_diagram):
 @pytest.fixture
 def idle(tmp_path, monkeypatch):
     """A page that computes nothing."""
-    monkeypatch.setattr("nlds_vines.explore.map_computation.Job.start", lambda _: None)
+    monkeypatch.setattr("nlds_vines.explore.page_state.Job.start", lambda _: None)
     monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
     seen = Seen(Opened(stored(made_up(MAP, tmp_path / "map.h5"))))
     seen.settle()
@@ -320,7 +320,7 @@ HERTZ = {**DIAGRAM, "vary": {"f": {"start": 1.1, "stop": 1.3, "num": 9}}}
 )  # fmt: skip
 def test_a_page_has_one_unit_of_the_frequency(document, unit, name, one, tmp_path, monkeypatch):
     """Axes, clicks, words, fields and parts have it; systems and requests have rad/s."""
-    monkeypatch.setattr("nlds_vines.explore.map_computation.Job.start", lambda _: None)
+    monkeypatch.setattr("nlds_vines.explore.page_state.Job.start", lambda _: None)
     monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
     archive = stored(made_up(document, tmp_path / "a.h5"), unit)
     seen = Seen(Opened(archive))

@@ -6,8 +6,7 @@ from matplotlib.figure import Figure
 import nlds_vines as nv
 from nlds_vines.model.parameters import PARAMETERS, setting_in_words
 from nlds_vines.model.system import System, system_in_words
-from nlds_vines.plotting.notation import number_text, raised, setting_label, typeset
-from nlds_vines.plotting.style import axis_label
+from nlds_vines.plotting.style import axis_label, number_text, raised, setting_label, typeset
 
 
 @pytest.mark.parametrize(

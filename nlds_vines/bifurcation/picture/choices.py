@@ -22,9 +22,8 @@ from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.plotting.bands import drawable, is_list
-from nlds_vines.plotting.notation import raised, setting_label, signal_symbol
 from nlds_vines.plotting.palette import INADMISSIBLE
-from nlds_vines.plotting.style import body_of, quantity_label
+from nlds_vines.plotting.style import body_of, quantity_label, raised, setting_label, signal_symbol
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView

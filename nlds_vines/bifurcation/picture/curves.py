@@ -27,7 +27,6 @@ from nlds_vines.model.linear_response import harmonic_energy
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.plotting.bands import bands, one_regime
 from nlds_vines.plotting.chosen_panels import Picture
-from nlds_vines.plotting.notation import setting_label, typeset
 from nlds_vines.plotting.page import (
     LETTER_ROOM,
     TWO_COLUMNS,
@@ -40,7 +39,7 @@ from nlds_vines.plotting.page import (
     write_letters,
     write_out_ticks,
 )
-from nlds_vines.plotting.style import CM, DOT, axis_label, quantity_label
+from nlds_vines.plotting.style import CM, DOT, axis_label, quantity_label, setting_label, typeset
 
 IMPACTS = "#fff7c2"
 """The color of values with impacts: light yellow, as in Figure 2b."""

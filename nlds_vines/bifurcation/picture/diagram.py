@@ -44,7 +44,6 @@ from nlds_vines.model.quantities import (
 )
 from nlds_vines.plotting.bands import bands, edges, logarithmic, one_regime
 from nlds_vines.plotting.chosen_panels import several_panels
-from nlds_vines.plotting.notation import raised, signal_symbol
 from nlds_vines.plotting.page import (
     TWO_COLUMNS,
     Page,
@@ -66,6 +65,8 @@ from nlds_vines.plotting.style import (
     ROUND_OFF,
     SHADES,
     axis_label,
+    raised,
+    signal_symbol,
     start_colors,
 )
 

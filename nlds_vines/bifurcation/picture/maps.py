@@ -60,7 +60,6 @@ from nlds_vines.model.parameters import INITIAL, PARAMETERS, component_of
 from nlds_vines.model.quantities import ERROR, PERIOD, SIGNED, WAIT, clause, scale_of
 from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.plotting.bands import inner_edges, logarithmic
-from nlds_vines.plotting.notation import literal
 from nlds_vines.plotting.page import (
     TWO_COLUMNS,
     Page,
@@ -90,7 +89,7 @@ from nlds_vines.plotting.palette import (
     patch_look,
     short,
 )
-from nlds_vines.plotting.style import CM, GRAY, NO_VALUE, ROUND_OFF, SHADES, axis_label
+from nlds_vines.plotting.style import CM, GRAY, NO_VALUE, ROUND_OFF, SHADES, axis_label, literal
 
 BAR: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
 """The place and the shape of a color bar beside a map."""

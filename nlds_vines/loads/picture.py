@@ -205,9 +205,7 @@ def _looks(request: HistoryRequest) -> Iterator[tuple[System, dict[str, Any]]]:
         yield system, {"label": typeset(system_in_words(system)), **look}
 
 
-def _each(
-    histories: ResponseHistories,
-) -> Iterator[tuple[System, ResponseHistory, dict[str, Any]]]:
+def _each(histories: ResponseHistories) -> Iterator[tuple[System, ResponseHistory, dict[str, Any]]]:
     looks = _looks(histories.request)
     for (system, look), history in zip(looks, histories.results.values(), strict=True):
         yield system, history, look

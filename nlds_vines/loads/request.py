@@ -115,8 +115,7 @@ class HistoryRequest(Request):
         64, Whole(8, 10**5), "sampling", "states in each natural period of the structure"
     )
     settle: float = setting(
-        0.0, Real(0.0, 1e9), "sampling",
-        "time that the rms of x1 leaves out [s]", "SECONDS",
+        0.0, Real(0.0, 1e9), "sampling", "time that the rms of x1 leaves out [s]", "SECONDS",
     )  # fmt: skip
     tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
     sampled: Samples | None = None
@@ -340,9 +339,7 @@ Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | H
 
 
 def load_response_history(
-    source: Source = None,
-    changes: Mapping[str, Any] | None = None,
-    changes_from: str = "changes",
+    source: Source = None, changes: Mapping[str, Any] | None = None, changes_from: str = "changes"
 ) -> HistoryRequest:
     """Return the validated request of response histories.
 

@@ -94,10 +94,7 @@ def contents(
         }
     shape = (len(request.systems), *request.shape)
     filled = [
-        (
-            Dataset.real(name, of, unit, words),
-            arrays[name].reshape(*shape, *arrays[name].shape[1:]),
-        )
+        (Dataset.real(name, of, unit, words), arrays[name].reshape(*shape, *arrays[name].shape[1:]))
         for name, (of, unit, words) in table.items()
         if np.isfinite(arrays[name]).any()
     ]

@@ -224,9 +224,7 @@ QUANTITIES = (
     ),
     *_energies("max", "energy", "steady-state maximum", drawn=(MAPS, CURVES)),
     *_energies("peak", "peak", "maximum, the transient included,", drawn=(MAPS,)),
-    Quantity(
-        "reduction", "1", _HARMS, ("energy",), has=_damper, drawn=(MAPS,), scale=SIGNED,
-    ),
+    Quantity("reduction", "1", _HARMS, ("energy",), has=_damper, drawn=(MAPS,), scale=SIGNED),
     *_motion(
         "x1", 0, "m", "displacement {x} of the {body}{frame}", "displacement",
         reduced=True, drawn=(MAPS, CURVES),
@@ -268,9 +266,7 @@ QUANTITIES = (
         "power_contact", "W", "mean power dissipated by contacts", "dissipated by contacts",
         column=POWERS + 2, has=_walls,
     ),
-    *_response(
-        "power_in", "W", "mean power put in by {by}", "power put in", column=POWERS + 3,
-    ),
+    *_response("power_in", "W", "mean power put in by {by}", "power put in", column=POWERS + 3),
     _whole(
         "impact_count", "impacts per nT; where no period was found, per sampled window",
         ("impacts", "regime"), has=_walls, label="impacts per $n$T",
@@ -355,8 +351,7 @@ QUANTITIES = (
     ),
     _of_verdict(
         "averaging", "1", "digits to which time averages over two halves of an orbit agree",
-        ev.DIGITS,
-        label="digits to which averages agree",
+        ev.DIGITS, label="digits to which averages agree",
     ),
     _of_verdict(
         "watched", "1", "forcing periods computed, from the start of the orbit", ev.WATCHED

@@ -235,10 +235,7 @@ def of_parameters(scene: Scene, values: Mapping[str, float]) -> dict[str, float]
 
 
 def axes_of_parameters(
-    axes: tuple[Axis, ...],
-    scene: Scene,
-    values: Mapping[str, float],
-    changing: Collection[str],
+    axes: tuple[Axis, ...], scene: Scene, values: Mapping[str, float], changing: Collection[str]
 ) -> tuple[Axis, ...]:
     """Replace each axis along a ratio with a constant unit by the axis along its parameter.
 

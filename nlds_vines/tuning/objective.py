@@ -234,7 +234,6 @@ class Log:
         return np.array([self._results(objective, at_rest(one))[0, 0] for one in points[:, None]])
 
     def _results(self, objective: Objective, trials: np.ndarray) -> np.ndarray:
-        """Return the results of trials, from a saved block or computed and saved."""
         check()
         key = self._calls
         self._calls += 1

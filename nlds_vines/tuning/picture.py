@@ -91,11 +91,10 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
     plain = view["stage"] != codes["robustness"]
     values, objectives = view[name][plain], drawable(view["objective"])[plain]
     order = np.argsort(values)
-    look: dict[str, Any] = {"marker": "o", "markersize": 2.5, "linewidth": 0.6, "color": NAVY}
-    axes.plot(values[order], objectives[order], label="designs", **look)
+    x, y = values[order], objectives[order]
+    axes.plot(x, y, "o-", markersize=2.5, linewidth=0.6, color=NAVY, label="designs")
     best, optima = view["optimum_objective"], view[f"{_OPTIMUM}{name}"]
-    star: dict[str, Any] = {"marker": "*", "markersize": 11, "linestyle": "none", "zorder": 5}
-    axes.plot(optima[:1], best[:1], label=_best(view), color=_MARK, **star)
+    axes.plot(optima[:1], best[:1], "*", markersize=11, zorder=5, color=_MARK, label=_best(view))
     finite = objectives[np.isfinite(objectives)]
     if finite.size and 0 < finite.min() * _WIDE < finite.max():
         axes.set_yscale("log")
@@ -117,7 +116,6 @@ def _with_unit(value: float, unit: str) -> str:
 
 
 def _draw_surface(axes: Axes, view: ArchiveView) -> None:
-    """Draw the objective in shades with contours and a bar, and mark the optima."""
     dims, unit = view.dims("surface"), view.units("surface")
     across, up = (view[dim] for dim in dims)
     names = [dim.removeprefix("surface_") for dim in dims]
@@ -152,24 +150,11 @@ def _draw_surface(axes: Axes, view: ArchiveView) -> None:
         text.set_path_effects([Stroke(linewidth=1.6, foreground=_OUTLINE), Normal()])
         occupied.append(place)
     # a star for the best optimum, circles for those nearly as good
-    look: dict[str, Any] = {"linestyle": "none", "clip_on": False, "zorder": 5}
-    star: dict[str, Any] = {
-        "marker": "*",
-        "markersize": 11,
-        "mfc": _MARK,
-        "mec": "white",
-        "mew": 0.6,
-    }
-    axes.plot(x[:1], y[:1], label=_best(view), **star, **look)
+    look: dict[str, Any] = {"clip_on": False, "zorder": 5, "label": _best(view)}
+    axes.plot(x[:1], y[:1], "*", markersize=11, mfc=_MARK, mec="white", mew=0.6, **look)
     if x.size > 1:
-        ring: dict[str, Any] = {
-            "marker": "o",
-            "markersize": 6,
-            "mfc": "none",
-            "mec": _MARK,
-            "mew": 1.1,
-        }
-        axes.plot(x[1:], y[1:], label="nearly as good, perhaps off the surface", **ring, **look)
+        look["label"] = "nearly as good, perhaps off the surface"
+        axes.plot(x[1:], y[1:], "o", markersize=6, mfc="none", mec=_MARK, mew=1.1, **look)
     axes.set(xlabel=axis_label(names[0]), ylabel=axis_label(names[1]))
     size: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
     bar = axes.figure.colorbar(mesh, ax=axes, label=_objective(view), **size)
@@ -178,7 +163,6 @@ def _draw_surface(axes: Axes, view: ArchiveView) -> None:
 
 
 def _objective(view: ArchiveView) -> str:
-    """Return the label of an axis or a color bar: the objective with its unit."""
     judged, unit = view.long_name("optimum_objective").partition(":")[0], view.units("objective")
     name = judged.removeprefix("largest ").removesuffix(" of all cases")
     if name in BY_NAME:
@@ -192,4 +176,3 @@ PICTURE = Picture(
     draw=lambda view, names, page: tuning_picture(view, page),
     fill=_fill,
 )
-"""The picture of a tuning's archive."""

@@ -331,7 +331,6 @@ class Tuning(Request):
         return [] if self.history is None else self.history.starts_inside()
 
     def _check_names(self) -> None:
-        """Refuse unknown names, two statements about one parameter, and draws of nothing."""
         scene, search, history, names = self.system.scene, self.search, self.history, self.names
         over, uncertain = [axis.name for axis in self.over], [one.name for one in self.uncertain]
         if search.objective not in self.objectives:
@@ -384,7 +383,6 @@ class Tuning(Request):
         refuse_twice(scene, [*uncertain, *names, *self.system.fixed_ratios, *over])
 
     def _of_load(self, name: str) -> bool:
-        """Return True if there is a load and the name is that of one of its numbers."""
         return self.history is not None and is_of_load(name)
 
     def value(self, name: str) -> float:
@@ -486,10 +484,8 @@ class Tuning(Request):
             "search": entries(self.search, "search"),
         }
         if self.history is not None:
-            document |= {
-                "load": self.history.load.to_table(),
-                "start": entries(self.history, "start"),
-            }
+            document["load"] = self.history.load.to_table()
+            document["start"] = entries(self.history, "start")
         if self.uncertain:
             document["uncertain"] = {one.name: one.entry() for one in self.uncertain}
         if self.surface is not None:
@@ -503,10 +499,8 @@ FORM = Form(
     names=("set", "free", "over", "uncertain"),
     nested=ALL,
 )
-"""The tables and keys of a tuning file."""
 
 DEFAULT_SYSTEM = "ssul-set6"
-"""The system whose structure, force and contact are taken unless another one is named."""
 
 
 def load_tuning(
@@ -560,28 +554,20 @@ def load_tuning(
     with at(request.place("uncertain")):
         uncertain = tuple(Uncertain.of(*item) for item in request.table("uncertain").items())
     history, steady = _history(request, system)
-    over = _over(
-        request, system, history, [*(one.name for one in free), *(one.name for one in uncertain)]
-    )
+    over = _over(request, system, history, [one.name for one in (*free, *uncertain)])
     default = {} if history is None else {"objective": UNDER_LOAD}
     with at(request.place("surface")):
         first = tuple(one.name for one in free if not one.inert)[:2]
         surface = {"parameters": first, **request.of(Surface)}
         grid = Surface(**surface) if request.table("surface") else None
     title = request.title("system", "set", "free", "over", "load", "start")
+    if title is None:
+        title = _made_up_title(system, free, over, history)
     return request.make(
-        Tuning,
-        request.origin("over"),
-        **steady,
-        title=_made_up_title(system, free, over, history) if title is None else title,
-        system=system,
-        free=free,
-        over=over,
-        history=history,
-        uncertain=uncertain,
-        surface=grid,
+        Tuning, request.origin("over"), **steady, title=title, system=system, free=free, over=over,
+        history=history, uncertain=uncertain, surface=grid,
         search=Search(**default | request.of(Search)),
-    )
+    )  # fmt: skip
 
 
 def _free(request: Merged, scene: Scene) -> dict[str, Any]:
@@ -629,7 +615,12 @@ def _over(
     scene = system.scene
     axes = request.axes("over")
     if history is not None and not history.load.harmonic and len(history.load.tone) == 1:
-        axes = tuple(map(_of_tone, axes))
+        # an axis of the forcing frequency is that of the only tone
+        by_name = {
+            "omega": lambda axis: Axis(TONE, axis.values),
+            "f": lambda axis: Axis(TONE, axis.values * (2.0 * pi), axis),
+        }
+        axes = tuple(by_name.get(axis.name, lambda axis: axis)(axis) for axis in axes)
     with at(request.place("over")):
         refuse_twice(scene, [axis.name for axis in axes])
         of_load = tuple(axis for axis in axes if history is not None and is_of_load(axis.name))
@@ -637,13 +628,6 @@ def _over(
         names = meant_by(scene, [*changing, *(axis.name for axis in others)])
         names += system.following(names)
         return (*axes_of_parameters(others, scene, system.parameters, names), *of_load)
-
-
-def _of_tone(axis: Axis) -> Axis:
-    """Return an axis of the forcing frequency as that of the only tone; any other as it is."""
-    if axis.name == "f":
-        return Axis(TONE, axis.values * (2.0 * pi), axis)
-    return Axis(TONE, axis.values) if axis.name == "omega" else axis
 
 
 def _made_up_title(

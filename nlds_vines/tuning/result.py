@@ -76,7 +76,7 @@ def contents(
     again = f"{tuning.judged_by(tuning.fresh_draws)} that the search did not have"
     objectives = {"optimum_objective": columns["objective"][optima], **judged}
     for name, dimensions, words in (
-        ("optimum_objective", dims, _judged(tuning)),
+        ("optimum_objective", dims, f"{tuning.judged}: {tuning.objective_in_words}"),
         ("robustness", (*dims, "perturbation"), f"{tuning.judged} under a perturbation"),
         ("search_best", ("search",), "best objective of a search"),
         ("optimum_finer", dims, f"{tuning.judged}, with more values in each band"),
@@ -88,10 +88,6 @@ def contents(
             entry = Dataset.real(name, dimensions, tuning.unit, words, np.inf)
             datasets.append((entry, objectives[name]))
     return [(entry, values) for entry, values in datasets if values.size]
-
-
-def _judged(tuning: Tuning) -> str:
-    return f"{tuning.judged}: {tuning.objective_in_words}"
 
 
 def _of_evaluations(tuning: Tuning) -> list[Dataset]:
@@ -110,8 +106,9 @@ def _of_evaluations(tuning: Tuning) -> list[Dataset]:
             Dataset.real("mean", dims, unit, "mean of it over the draws", np.inf),
             Dataset.real("quantile", dims, unit, f"{share} of it over the draws", np.inf),
         ]
+    judged = f"{tuning.judged}: {tuning.objective_in_words}"
     table += [
-        Dataset.real("objective", dims, unit, _judged(tuning), np.inf),
+        Dataset.real("objective", dims, unit, judged, np.inf),
         Dataset.real("E2max", dims, "J", "the damper's energy in that case"),
         Dataset.whole("worst_case", dims, "number of that case"),
     ]
@@ -267,7 +264,6 @@ class Tuned(Drawable):
         yield from self._remarks()
 
     def _remarks(self) -> Iterator[str]:
-        """Yield remarks on draws, seeds and bands, on inert parameters and optima at a bound."""
         tuning, best, unit = self.tuning, self.best, self.tuning.unit
         if tuning.draws:
             what = ", ".join(one.words() for one in tuning.uncertain) or "noise"
@@ -311,7 +307,6 @@ def _at_bound(free: Free, value: float) -> float:
 
 
 def tuned(path: str | os.PathLike[str]) -> Tuned:
-    """Return the results of a tuning, read from its archive."""
     with read(path) as view:
         tuning = view.request(TUNING, load_tuning)
         stage, optima = view["stage"], list[Optimum]()

@@ -55,7 +55,15 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
             tested = [log.evaluate(perturbed(tuning, p), "robustness", search.seed) for p in best]
             judged["robustness"] = np.array(tested)
             if chosen.size and tuning.surface is not None:
-                judged["surface"] = _surface(tuning, log, best[0])
+                (first, across), (second, up) = tuning.surface_values().items()
+                points = np.tile(best[0], (up.size, 1))
+                points[:, tuning.names.index(second)] = up
+                rows_of_surface = []
+                for value in across:
+                    points[:, tuning.names.index(first)] = value
+                    objectives = log.evaluate(at_rest(points), "surface", search.seed)
+                    rows_of_surface.append(objectives)
+                judged["surface"] = np.array(rows_of_surface)
             columns, finer = log.columns(), over_finer_bands(tuning)
             if finer is not None:
                 judged["optimum_finer"] = log.judged(finer, best)
@@ -118,16 +126,6 @@ def distinct(
     return np.array(chosen, dtype=int)
 
 
-def _surface(tuning: Tuning, log: Log, best: np.ndarray) -> np.ndarray:
-    (first, across), (second, up) = tuning.surface_values().items()
-    rows = []
-    for value in across:
-        points = np.tile(best, (up.size, 1))
-        points[:, tuning.names.index(first)], points[:, tuning.names.index(second)] = value, up
-        rows.append(log.evaluate(at_rest(points), "surface", tuning.search.seed))
-    return np.array(rows)
-
-
 # ---- searches ------------------------------------------------------------------------------------
 
 
@@ -136,22 +134,17 @@ def search_globally(
 ) -> None:
     """Run the global search of a request, by whole generations; the log has its evaluations.
 
-    DE puts the point `first` of the unit cube into its first generation; CMA-ES starts from it.
-    """
-    method = {"de": _differential_evolution, "cma": _cma}[search.method]
-    method(evaluate, dimension, search, seed, first)
+    SciPy's differential evolution (best1bin) has a Latin hypercube (M. D. McKay et al.,
+    Technometrics 21, 1979) with the point `first` of the unit cube as its first generation; CMA-ES
+    starts from that point.
 
-
-def _differential_evolution(
-    evaluate: Evaluate, dimension: int, search: Search, seed: int, first: np.ndarray | None
-) -> None:
-    """Run SciPy's differential evolution (best1bin), a generation at a time.
-
-    The first generation is a Latin hypercube (M. D. McKay et al., Technometrics 21, 1979).
     Source: R. Storn and K. Price, Differential evolution, J. Global Optim. 11 (1997).
     """
     from scipy.optimize import differential_evolution
 
+    if search.method == "cma":
+        _cma(evaluate, dimension, search, seed, first)
+        return
     generator = np.random.default_rng(seed)
     population = latin_hypercube(search.population, dimension, generator)
     if first is not None:
@@ -193,12 +186,9 @@ def _cma(
     generator = np.random.default_rng(seed)
     left = search.population * (search.generations + 1)
     while left >= search.population:
-        options = {
-            "bounds": [0.0, 1.0],
-            "popsize": search.population,
-            "seed": int(generator.integers(1, 2**31)),
-            "verbose": -9,
-        }
+        number = int(generator.integers(1, 2**31))
+        sizes = {"bounds": [0.0, 1.0], "popsize": search.population}
+        options = {**sizes, "seed": number, "verbose": -9}
         start = generator.random(dimension) if first is None else first
         strategy, first = cma.CMAEvolutionStrategy(start, _FIRST_STEP, options), None
         while left >= search.population and not strategy.stop():

@@ -165,10 +165,7 @@ ACCELERATIONS = {
 
 UNITS = (*FORCES, *ACCELERATIONS)
 
-_SPELLINGS = {
-    **{unit.lower(): unit for unit in UNITS},
-    **{"gals": "gal", "gs": "g", "lbs": "lbf"},
-}
+_SPELLINGS = {**{unit.lower(): unit for unit in UNITS}, **{"gals": "gal", "gs": "g", "lbs": "lbf"}}
 
 UNIT_WORDS = (
     "`N`, `kN` or `lbf`: a force on m1; `m/s^2`, `cm/s^2`, `gal`, `mm/s^2`, `in/s^2`, `ft/s^2`, "

@@ -135,8 +135,7 @@ class Loading:
     """
 
     impulse: float = setting(
-        0.0, Checked(_impulse), "load",
-        "of a blow on m1 at t = 0 [N s]", "N_S",
+        0.0, Checked(_impulse), "load", "of a blow on m1 at t = 0 [N s]", "N_S",
     )  # fmt: skip
     harmonic: bool = setting(
         False, Truth(), "load", "whether the harmonic force P cos(omega t) acts as well",

@@ -16,13 +16,13 @@ from typing import Any
 from reference import REQUESTS
 
 from nlds_vines import errors
+from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.loads.loading import ALL
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
 from nlds_vines.model.loads.record import Record
 from nlds_vines.model.loads.record_files import RecordFile
 from nlds_vines.model.parameters import INITIAL, LAWS, PARAMETERS, RATIOS
-from nlds_vines.model.samples import FILE
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
     Check,

@@ -29,7 +29,7 @@ from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SAMPLES, SET, SYSTEM, VARY, Option, numbers
 from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, choice, from_text
-from nlds_vines.model.samples import samples_of
+from nlds_vines.model.axis import samples_of
 from nlds_vines.model.system import System, parameters_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable

@@ -21,7 +21,7 @@ from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
 from nlds_vines.errors import RequestError, at, string, unknown
-from nlds_vines.model.axis import Axis
+from nlds_vines.model.axis import SAMPLE, Axis, Samples, sample_scale
 from nlds_vines.model.catalog import as_system, looks_like_path, resource_text
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.parameters import (
@@ -35,7 +35,6 @@ from nlds_vines.model.parameters import (
 )
 from nlds_vines.model.quantities import recorded
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, ratios_in, refuse_twice
-from nlds_vines.model.samples import SAMPLE, Samples, sample_scale, samples_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
@@ -538,7 +537,7 @@ def load_scan(
         if (changes or {}).get("system"):
             del source["set"]  # what the default scan sets is meant for its own system
     request = FORM.read(source, changes, changes_from, where)
-    sampled = samples_in(request)
+    sampled = request.samples()
     kind = "vary" if sampled is None else "samples"
     varied = request.table("vary") if sampled is None else sampled.columns
     system = request.as_set(request.system(), dict.fromkeys(varied, kind))

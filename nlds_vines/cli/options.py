@@ -15,8 +15,8 @@ from types import MappingProxyType
 from typing import Any, NoReturn
 
 from nlds_vines.errors import Number, RequestError, at, from_text, shown, unknown
+from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.samples import FILE
 from nlds_vines.model.setting import Document, Setting, Truth, settings_of
 from nlds_vines.model.system import System
 

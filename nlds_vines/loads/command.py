@@ -13,9 +13,9 @@ from nlds_vines.cli.options import SAMPLES, SET, VARY, Option, assignments
 from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, at, from_text, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
+from nlds_vines.model.axis import samples_of
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.loads.loading import ALL, Loading
-from nlds_vines.model.samples import samples_of
 from nlds_vines.model.system import system_in_words
 
 if TYPE_CHECKING:

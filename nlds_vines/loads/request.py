@@ -13,13 +13,12 @@ import numpy as np
 
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
-from nlds_vines.model.axis import Axis
+from nlds_vines.model.axis import SAMPLE, Axis, Samples
 from nlds_vines.model.catalog import as_system, refuse_without_force, system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
 from nlds_vines.model.parameters import DESCRIBED, LAWS, SECOND
 from nlds_vines.model.quantities import OF_LOADS, stored_in
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
-from nlds_vines.model.samples import SAMPLE, Samples, samples_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
@@ -377,7 +376,7 @@ def load_response_history(
     if isinstance(form, Sequence) and not isinstance(form, str):
         form = {"systems": list(form)}
     request = FORM.read(form, changes, changes_from)
-    sampled = samples_in(request)
+    sampled = request.samples()
     refuse_load_in_set(request)
     systems = _systems(request, sampled)
     axes = request.axes("vary") if sampled is None else ()

@@ -21,9 +21,9 @@ from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_numbers import LoadResults
 from nlds_vines.loads.request import HistoryRequest, axis_words, has, is_of_load
 from nlds_vines.loads.result import HISTORIES
+from nlds_vines.model.axis import SAMPLE, sample_scale
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
 from nlds_vines.model.quantities import OF_LOADS, SHARES, WAYS
-from nlds_vines.model.samples import SAMPLE, sample_scale
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses

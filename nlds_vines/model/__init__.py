@@ -5,8 +5,7 @@ In reading order:
     parameters       parameters: symbol, unit, range; the contact laws; initial conditions
     scenes           the kinds of systems
     quantities       recorded numbers: unit, meaning, where they are stored, how they are drawn
-    axis             a parameter with its values, or with its bounds
-    samples          tables of parameter sets, one a row
+    axis             a parameter with its values, or with its bounds; tables of parameter sets
     ratios           damping ratios, mass ratio and Hz in place of parameters
     system           a kind with its parameters, validated
     catalog          the named systems, and the files that come with the program

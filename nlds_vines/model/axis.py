@@ -1,17 +1,31 @@
-"""Axes and intervals: a parameter with its values, or with its bounds."""
+"""Axes, intervals and tables of samples: parameters with their values or their bounds."""
 
 from __future__ import annotations
 
+import csv
+import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import Reordered, RequestError, choice, number, shown, string, table, whole
+from nlds_vines.errors import (
+    Reordered,
+    RequestError,
+    at,
+    choice,
+    number,
+    shown,
+    string,
+    table,
+    whole,
+)
 from nlds_vines.model.parameters import PARAMETERS, RATIOS, described, ends_in_words
 
 LINEAR, LOG = "linear", "log"
@@ -66,24 +80,34 @@ class Axis(Outlined):
         return ()
 
     def entry(self) -> dict[str, dict[str, list[float]]]:
-        """Return the entry of a request file, along the ratio if one was stated."""
         return {self.as_stated.name: {"values": self.as_stated.values.tolist()}}
 
     @classmethod
     def spaced(
         cls, name: str, start: object, stop: object, num: object, scale: object = LINEAR
     ) -> Axis:
-        """Return an axis of `num` values from `start` to `stop`, both included."""
         first, last = number("start", start), number("stop", stop)
         count = whole("num", num, 1, MOST_VALUES)
         if first > last:
             raise RequestError(f"start = {first!r} must not be greater than stop = {last!r}")
-        if choice("scale", scale, (LINEAR, LOG)) == LOG:
-            if first <= 0.0:
-                raise RequestError(f"start = {first!r} must be > 0 where scale = {LOG!r}")
-            return cls(name, _at_equal_ratios(first, last, count))
-        with np.errstate(all="ignore"):
-            return cls(name, np.linspace(first, last, count))
+        if choice("scale", scale, (LINEAR, LOG)) == LINEAR:
+            with np.errstate(all="ignore"):
+                return cls(name, np.linspace(first, last, count))
+        if first <= 0.0:
+            raise RequestError(f"start = {first!r} must be > 0 where scale = {LOG!r}")
+        if count == 1:
+            return cls(name, np.array([first]))
+        # powers of the common ratio, rounded from `_DIGITS` digits: the same bits on every machine,
+        # which no library's exponential guarantees, and exactly 1e6 between 1e5 and 1e7
+        with localcontext() as context:
+            context.prec = _DIGITS
+            value = Decimal(first)
+            ratio = (Decimal(last) / value) ** (1 / Decimal(count - 1))
+            values = [first]
+            for _ in range(count - 2):
+                value *= ratio
+                values.append(float(value))
+        return cls(name, np.array([*values, last]))
 
     @classmethod
     def of(cls, name: str, entry: Any) -> Axis:
@@ -114,28 +138,9 @@ class Axis(Outlined):
 
 
 def _is_sequence(values: Any) -> bool:
-    """Return True for a list, an array, or another one-dimensional object such as a column."""
     if hasattr(values, "__array__"):
         return bool(np.ndim(values) == 1)
     return isinstance(values, Sequence) and not isinstance(values, str | bytes)
-
-
-def _at_equal_ratios(first: float, last: float, count: int) -> np.ndarray:
-    """Return values (count,) from first to last > 0 with equally spaced logarithms.
-
-    They are powers of the common ratio, rounded from `_DIGITS` digits: the same bits on every
-    machine, which no library's exponential guarantees, and exactly 1e6 between 1e5 and 1e7.
-    """
-    if count == 1:
-        return np.array([first])
-    with localcontext() as context:
-        context.prec = _DIGITS
-        value, ratio = Decimal(first), (Decimal(last) / Decimal(first)) ** (1 / Decimal(count - 1))
-        spaced = [first]
-        for _ in range(count - 2):
-            value *= ratio
-            spaced.append(float(value))
-    return np.array([*spaced, last])
 
 
 def _numbers(name: str, values: Any) -> np.ndarray:
@@ -186,3 +191,140 @@ class Interval:
 
     def nearest(self, value: float) -> float:
         return min(max(value, self.low), self.high)
+
+
+# ---- tables of samples --------------------------------------------------------------------------
+
+SAMPLE = "sample"
+"""The dimension of results of samples."""
+
+FILE = "file"
+"""The key of a table `[samples]` that names a CSV file in place of columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A table of samples; `columns` are read-only arrays (n,) of finite numbers by name."""
+
+    columns: Mapping[str, np.ndarray]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.columns)
+
+    @property
+    def count(self) -> int:
+        return next(iter(self.columns.values())).size
+
+    def document(self) -> dict[str, list[float]]:
+        return {name: values.tolist() for name, values in self.columns.items()}
+
+    def ranges(self) -> list[str]:
+        return [
+            f"{name} = {ends_in_words(name, float(values.min()), float(values.max()))}"
+            for name, values in self.columns.items()
+        ]
+
+    def contents(self) -> Iterator[tuple[Dataset, np.ndarray]]:
+        for name, values in self.columns.items():
+            yield described(name).dataset((SAMPLE,)), values
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Samples) and list(self.document().items()) == list(
+            other.document().items()
+        )
+
+    def __hash__(self) -> int:
+        return hash(tuple((name, values.tobytes()) for name, values in self.columns.items()))
+
+
+def sample_scale(count: int) -> Scale:
+    return Scale.counted(SAMPLE, count, "row of the table of samples, from 1", 1)
+
+
+def samples_of(source: Any) -> Samples:
+    """Return a table of samples.
+
+    Arguments: `source`, the table itself; arrays of one length by name; a DataFrame, or another
+    object with `columns`; the path of a CSV file, or `{"file": path}`.  The cells of a file are
+    separated by commas, tabs or semicolons (which permit decimal commas); # begins a comment.
+    """
+    if isinstance(source, Samples):
+        return source
+    if isinstance(source, Mapping) and source.keys() == {FILE}:
+        source = source[FILE]
+    if isinstance(source, str | os.PathLike):
+        with at(f"samples {str(source)!r}"):
+            return _checked(_read_csv(Path(source)))
+    if hasattr(source, "columns") and not isinstance(source, Mapping):
+        source = {name: np.asarray(source[name]) for name in source.columns}
+    if not isinstance(source, Mapping):
+        text = "must be arrays by name, a DataFrame or the path of a CSV file"
+        raise RequestError(f"samples = {shown(source)} {text}")
+    with at("samples"):
+        return _checked(source)
+
+
+def _checked(table: Mapping[Any, Any]) -> Samples:
+    if not table:
+        raise RequestError("the table has no column")
+    columns: dict[str, np.ndarray] = {}
+    for name, values in table.items():
+        if not isinstance(name, str):
+            raise RequestError(f"column {shown(name)} must be named by a string")
+        try:
+            array = np.asarray(values)
+            if array.dtype.kind in "US":  # numbers beside text became text, too
+                array = np.asarray(values, dtype=object)
+        except ValueError:  # lists of different lengths
+            array = np.zeros((0, 0))
+        if array.ndim != 1:
+            raise RequestError(f"column {name} must be a list of numbers")
+        if array.dtype.kind not in "iuf" or not np.isfinite(array).all():
+            for row, value in enumerate(array.tolist(), start=1):
+                with at(f"row {row}"):
+                    number(name, value)
+        columns[name] = array.astype(np.float64) + 0.0  # -0.0 becomes 0.0; a copy
+        columns[name].setflags(write=False)
+    counts = {name: column.size for name, column in columns.items()}
+    if len({*counts.values()}) > 1:
+        words = ", ".join(f"{name} {count}" for name, count in counts.items())
+        raise RequestError(f"columns of different lengths: {words}; all must have as many values")
+    if not 1 <= (count := min(counts.values())) <= MOST_VALUES:
+        raise RequestError(f"the table has {count} rows; allowed: 1 to {MOST_VALUES}")
+    return Samples(columns)
+
+
+def _read_csv(path: Path) -> dict[str, np.ndarray]:
+    """Return the columns of a CSV file; a cell that is no number is refused with its line."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text (UTF-8)"
+        raise RequestError(f"cannot be read: {reason}") from None
+    lines = enumerate(text.splitlines(), start=1)
+    numbered = {i: line for i, line in lines if line.strip() and not line.startswith("#")}
+    if not numbered:
+        raise RequestError("the file is empty; its first line must name the columns")
+    separator = max(",;\t", key=next(iter(numbered.values())).count)
+    heading, *rows = csv.reader(numbered.values(), delimiter=separator)
+    names = [name.strip() for name in heading]
+    if "" in names:
+        raise RequestError(
+            f"column {names.index('') + 1} has no name; pandas writes its index so: "
+            "to_csv(..., index=False)"
+        )
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise RequestError(f"column {shown(twice)} occurs twice")
+    values = np.empty((len(rows), len(names)))
+    for i, (line, row) in enumerate(zip([*numbered][1:], rows, strict=False)):
+        if len(row) != len(names):
+            raise RequestError(f"line {line} has {len(row)} cells, the heading {len(names)}")
+        for j, cell in enumerate(row):
+            try:
+                values[i, j] = float(cell.replace(",", ".") if separator == ";" else cell)
+            except ValueError:
+                place = f"{names[j]} = {shown(cell)} in line {line}"
+                raise RequestError(f"{place} must be a number") from None
+    return dict(zip(names, values.T, strict=True))

@@ -31,9 +31,25 @@ _NOT_GIVEN = "not given: there is no harmonic force"
 @cache
 def catalog() -> Mapping[str, System]:
     """Return the named systems by name, each with sources and assumptions of its values."""
-    document = parse_toml(resource_text("dampers.toml"), "dampers.toml")
-    entries = document["systems"].items()
-    return {name: _entry(name, entry, document["groups"]) for name, entry in entries}
+    document, systems = parse_toml(resource_text("dampers.toml"), "dampers.toml"), {}
+    for name, entry in document["systems"].items():
+        # the values of its groups, overridden by its own
+        parts = [document["groups"][group] for group in entry["groups"]]
+        parts += [entry] * ("values" in entry)
+        texts = {
+            note: {key: part[note] for part in parts if note in part for key in part["values"]}
+            for note in ("source", "assumption")
+        }
+        systems[name] = System(
+            kind=entry["kind"],
+            parameters={key: value for part in parts for key, value in part["values"].items()},
+            name=name,
+            title=entry["title"],
+            sources=texts["source"],
+            assumptions=texts["assumption"],
+            law=entry.get("law", HERTZ.name),
+        )
+    return systems
 
 
 def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | str) -> System:
@@ -69,10 +85,7 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
 
 
 def as_system(source: System | str | os.PathLike[str], *, needs_force: bool = True) -> System:
-    """Return a `System` as it is, otherwise that of a catalog name or a TOML file.
-
-    `needs_force` as in `system_from`.
-    """
+    """Return a `System` as it is, otherwise that of a catalog name or a TOML file."""
     if isinstance(source, System):
         return source
     if not isinstance(source, str | os.PathLike):
@@ -92,7 +105,6 @@ def as_system(source: System | str | os.PathLike[str], *, needs_force: bool = Tr
 
 
 def looks_like_path(text: str) -> bool:
-    """Return True if a text is a path: it has a folder in it, or ends in .toml."""
     return text.endswith(".toml") or "/" in text or os.sep in text
 
 
@@ -121,7 +133,6 @@ def system_from(value: object, name: str = "", *, needs_force: bool = True) -> S
 
 
 def refuse_without_force(system: System) -> None:
-    """Raise `RequestError` for a system whose harmonic force was not given."""
     missing = ", ".join(n for n, source in system.sources.items() if source == _NOT_GIVEN)
     if missing:
         raise RequestError(f"parameters of kind {system.kind!r} are missing: {missing}")
@@ -188,24 +199,6 @@ def _contact(
     return constants, law_name
 
 
-def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> System:
-    """Return the system of a catalog entry: the values of its groups, overridden by its own."""
-    parts = [groups[group] for group in entry["groups"]] + [entry] * ("values" in entry)
-    texts = {
-        note: {key: part[note] for part in parts if note in part for key in part["values"]}
-        for note in ("source", "assumption")
-    }
-    return System(
-        kind=entry["kind"],
-        parameters={key: value for part in parts for key, value in part["values"].items()},
-        name=name,
-        title=entry["title"],
-        sources=texts["source"],
-        assumptions=texts["assumption"],
-        law=entry.get("law", HERTZ.name),
-    )
-
-
 # ---- files that come with the program ------------------------------------------------------------
 
 
@@ -216,15 +209,14 @@ _FIGURES = ("figure*.toml", "study-*.toml")
 
 
 def resource_text(name: str) -> str:
-    """Return the text of the packaged file `name`: `dampers.toml`, a request file, `states.json`.
-
-    A wheel holds them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
-    """
     return resource_path(name).read_text(encoding="utf-8")
 
 
 def resource_path(name: str) -> Path:
-    """Return the path of the packaged file `name`, which need not exist."""
+    """Return the path of a packaged file, which need not exist: a request, `dampers.toml` ...
+
+    A wheel holds them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
+    """
     packed = _packed() / name
     if packed.is_file():
         return packed
@@ -248,5 +240,4 @@ def figure_files() -> list[Path]:
 
 
 def _packed() -> Path:
-    """Return the folder of the files in an installed wheel; a clone has none."""
     return Path(str(files("nlds_vines") / "_data"))

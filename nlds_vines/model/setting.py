@@ -32,7 +32,7 @@ from nlds_vines.errors import (
     unknown,
     whole,
 )
-from nlds_vines.model.axis import Axis
+from nlds_vines.model.axis import Axis, Samples, samples_of
 from nlds_vines.model.catalog import load_system, request_path, system_from
 from nlds_vines.model.ratios import meant_by
 from nlds_vines.model.system import System, refuse_contradiction
@@ -302,7 +302,7 @@ class Form:
         A change of a value removes the entries that its setting `replaces`; a change to the same
         value does so only if an entry of the source replaces its key.
         """
-        where, below, left = self._opened(source, where)
+        where, below, left = self._open(source, where)
         above = {k: v for k, v in (changes or {}).items() if v or not isinstance(v, Mapping)}
         for place, layer in ((where, below), (changes_from, above)):
             if unknown_keys := [key for key in layer if key not in self.keys]:
@@ -333,28 +333,25 @@ class Form:
                     document.values.setdefault(name, {})[key] = checked
         return document
 
-    def _opened(self, source: Any, where: str) -> tuple[str, Document, list[str] | None]:
+    def _open(self, source: Any, where: str) -> tuple[str, Document, list[str] | None]:
         """Return the name of a source in messages, its document, and the keys for other tasks.
 
         The latter are None if the source is no file.
         """
         if document := getattr(source, "document", None):
             source = document()
+        if self.systems and isinstance(source, str) and not source.endswith(".toml"):
+            source = load_system(source)
+        if self.systems and isinstance(source, System):
+            source = {"system": source}
         if isinstance(source, Mapping):
             return where or self.kind, source, None
-        if self.systems and isinstance(source, System):
-            return where or self.kind, {"system": source}, None
-        if self.systems and isinstance(source, str) and not source.endswith(".toml"):
-            return where or self.kind, {"system": load_system(source)}, None
-        if isinstance(source, str | os.PathLike):
-            return str(source), *self._for_this(read_toml(request_path(source)))
-        raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
-
-    def _for_this(self, document: Document) -> tuple[Document, list[str]]:
-        """Return the part of a file for this kind of request, and the names of the other parts."""
+        if not isinstance(source, str | os.PathLike):
+            raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
+        where, document = str(source), read_toml(request_path(source))
         foreign = [key for key in document if key in (*MARKS, *SHARED) and key not in self.keys]
         if not foreign:
-            return document, []
+            return where, document, []
         ours = any(key in MARKS and key in self.keys for key in document)
         lent = {
             key: value
@@ -369,7 +366,7 @@ class Form:
             other = [name for name in sampling if name in SAMPLING and name not in settings]
             lent["sampling"] = {k: v for k, v in sampling.items() if k not in other}
             left += [f"{name} of [sampling]" for name in other]
-        return lent, left
+        return where, lent, left
 
 
 @dataclass(frozen=True)
@@ -440,6 +437,18 @@ class Merged:
             with at(f"{self.place(name)} {parameter}"):
                 axes.append(Axis.of(parameter, entry))
         return tuple(axes)
+
+    def samples(self) -> Samples | None:
+        """Return the table of samples, if the uppermost layer that varies anything has one."""
+        tables = [name for name in ("vary", "samples") if self.document.get(name)]
+        if len(tables) == 2:
+            tables = [name for name in tables if self.is_changed(name)]
+            if len(tables) != 1:
+                raise RequestError(f"{self.place('samples')} beside [vary]: give one of them")
+        if tables != ["samples"]:
+            return None
+        with at(self.origin("samples")):
+            return samples_of(self.document["samples"])
 
     def system(self, default: str | None = None, *, needs_force: bool = True) -> System:
         """Return the system that the uppermost layer names, without [set]."""

@@ -83,24 +83,6 @@ def _cell_type(has_load: bool, has_second: bool, has_others: bool) -> np.dtype:
     return np.dtype([*others, *((name, np.float64) for name in CELL.names or ())])
 
 
-def hertz_stiffness(p: Mapping[str, Any]) -> Any:
-    """Return the contact stiffness K [N/m^1.5] of two elastic bodies.
-
-    Arguments: `p` holds E1, E2 [Pa], nu1, nu2, A, B [1/m] and q1; each a float or an array.
-
-    K = (4/3) q1 / ((d1 + d2) sqrt(A + B)) with d_i = (1 - nu_i^2) / (pi E_i).
-
-    If a term overflows or divides by zero, the result is 0, infinite or NaN, without a warning.
-
-    Source: equation (4).
-    """
-    E1, E2, nu1, nu2, A, B, q1 = (np.asarray(p[name], dtype=np.float64) for name in CONTACT)
-    with np.errstate(all="ignore"):
-        d1 = (1 - nu1 * nu1) / (pi * E1)
-        d2 = (1 - nu2 * nu2) / (pi * E2)
-        return (4 / 3) * q1 / ((d1 + d2) * np.sqrt(A + B))
-
-
 @dataclass(frozen=True, repr=False)
 class System(Outlined):
     """A kind of damper with its parameters; checked when made, immutable afterwards.
@@ -492,11 +474,23 @@ def _records(scene: Scene, values: Mapping[str, Any], shape: tuple[int, ...]) ->
 
 @lru_cache(maxsize=64)  # of many systems with one contact, the first computes it
 def _stiffness(*constants: Any) -> Any:
-    """Return K of equation (4); raise `RequestError` unless it is finite and positive."""
-    values = dict(zip(CONTACT, constants, strict=True))
-    if np.any(np.asarray(values["A"]) + np.asarray(values["B"]) <= 0):
+    """Return the contact stiffness K [N/m^1.5] of two elastic bodies.
+
+    Arguments: E1, E2 [Pa], nu1, nu2, A, B [1/m] and q1; each a float or an array.
+
+    K = (4/3) q1 / ((d1 + d2) sqrt(A + B)) with d_i = (1 - nu_i^2) / (pi E_i).
+
+    Raises `RequestError` unless it is finite and positive.
+
+    Source: equation (4).
+    """
+    E1, E2, nu1, nu2, A, B, q1 = (np.asarray(value, dtype=np.float64) for value in constants)
+    if np.any(A + B <= 0):
         raise RequestError("A = 0.0 and B = 0.0 are not allowed together: A + B must be > 0")
-    stiffness = np.asarray(hertz_stiffness(values))
+    with np.errstate(all="ignore"):
+        d1 = (1 - nu1 * nu1) / (pi * E1)
+        d2 = (1 - nu2 * nu2) / (pi * E2)
+        stiffness = np.asarray((4 / 3) * q1 / ((d1 + d2) * np.sqrt(A + B)))
     wrong = stiffness[~(np.isfinite(stiffness) & (stiffness > 0))]
     if wrong.size:
         raise RequestError(
@@ -548,7 +542,6 @@ def modulus(real: Any, imaginary: Any) -> np.ndarray:
 
 
 def check_law(kind: str, law: str, law_2: str) -> None:
-    """Raise `RequestError` for an unknown law, and for a law of a wall that the kind lacks."""
     choice("law", law, LAWS)
     scene = SCENES[kind]
     if law != HERTZ.name and not scene.walls:
@@ -564,7 +557,6 @@ def check_law(kind: str, law: str, law_2: str) -> None:
 
 
 def _named(scene: Scene) -> str:
-    """Return the name of a scene in messages: its kind, and its laws if they are not Hertz'."""
     text = f"kind {scene.kind!r}" + (f" under law {scene.law.name!r}" * (scene.law != HERTZ))
     return text + (f" and law_2 {scene.law_2.name!r}" if scene.law_2 else "")
 
@@ -598,19 +590,6 @@ def refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
     )
 
 
-def _without_table(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the parameters with `P = { base_displacement = Y }` as base_displacement = Y."""
-    if not isinstance(values.get("P"), Mapping):
-        return values
-    inner = table("P", values["P"], BASES)
-    if len(inner) != 1:
-        raise RequestError(f"P = {shown(dict(inner))} must have one key, of {', '.join(BASES)}")
-    (name,) = inner
-    if name in values:
-        raise RequestError(f"{name} stands beside P = {{ {name} = ... }}: give it once")
-    return {key: value for key, value in values.items() if key != "P"} | dict(inner)
-
-
 def _ratios_in(scene: Scene, values: Mapping[str, Any]) -> dict[str, float]:
     """Return the ratios among `values` whose unit depends on parameters."""
     ratios = ratios_in(scene).items()
@@ -628,7 +607,15 @@ def _merge(
     A ratio among the changes becomes its parameter.  A parameter that was set as one of `ratios`
     follows from the changed ones.
     """
-    changes = without_ratios(scene, before, _without_table(changes), ratios)
+    if isinstance(changes.get("P"), Mapping):  # P = { base_displacement = Y } means that parameter
+        inner = table("P", changes["P"], BASES)
+        if len(inner) != 1:
+            raise RequestError(f"P = {shown(dict(inner))} must have one key, of {', '.join(BASES)}")
+        (name,) = inner
+        if name in changes:
+            raise RequestError(f"{name} stands beside P = {{ {name} = ... }}: give it once")
+        changes = {key: value for key, value in changes.items() if key != "P"} | dict(inner)
+    changes = without_ratios(scene, before, changes, ratios)
     refuse_foreign(scene, changes)
     refuse_contradiction(changes)
     constants = [name for name in CONTACT if name in changes]

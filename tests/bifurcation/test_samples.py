@@ -11,7 +11,7 @@ from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
-from nlds_vines.model.samples import samples_of
+from nlds_vines.model.axis import samples_of
 
 SAMPLING = {"transient": 8, "periods": 6, "effort": "quick"}
 COLUMNS = {

@@ -39,8 +39,8 @@ from nlds_vines.bifurcation.picture.maps import (
     why_no_basins,
 )
 from nlds_vines.errors import RequestError
+from nlds_vines.model.axis import SAMPLE
 from nlds_vines.model.labels import by_frequency, finals
-from nlds_vines.model.samples import SAMPLE
 from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.chosen_panels import Drawing, Picture

@@ -616,11 +616,10 @@ def _over(
     axes = request.axes("over")
     if history is not None and not history.load.harmonic and len(history.load.tone) == 1:
         # an axis of the forcing frequency is that of the only tone
-        by_name = {
-            "omega": lambda axis: Axis(TONE, axis.values),
-            "f": lambda axis: Axis(TONE, axis.values * (2.0 * pi), axis),
-        }
-        axes = tuple(by_name.get(axis.name, lambda axis: axis)(axis) for axis in axes)
+        axes = tuple(Axis(TONE, one.values) if one.name == "omega" else one for one in axes)
+        axes = tuple(
+            Axis(TONE, 2.0 * pi * one.values, one) if one.name == "f" else one for one in axes
+        )
     with at(request.place("over")):
         refuse_twice(scene, [axis.name for axis in axes])
         of_load = tuple(axis for axis in axes if history is not None and is_of_load(axis.name))

@@ -30,7 +30,7 @@ from nlds_vines.continuation.result import datasets_of as of_branches
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import ALL, Loading
-from nlds_vines.model.loads.record_files import RecordFile
+from nlds_vines.model.loads.record import RecordFile
 from nlds_vines.model.parameters import LAWS, PARAMETERS, Parameter, of_second
 from nlds_vines.model.ratios import RATIOS, ratios_in
 from nlds_vines.model.scenes import BASES, SCENES, Scene

@@ -20,8 +20,7 @@ from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.loads.loading import ALL
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
-from nlds_vines.model.loads.record import Record
-from nlds_vines.model.loads.record_files import RecordFile
+from nlds_vines.model.loads.record import Record, RecordFile
 from nlds_vines.model.parameters import INITIAL, LAWS, PARAMETERS, RATIOS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (

@@ -554,7 +554,8 @@ def load_tuning(
     with at(request.place("uncertain")):
         uncertain = tuple(Uncertain.of(*item) for item in request.table("uncertain").items())
     history, steady = _history(request, system)
-    over = _over(request, system, history, [one.name for one in (*free, *uncertain)])
+    changing = [one.name for one in free] + [one.name for one in uncertain]
+    over = _over(request, system, history, changing)
     default = {} if history is None else {"objective": UNDER_LOAD}
     with at(request.place("surface")):
         first = tuple(one.name for one in free if not one.inert)[:2]

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.numerics.tones import fill_tones
 from nlds_vines.loads.request import FORM
-from nlds_vines.model.loads import record_files
+from nlds_vines.model.loads import record as record_module
 from nlds_vines.model.loads.courses import TERMS, Sweep
 from nlds_vines.model.loads.loading import Loading, Struck
 
@@ -358,7 +358,7 @@ def test_a_unit_may_stand_apart_from_its_name(tmp_path):
 
 
 def test_a_heading_is_no_sample(tmp_path, monkeypatch, error_of):
-    monkeypatch.setattr(record_files, "MOST_SAMPLES", 4)
+    monkeypatch.setattr(record_module, "MOST_SAMPLES", 4)
     four = "t, y [N]\n0, 1\n1, 2\n2, 1\n3, 0\n"
     assert len(loading_of(saved(tmp_path, four)).record[0].times) == 4
     assert "more than 4 samples" in error_of(loading_of, saved(tmp_path, four + "4, 0\n"))

@@ -2,8 +2,7 @@
 
 In reading order:
 
-    courses       the kinds of loads, from a blow to noise
-    record_files  the formats of records of earthquakes
-    record        a record as a load, and what was read of it in a line
+    courses       the kinds of loads, from a pulse to noise
+    record        records of earthquakes: the formats of their files, and a record as a load
     loading       the sum of loads, cell by cell
 """

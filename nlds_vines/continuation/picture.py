@@ -19,8 +19,8 @@ from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.bifurcation.picture.choices import REGIMES
+from nlds_vines.bifurcation.picture.diagram import STRIP, draw_strip
 from nlds_vines.bifurcation.picture.maps import fill_map, name_regimes
-from nlds_vines.bifurcation.picture.regime_strip import STRIP, draw_strip
 from nlds_vines.continuation.regime_borders import borders_of
 from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, SpecialCurve, continued
 from nlds_vines.errors import RequestError
@@ -35,7 +35,6 @@ from nlds_vines.plotting.page import (
     styled,
     write_letters,
 )
-from nlds_vines.plotting.palette import colors
 from nlds_vines.plotting.style import DOT, GRAY, NAVY, axis_label, quantity_label
 
 _STABLE: dict[str, Any] = {"color": NAVY, "linewidth": 1.1}
@@ -130,7 +129,7 @@ def branch_diagram(
     figure.align_ylabels(panels)
     if scan is not None and regimes:
         strip = figure.add_subplot(grid[0], sharex=panels[0])
-        draw_strip(strip, regimes, colors(band.label for band in regimes))
+        draw_strip(strip, [regimes])
         panels[0].set_xlim(result.request.along.low, result.request.along.high)
         _mark_borders(panels[-1], result, scan)
     add_legend(panels[-1], _handles(result, scan is not None, bool(regimes)), "below")

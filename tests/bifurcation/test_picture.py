@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.picture import diagram, regime_strip
+from nlds_vines.bifurcation.picture import diagram
 from nlds_vines.bifurcation.picture.choices import Slice
 from nlds_vines.bifurcation.picture.diagram import looks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
@@ -131,11 +131,11 @@ def test_regimes_are_named_and_names_do_not_overlap(usual):
 
 def test_names_are_measured_once_and_only_where_one_may_stand_inside(monkeypatch):
     measured = []
-    monkeypatch.setattr(regime_strip, "text_width", lambda text, _: measured.append(text) or 1.0)
+    monkeypatch.setattr(diagram, "text_width", lambda text, _: measured.append(text) or 1.0)
     runs = bands.bands(np.arange(6.0), np.array(["T,1", "T,0"] * 3, dtype=object))
     for inside in (False, True):
         assert measured == []
-        strip = regime_strip.Strip(runs, (0.0, 5.0), 400.0, inside=inside)
+        strip = diagram.Strip([runs] if inside else [runs, runs], (0.0, 5.0), 400.0)
         assert strip.inside == (runs if inside else [])
     assert sorted(measured) == ["T,0", "T,1"]
 

@@ -3,8 +3,7 @@
 In reading order:
 
     choices           the quantities that a picture can show
-    regime_strip      the colored strip of regimes above a diagram
-    diagram           over one parameter: strips; panels of dots, curves, spectra
+    diagram           over one parameter: strips of regimes; panels of dots, curves, spectra
     maps              two varied parameters: regimes, how many coexist, numbers, basins, by color
     drawing           what draws the archive of a scan: diagrams, maps, basins, samples
     curves            response curves, case by case

@@ -22,7 +22,6 @@ from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.plotting.bands import drawable, is_list
-from nlds_vines.plotting.palette import INADMISSIBLE
 from nlds_vines.plotting.style import body_of, quantity_label, raised, setting_label, signal_symbol
 
 if TYPE_CHECKING:
@@ -136,13 +135,6 @@ class Slice:
 
     def labels(self) -> np.ndarray | None:
         return self.view.take("label", **self.at) if "label" in self.view else None
-
-    def marked_labels(self) -> np.ndarray | None:
-        """Return the labels; those of orbits that pass the limit end in `INADMISSIBLE`."""
-        words = self.labels()
-        if words is None:
-            return None
-        return np.where(self.violated(), words + INADMISSIBLE, words)
 
     def violated(self) -> np.ndarray:
         return violated_in(self.view, self.at)

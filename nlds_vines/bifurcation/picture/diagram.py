@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -12,8 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import PercentFormatter
+from matplotlib.transforms import offset_copy
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import (
@@ -25,14 +27,8 @@ from nlds_vines.bifurcation.picture.choices import (
     quantities_in,
     rows_of,
 )
-from nlds_vines.bifurcation.picture.regime_strip import (
-    Tier,
-    draw_strip_of,
-    legend_of_strips,
-    strips_of,
-)
 from nlds_vines.errors import RequestError
-from nlds_vines.model.labels import final
+from nlds_vines.model.labels import CHAOS, final
 from nlds_vines.model.quantities import (
     BELOW,
     CURVES,
@@ -42,20 +38,23 @@ from nlds_vines.model.quantities import (
     drawn_in,
     scale_of,
 )
-from nlds_vines.plotting.bands import bands, edges, logarithmic, one_regime
+from nlds_vines.plotting import palette
+from nlds_vines.plotting.bands import Band, bands, edges, logarithmic, one_regime, spread
 from nlds_vines.plotting.chosen_panels import several_panels
 from nlds_vines.plotting.page import (
     TWO_COLUMNS,
     Page,
     add_legend,
+    figure_of,
     finish,
     new_figure,
     size_of,
     styled,
+    text_width,
     write_letters,
 )
-from nlds_vines.plotting.palette import PASSED, ink_of, ordered, period_and_impacts, short
 from nlds_vines.plotting.style import (
+    CM,
     DOT,
     GRAY,
     GREEN,
@@ -123,12 +122,12 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
         ends = [end for row in same for end in row.get_ylim()]
         for row in same if len(same) > 1 else ():
             row.set_ylim(min(ends), max(ends))
-    in_order = [row for tier, row in zip(tiers, rows, strict=True) if tier.quantity]
-    write_letters(in_order)
-    figure.align_ylabels([row for row in in_order or rows if row.get_ylabel()])
+    quantity_panels = [row for tier, row in zip(tiers, rows, strict=True) if tier.quantity]
+    write_letters(quantity_panels)
+    figure.align_ylabels([row for row in quantity_panels or rows if row.get_ylabel()])
     is_single = is_one and len(cuts[0].starts) == 1
     if show is None and _ENERGY in drawn and is_single and shown and not drawn[shown[0]].single:
-        panel = in_order[0].twinx()
+        panel = quantity_panels[0].twinx()
         _draw_curve(panel, cuts[0], cuts[0].of(drawn[_ENERGY])[:, 0, 0], GREEN, 0.9)
         panel.set_ylim(bottom=0)
         panel.set_ylabel(drawn[_ENERGY].label, color=GREEN)
@@ -215,31 +214,59 @@ _WALL = "impact_wall"
 _WALL_COLORS = (NAVY, HUES["vermillion"])  # of impacts at the near and at the far wall
 _LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white paper
 
+WATERFALL = "spectrum"
+"""The dataset that is drawn in colors over the frequency."""
+
+DECADES = 6.0
+"""Below the largest amplitude that colors tell apart."""
+
+_BAR = (1.012, 0.0, 0.014, 1.0)  # of the panel: the bar's left edge, foot, width, height
+
 
 def fill_panel(
     panel: Axes, cuts: Sequence[Slice], recorded: Mapping[str, Quantity], name: str
 ) -> None:
-    quantity = recorded[name]
+    quantity, cut = recorded[name], cuts[0]
+    if logarithmic(cut.values):
+        panel.set_xscale("log")
     if quantity.dataset == WATERFALL:
-        draw_waterfall(panel, cuts[0], quantity)
+        order, heights = cut.view["frequency"][1:], cut.of(quantity)[:, 0, 1:]
+        largest = float(np.nanmax(heights, initial=0.0)) or 1.0
+        floor = largest * 10.0**-DECADES
+        panel.set_facecolor(NO_VALUE)
+        look: dict[str, Any] = {"norm": LogNorm(floor, largest), "cmap": SHADES}
+        across, up = edges(cut.values), edges(order)
+        mesh = panel.pcolormesh(across, up, np.maximum(heights, floor).T, rasterized=True, **look)
+        bar = panel.figure.colorbar(mesh, cax=panel.inset_axes(_BAR), extend="min")
+        bar.set_label(f"amplitude [{raised(quantity.units)}]")
+        signal = signal_symbol(quantity.name.partition(":")[2])
+        panel.set_ylabel(rf"spectrum of {signal}, $\Omega/\omega$")
         return
+    if name in _WIDTHS:
+        panel.axhline(0.0, color=GRAY, linewidth=0.6, zorder=0.5)
     if len(cuts) > 1:
         _draw_curves(panel, cuts, quantity)
-    elif name in _WIDTHS:
-        _draw_exponent(panel, cuts[0], quantity, recorded.get(_WIDTHS[name]))
+    elif name in _WIDTHS:  # Lyapunov exponents with their 99 % intervals
+        lyapunov, half = cut.of(quantity), recorded.get(_WIDTHS[name])
+        width = np.zeros_like(lyapunov) if half is None else cut.of(half)
+        for hues in looks_of(cut, lyapunov):
+            (across, up), (_, reach) = _dots_of(cut, hues, lyapunov), _dots_of(cut, hues, width)
+            finite = np.isfinite(up) & np.isfinite(reach)
+            across, up, reach = across[finite], up[finite], reach[finite]
+            look = {"color": hues.color, "rasterized": True}
+            panel.vlines(across, up - reach, up + reach, alpha=0.35, linewidth=1.0, **look)
+            panel.plot(across, up, markersize=_EXPONENT_DOT, **look, **DOT)
     else:
-        _draw_dots(panel, cuts[0], quantity)
-    if len(cuts) == 1 and (passed := cuts[0].violated().any(axis=1)).any():
-        for band in bands(cuts[0].values, np.where(passed, PASSES, "")):
+        _draw_dots(panel, cut, quantity)
+    if len(cuts) == 1 and (passed := cut.violated().any(axis=1)).any():
+        for band in bands(cut.values, np.where(passed, PASSES, "")):
             if band.label:
-                panel.axvspan(band.low, band.high, hatch=PASSED, zorder=0.2, **_HATCH)
+                panel.axvspan(band.low, band.high, hatch=palette.PASSED, zorder=0.2, **_HATCH)
     panel.set_ylabel(quantity.label)
     if name == REDUCTION:
         panel.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     if quantity.units == "rad" and quantity.dataset in drawn_in(TOUCHED):
         panel.set_ylim(0.0, 2.0 * np.pi)
-    if logarithmic(cuts[0].values):
-        panel.set_xscale("log")
 
 
 def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
@@ -267,7 +294,7 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
             ]
     if any(cut.violated().any() for cut in cuts):
         text = PASSES if len(cuts) == 1 else f"{PASSES} (crosses)"
-        handles.append(Patch(hatch=PASSED, label=text, **_HATCH))
+        handles.append(Patch(hatch=palette.PASSED, label=text, **_HATCH))
     return handles
 
 
@@ -285,7 +312,7 @@ def _draw_curve(axes: Axes, cut: Slice, ordinates: np.ndarray, color: Any, width
         axes.plot(cut.values, ordinates, color=color, linewidth=width)
         return
     ends = np.array([final(str(label)) for label in labels[:, 0]])
-    periodic = np.array([period_and_impacts(end) is not None for end in ends])
+    periodic = np.array([palette.period_and_impacts(end) is not None for end in ends])
     curve, alone = one_regime(cut.values, ordinates, np.where(periodic, ends, ""))
     axes.plot(*curve, color=color, linewidth=width)
     axes.plot(*alone, color=color, markersize=1.3 * width, **DOT)
@@ -330,24 +357,7 @@ def _tells_walls(cut: Slice, name: str) -> bool:
     return len(cut.starts) == 1 and _WALL in cut.view and name in drawn_in(TOUCHED)
 
 
-def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity | None) -> None:
-    """Draw Lyapunov exponents as dots with their 99 % intervals, over a line at zero."""
-    panel.axhline(0.0, color=GRAY, linewidth=0.6, zorder=0.5)
-    lyapunov = cut.of(quantity)
-    width = np.zeros_like(lyapunov) if half is None else cut.of(half)
-    for look in looks_of(cut, lyapunov):
-        (across, up), (_, reach) = _dots_of(cut, look, lyapunov), _dots_of(cut, look, width)
-        finite = np.isfinite(up) & np.isfinite(reach)
-        across, up, reach = across[finite], up[finite], reach[finite]
-        bar: dict[str, Any] = {"alpha": 0.35, "linewidth": 1.0, "rasterized": True}
-        panel.vlines(across, up - reach, up + reach, color=look.color, **bar)
-        dot = {"markersize": _EXPONENT_DOT, "rasterized": True, **DOT}
-        panel.plot(across, up, color=look.color, **dot)
-
-
 def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None:
-    if quantity.name in _WIDTHS:
-        panel.axhline(0.0, color=GRAY, linewidth=0.6, zorder=0.5)
     if scale_of(quantity.dataset) == ERROR:
         panel.set_yscale("log")
     for cut, color in zip(cuts, curve_colors(len(cuts)), strict=True):
@@ -371,41 +381,6 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
         if cells.size:
             up = ordinates[cells, starts, 0]
             panel.plot(cut.values[cells], up, color=color, markersize=2.5, **_CROSS)
-
-
-# ---- spectra -------------------------------------------------------------------------------------
-
-
-WATERFALL = "spectrum"
-"""The dataset that is drawn so."""
-
-DECADES = 6.0
-"""Below the largest amplitude that colors tell apart."""
-
-_BAR = (1.012, 0.0, 0.014, 1.0)  # of the panel: the bar's left edge, foot, width, height
-
-
-def draw_waterfall(panel: Axes, cut: Slice, quantity: Quantity) -> None:
-    heights = cut.of(quantity)[:, 0, :]
-    order = cut.view["frequency"]
-    largest = float(np.nanmax(heights[:, 1:], initial=0.0)) or 1.0
-    floor = largest * 10.0**-DECADES
-    panel.set_facecolor(NO_VALUE)
-    mesh = panel.pcolormesh(
-        edges(cut.values),
-        edges(order[1:]),
-        np.maximum(heights[:, 1:], floor).T,
-        norm=LogNorm(floor, largest),
-        cmap=SHADES,
-        rasterized=True,
-    )
-    bar = panel.figure.colorbar(mesh, cax=panel.inset_axes(_BAR), extend="min")
-    bar.set_label(f"amplitude [{raised(quantity.units)}]")
-    panel.set_ylabel(
-        rf"spectrum of {signal_symbol(quantity.name.partition(':')[2])}, $\Omega/\omega$"
-    )
-    if logarithmic(cut.values):
-        panel.set_xscale("log")
 
 
 # ---- orbits of several starts are told apart by attractor ----------------------------------------
@@ -455,8 +430,10 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
     labels = cut.labels()
     if labels is None:
         return [Look(np.ones(shape, dtype=bool), NAVY, f"{len(starts)} starts")]
-    words = ordered(labels.ravel().tolist())
-    return [Look(labels == word, ink_of(word), in_legend(short(word), cut.view)) for word in words]
+    words = palette.ordered(labels.ravel().tolist())
+    names = [in_legend(palette.short(word), cut.view) for word in words]
+    looks = zip(words, names, strict=True)
+    return [Look(labels == word, palette.ink_of(word), name) for word, name in looks]
 
 
 def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
@@ -475,7 +452,15 @@ def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
         compared = [numbers]
     is_alike = np.ones(cut.values.size, dtype=bool)
     for values in compared:
-        is_alike &= _close(values)
+        finite = values[np.isfinite(values)]
+        reach = _ALIKE * np.ptp(finite) if finite.size else np.inf
+        for i, (one, other) in enumerate(values):
+            one, other = one[np.isfinite(one)], other[np.isfinite(other)]
+            if one.size and other.size:
+                gaps = np.abs(one[:, np.newaxis] - other)
+                is_alike[i] &= max(gaps.min(axis=0).max(), gaps.min(axis=1).max()) <= reach
+            else:
+                is_alike[i] &= one.size == other.size
     if "periodicity" in cut.view and "impact_count" in cut.view:
         n, k = (cut.view.take(name, **cut.at) for name in ("periodicity", "impact_count"))
         is_alike &= (n[:, 0] == n[:, 1]) & ((k[:, 0] == k[:, 1]) | (n[:, 0] == 0))
@@ -483,20 +468,193 @@ def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
     if labels is None:
         return is_alike
     same = labels[:, 0] == labels[:, 1]
-    wild = np.array([period_and_impacts(label) is None for label in labels[:, 0]])
+    wild = np.array([palette.period_and_impacts(label) is None for label in labels[:, 0]])
     return same & (is_alike | wild)
 
 
-def _close(values: np.ndarray) -> np.ndarray:
-    """Return True for cells where each point of either start (cells, 2, m) is near the other's."""
-    finite = values[np.isfinite(values)]
-    reach = _ALIKE * np.ptp(finite) if finite.size else np.inf
-    close = np.ones(len(values), dtype=bool)
-    for i, (one, other) in enumerate(values):
-        one, other = one[np.isfinite(one)], other[np.isfinite(other)]
-        if one.size and other.size:
-            gaps = np.abs(one[:, np.newaxis] - other)
-            close[i] = max(gaps.min(axis=0).max(), gaps.min(axis=1).max()) <= reach
-        else:
-            close[i] = one.size == other.size
-    return close
+# ---- the strips that name the regimes above the panels -------------------------------------------
+
+
+MOST_STRIPS = 2
+"""The most starts with a strip of their own; more are stacked in one."""
+
+STRIP, STACK, NO_STRIP = 0.42 * CM, 0.75 * CM, 0.02 * CM
+"""Heights [inches] of a strip, of the stack of several starts, and of axes without a strip."""
+
+_SIZE = 7  # pt, of the names
+_PITCH = 1.25 * _SIZE  # pt from one upright name to the next
+_PADDING = 3  # pt on either side of a name inside its band
+_NARROWEST = 0.5  # pt, least width of a band that is named: a narrower one is invisible
+_LINES = 14  # pt between the strip and the names above it
+_FARTHEST = 45  # pt between a name and the band that it names
+_HELD_WIDTH = 0.4  # of a strip: the room for the value at which another parameter is held
+_MOST_LEFT_OUT = 11  # entries of a legend for regimes that no strip names
+
+
+@dataclass(frozen=True)
+class Tier:
+    """A row of a diagram."""
+
+    height: float  # inches
+    draw: Callable[[Axes], None]
+    quantity: str = ""  # of a panel, which share the scale of one; empty for a strip
+
+
+def _rows_of_bands(cut: Slice) -> list[list[list[Band]]]:
+    """Return the rows of bands of each strip of a slice: one row a start, or all starts as a stack.
+
+    The labels of a stack are sorted within each cell, in the order of legends; those of orbits that
+    pass the limit end in `INADMISSIBLE`.
+    """
+    labels = cut.labels()
+    if labels is None:
+        return []
+    labels = np.where(cut.violated(), labels + palette.INADMISSIBLE, labels)
+    if len(cut.starts) <= MOST_STRIPS:
+        return [[bands(cut.values, column)] for column in labels.T]
+    words = palette.ordered(labels.ravel().tolist())
+    rank = {word: place for place, word in enumerate(words)}
+    ranks = np.sort(np.vectorize(rank.__getitem__, otypes=[int])(labels), axis=1)
+    return [[bands(cut.values, column) for column in np.array(words, dtype=object)[ranks].T]]
+
+
+def strips_of(cut: Slice) -> list[Tier]:
+    """Return the strips of a slice: one for each of up to two starts, or a stack.
+
+    Above the first one is the value of the parameter that is constant, if there is one.
+    """
+    if cut.labels() is None:
+        return [Tier(NO_STRIP, partial(draw_strip_of, cut=cut))] if cut.held else []
+    if len(cut.starts) > MOST_STRIPS:
+        return [Tier(STACK, partial(draw_strip_of, cut=cut))]
+    starts = range(len(cut.starts))
+    return [Tier(STRIP, partial(draw_strip_of, cut=cut, start=start)) for start in starts]
+
+
+def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
+    strips, lift = _rows_of_bands(cut), 0.0
+    if not strips:
+        axes.set_axis_off()
+    else:
+        if logarithmic(cut.values):
+            axes.set_xscale("log")
+        strip = draw_strip(axes, strips[start])
+        if len(strips) > 1:
+            axes.set_ylabel(cut.starts[start], rotation=0, ha="right", va="center")
+        names = [palette.short(band.label) for band in strip.above]
+        if any(strip.place(band.low) <= _HELD_WIDTH for band in strip.above):
+            lift = _LINES + max(text_width(name, _SIZE) for name in names)
+    if cut.held and start == 0:
+        look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+        axes.annotate(cut.held, (0, 1), (0, 3 + lift), ha="left", va="bottom", **look)
+
+
+def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
+    """Return entries of a legend: how long chaos was watched; regimes that no strip names."""
+    handles: list[Any] = []
+    labeled = [cut for cut in cuts if cut.labels() is not None]
+    is_one_stack = len(cuts) == 1 and len(cuts[0].starts) > MOST_STRIPS  # dots are in the legend
+    if not is_one_stack and any(np.any(cut.labels() == CHAOS) for cut in labeled):
+        text = in_legend(CHAOS, labeled[0].view)
+        handles.append(Patch(facecolor=palette.OTHERS[CHAOS], label=text))
+    left_out = []
+    for cut in labeled:
+        low, high = edges(cut.values)[[0, -1]].tolist()
+        for rows in _rows_of_bands(cut):
+            strip = Strip(rows, (low, high), 72 * page.across, logarithmic(cut.values))
+            left_out += strip.left_out
+    words = palette.in_order({palette.drawn_as(word) for word in left_out})
+    for word in words[:_MOST_LEFT_OUT]:
+        label = palette.example_of(word)
+        look = palette.patch_look(label, palette.color_of(label))
+        handles.append(Patch(label=palette.short(word), **look))
+    if len(words) > _MOST_LEFT_OUT:
+        handles.append(Patch(color="none", label=f"and {len(words) - _MOST_LEFT_OUT} more"))
+    return handles
+
+
+class Strip:
+    """The positions of the names of a strip: inside the bands of a single row, or upright above it.
+
+    A regime whose name fits into none of its bands is named once, above the widest of them.  If
+    names would be far from their bands, the narrowest are `left_out`, for a legend.  `points` is
+    the width of the axis, whose limits are `ends`.
+    """
+
+    def __init__(
+        self,
+        rows: Sequence[Sequence[Band]],
+        ends: tuple[float, float],
+        points: float,
+        log: bool = False,
+    ) -> None:
+        self._ends, self._points, self._log = ends, points, log
+        every = [band for row in rows for band in row]
+        single = every if len(rows) == 1 else []
+        names = {band.label: palette.short(band.label) for band in single}
+        rooms = {label: text_width(name, _SIZE) + 2 * _PADDING for label, name in names.items()}
+        self.inside = [band for band in single if rooms[band.label] <= self._extent(band)]
+        named = {band.label for band in self.inside}
+        beside = [band for band in every if band.label not in named]
+        beside = [band for band in beside if self._extent(band) >= _NARROWEST]
+        widest = {band.label: band for band in sorted(beside, key=self._extent)}
+        self.above = sorted(widest.values(), key=lambda band: band.center)
+        self.left_out: list[str] = []
+        while self.above:
+            if len(self.above) * _PITCH <= points:
+                middles = np.array([self.middle(band) for band in self.above])
+                farthest = float(np.abs(self.places(self.above) - middles).max()) * points
+                if farthest <= _FARTHEST:
+                    break
+            narrowest = min(self.above, key=self._extent)
+            self.above.remove(narrowest)
+            self.left_out.append(narrowest.label)
+
+    def place(self, value: float) -> float:
+        """Return the position of a value, as a fraction of the axis."""
+        low, high, at = np.log((*self._ends, value)) if self._log else (*self._ends, value)
+        return float((at - low) / (high - low))
+
+    def places(self, named: Sequence[Band]) -> np.ndarray:
+        """Return the positions of the names of bands, from the left, as fractions of the axis."""
+        pitch = _PITCH / self._points
+        return spread([self.middle(band) for band in named], pitch, pitch / 2, 1.0 - pitch / 2)
+
+    def middle(self, band: Band) -> float:
+        return (self.place(band.low) + self.place(band.high)) / 2
+
+    def _extent(self, band: Band) -> float:
+        return self._points * (self.place(band.high) - self.place(band.low))
+
+
+def draw_strip(axes: Axes, rows: Sequence[Sequence[Band]]) -> Strip:
+    """Draw rows of bands, from below, in the colors of their regimes, and name the regimes.
+
+    A line joins a name above the strip to its band.
+    """
+    for place, row in enumerate(rows):
+        for band in row:
+            look = palette.patch_look(band.label, palette.color_of(band.label))
+            corner = band.low, place / len(rows)
+            axes.add_patch(Rectangle(corner, band.width, 1 / len(rows), **look))
+    axes.set_ylim(0, 1)
+    axes.set_yticks([])
+    axes.tick_params(which="both", bottom=False, labelbottom=False)
+    strip = Strip(rows, axes.get_xlim(), size_of(axes)[0], axes.get_xscale() == "log")
+    for band in strip.inside:
+        color = palette.color_of(band.label)
+        look = {"ha": "center", "va": "center_baseline", "fontsize": _SIZE}
+        if palette.hatch_of(band.label):  # a plain background for the name
+            look["bbox"] = {"facecolor": color, "edgecolor": "none", "pad": 1.0}
+        look |= {"color": "white" if palette.is_dark(color) else "black"}
+        name = palette.short(band.label)
+        axes.text(strip.middle(band), 0.5, name, transform=axes.transAxes, **look)
+    above = offset_copy(axes.transAxes, figure_of(axes), 0.0, _LINES, units="points")
+    look = {"fontsize": _SIZE, "rotation": 90, "ha": "center", "va": "bottom"}
+    look |= {"xycoords": "axes fraction", "textcoords": above, "annotation_clip": False}
+    arms = "arc,angleA=-90,angleB=90,armA=3,armB=3,rad=0"  # points
+    look["arrowprops"] = {"arrowstyle": "-", "connectionstyle": arms, "shrinkA": 0, "shrinkB": 0}
+    look["arrowprops"] |= {"color": "#555555", "linewidth": 0.4, "relpos": (0.5, 0.0)}
+    for band, place in zip(strip.above, strip.places(strip.above), strict=True):
+        axes.annotate(palette.short(band.label), (strip.middle(band), 1.0), (place, 1.0), **look)
+    return strip

@@ -59,6 +59,7 @@ from nlds_vines.model.labels import (
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, component_of
 from nlds_vines.model.quantities import ERROR, PERIOD, SIGNED, WAIT, clause, scale_of
 from nlds_vines.model.slow_manifold import slow_manifold
+from nlds_vines.plotting import palette
 from nlds_vines.plotting.bands import inner_edges, logarithmic
 from nlds_vines.plotting.page import (
     TWO_COLUMNS,
@@ -72,23 +73,6 @@ from nlds_vines.plotting.page import (
     write_letters,
     write_out_ticks,
 )
-from nlds_vines.plotting.palette import (
-    COUNTS,
-    HATCHED,
-    OTHERS,
-    PASSED,
-    RAMP,
-    THROUGH_CHAOS,
-    color_of,
-    drawn_as,
-    example_of,
-    hatch_of,
-    in_order,
-    is_dark,
-    mixed,
-    patch_look,
-    short,
-)
 from nlds_vines.plotting.style import CM, GRAY, NO_VALUE, ROUND_OFF, SHADES, axis_label, literal
 
 BAR: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
@@ -97,7 +81,7 @@ BAR: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
 _MOST_BELOW = 12  # names in a legend below a map
 _CHAOTIC = "reached through chaos"
 _FRAME: dict[str, Any] = {"edgecolor": GRAY, "linewidth": 0.4}  # of patches that are nearly white
-_PASSED = PASSED, "#8b0000"  # hatch and color of cells in which the limit is passed
+_PASSED = palette.PASSED, "#8b0000"  # hatch and color of cells in which the limit is passed
 
 
 @styled()
@@ -212,7 +196,7 @@ def name_regions(
     wide, tall = size_of(axes)
     sides = wide / names.shape[0], tall / names.shape[1]
     for word, color in shades.items():
-        text = short(word)
+        text = palette.short(word)
         if len(text) > _LONGEST:
             continue
         inside = np.pad(names == word, 1)
@@ -224,7 +208,7 @@ def name_regions(
         # depths reach to the centers of other cells, and the first and last cells end at theirs
         if half > min(depth[place] - max(sides) / 2, left, wide - left):
             continue
-        ink = "white" if is_dark(color) else "black"
+        ink = "white" if palette.is_dark(color) else "black"
         axes.text(x, y, text, color=ink, fontsize=_SIZE, ha="center", va="center")
 
 
@@ -235,36 +219,39 @@ def _regimes_of(view: ArchiveView) -> np.ndarray:
     """Return the regimes (axes) of the cells; of several starts the most frequent."""
     labels = view["label"]
     labels = most_frequent(labels) if labels.shape[-1] > 1 else labels[..., 0]
-    return np.vectorize(drawn_as, otypes=[object])(labels)
+    return np.vectorize(palette.drawn_as, otypes=[object])(labels)
 
 
 def name_regimes(axes: Axes, view: ArchiveView) -> None:
     """Write the names of regimes into a map of final size, except on hatched cells."""
     names = _regimes_of(view)
     free = np.where(violated_in(view).any(axis=-1), "", names)
-    words = [word for word in in_order(set(names.ravel().tolist())) if not hatch_of(word)]
-    name_regions(axes, view, free, {word: color_of(example_of(word)) for word in words})
+    words = palette.in_order(set(names.ravel().tolist()))
+    shades = {word: palette.color_of(palette.example_of(word)) for word in words}
+    name_regions(axes, view, free, {k: v for k, v in shades.items() if not palette.hatch_of(k)})
 
 
 def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
     """Color every cell by its regime; hatched are unknown ones and those reached through chaos."""
     names = _regimes_of(view)
     words = [word for word, _ in by_frequency(names)]
-    fill_classes(axes, view, names, words, [color_of(example_of(word)) for word in words])
+    shades = [palette.color_of(palette.example_of(word)) for word in words]
+    fill_classes(axes, view, names, words, shades)
     marks: list[Patch] = []
-    if (unknown := names == HATCHED).any():
-        hatch_cells(axes, view, unknown, (hatch_of(HATCHED), GRAY), "")
+    if (unknown := names == palette.HATCHED).any():
+        hatch_cells(axes, view, unknown, (palette.hatch_of(palette.HATCHED), GRAY), "")
     late = np.vectorize(lambda name: name.startswith(TRANSIENT), otypes=[bool])(names)
     if late.any():
-        marks.append(hatch_cells(axes, view, late, (THROUGH_CHAOS, "black"), _CHAOTIC))
+        marks.append(hatch_cells(axes, view, late, (palette.THROUGH_CHAOS, "black"), _CHAOTIC))
     marks += hatch_passed(axes, view)
     ends = list(dict.fromkeys(final(word) for word in words))
     room = _MOST_BELOW - len(marks)
-    named = in_order(ends if len(ends) <= room else ends[: room - 1])
+    named = palette.in_order(ends if len(ends) <= room else ends[: room - 1])
     handles = []
     for word in named:
-        look = patch_look(example_of(word), color_of(example_of(word)))
-        handles.append(Patch(label=in_legend(short(word), view), **look))
+        example = palette.example_of(word)
+        look = palette.patch_look(example, palette.color_of(example))
+        handles.append(Patch(label=in_legend(palette.short(word), view), **look))
     if len(ends) > len(named):
         handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
     title = "most frequent regime" if view["start"].size > 1 else "regime"
@@ -272,10 +259,10 @@ def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
 
 
 def _draw_counts(axes: Axes, view: ArchiveView) -> None:
-    labels, most = view["label"], len(COUNTS)
+    labels, most = view["label"], len(palette.COUNTS)
     counts = np.minimum(coexisting(labels), most)
     words = sorted(set(counts.ravel().tolist()))
-    shades = {0: OTHERS[HATCHED], **dict(enumerate(COUNTS, start=1))}
+    shades = {0: palette.OTHERS[palette.HATCHED], **dict(enumerate(palette.COUNTS, start=1))}
     fill_classes(axes, view, counts, words, [shades[word] for word in words])
     names = {0: "none known", most: f"{most} or more"}
     handles = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **_FRAME) for n in words]
@@ -286,7 +273,7 @@ def _draw_counts(axes: Axes, view: ArchiveView) -> None:
 def _draw_codes(axes: Axes, view: ArchiveView, name: str) -> None:
     """Color every cell by its code, of several starts the highest, from pale to dark."""
     codes, words = view[name].max(axis=-1), view.flags(name)
-    shades = {code: COUNTS[i % len(COUNTS)] for i, code in enumerate(sorted(words))}
+    shades = {code: palette.COUNTS[i % len(palette.COUNTS)] for i, code in enumerate(sorted(words))}
     looks = {code: shades.get(code, NO_VALUE) for code in sorted(set(codes.ravel().tolist()))}
     fill_classes(axes, view, codes, list(looks), list(looks.values()))
     handles = []
@@ -331,9 +318,9 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
     marks: list[Any] = []
     if unsettled.any():
         covered = np.ma.masked_where(~unsettled, np.ones(values.shape))
-        fill_cells(axes, view, covered, cmap=ListedColormap([OTHERS["chaos"]]))
+        fill_cells(axes, view, covered, cmap=ListedColormap([palette.OTHERS["chaos"]]))
         words = "not settled, or no orbit to settle on"
-        marks.append(Patch(facecolor=OTHERS["chaos"], label=words))
+        marks.append(Patch(facecolor=palette.OTHERS["chaos"], label=words))
     if np.any(~np.isfinite(values) & ~unsettled):
         marks.append(Patch(facecolor=NO_VALUE, label=_NONE))
     marks += hatch_passed(axes, view)
@@ -347,9 +334,8 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
         look["extend"] = {(1, 1): "both", (1, 0): "min", (0, 1): "max"}.get(beyond, "neither")
     bar = axes.figure.colorbar(mesh, ax=axes, format=percent, **look)
     if scale_of(name) == PERIOD:
-        bar.ax.set_yticks(
-            range(1, len(RAMP) + 1), [*map(str, range(1, len(RAMP))), f"{len(RAMP)} or more"]
-        )
+        most = len(palette.RAMP)
+        bar.ax.set_yticks(range(1, most + 1), [*map(str, range(1, most)), f"{most} or more"])
         bar.ax.tick_params(which="both", length=0)
     elif isinstance(mesh.norm, LogNorm):
         write_out_ticks(bar.ax.yaxis)
@@ -361,15 +347,17 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
 
 
 def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, Normalize]:
-    """Return how values become shades: settling and errors by logarithm, signed ones around 0.
+    """Return how the values of a dataset become shades; `chosen` is one of `WAYS`, or empty.
 
-    Others become shades by logarithm where they span decades; `way`, one of `WAYS`, decides.
+    Settling times and errors become shades by logarithm, as do positive values that span decades.
+    Signed values have two-sided shades whose middle is zero; of one sign alone, that half of them.
     """
     values, plain, scale = shown.compressed(), matplotlib.colormaps[SHADES], scale_of(name)
     if scale == PERIOD:
-        return ListedColormap(list(RAMP)), BoundaryNorm(
-            np.arange(len(RAMP) + 1) + 0.5, len(RAMP), extend="neither", clip=True
-        )
+        most = len(palette.RAMP)
+        bounds = np.arange(most + 1) + 0.5
+        norm = BoundaryNorm(bounds, most, extend="neither", clip=True)
+        return ListedColormap(list(palette.RAMP)), norm
     if scale == ERROR:
         low = max(values[values > 0].min(initial=np.inf), ROUND_OFF)
         high = values.max(initial=0.0)
@@ -385,18 +373,12 @@ def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, 
     signed = scale == SIGNED or low < 0.0 < high
     if chosen == LOG or (not chosen and not signed and 0.0 < small * _WIDE < high):
         return plain, LogNorm(small, high)
-    if values.size and signed:
-        return _around_zero(np.maximum(values, -1.0) if name == REDUCTION else values)
-    return plain, Normalize()
-
-
-def _around_zero(values: np.ndarray) -> tuple[Colormap, Normalize]:
-    """Return two-sided shades whose middle is zero; of one sign alone, that half of them.
-
-    A step of the number is the same step of color on either side.  What lies beyond either end of
-    the scale has the color of that end.
-    """
+    if not signed or not values.size:
+        return plain, Normalize()
+    # a step of the number is the same step of color on either side of zero; what lies beyond an end
+    # of the scale has the color of that end
     two_sided = matplotlib.colormaps[_TWO_SIDED]
+    values = np.maximum(values, -1.0) if name == REDUCTION else values
     low, high = np.percentile(values, [_EXTREME, 100 - _EXTREME])
     if low < 0.0 < high:
         reach = max(min(max(-low, high), _UNEVEN * min(-low, high)), _NARROWEST)
@@ -462,24 +444,21 @@ _MOST_VALUES = 120  # values of the other parameter at which the bounds are comp
 
 
 def draw_manifold(panels: list[Axes], view: ArchiveView) -> None:
-    """Draw the lowest and the highest frequency of the 1:1 response into the panels of a map.
-
-    Raises `RequestError` for a map without omega, and for a system without a closed form.
-    """
-    values, low, high = manifold_bounds(view)
-    upwards = view.axes[0] == "omega"
+    """Draw the lowest and the highest frequency of the 1:1 response into the panels of a map."""
+    values, *bounds = manifold_bounds(view)
     look: dict[str, Any] = {"color": "white", "linewidth": 0.9, "linestyle": (0, (5, 2))}
     look |= {"path_effects": [Stroke(linewidth=1.9, foreground="black"), Normal()]}
     for axes in panels:
-        for bound in (low, high):
-            across, up = (bound, values) if upwards else (values, bound)
-            axes.plot(across, up, scalex=False, scaley=False, **look)
+        for bound in bounds:
+            line = (bound, values) if view.axes[0] == "omega" else (values, bound)
+            axes.plot(*line, scalex=False, scaley=False, **look)
 
 
 def manifold_bounds(view: ArchiveView) -> np.ndarray:
     """Return values of a map's other parameter and the two bounds of omega [rad/s] there, (3, n).
 
-    NaN where there is no 1:1 response.  Raises `RequestError` as `draw_manifold`.
+    NaN where there is no 1:1 response.  Raises `RequestError` for a map without omega, and for a
+    system without a closed form.
     """
     if "omega" not in view.axes or not all(name in PARAMETERS for name in view.axes):
         over = " and ".join(view.axes)
@@ -523,7 +502,7 @@ class _Look(NamedTuple):
     label: str
 
 
-_UNKNOWN = _Look("not known", OTHERS[HATCHED], "")
+_UNKNOWN = _Look("not known", palette.OTHERS[palette.HATCHED], "")
 
 
 def why_no_basins(view: ArchiveView) -> str:
@@ -555,7 +534,7 @@ def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     figure, grid = new_figure(page, [page.map_height] * (has_map + len(varied)))
     panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
     if has_map:
-        handles = fill_basins(panels[0], view)
+        handles, names, shades = fill_basins(panels[0], view)
     if varied:
         handles = fill_shares(panels[-1], view)
     add_map_legend(panels[-1], handles, "attractor")
@@ -564,7 +543,7 @@ def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     write_letters(panels)
     finish(figure, grid, view.text("title"))
     if has_map:
-        name_basins(panels[0], view)
+        name_regions(panels[0], view, names, shades)
     return figure
 
 
@@ -572,40 +551,46 @@ def fill_basin_panel(axes: Axes, view: ArchiveView) -> None:
     """Draw the map, or else the shares, into axes; errors as `basin_picture`."""
     if why := why_no_basins(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
-    has_map = len(view.axes) == 2
-    handles = fill_basins(axes, view) if has_map else fill_shares(axes, view)
+    if len(view.axes) == 1:
+        add_map_legend(axes, fill_shares(axes, view), "attractor")
+        return
+    handles, names, shades = fill_basins(axes, view)
     add_map_legend(axes, handles, "attractor")
-    if has_map:
-        name_basins(axes, view)
+    name_regions(axes, view, names, shades)
 
 
-def fill_basins(axes: Axes, view: ArchiveView) -> list[Any]:
-    """Color the cells of a map by attractor, mark the attractors' points; return the handles."""
-    looks, classes = _looks_of_cells(view)
-    norm = BoundaryNorm(np.arange(len(looks) + 1) - 0.5, len(looks))
-    fill_cells(axes, view, classes, cmap=ListedColormap([x.color for x in looks]), norm=norm)
-    handles: list[Any] = _patches_of(looks)
-    if not begins_at_sections(view) or _parameters(view):
-        return handles
+def fill_basins(axes: Axes, view: ArchiveView) -> tuple[list[Any], np.ndarray, dict[str, str]]:
+    """Color the cells of a map by attractor, and mark the attractors' points.
+
+    Returns the handles of a legend, and for `name_regions` the name of each cell's attractor and
+    the colors of the names.
+    """
+    (looks, table), varied = _looks(view), _parameters(view)
+    numbers = view["attractor"][..., 0]
+    places = zip(view.axes, np.indices(numbers.shape), strict=True)
+    where = [place for name, place in places if name in varied]
+    codes = np.where(numbers >= 0, table[(*where, np.maximum(numbers, 0))], 0)
+    present = np.unique(codes).tolist()
+    fill_classes(axes, view, codes, present, [looks[code].color for code in present])
+    handles = _patches_of([looks[code] for code in present])
+    names = np.array([look.name for look in looks], object)[codes]
+    shades = {looks[code].name: looks[code].color for code in present if code}
+    if varied or not begins_at_sections(view):
+        return handles, names, shades
     style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black"}
     style |= {"markersize": 5.0, "markeredgewidth": 0.9}
-    names, (looks, table) = view["component"].tolist(), _looks(view)
-    columns = [names.index(component_of(name)) for name in view.axes]
+    components = view["component"].tolist()
+    columns = [components.index(component_of(name)) for name in view.axes]
     spans = np.array([view[name][[0, -1]] for name in view.axes]).T
     points = view["attractor_point"][:, columns]
     inside = np.flatnonzero(((points >= spans[0]) & (points <= spans[1])).all(axis=1))
     for k in inside.tolist():
-        color = mixed(looks[table[k]].color, "#ffffff", 0.5)
+        color = palette.mixed(looks[table[k]].color, "#ffffff", 0.5)
         axes.plot(*points[k], markerfacecolor=color, zorder=5, **style)
-    text = "points of attractors" + (",\nprojected" if len(names) > 2 else "")
-    handle = Line2D([], [], markerfacecolor="white", label=text, **style)
-    return [*handles, handle] if inside.size else handles
-
-
-def name_basins(axes: Axes, view: ArchiveView) -> None:
-    looks, classes = _looks_of_cells(view)
-    names = np.array([look.name for look in looks], object)[classes]
-    name_regions(axes, view, names, {x.name: x.color for x in looks if x != _UNKNOWN})
+    if inside.size:
+        text = "points of attractors" + (",\nprojected" if len(components) > 2 else "")
+        handles.append(Line2D([], [], markerfacecolor="white", label=text, **style))
+    return handles, names, shades
 
 
 def fill_shares(axes: Axes, view: ArchiveView) -> list[Any]:
@@ -632,35 +617,27 @@ def _looks(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
     looks, table = [_UNKNOWN], np.zeros(labels.shape, int)
     for label in sorted({str(label) for label in labels.flat if label}):
         numbers = [k for k in range(labels.shape[-1]) if (labels[..., k] == label).any()]
-        is_long = drawn_as(label) != label
+        is_long = palette.drawn_as(label) != label
         for i, k in enumerate(numbers):
-            name = drawn_as(label) if is_long or len(numbers) == 1 else f"{label} ({k})"
+            name = palette.drawn_as(label) if is_long or len(numbers) == 1 else f"{label} ({k})"
             shade = _SHADES[0 if is_long else i % len(_SHADES)]
-            look = _Look(name, mixed(color_of(label), *shade), drawn_as(label))
+            look = _Look(
+                name, palette.mixed(palette.color_of(label), *shade), palette.drawn_as(label)
+            )
             looks += [look] * (look not in looks)
             table[..., k][labels[..., k] == label] = looks.index(look)
     return looks, table
 
 
-def _looks_of_cells(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
-    """Return the looks that occur in a map, and the look (index) of each cell."""
-    looks, table = _looks(view)
-    numbers, varied = view["attractor"][..., 0], _parameters(view)
-    places = zip(view.axes, np.indices(numbers.shape), strict=True)
-    where = [place for name, place in places if name in varied]
-    codes = np.where(numbers >= 0, table[(*where, np.maximum(numbers, 0))], 0)
-    present, classes = np.unique(codes, return_inverse=True)
-    return [looks[code] for code in present], classes.reshape(numbers.shape)
-
-
 def _patches_of(looks: Iterable[_Look]) -> list[Any]:
     """Return the handles of a legend, by period, cells without a known attractor last."""
-    order = in_order({look.label for look in looks if look.label})
-    ordered = sorted(looks, key=lambda x: (order.index(x.label) if x.label else len(order), x.name))
-    styles = [
-        patch_look(example_of(look.label), look.color)
-        if look.label
-        else {"facecolor": look.color, "linewidth": 0}
-        for look in ordered
-    ]
-    return [Patch(label=x.name, **style) for x, style in zip(ordered, styles, strict=True)]
+    order = palette.in_order({look.label for look in looks if look.label})
+    handles = []
+    for look in sorted(
+        looks, key=lambda x: (order.index(x.label) if x.label else len(order), x.name)
+    ):
+        style: dict[str, Any] = {"facecolor": look.color, "linewidth": 0}
+        if look.label:
+            style = palette.patch_look(palette.example_of(look.label), look.color)
+        handles.append(Patch(label=look.name, **style))
+    return handles

@@ -1,9 +1,14 @@
-"""Ends of orbits are grouped and attractors are matched, on maps whose attractors are known."""
+"""Attractors: ends are grouped and matched on maps that are known; requests for them."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from planes import ALONG, PLANE
 
+import nlds_vines as nv
 from nlds_vines.bifurcation import attractors
+from nlds_vines.bifurcation.attractor_ends import sample_size
 from nlds_vines.bifurcation.attractors import (
     SAME,
     Attractor,
@@ -13,6 +18,8 @@ from nlds_vines.bifurcation.attractors import (
     matched,
     period_of,
 )
+from nlds_vines.bifurcation.run import Computer
+from nlds_vines.model.labels import finals
 
 TURN = 2 * np.pi * 0.6180339887498949
 
@@ -109,9 +116,6 @@ def test_chaos_and_quasiperiodic_motion_are_never_one():
     assert len(groups_of(labels, np.array([[1.0, 0, 0, 0]] * 2), np.arange(2), turning)[0]) == 2
 
 
-# ---- numbers -------------------------------------------------------------------------------------
-
-
 def at(x, *lanes, label="T,1"):
     points = np.array([[x, 0.0, 0.0, 0.0]])
     return Attractor(label, 1, points, points[0], np.array(lanes, int), np.ones(2), SAME)
@@ -124,39 +128,102 @@ def table_of(*systems):
     return [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]
 
 
-def test_the_cheapest_assignment_is_taken():
+def test_matches_are_the_cheapest_and_none_is_farther_than_half_the_distance_of_the_next():
     assert matched({0: at(0.0), 1: at(0.2)}, [at(0.22), at(0.05)]) == {0: 1, 1: 0}
-
-
-def test_a_step_beyond_half_the_distance_of_the_next_is_none():
+    # a step beyond half the distance of the next is none
     assert matched({0: at(0.0)}, [at(0.1), at(0.15)]) == {}
     assert matched({0: at(0.0)}, [at(0.1), at(0.25)]) == {0: 0}
     assert matched({0: at(0.0)}, [at(0.31)]) == {}
     assert matched({}, [at(0.0)]) == {}
 
 
-def test_numbers_follow_attractors_and_are_remembered():
+def test_numbers_follow_attractors_are_remembered_and_come_with_orbits():
     table = table_of([at(0.0), at(0.5)], [at(0.52), at(0.01)], [at(0.02)], [at(0.53), at(0.03)])
     assert table == [{0: 0.0, 1: 0.5}, {0: 0.01, 1: 0.52}, {0: 0.02}, {0: 0.03, 1: 0.53}]
-
-
-def test_an_attractor_has_the_number_from_which_an_orbit_came():
+    # an attractor has the number from which an orbit came
     assert table_of([at(0.0)], [at(0.9, ~0)]) == [{0: 0.0}, {0: 0.9}]
     assert table_of([at(0.0)], [at(0.9)]) == [{0: 0.0}, {1: 0.9}]
     # one that goes on keeps its number, whatever else leads to it
     both = table_of([at(0.0), at(0.5)], [at(0.01, ~1)])
     assert both == [{0: 0.0, 1: 0.5}, {0: 0.01}]
-
-
-def test_only_what_is_not_continued_is_carried_on():
+    # only what is not continued is carried on
     numbering = Numbering((2,))
     numbering.give([at(0.0), at(0.5)])
     assert list(numbering.absent([at(0.51)])) == [0]
-
-
-def test_along_two_parameters_the_last_one_is_stepped_first():
+    # along two parameters the last one is stepped first
     numbering = Numbering((2, 2))
     for group in ([at(0.0)], [at(0.05), at(0.6)], [at(0.1), at(1.2)], [at(0.12), at(0.62)]):
         numbering.give(group)
     rows = [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]
     assert rows == [{0: 0.0}, {0: 0.05, 1: 0.6}, {0: 0.1, 2: 1.2}, {0: 0.12, 1: 0.62}]
+
+
+def test_a_given_state_is_where_other_components_begin_and_without_one_they_rest():
+    document = {
+        "system": "ssul-set6",
+        "vary": {"x2_0": {"values": [0.01, 0.02]}},
+        "start": {"state": [1e-3, 0.1, 9.0, -0.2]},
+        "record": {"want": ["section"]},
+        "sampling": {"transient": 0, "periods": 1},
+    }
+    scan = nv.load_scan(document)
+    assert scan.start.policy == "state"
+    assert nv.load_scan(scan.document()).hash == scan.hash
+    starts = Computer(scan).orbits(np.arange(2))[1]
+    rest = scan.system.rest
+    expected = [[1e-3, 0.1, 1e-3 - (x2 - rest), 0.1 + 0.2] for x2 in (0.01, 0.02)]
+    assert np.array_equal(starts, expected)
+    scan = nv.load_scan(
+        {**PLANE, "system": "ssul-set6", "set": {}, "vary": {"v2_0": {"values": [0.5]}}}
+    )
+    assert Computer(scan).orbits(np.arange(1))[1].tolist() == [[0.0, 0.0, 0.0, -0.5]]
+
+
+def test_a_sample_is_judged_where_it_is_less_than_half():
+    assert sample_size(nv.load_scan(PLANE)) == 200
+    # half of its 30 starts would be judged first
+    assert sample_size(nv.load_scan(ALONG)) == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"vary": {"x3_0": {"values": [0.0]}}}, "unknown axis 'x3_0'; did you mean 'x_0'"),
+        ({"vary": {"x2_0": {"values": [0.0]}}}, "x2_0: kind 'oscillator' has the state x, v"),
+        ({"start": {"policy": "random", "count": 3}}, "x_0 is varied, so orbits begin at rest"),
+        ({"start": {"policy": "up"}}, "x_0 is varied"),
+        ({"vary": {"e": {"values": [0.5]}}, "start": {"policy": "up"}}, "want 'attractor'"),
+        ({"start": {"state": [1.0]}}, "must be a list of 4 numbers, or of 2"),
+        ({"start": {"state": [1.0, 2.0, 3.0, 4.0]}}, "state has 4 numbers"),
+        ({"start": {"policy": "state"}}, "which needs one"),
+        ({"start": {"policy": "rest", "state": [0.0, 0.0]}}, "a state belongs to policy 'state'"),
+        ({"vary": {"x_0": {"values": [float("inf")]}}}, "x_0 = inf"),
+    ],
+)
+def test_a_wrong_request_is_refused(changes, message, error_of):
+    assert message in error_of(nv.load_scan, {**PLANE, **changes})
+
+
+def test_a_state_on_the_command_line(refusal):
+    command = ["bifurcation", "--vary", "x2_0=0:0.1:3", "--record", "attractor", "--dry-run"]
+    assert "must be a list of 4 numbers" in refusal(*command, "--start", "0,0,0.1")
+    assert "must be a number" in refusal(*command, "--start", "0,one,0,0")
+
+
+@pytest.mark.long
+def test_labels_of_ten_thousand_cells_are_those_of_plain_following():
+    document = {
+        **PLANE,
+        "system": "ssul-set6",
+        "set": {"omega": 7.7},
+        "vary": {
+            "x2_0": {"start": 0.1, "stop": 0.26, "num": 1000},
+            "v2_0": {"start": -1.0, "stop": 1.0, "num": 1000},
+        },
+    }
+    scan = nv.load_scan(document)
+    chosen = np.sort(np.random.default_rng(1).choice(scan.lanes, 10_000, replace=False))
+    computer = Computer(scan)
+    early = computer.lanes(*computer.orbits(chosen))["label"]
+    plain = Computer(replace(scan, want=("regime",)))
+    assert (early == finals(plain.lanes(*plain.orbits(chosen))["label"])).all()

@@ -1,4 +1,4 @@
-"""Scans over initial conditions, and the attractors that their cells are drawn to."""
+"""Scans over initial conditions: attractors, early stops, what a sample missed, numbers."""
 
 from dataclasses import replace
 
@@ -8,13 +8,19 @@ from planes import ALONG, AMPLITUDE, PLANE
 from rigid import CASES
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.attractor_ends import sample_size
+from nlds_vines.__main__ import main
+from nlds_vines.bifurcation import attractor_ends
+from nlds_vines.bifurcation.attractor_ends import AttractorTable
+from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import sliders_of
 from nlds_vines.model.labels import finals
 from nlds_vines.transients.ensemble import share_interval
+from nlds_vines.upkeep.rerun import differing
+
+pytestmark = pytest.mark.kernels
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +37,6 @@ def along(tmp_path_factory):
     return path
 
 
-@pytest.mark.kernels
 def test_the_attractors_are_those_of_the_closed_form(plane):
     (case,) = (c for c in CASES if (c["omega"], c["e"], c["n"]) == (1.5, 0.8, 1))
     assert case["fold_A"] < AMPLITUDE < case["grazing_A"]
@@ -51,7 +56,6 @@ def test_the_attractors_are_those_of_the_closed_form(plane):
     assert (shares > 0.1).all()
 
 
-@pytest.mark.kernels
 def test_the_largest_energies_of_attractors_are_those_of_their_orbits(plane, tmp_path):
     with nv.read(plane) as view:
         energies, points = view["attractor_E1max"], view["attractor_point"]
@@ -65,7 +69,6 @@ def test_the_largest_energies_of_attractors_are_those_of_their_orbits(plane, tmp
     assert energies[0] != pytest.approx(energies[1], rel=0.01)
 
 
-@pytest.mark.kernels
 def test_chaos_has_the_energies_of_an_orbit_of_it(tmp_path):
     document = {
         **PLANE,
@@ -83,7 +86,6 @@ def test_chaos_has_the_energies_of_an_orbit_of_it(tmp_path):
             assert view[f"attractor_{name}"][number] == first  # all cells are the sample here
 
 
-@pytest.mark.kernels
 def test_labels_are_those_of_plain_following(plane, tmp_path):
     plain = nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=tmp_path / "p.h5", quiet=True)
     with nv.read(plane) as view, nv.read(plain) as other:
@@ -95,26 +97,6 @@ def test_labels_are_those_of_plain_following(plane, tmp_path):
     assert np.median(arrival) < 100  # of the 720 periods of plain following
 
 
-@pytest.mark.long
-def test_labels_of_ten_thousand_cells_are_those_of_plain_following():
-    document = {
-        **PLANE,
-        "system": "ssul-set6",
-        "set": {"omega": 7.7},
-        "vary": {
-            "x2_0": {"start": 0.1, "stop": 0.26, "num": 1000},
-            "v2_0": {"start": -1.0, "stop": 1.0, "num": 1000},
-        },
-    }
-    scan = nv.load_scan(document)
-    chosen = np.sort(np.random.default_rng(1).choice(scan.lanes, 10_000, replace=False))
-    computer = Computer(scan)
-    early = computer.lanes(*computer.orbits(chosen))["label"]
-    plain = Computer(replace(scan, want=("regime",)))
-    assert (early == finals(plain.lanes(*plain.orbits(chosen))["label"])).all()
-
-
-@pytest.mark.kernels
 def test_other_records_do_not_change_the_attractors(plane, tmp_path):
     want = ["section", "energy", "regime", "attractor"]
     path = nv.scan({**PLANE, "record": {"want": want}}, to=tmp_path / "all.h5", quiet=True)
@@ -127,7 +109,6 @@ def test_other_records_do_not_change_the_attractors(plane, tmp_path):
         assert "periodicity" not in view
 
 
-@pytest.mark.kernels
 def test_shares_are_those_of_random_starts(plane):
     """10,000 points drawn in the plane end on T,0 as often as its lattice says."""
     scan = nv.load_scan(PLANE)
@@ -144,7 +125,6 @@ def test_shares_are_those_of_random_starts(plane):
     assert low - edge < share < high + edge
 
 
-@pytest.mark.kernels
 def test_numbers_mean_the_same_along_a_parameter(along):
     with nv.read(along) as view:
         labels = view["attractor_label"]
@@ -157,7 +137,6 @@ def test_numbers_mean_the_same_along_a_parameter(along):
     assert (attractor[0] == 0).all()
 
 
-@pytest.mark.kernels
 def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
     """2T,1 becomes 4T,2 by a period doubling."""
     document = {
@@ -172,7 +151,6 @@ def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
     assert labels.tolist() == [["T,0", "2T,1"], ["T,0", "4T,2"]]
 
 
-@pytest.mark.kernels
 def test_the_orbit_of_a_cell_begins_where_the_axes_say(plane):
     with nv.read(plane) as view:
         x, v = view["x_0"][3], view["v_0"][7]
@@ -184,63 +162,7 @@ def test_the_orbit_of_a_cell_begins_where_the_axes_say(plane):
     assert np.array_equal(orbit.section, again.section)
 
 
-def test_a_given_state_is_where_other_components_begin():
-    document = {
-        "system": "ssul-set6",
-        "vary": {"x2_0": {"values": [0.01, 0.02]}},
-        "start": {"state": [1e-3, 0.1, 9.0, -0.2]},
-        "record": {"want": ["section"]},
-        "sampling": {"transient": 0, "periods": 1},
-    }
-    scan = nv.load_scan(document)
-    assert scan.start.policy == "state"
-    assert nv.load_scan(scan.document()).hash == scan.hash
-    starts = Computer(scan).orbits(np.arange(2))[1]
-    rest = scan.system.rest
-    expected = [[1e-3, 0.1, 1e-3 - (x2 - rest), 0.1 + 0.2] for x2 in (0.01, 0.02)]
-    assert np.array_equal(starts, expected)
-
-
-def test_what_is_not_varied_is_at_rest():
-    scan = nv.load_scan(
-        {**PLANE, "system": "ssul-set6", "set": {}, "vary": {"v2_0": {"values": [0.5]}}}
-    )
-    assert Computer(scan).orbits(np.arange(1))[1].tolist() == [[0.0, 0.0, 0.0, -0.5]]
-
-
-def test_a_sample_is_judged_where_it_is_less_than_half():
-    assert sample_size(nv.load_scan(PLANE)) == 200
-    # half of its 30 starts would be judged first
-    assert sample_size(nv.load_scan(ALONG)) == 0
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"vary": {"x3_0": {"values": [0.0]}}}, "unknown axis 'x3_0'; did you mean 'x_0'"),
-        ({"vary": {"x2_0": {"values": [0.0]}}}, "x2_0: kind 'oscillator' has the state x, v"),
-        ({"start": {"policy": "random", "count": 3}}, "x_0 is varied, so orbits begin at rest"),
-        ({"start": {"policy": "up"}}, "x_0 is varied"),
-        ({"vary": {"e": {"values": [0.5]}}, "start": {"policy": "up"}}, "want 'attractor'"),
-        ({"start": {"state": [1.0]}}, "must be a list of 4 numbers, or of 2"),
-        ({"start": {"state": [1.0, 2.0, 3.0, 4.0]}}, "state has 4 numbers"),
-        ({"start": {"policy": "state"}}, "which needs one"),
-        ({"start": {"policy": "rest", "state": [0.0, 0.0]}}, "a state belongs to policy 'state'"),
-        ({"vary": {"x_0": {"values": [float("inf")]}}}, "x_0 = inf"),
-    ],
-)
-def test_a_wrong_request_is_refused(changes, message, error_of):
-    assert message in error_of(nv.load_scan, {**PLANE, **changes})
-
-
-def test_a_state_on_the_command_line(refusal):
-    command = ["bifurcation", "--vary", "x2_0=0:0.1:3", "--record", "attractor", "--dry-run"]
-    assert "must be a list of 4 numbers" in refusal(*command, "--start", "0,0,0.1")
-    assert "must be a number" in refusal(*command, "--start", "0,one,0,0")
-
-
-@pytest.mark.kernels
-def test_measures_of_a_plane(plane, answer):
+def test_a_plane_has_measures_and_random_starts_an_interval(plane, answer, tmp_path, along):
     measures = nv.basin_measures(plane, side=10)
     assert [basin.label for basin in measures.basins] == ["T,0", "T,1"]
     assert sum(basin.share for basin in measures.basins) == pytest.approx(1.0)
@@ -261,10 +183,19 @@ def test_measures_of_a_plane(plane, answer):
         )
         assert view["attractor"][x, v, 0] == 1
     assert "attractor 0, T,0" in repr(measures)
-
-
-@pytest.mark.kernels
-def test_measures_along_a_parameter(along, answer):
+    # random starts have an interval
+    document = {**PLANE, "set": {"omega": 1.5}, "vary": {"P": {"values": [AMPLITUDE]}}}
+    document["start"] = {"policy": "random", "count": 200, "seed": 4}
+    path = nv.scan(document, to=tmp_path / "random.h5", quiet=True)
+    measures = nv.basin_measures(path)
+    for basin in measures.basins:
+        assert (basin.low, basin.high) == share_interval(basin.count, 200)
+    assert measures.entropy is None
+    # an archive without attractors is refused
+    other = nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=tmp_path / "o.h5", quiet=True)
+    with pytest.raises(RequestError, match="holds no attractor: scan with --record attractor"):
+        nv.basin_measures(other)
+    # along a parameter, a value of it is given
     assert "attractor 1, T,1" in repr(nv.basin_measures(along, P=0.51))
     with pytest.raises(RequestError, match="P is missing"):
         nv.basin_measures(along)
@@ -274,25 +205,6 @@ def test_measures_along_a_parameter(along, answer):
         nv.basin_measures(along, P=0.9)
 
 
-@pytest.mark.kernels
-def test_random_starts_have_an_interval(tmp_path):
-    document = {**PLANE, "set": {"omega": 1.5}, "vary": {"P": {"values": [AMPLITUDE]}}}
-    document["start"] = {"policy": "random", "count": 200, "seed": 4}
-    path = nv.scan(document, to=tmp_path / "random.h5", quiet=True)
-    measures = nv.basin_measures(path)
-    for basin in measures.basins:
-        assert (basin.low, basin.high) == share_interval(basin.count, 200)
-    assert measures.entropy is None
-
-
-@pytest.mark.kernels
-def test_an_archive_without_attractors_is_refused(tmp_path):
-    other = nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=tmp_path / "o.h5", quiet=True)
-    with pytest.raises(RequestError, match="holds no attractor: scan with --record attractor"):
-        nv.basin_measures(other)
-
-
-@pytest.mark.kernels
 def test_the_page_of_an_archive_begins_orbits_where_the_axes_say(plane):
     archive = stored(plane)
     cell = (3, 7)
@@ -302,3 +214,163 @@ def test_the_page_of_an_archive_begins_orbits_where_the_axes_say(plane):
     assert start.words == f"x_0 = {start.state[0]:g}, v_0 = {start.state[1]:g}"
     assert [axis.name for axis in archive.scan.axes] == ["x_0", "v_0"]
     assert [spec.name for spec in sliders_of(archive)][:2] == ["x_0", "v_0"]
+
+
+STARTS = {"policy": "random", "count": 60, "seed": 3}
+STOPS = {
+    "kind": "oscillator-2", "omega": 1.2, "P": 2.0, "m": 1.0, "k": 1.0, "c": 0.05, "C": 0.5,
+    "C_2": 0.5, "K": 20.0,
+}  # fmt: skip
+
+
+def scan_of(system, vary, start=STARTS, **changes):
+    document = {"title": "of a test", "system": system, "vary": vary, "start": start}
+    return nv.load_scan({**document, "record": {"want": ["attractor"]}, **changes})
+
+
+REQUESTS = {
+    "period one and chaos": scan_of("ssul-set6", {"omega": {"values": [7.36]}}),
+    "T,0 and 4T,2": scan_of("ssul-set6", {"omega": {"values": [7.66, 7.7]}}),
+    "after transient chaos": scan_of("ssul-set6", {"omega": {"values": [7.6]}}),
+    "restitution": scan_of("impact-oscillator", {"P": {"values": [0.7]}}, set={"omega": 1.5}),
+}
+
+
+def attractors_of(scan, tmp_path):
+    with nv.read(nv.scan(scan, to=tmp_path / "scan.h5", quiet=True)) as view:
+        return {name: view[name] for name in view.names}
+
+
+@pytest.mark.parametrize("scan", REQUESTS.values(), ids=list(REQUESTS))
+def test_early_stops_end_as_plain_verdicts_do(scan, monkeypatch):
+    monkeypatch.setattr(attractor_ends, "SAMPLE", 20)
+    assert attractor_ends.sample_size(scan) == 20
+    early, plain = Computer(scan), Computer(replace(scan, want=("regime", "evidence")))
+    orbits = early.orbits(np.arange(scan.lanes))
+    stopped, verdicts = early.lanes(*orbits), plain.lanes(*orbits)
+    labels = finals(verdicts["label"])
+    assert (stopped["label"] == labels).all()
+    closed = np.flatnonzero([attractor_ends.period_of(label) == 1 for label in labels[:, 0]])
+    points = verdicts["orbit_point"][closed, 0]  # of nT, the point of another section may be given
+    assert np.allclose(stopped["end_state"][closed, 0], points, rtol=1e-7, atol=1e-12)
+    closed = np.array([attractor_ends.period_of(label) > 0 for label in labels[:, 0]])
+    arrival = stopped["arrival"][:, 0]
+    assert (arrival[closed] >= 0).all()
+    assert (arrival[~closed] == -1).all()
+    assert np.median(arrival[closed]) < 350
+
+
+def test_threads_and_neighbors_change_nothing():
+    computer = Computer(REQUESTS["T,0 and 4T,2"])
+    cells, starts, places = computer.orbits(np.arange(120))
+    every = computer.lanes(cells, starts, places)
+    for lane in (0, 60, 119):
+        one = slice(lane, lane + 1)
+        alone = Computer(REQUESTS["T,0 and 4T,2"]).lanes(cells[one], starts[one], places[one])
+        for name in ("label", "arrival", "end_state"):
+            assert np.array_equal(alone[name][0], every[name][lane])
+
+
+def test_mirrored_twins_are_two_attractors(tmp_path):
+    """Between two equal stops, what is not its own mirror image has a twin: T,2 and T,3 both do."""
+    scan = scan_of(STOPS, {"P": {"values": [2.0]}}, {**STARTS, "count": 30})
+    arrays = attractors_of(scan, tmp_path)
+    labels = arrays["attractor_label"][0].tolist()
+    assert labels.count("T,2") == labels.count("T,3") == 2
+    assert set(arrays["attractor"][0].tolist()) == set(range(len(labels)))
+    energies = {
+        label: arrays["attractor_E1max"][0][[word == label for word in labels]]
+        for label in ("T,2", "T,3")
+    }
+    for pair in energies.values():
+        assert pair[0] == pytest.approx(pair[1], rel=1e-7)  # which is why they are no features
+
+
+def test_two_tori_of_one_system_are_two_attractors(tmp_path):
+    scan = scan_of("ssul-set6", {"omega": {"values": [7.375]}})
+    arrays = attractors_of(scan, tmp_path)
+    assert arrays["attractor_label"].tolist() == [["quasiperiodic", "quasiperiodic"]]
+    assert min(arrays["attractor_share"][0]) > 0.2
+    assert arrays["attractor_margin"].min() > 2.0
+    # their energies of 100,000 periods are 98.291 and 124.738 J
+    energies = sorted(arrays["attractor_E1max"][0].tolist())
+    assert energies == pytest.approx([98.291, 124.738], rel=0.01)
+
+
+def test_an_attractor_that_no_start_comes_to_is_carried_on():
+    """As if at the second value both orbits had come to T,0."""
+    vary = {"P": {"values": [0.5, 0.55, 0.6]}, "v_0": {"values": [0.0, 3.0]}}
+    scan = scan_of("impact-oscillator", vary, {"policy": "rest"}, set={"omega": 1.5})
+    (block,) = blocks_of(scan)
+    arrays = Computer(scan).block(block)
+    assert arrays["label"][..., 0].tolist() == [["T,0", "T,1"]] * 3
+    for name in ("label", "end_state"):
+        arrays[name][1, 1] = arrays[name][1, 0]
+    table = AttractorTable(Computer(scan).ends, [(block, arrays)])
+    assert table.patched(block, arrays)["attractor"][..., 0].tolist() == [[0, 1], [0, 0], [0, 1]]
+    values = {name: array for name, _, array in table.pieces()}
+    assert values["attractor_label"].tolist() == [["T,0", "T,1"]] * 3
+    assert values["attractor_share"].tolist() == [[0.5, 0.5], [1.0, 0.0], [0.5, 0.5]]
+
+
+@pytest.fixture
+def sample_of_one(monkeypatch):
+    """Let one orbit of each system be judged before others may stop early."""
+    monkeypatch.setattr(attractor_ends, "SAMPLE", 1)
+    monkeypatch.setattr(attractor_ends, "LEAST", 1)
+
+
+def arrays_of(path):
+    with nv.read(path) as view:
+        return {name: view[name] for name in view.names if name != "status"}
+
+
+def test_what_one_orbit_has_missed_has_a_number_at_last(sample_of_one, tmp_path, monkeypatch):
+    one = arrays_of(nv.scan(PLANE, to=tmp_path / "one.h5", quiet=True))
+    monkeypatch.undo()
+    all_of = arrays_of(nv.scan(PLANE, to=tmp_path / "all.h5", quiet=True))
+    assert sorted(one["attractor_label"].tolist()) == ["T,0", "T,1"]
+    assert (one["attractor"] >= 0).all()
+    assert (one["arrival"] >= 0).all()
+    same = np.array([all_of["attractor_label"].tolist().index(x) for x in one["attractor_label"]])
+    assert (same[one["attractor"]] == all_of["attractor"]).all()
+    assert np.array_equal(one["label"], all_of["label"])
+    assert np.allclose(one["attractor_point"], all_of["attractor_point"][same], atol=1e-9)
+    assert np.allclose(one["attractor_E1max"], all_of["attractor_E1max"][same], rtol=1e-9)
+    assert one["attractor_share"].tolist() == all_of["attractor_share"][same].tolist()
+
+
+def test_it_keeps_its_number_along_a_parameter(sample_of_one, tmp_path):
+    arrays = arrays_of(nv.scan(ALONG, to=tmp_path / "along.h5", quiet=True))
+    labels = arrays["attractor_label"]
+    assert (arrays["attractor"] >= 0).all()
+    for k in range(labels.shape[1]):
+        assert len(set(labels[:, k].tolist()) - {""}) == 1
+    assert sorted(set(labels.ravel().tolist())) == ["", "T,0", "T,1"]
+    assert labels.shape[1] == 2
+    names = labels[np.arange(4)[:, np.newaxis], arrays["attractor"][..., 0]]
+    assert np.array_equal(names, arrays["label"][..., 0])
+
+
+def test_shards_and_resumes_make_the_same_archive(sample_of_one, tmp_path):
+    nv.scan(ALONG, to=tmp_path / "whole.h5", quiet=True)
+    scan, path = tmp_path / "scan.toml", tmp_path / "parts.h5"
+    scan.write_text(nv.load_scan(ALONG).to_toml())
+    command = ["bifurcation", str(scan), "-o", str(path), "--quiet"]
+    assert main([*command, "--shard", "2/2", "--threads", "1"]) == 0
+    assert main([*command, "--shard", "1/2"]) == 0
+    assert differing(tmp_path / "whole.h5", path) == []
+
+
+def test_chaos_that_was_missed_has_a_number(sample_of_one, tmp_path):
+    document = {
+        **PLANE,
+        "system": "ssul-set6",
+        "set": {"omega": 7.36},
+        "vary": {"v2_0": {"start": -0.5, "stop": 0.5, "num": 12}},
+    }
+    arrays = arrays_of(nv.scan(document, to=tmp_path / "chaos.h5", quiet=True))
+    names = arrays["attractor_label"][arrays["attractor"][..., 0]]
+    assert set(arrays["label"].ravel().tolist()) - {"chaos"}
+    assert np.array_equal(names, [str(x).split(" to ")[-1] for x in arrays["label"][:, 0]])
+    assert np.isfinite(arrays["attractor_E1max"]).all()

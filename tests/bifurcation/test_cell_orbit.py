@@ -6,6 +6,8 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.bifurcation.result import cell_orbit
 
+pytestmark = pytest.mark.kernels
+
 SCAN = {
     "system": "ssul-set6",
     "vary": {"omega": {"values": [7.3, 7.5, 7.575]}, "K": {"values": [2.5e7, 3e7]}},
@@ -33,7 +35,6 @@ def archive(tmp_path_factory):
     return of
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("name", STARTS)
 def test_the_orbit_is_that_of_the_scan_to_the_last_bit(archive, name):
     with nv.read(archive(name)) as view:
@@ -48,17 +49,6 @@ def test_the_orbit_is_that_of_the_scan_to_the_last_bit(archive, name):
                     assert orbit.system.K == K
 
 
-@pytest.mark.kernels
-def test_other_records_change_no_bit(archive):
-    one = nv.orbit_of(archive("random"), omega=7.575, K=2.5e7, start=1)
-    recorded = nv.orbit_of(
-        archive("random"), omega=7.575, K=2.5e7, start=1, record=["section", "energy", "impacts"]
-    )
-    assert np.array_equal(one.section, recorded.section)
-    assert recorded.E1max > 0
-
-
-@pytest.mark.kernels
 def test_the_states_that_were_drawn_are_stored(archive):
     with nv.read(archive("random")) as view:
         states = view["start_state"]
@@ -73,8 +63,7 @@ def test_the_states_that_were_drawn_are_stored(archive):
         assert "start_state" not in view
 
 
-@pytest.mark.kernels
-def test_a_portrait_of_a_cell_has_the_section_of_the_scan(archive):
+def test_the_orbit_of_a_portrait_or_of_the_nearest_cell_is_that_of_the_scan(archive):
     cell = cell_orbit(archive("random"), {"omega": 7.575, "K": 2.5e7}, 1)
     orbit = cell.orbit()
     traced = cell.traced(150, 190, 32)
@@ -83,30 +72,29 @@ def test_a_portrait_of_a_cell_has_the_section_of_the_scan(archive):
     assert traced.time[-1] == pytest.approx(190 * cell.begin.system.period, rel=1e-12)
     steps = np.abs(np.diff(traced.trajectory[:, 0])).max()
     assert steps < np.ptp(traced.trajectory[:, 0]) / 4  # no jump where two periods meet
-
-
-@pytest.mark.kernels
-def test_the_nearest_cell_is_taken(archive):
+    # the nearest cell is taken
     near = nv.orbit_of(archive("rest"), omega=7.42, K=2.6e7)
     assert near.system.parameters["omega"] == 7.5
     assert near.system.K == 2.5e7
+    # other records change no bit
+    one = nv.orbit_of(archive("random"), omega=7.575, K=2.5e7, start=1)
+    recorded = nv.orbit_of(
+        archive("random"), omega=7.575, K=2.5e7, start=1, record=["section", "energy", "impacts"]
+    )
+    assert np.array_equal(one.section, recorded.section)
+    assert recorded.E1max > 0
 
 
 WRONG = {
     "outside": ({"omega": 8.5, "K": 3e7}, 0, "omega = 8.5 lies outside the scan: 7.3 to 7.575"),
     "missing": ({"omega": 7.5}, 0, "K is missing"),
-    "unknown": (
-        {"omega": 7.5, "k": 3e7},
-        0,
-        "varied parameter of .*: 'k'; allowed: omega, K",
-    ),
+    "unknown": ({"omega": 7.5, "k": 3e7}, 0, "varied parameter of .*: 'k'; allowed: omega, K"),
     "no such start": ({"omega": 7.5, "K": 3e7}, 3, "start = 3 must be .* 0 to 2"),
     "no such name": ({"omega": 7.5, "K": 3e7}, "up", "unknown start 'up'.*random 0"),
     "no number": ({"omega": "7.5", "K": 3e7}, 0, "must be a number"),
 }
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("case", WRONG)
 def test_a_wrong_cell_is_one_line(archive, case):
     values, start, words = WRONG[case]
@@ -114,7 +102,6 @@ def test_a_wrong_cell_is_one_line(archive, case):
         nv.orbit_of(archive("random"), start=start, **values)
 
 
-@pytest.mark.kernels
 def test_the_command_draws_a_cell(archive, here, answer, refusal):
     file, at = str(archive("random")), ["--at", "omega=7.5,K=3e7"]
     out = answer("portrait", file, *at, "--start", "random 2", "--samples", "64")

@@ -1,4 +1,4 @@
-"""The section at impact of scans, beside closed forms: rigid orbits, a chattering ball, grazing."""
+"""Sections at impact and the kind of modulation of scans, beside closed forms."""
 
 import math
 
@@ -8,6 +8,7 @@ from rigid import CASES, RIGID, start_of
 from scipy.optimize import brentq
 
 import nlds_vines as nv
+from nlds_vines.orbits.records import modulation_of
 
 pytestmark = pytest.mark.kernels
 
@@ -30,9 +31,6 @@ def sections(path, system, changes, vary, transient, periods, start="rest"):
         return *rows, view["impact_rate"][..., 0]
 
 
-# ---- orbits of rigid bodies in closed form -------------------------------------------------------
-
-
 @pytest.mark.plain
 @pytest.mark.parametrize("pair", ORBITS, ids=lambda pair: f"{pair[0]['omega']}-{pair[1]['A']}")
 def test_sections_of_rigid_orbits(pair, tmp_path):
@@ -50,8 +48,6 @@ def test_sections_of_rigid_orbits(pair, tmp_path):
     apart = (at[:3] - exact["phase"] + np.pi) % (2 * np.pi) - np.pi
     np.testing.assert_allclose(apart, 0.0, rtol=0, atol=1e-10)
 
-
-# ---- Luck and Mehta's ball: it chatters, rests on the table, and forgets -------------------------
 
 GRAVITY = 9.81
 MANY = 60  # rebounds of a series at most that are followed one by one
@@ -125,8 +121,6 @@ def test_a_ball_that_chatters_forgets(gamma, e, tmp_path):
     assert abs(ratios[-1] - e) < 0.02 * e
     assert turns[full][0, -1] == pytest.approx(end, abs=1e-4)
 
-
-# ---- Nordmark: the square root at grazing --------------------------------------------------------
 
 C1, OMEGA, E = 2.5, 1.8, 0.8  # an overdamped oscillator: both multipliers of its flight are real
 SLOW, FAST = (C1 - math.sqrt(C1**2 - 4)) / 2, (C1 + math.sqrt(C1**2 - 4)) / 2
@@ -202,3 +196,61 @@ def test_a_soft_wall_has_the_square_root_alone(tmp_path):
     near = share < 1e-7
     fitted = np.polyfit(np.log((grazing - behind)[near]), np.log(speed[near]), 1)[0]
     assert fitted == pytest.approx(0.5, abs=2e-5)
+
+
+def recorded_modulation(path, clearance, omega, start):
+    """Return the arrays (omega, starts) of a scan of `vi-nes` over omega, by name."""
+    request = {
+        "system": "vi-nes",
+        "set": {"C": clearance, "D": clearance},
+        "vary": {"omega": {"values": list(omega)}},
+        "start": start,
+        "sampling": {"transient": 1500, "periods": 400},
+        "record": {"want": ["modulation", "impacts"]},
+    }
+    nv.scan(request, to=path, quiet=True)
+    with nv.read(path) as view:
+        words = view.flags("capture")
+        arrays = {name: view[name] for name in ("amplitude_min", "amplitude_max", "two_impacts")}
+        captured = np.vectorize(words.get)(view["capture"])
+        return arrays | {"rate": view["impact_rate"], "capture": captured}
+
+
+def test_sustained_motion_is_that_of_the_closed_form(tmp_path):
+    """Which starts all over reach, below resonance; the amplitude lies within 1 % of it."""
+    omega = [0.95, 0.96, 0.97, 0.975]
+    start = {"policy": "random", "count": 6, "seed": 1}
+    arrays = recorded_modulation(tmp_path / "sustained.h5", 50.0, omega, start)
+    assert (arrays["capture"] == "sustained_1_to_1").all()
+    assert (arrays["two_impacts"] == 1.0).all()
+    np.testing.assert_allclose(arrays["amplitude_min"], arrays["amplitude_max"], rtol=1e-6)
+    response = nv.slow_manifold(nv.load_system("vi-nes", C=50.0, D=50.0)).response()
+    there = np.isfinite(response.below)
+    exact = np.interp(omega, response.below[there], response.amplitude[there])[:, np.newaxis]
+    np.testing.assert_allclose(
+        arrays["amplitude_max"], np.broadcast_to(exact, arrays["rate"].shape), rtol=0.01
+    )
+
+
+def test_beyond_the_best_clearance_there_is_no_sustained_motion(tmp_path):
+    """Gamma = 0.4 > Gamma_opt = 0.339: without impacts, or strongly modulated."""
+    omega = np.linspace(1.0, 1.02, 5)
+    arrays = recorded_modulation(tmp_path / "wide.h5", 200.0, omega, {"policy": "up"})
+    assert set(arrays["capture"].ravel()) == {"no_impacts", "strongly_modulated"}
+    assert (arrays["rate"][2:] > 0.5).all()
+    strong = arrays["capture"] == "strongly_modulated"
+    assert (arrays["two_impacts"][strong] < 0.9).all()
+    assert (arrays["amplitude_min"][strong] < 0.1 * arrays["amplitude_max"][strong]).all()
+    still = ~strong
+    np.testing.assert_allclose(
+        arrays["amplitude_min"][still], arrays["amplitude_max"][still], rtol=1e-2
+    )
+
+
+def test_the_criterion_is_by_impacts_a_period():
+    section = np.zeros((5, 1, 200, 4))
+    counts = np.array(
+        [[[0, 0, 0]], [[200, 197, 0]], [[200, 198, 0]], [[201, 201, 0]], [[400, 10, 0]]]
+    )
+    capture = modulation_of(section, np.ones((5, 1)), counts)["capture"]
+    assert capture.ravel().tolist() == [0, 1, 2, 2, 3]

@@ -81,10 +81,10 @@ def test_without_what_makes_a_certificate_for_every_run_it_is_refused(monkeypatc
     one, other = (cluster._security().tls_client_cert for _ in range(2))
     assert "BEGIN CERTIFICATE" in one
     assert one != other
-    monkeypatch.setattr("distributed.security.Security.temporary", _without_cryptography)
+
+    def without_cryptography():
+        raise ImportError
+
+    monkeypatch.setattr("distributed.security.Security.temporary", without_cryptography)
     with pytest.raises(RequestError, match=r"certificate.*nlds-vines\[cluster\]"):
         cluster._security()
-
-
-def _without_cryptography():
-    raise ImportError

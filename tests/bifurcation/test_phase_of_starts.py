@@ -5,7 +5,10 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.command import start_of
 from nlds_vines.bifurcation.result import cell_orbit
+from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import Chosen
@@ -95,22 +98,17 @@ def test_the_method_rk4_begins_at_a_phase_too():
 
 
 @pytest.mark.kernels
-def test_what_is_at_a_section_stays_there():
+def test_what_is_at_a_section_stays_there_and_what_does_not_come_so_far_diverges():
     system, state = nv.load_system("impact-oscillator", omega=1.5), [[0.3, -0.2]] * 2
     assert at_section(system, state, [0.0, TURN]).tolist() == state
     near = at_section(system, state, [np.nextafter(TURN, 0.0), TURN - 1e-9])
     assert np.allclose(near, state, atol=1e-8)
-
-
-@pytest.mark.kernels
-def test_an_orbit_that_does_not_come_so_far_diverges():
+    # an orbit that does not come so far diverges
     system = nv.load_system("impact-oscillator", omega=1.5, P=0.0, c=0.0)
     assert np.isnan(at_section(system, [[-4.9e149, 0.0]], [TURN - 1.178])).all()
     document = {**PLANE, "system": system, "set": {}, "record": {"want": ["attractor", "energy"]}}
     document["vary"] = {"phase": {"values": [TURN - 1.178]}}
     scan = nv.load_scan({**document, "start": {"state": [-4.9e149, 0.0]}})
-    from nlds_vines.bifurcation.run import Computer
-
     arrays = Computer(scan).lanes(*Computer(scan).orbits(np.array([0])))
     assert arrays["status"].ravel().tolist() == [DIVERGED]
 
@@ -171,9 +169,6 @@ def test_an_archive_knows_its_phases(plane, tmp_path, capsys):
 @pytest.mark.kernels
 def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
     scan = nv.load_scan(PLANE)
-    from nlds_vines.bifurcation.blocks import Block
-    from nlds_vines.bifurcation.run import Computer
-
     one = Computer(scan).block(Block(0, ((3, 5), (7, 9))))
     with nv.read(plane) as view:
         for name in ("arrival", "label", "end_state"):
@@ -219,8 +214,6 @@ def test_a_wrong_phase_is_refused(change, message):
 
 @pytest.mark.kernels
 def test_the_command_takes_phases(tmp_path, answer):
-    from nlds_vines.bifurcation.command import start_of
-
     assert start_of("rest@1.5") == {"start": {"policy": "rest", "phase": 1.5}}
     assert start_of("0.1,0@1.5") == {
         "start": {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}

@@ -64,6 +64,21 @@ def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fil
     return archived(path, scan, arrays)
 
 
+def filled_with(**values):
+    """Return a `fill` that gives datasets these values."""
+
+    def fill(name, array):
+        if name in values:
+            array[...] = values[name]
+
+    return fill
+
+
+def columns(values):
+    """Return values along the first of two axes, for all else alike."""
+    return np.asarray(values)[:, np.newaxis, np.newaxis]
+
+
 @pytest.fixture(scope="module")
 def usual(tmp_path_factory):
     return archive_of(tmp_path_factory.mktemp("figures") / "usual.h5")
@@ -88,10 +103,7 @@ def named(figure):
     return texts(strips(figure)[0])
 
 
-# ---- diagrams ------------------------------------------------------------------------------------
-
-
-def test_figure_8_has_two_panels_with_symbols_and_units_and_the_energy_in_green(usual):
+def test_figure_8_has_panels_symbols_units_and_colors_and_the_dots_of_the_archive(usual):
     figure = drawn(usual)
     damper, structure, strip, energy = figure.axes
     assert damper.get_ylabel() == "damper $x_2$ [m]"
@@ -102,10 +114,7 @@ def test_figure_8_has_two_panels_with_symbols_and_units_and_the_energy_in_green(
     assert damper.get_xlim() == structure.get_xlim() == strip.get_xlim() == (4.99, 8.01)
     assert figure.texts[0].get_text() == "a test of pictures"
     assert figure.get_figwidth() == pytest.approx(16 / 2.54)
-
-
-def test_the_dots_are_the_archives_section(usual):
-    figure = drawn(usual)
+    # the dots are those of the archive
     with read(usual) as view:
         for panel, component in ((figure.axes[0], 2), (figure.axes[1], 0)):
             (cloud,) = panel.get_lines()
@@ -116,7 +125,7 @@ def test_the_dots_are_the_archives_section(usual):
             assert cloud.get_linestyle() == "None"
 
 
-def test_regimes_are_named_and_names_do_not_overlap(usual):
+def test_regimes_are_named_without_overlaps_and_gaps_in_knowledge_are_hatched(usual):
     figure = drawn(usual)
     (strip,) = strips(figure)
     assert named(figure) == [
@@ -127,6 +136,12 @@ def test_regimes_are_named_and_names_do_not_overlap(usual):
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[i + 1 :])
     assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in boxes)
     assert all(box.y1 <= figure.bbox.y1 for box in boxes)
+    # gaps in knowledge look like gaps
+    patches = strips(drawn(usual))[0].patches
+    hatched = [patch for patch in patches if patch.get_hatch()]
+    assert len(patches) == len(WINDOWS)
+    assert len(hatched) == 1
+    assert hatched[0].get_x() == pytest.approx(7.50, abs=0.02)
 
 
 def test_names_are_measured_once_and_only_where_one_may_stand_inside(monkeypatch):
@@ -140,22 +155,11 @@ def test_names_are_measured_once_and_only_where_one_may_stand_inside(monkeypatch
     assert sorted(measured) == ["T,0", "T,1"]
 
 
-def test_gaps_in_knowledge_look_like_gaps(usual):
-    patches = strips(drawn(usual))[0].patches
-    hatched = [patch for patch in patches if patch.get_hatch()]
-    assert len(patches) == len(WINDOWS)
-    assert len(hatched) == 1
-    assert hatched[0].get_x() == pytest.approx(7.50, abs=0.02)
-
-
 def test_random_starts_have_the_colors_of_the_attractors_that_they_are_on(tmp_path):
-    def fill(name, array):
-        if name == "label":
-            array[:, 1] = "T,0"
-
-    path = archive_of(
-        tmp_path / "r.h5", start={"policy": "random", "count": 3, "seed": 1}, fill=fill
-    )
+    labels = np.repeat([[regime(omega)] for omega in np.linspace(5.0, 8.0, 151)], 3, axis=1)
+    labels[:, 1] = "T,0"
+    start = {"policy": "random", "count": 3, "seed": 1}
+    path = archive_of(tmp_path / "r.h5", start=start, fill=filled_with(label=labels))
     figure = drawn(path)
     _, structure, energy = figure.axes[:3]
     words = ["T,0", "T,1", "2T,1", "2T,2", "3T,2", "4T,2", "chaos", "undetermined"]
@@ -200,9 +204,6 @@ def test_whatever_is_recorded_is_drawn(tmp_path, system, want, panels):
 def test_a_single_value_is_a_diagram_too(tmp_path):
     figure = drawn(archive_of(tmp_path / "x.h5", vary={"omega": {"values": [6.0]}}))
     assert named(figure) == ["T,1"]
-
-
-# ---- maps ----------------------------------------------------------------------------------------
 
 
 def test_a_map_has_a_color_and_a_name_for_every_regime(tmp_path):
@@ -255,11 +256,9 @@ LIMITED = {
 
 
 def test_a_map_of_numbers_marks_where_the_limit_of_its_scene_is_violated(tmp_path):
-    def fill(name, array):
-        if name == "violations":
-            array[...] = 0
-            array[3:5, 7] = 2
-
+    violations = np.zeros((30, 20, 1), int)
+    violations[3:5, 7] = 2
+    fill = filled_with(violations=violations)
     drawn_kept = drawn(archive_of(tmp_path / "kept.h5", ["energy"], MAP, system="ssul-set6"))
     assert drawn_kept.axes[0].get_legend() is None
     path = archive_of(tmp_path / "m.h5", ["energy"], MAP, system=LIMITED, fill=fill)
@@ -286,17 +285,11 @@ def coexisting_archive(path, want=("regime", "settling", "lyapunov")):
         ["9T,6", "chaos", "T,0", "T,0"],
         ["undetermined"] * 4,
     )
-    columns = np.repeat(np.array(cells, dtype=object), [9, 9, 9, 3], axis=0)
-
-    def fill(name, array):
-        if name == "label":
-            array[...] = columns[:, np.newaxis]
-        elif name == "settling":
-            array[...] = np.arange(1, 5)
-            array[27:, :, 1] = -1
-        elif name == "lyapunov":
-            array[...] = np.linspace(-0.3, 0.2, 30)[:, np.newaxis, np.newaxis]
-
+    labels = np.repeat(np.array(cells, dtype=object), [9, 9, 9, 3], axis=0)[:, np.newaxis]
+    settling = np.tile(np.arange(1, 5), (30, 20, 1))
+    settling[27:, :, 1] = -1
+    exponents = columns(np.linspace(-0.3, 0.2, 30))
+    fill = filled_with(label=labels, settling=settling, lyapunov=exponents)
     return archive_of(path, want, MAP, start=FOUR, fill=fill)
 
 
@@ -336,12 +329,11 @@ def test_a_map_of_several_starts_shows_the_most_frequent_regime_and_how_many_coe
     assert hatched(above) == {palette.hatch_of("undetermined"): 20}  # a run in each of the rows
 
 
-def test_coexistence_alone_is_a_panel_of_its_own(four):
+def test_maps_of_several_starts_show_coexistence_shares_settling_and_exponents(four):
+    # coexistence alone is a panel of its own
     (axes,) = shown(four, "coexisting").axes
     assert legend_of(axes) == ["none known", "1", "2", "3"]
-
-
-def test_a_share_goes_from_none_to_all(four):
+    # a share goes from none to all
     axes, bar = shown(four, "share:T,0").axes
     (mesh,) = axes.collections
     assert [mesh.get_array()[0, i] for i in (0, 9, 18, 29)] == [0.0, 0.75, 0.5, 0.0]
@@ -349,9 +341,7 @@ def test_a_share_goes_from_none_to_all(four):
     assert bar.get_ylabel() == "share of 4 starts in T,0"
     one = shown(four, f"share:{LATE}").axes[0].collections[0].get_array()
     assert (one[0, 9], one[0, 18]) == (0.25, 0.0)
-
-
-def test_shares_are_side_by_side_the_most_frequent_first(four):
+    # shares stand side by side, the most frequent first
     figure = shown(four, "shares")
     titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
     assert titles[:2] == ["T,0", "T,1"]
@@ -360,23 +350,21 @@ def test_shares_are_side_by_side_the_most_frequent_first(four):
     boxes = [axes.get_tightbbox(for_layout_only=True) for axes in figure.axes if axes.axison]
     assert all(box.x0 >= 0 and box.x1 <= figure.bbox.x1 for box in boxes)
     assert all(box.y0 >= 0 and box.y1 <= figure.bbox.y1 for box in boxes)
-
-
-def test_settling_is_the_largest_of_all_starts_and_black_where_one_never_did(four):
+    # settling is the largest of all starts, and black where one never did
     axes = shown(four, "settling").axes[0]
     mesh, cover = axes.collections
     assert mesh.get_array()[0, 0] == 4
     np.testing.assert_array_equal(mesh.get_array().mask[0], [False] * 27 + [True] * 3)
     np.testing.assert_array_equal(cover.get_array().mask[0], [True] * 27 + [False] * 3)
     assert legend_of(axes) == ["not settled, or no orbit to settle on"]
+    # exponents are white at zero
+    (mesh,) = shown(four, "lyapunov").axes[0].collections
+    assert lightness(mesh, 0.0) > 0.95
+    assert mesh.norm.vmin < 0 < mesh.norm.vmax
 
 
 def test_a_map_of_periods_has_the_colors_of_regimes_and_is_pale_where_none_was_found(tmp_path):
-    def fill(name, array):
-        if name == "periodicity":
-            array[...] = 1
-            array[9:18], array[18:27], array[27:] = 3, 40, 0
-
+    fill = filled_with(periodicity=columns(np.repeat([1, 3, 40, 0], [9, 9, 9, 3])))
     axes, bar = shown(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill), "periodicity").axes
     mesh = mesh_of(axes)
     assert [faces(axes)[i] for i in (0, 9, 18)] == [palette.RAMP[i] for i in (0, 2, -1)]
@@ -392,11 +380,10 @@ def lightness(mesh, value):
 
 
 def test_a_reduction_of_both_signs_is_white_at_zero_with_a_line_there(tmp_path):
-    def fill(name, array):
-        if name == "reduction":
-            array[...] = np.linspace(-3.0, 0.9, 30)[:, np.newaxis, np.newaxis]
-
-    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, fill=fill)
+    both_signs, one_sign = (
+        filled_with(reduction=columns(np.linspace(low, 0.9, 30))) for low in (-3.0, 0.1)
+    )
+    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, fill=both_signs)
     axes, bar = shown(path, "reduction").axes
     mesh = mesh_of(axes)
     assert isinstance(mesh.norm, Normalize)
@@ -407,30 +394,16 @@ def test_a_reduction_of_both_signs_is_white_at_zero_with_a_line_there(tmp_path):
     assert lightness(mesh, -high) < lightness(mesh, 0.0)
     assert lightness(mesh, low) < lightness(mesh, high) - 0.3  # the ends are told apart in gray
     assert [line.get_ydata()[0] for line in bar.get_lines()] == [0.0]
-
-    def good(name, array):
-        if name == "reduction":
-            array[...] = np.linspace(0.1, 0.9, 30)[:, np.newaxis, np.newaxis]
-
-    axes, bar = shown(archive_of(tmp_path / "n.h5", ["energy"], MAP, fill=good), "reduction").axes
+    path = archive_of(tmp_path / "n.h5", ["energy"], MAP, fill=one_sign)
+    axes, bar = shown(path, "reduction").axes
     mesh = mesh_of(axes)
     assert mesh.get_clim()[0] == 0.0  # of one sign, half of the shades: zero is where they begin
     assert not bar.get_lines()
 
 
-def test_exponents_are_white_at_zero(four):
-    (mesh,) = shown(four, "lyapunov").axes[0].collections
-    assert lightness(mesh, 0.0) > 0.95
-    assert mesh.norm.vmin < 0 < mesh.norm.vmax
-
-
 def test_numbers_that_span_decades_have_shades_by_logarithm_unless_one_says_otherwise(tmp_path):
-    def fill(name, array):
-        if name == "E1max":
-            array[...] = np.geomspace(1.0, 500.0, 30)[:, np.newaxis, np.newaxis]
-        elif name == "E2max":
-            array[...] = np.linspace(2.0, 3.0, 30)[:, np.newaxis, np.newaxis]
-
+    many, few = columns(np.geomspace(1.0, 500.0, 30)), columns(np.linspace(2.0, 3.0, 30))
+    fill = filled_with(E1max=many, E2max=few)
     path = archive_of(tmp_path / "m.h5", ["energy"], MAP, fill=fill)
     for show, norm in (
         ("E1max", LogNorm), ("log:E1max", LogNorm), ("linear:E1max", Normalize),
@@ -447,13 +420,8 @@ def test_numbers_that_span_decades_have_shades_by_logarithm_unless_one_says_othe
 
 
 def test_a_curve_joins_no_two_regimes(tmp_path):
-    def fill(name, array):
-        if name == "label":
-            array[...] = "T,1"
-            array[20:30], array[40] = "3T,2", "chaos"
-        elif name == "E1max":
-            array[...] = np.arange(151.0)[:, np.newaxis]
-
+    labels = np.repeat(["T,1", "3T,2", "T,1", "chaos", "T,1"], [20, 10, 10, 1, 110])
+    fill = filled_with(label=labels[:, np.newaxis], E1max=np.arange(151.0)[:, np.newaxis])
     figure = drawn(archive_of(tmp_path / "m.h5", ["section", "energy", "regime"], fill=fill))
     (green,) = [axes for axes in figure.axes if axes.get_ylabel().startswith("energy")]
     curve, dots = green.get_lines()
@@ -464,12 +432,10 @@ def test_a_curve_joins_no_two_regimes(tmp_path):
 
 
 def test_names_that_would_stand_far_from_their_bands_are_in_the_legend(tmp_path):
-    def fill(name, array):
-        if name == "label":
-            array[...] = "T,1"
-            array[20:50, 0] = [f"{2 + n % 4}T,{n}" for n in range(30)]
-
-    figure = drawn(archive_of(tmp_path / "m.h5", ["section", "regime"], fill=fill))
+    labels = np.full((151, 1), "T,1", object)
+    labels[20:50, 0] = [f"{2 + n % 4}T,{n}" for n in range(30)]
+    path = archive_of(tmp_path / "m.h5", ["section", "regime"], fill=filled_with(label=labels))
+    figure = drawn(path)
     (strip,) = strips(figure)
     named, rest = set(texts(strip)), set(legend_of(figure.axes[-2]) or legend_of(figure.axes[-1]))
     assert not named & rest
@@ -478,32 +444,24 @@ def test_names_that_would_stand_far_from_their_bands_are_in_the_legend(tmp_path)
 
 
 def test_dots_that_cover_a_panel_many_times_shine_through():
-    few, many = (dots_of(count) for count in (100, 20000))
+    """Dots of 40 states in each of a hundred cells, and of twenty thousand."""
+    axes = Figure(figsize=(6, 2)).add_axes((0.1, 0.1, 0.8, 0.8))
+    quantity = SimpleNamespace(dataset="section", single=False)
+    for cells in (100, 20000):
+        states = np.zeros((cells, 1, 40))
+        cut = SimpleNamespace(
+            values=np.linspace(5, 8, cells), starts=["rest"], view={}, of=lambda _, s=states: s
+        )
+        diagram._draw_dots(axes, cut, quantity)
+    few, many = axes.get_lines()
     assert few.get_alpha() is None
     assert 0 < many.get_alpha() < 0.5
     assert few.get_markersize() > many.get_markersize()
 
 
-def dots_of(cells):
-    """Return the dots of a slice with so many cells and 40 states in each."""
-    axes = Figure(figsize=(6, 2)).add_axes((0.1, 0.1, 0.8, 0.8))
-    quantity = SimpleNamespace(dataset="section", single=False)
-    cut = SimpleNamespace(
-        values=np.linspace(5, 8, cells),
-        starts=["rest"],
-        view={},
-        of=lambda _: np.zeros((cells, 1, 40)),
-    )
-    diagram._draw_dots(axes, cut, quantity)
-    return axes.get_lines()[0]
-
-
 def test_long_periods_share_a_name_on_a_map(tmp_path):
-    def fill(name, array):
-        if name == "label":
-            array[...] = "T,1"
-            array[3:9], array[9:12] = "9T,6", "36T,28"
-
+    words = ["T,1", "9T,6", "36T,28", "T,1"]
+    fill = filled_with(label=columns(np.repeat(np.array(words, object), [3, 6, 3, 18])))
     (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill)).axes
     assert legend_of(axes) == ["T,1", "6T and longer"]
     assert faces(axes)[4] == faces(axes)[10] == palette.RAMP[-1]
@@ -534,30 +492,23 @@ def test_sweeps_at_a_few_values_have_dots_up_and_rings_down(tmp_path):
 
 
 def test_equal_energies_alone_are_no_common_orbit(tmp_path):
-    def fill(name, array):
-        array[:, 1] = array[:, 0]
-
+    fill = filled_with(**dict.fromkeys(("E1max", "E2max", "reduction"), np.arange(151.0)[:, None]))
     path = archive_of(tmp_path / "e.h5", ["energy"], start={"policy": "both"}, fill=fill)
     names = [name for axes in drawn(path).axes if axes.get_legend() for name in legend_of(axes)]
     assert "up and down: equal values" in names
     assert "up and down alike" not in names
 
 
-def test_a_map_has_the_width_of_the_page(tmp_path):
-    figure = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP))
-    (axes,) = figure.axes
-    assert axes.get_position().x1 > 0.97
-    legend = axes.get_legend().get_window_extent()
-    assert legend.y1 < axes.get_window_extent().y0
-
-
-def test_the_cells_of_a_map_end_where_the_values_end(tmp_path):
+def test_the_cells_of_a_map_end_where_the_values_end_and_have_the_width_of_the_page(tmp_path):
     (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP)).axes
     assert (axes.get_xlim(), axes.get_ylim()) == ((7.0, 8.0), (600.0, 1000.0))
     corners = mesh_of(axes).get_coordinates()
     assert (corners.min(axis=(0, 1)).tolist(), corners.max(axis=(0, 1)).tolist()) == (
         [7.0, 600.0], [8.0, 1000.0],
     )  # fmt: skip
+    assert axes.get_position().x1 > 0.97
+    legend = axes.get_legend().get_window_extent()
+    assert legend.y1 < axes.get_window_extent().y0
 
 
 def test_values_at_equal_ratios_stand_on_a_logarithmic_axis(tmp_path):
@@ -573,7 +524,7 @@ def test_values_at_equal_ratios_stand_on_a_logarithmic_axis(tmp_path):
     assert axes.get_ylabel().endswith("[N/m$^{3/2}$]")
 
 
-def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
+def test_what_a_map_or_a_diagram_cannot_show_is_refused(four, usual, tmp_path):
     for what, message in (
         ("E1max", "not recorded"),
         ("shadows", "did you mean 'shares'"),
@@ -585,15 +536,13 @@ def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
     with pytest.raises(RequestError, match="unknown show 'x3'; did you mean 'x"):
         PICTURE.save(usual, tmp_path / "a.png", "x1,x3")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_transient_is_kin_to_its_final_regime_and_not_the_same():
-    colors = palette.colors(["T,0", "T,1", LATE, "transient chaos to T,1"])
-    assert len(set(colors.values())) == 4
-    assert palette.colors([LATE])[LATE] == palette.colors(["T,0", LATE])[LATE]
-
-
-# ---- texts ---------------------------------------------------------------------------------------
+    path = archive_of(tmp_path / "m.h5", ["section"], MAP)
+    with pytest.raises(RequestError, match=r"holds only .*section.*: nothing to draw"):
+        PICTURE.save(path, tmp_path / "m.png")
+    unknown = filled_with(label="undetermined")
+    path = archive_of(tmp_path / "n.h5", ["regime"], MAP, start=FOUR, fill=unknown)
+    with pytest.raises(RequestError, match="no start ended in a known regime"):
+        shown(path, "shares")
 
 
 SWEPT = {"start": {"policy": "both"}}
@@ -635,15 +584,10 @@ def test_an_overlap_and_a_cut_text_are_noticed():
     assert collisions(figure) == ["'too long for it' is cut", "'one' lies over 'other'"]
 
 
-# ---- sweeps and exponents ------------------------------------------------------------------------
-
-
 def test_both_sweeps_have_a_strip_and_a_color_each_and_one_color_is_one_regime(tmp_path):
-    def fill(name, array):
-        if name == "label":
-            array[:75, 1], array[75:, 1] = "3T,3", "3T,2"
-
-    want = ("section", "regime", "lyapunov")
+    labels = [[regime(omega), "3T,3"] for omega in np.linspace(5.0, 8.0, 151)]
+    labels[75:] = [[up, "3T,2"] for up, _ in labels[75:]]
+    want, fill = ("section", "regime", "lyapunov"), filled_with(label=labels)
     figure = drawn(archive_of(tmp_path / "b.h5", want, start={"policy": "both"}, fill=fill))
     damper, structure, exponent, up, down = figure.axes  # without energies there is no other panel
     assert (up.get_ylabel(), down.get_ylabel()) == ("up", "down")
@@ -702,13 +646,9 @@ def test_without_orbits_the_numbers_that_are_drawn_decide_what_is_alike(tmp_path
 
 
 def test_exponents_stand_on_a_line_at_zero_with_their_intervals(tmp_path):
-    def fill(name, array):
-        if name == "lyapunov":
-            array[...] = np.linspace(-0.2, 0.1, 151)[:, np.newaxis]
-            array[3] = np.nan
-        if name == "lyapunov_width":
-            array[...] = 0.02
-
+    exponents = np.linspace(-0.2, 0.1, 151)[:, np.newaxis]
+    exponents[3] = np.nan
+    fill = filled_with(lyapunov=exponents, lyapunov_width=0.02)
     (axes,) = drawn(archive_of(tmp_path / "x.h5", ["lyapunov"], fill=fill)).axes
     zero, dots = axes.get_lines()
     assert zero.get_ydata() == [0.0, 0.0]
@@ -716,25 +656,6 @@ def test_exponents_stand_on_a_line_at_zero_with_their_intervals(tmp_path):
     (bars,) = axes.collections
     first = bars.get_segments()[0]
     np.testing.assert_allclose(first[:, 1], [-0.22, -0.18])
-
-
-def test_an_archive_with_nothing_to_draw_says_what_it_holds(tmp_path):
-    path = archive_of(tmp_path / "m.h5", ["section"], MAP)
-    with pytest.raises(RequestError, match=r"holds only .*section.*: nothing to draw"):
-        PICTURE.save(path, tmp_path / "m.png")
-
-
-def test_shares_of_unknown_regimes_are_refused_in_one_line(tmp_path):
-    def unknown(name, array):
-        if name == "label":
-            array[...] = "undetermined"
-
-    path = archive_of(tmp_path / "m.h5", ["regime"], MAP, start=FOUR, fill=unknown)
-    with pytest.raises(RequestError, match="no start ended in a known regime"):
-        shown(path, "shares")
-
-
-# ---- files ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("form", ["png", "pdf", "svg"])
@@ -750,13 +671,10 @@ def test_pictures_carry_the_hash_and_repeat_byte_by_byte(tmp_path, usual, form):
     assert sorted(file.name for file in tmp_path.iterdir()) == [first.name, second.name]
 
 
-def test_a_png_has_200_dots_per_inch(tmp_path, usual):
+def test_a_png_has_200_dots_per_inch_and_the_dots_of_a_pdf_are_an_image(tmp_path, usual):
     with Image.open(PICTURE.save(usual, tmp_path / "a.png")) as picture:
         assert picture.info["scan_hash"]
         assert picture.size[0] == pytest.approx(16 / 2.54 * 200, abs=1)
-
-
-def test_the_dots_of_a_pdf_are_an_image(tmp_path, usual):
     content = PICTURE.save(usual, tmp_path / "a.pdf").read_bytes()
     assert b"/Subtype /Image" in content
 
@@ -797,13 +715,16 @@ def test_drawing_loads_no_kernel_and_no_window_system(tmp_path, usual):
     assert printed("-c", code, usual, tmp_path / "a.png") == numbers
 
 
-# ---- bands and colors ---------------------------------------------------------------------------
-
-
-def test_bands_are_the_runs_of_equal_labels():
+def test_bands_are_the_runs_of_equal_labels_and_spread_only_where_they_must():
     values = np.array([1.0, 2.0, 3.0, 5.0])
     runs = bands.bands(values, np.array(["a", "a", "b", "a"]))
     assert runs == [("a", 0.5, 2.5), ("b", 2.5, 4.0), ("a", 4.0, 6.0)]
+    np.testing.assert_allclose(bands.spread([1, 5, 9], 1, 0, 10), [1, 5, 9])
+    np.testing.assert_allclose(bands.spread([5, 5, 5], 1, 0, 10), [4, 5, 6])
+    np.testing.assert_allclose(bands.spread([2, 5, 5.5], 1, 0, 10), [2, 4.75, 5.75])
+    assert bands.spread([], 1, 0, 10).size == 0
+    with pytest.raises(ValueError, match="no room"):
+        bands.spread([1, 2, 3], 6, 0, 10)
 
 
 @given(st.lists(st.floats(0, 10), min_size=1, max_size=12))
@@ -814,16 +735,7 @@ def test_spread_places_keep_their_distance_order_and_range(wanted):
     assert places[-1] <= 10 + 1e-9
 
 
-def test_spread_moves_nothing_without_need_and_centers_a_group():
-    np.testing.assert_allclose(bands.spread([1, 5, 9], 1, 0, 10), [1, 5, 9])
-    np.testing.assert_allclose(bands.spread([5, 5, 5], 1, 0, 10), [4, 5, 6])
-    np.testing.assert_allclose(bands.spread([2, 5, 5.5], 1, 0, 10), [2, 4.75, 5.75])
-    assert bands.spread([], 1, 0, 10).size == 0
-    with pytest.raises(ValueError, match="no room"):
-        bands.spread([1, 2, 3], 6, 0, 10)
-
-
-def test_colors_tell_regimes_apart_and_order_is_by_period():
+def test_colors_tell_regimes_apart_in_the_order_of_periods_and_impacts():
     labels = ["chaos", "undetermined", "failed", "T,1", "12T,9", "2T,1", "T,0", "2T,2",
               "quasiperiodic", "transient chaos to T,0"]  # fmt: skip
     colors = palette.colors(labels)
@@ -834,9 +746,9 @@ def test_colors_tell_regimes_apart_and_order_is_by_period():
     ]
     assert palette.is_dark(colors["chaos"])
     assert not palette.is_dark(colors["T,0"])
-
-
-def test_labels_tell_periods_and_impacts():
+    colors = palette.colors(["T,0", "T,1", LATE, "transient chaos to T,1"])
+    assert len(set(colors.values())) == 4
+    assert palette.colors([LATE])[LATE] == palette.colors(["T,0", LATE])[LATE]
     assert palette.period_and_impacts("3T,2") == (3, 2)
     assert palette.period_and_impacts("T,0") == (1, 0)
     assert palette.period_and_impacts("chaos") is None

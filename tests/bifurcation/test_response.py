@@ -9,6 +9,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.linear_response import response
+from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.model.scenes import scene_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import arrays_of, objectives_of, quantities_of
@@ -29,9 +30,6 @@ def request_of(system="tmd", vary=None, changes=None):
 def force_of(system, omega, Y):
     p = system.parameters
     return Y * np.hypot(p["k1"], p["c1"] * omega)
-
-
-# ---- a response ----------------------------------------------------------------------------------
 
 
 @pytest.mark.kernels
@@ -85,8 +83,6 @@ def test_a_failed_orbit_has_no_response():
     assert np.isnan(arrays["x1_rms"][1, 0])
 
 
-# ---- a tuning ------------------------------------------------------------------------------------
-
 SMALL = {"population": 5, "generations": 2, "polish": 5, "optima": 1}
 
 
@@ -109,25 +105,19 @@ def test_a_tuning_makes_any_number_of_a_response_small(tmp_path):
         assert "a1_rms" in view.long_name("objective")
 
 
-def test_the_objective_belongs_to_the_request_of_a_tuning():
+def test_the_objective_belongs_to_the_request_of_a_tuning_and_must_exist(answer, refusal):
     plain = load_tuning("tmd")
     assert plain.document()["search"]["objective"] == "E1max"
     assert load_tuning(plain.document()).hash == plain.hash
     other = load_tuning("tmd", {"search": {"objective": "x1_max"}})
     assert other.hash != plain.hash
     assert load_tuning(other.document()) == other
-
-
-def test_an_objective_that_there_is_not_is_refused(answer, refusal):
     error = refusal("tuning", "--system", "tmd", "--objective", "force_max", "--dry-run")
     assert "'force_max'" in error
     assert "a1_rms" in error
     assert "a1_rms: one orbit, from rest" in answer(
         "tuning", "--system", "tmd", "--objective", "a1_rms", "--dry-run"
     )
-
-
-# ---- a ground that moves -------------------------------------------------------------------------
 
 
 def test_all_ways_to_give_the_ground_mean_the_same():
@@ -237,10 +227,8 @@ def test_round_off_carries_no_displacement_beyond_a_rigid_stop():
     assert largest.tolist() == [0.7, 1.0, 0.7, 0.71]
 
 
-def test_datasets_say_their_frame():
+def test_datasets_say_their_frame_which_the_motion_of_the_ground_changes():
     """Absolute where the foot of the structure moves, relative to a ground from which x1 counts."""
-    from nlds_vines.model.quantities import BY_NAME
-
     foot = load_system("tmd", base_displacement=0.01).scene
     ground, force = load_system("impact-oscillator", Y=0.1).scene, load_system("tmd").scene
     for name in ("x1_max", "v1_rms", "E1max", "section"):
@@ -249,9 +237,7 @@ def test_datasets_say_their_frame():
         assert not {"absolute", "relative"} & set(words[2].split())
     assert all("absolute" in BY_NAME["a1_max"].words_in(scene) for scene in (foot, ground, force))
     assert "relative to its foot" in BY_NAME["drift_max"].words_in(foot)
-
-
-def test_an_axis_of_the_ground_s_motion_changes_the_frame():
+    # an axis of the ground's motion changes the frame
     system = load_system("impact-oscillator")
     assert not system.scene.relative
     assert system.with_axes(["Y"]).scene.relative

@@ -1,6 +1,7 @@
 """Scans: reading, overriding, canonical form, cells and start states."""
 
 import dataclasses
+import time
 import tomllib
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog, load_system
-from nlds_vines.model.scenes import SCENES, Scene
+from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System, parameters_in_words
 from nlds_vines.orbits.records import (
     DIVERGED,
@@ -40,9 +41,6 @@ def scan(**changes) -> Scan:
     return load_scan(MINIMAL, changes)
 
 
-# ---- reading -------------------------------------------------------------------------------------
-
-
 def test_embedded_default_is_figure_8():
     default = load_scan()
     assert default.title == "Bifurcation diagram, SSul NES Set 6 (Figure 8)"
@@ -61,79 +59,53 @@ def test_a_file_and_its_document_are_the_same(tmp_path):
     assert load_scan(path) == load_scan(str(path)) == load_scan(tomllib.loads(text))
 
 
-def test_what_is_not_said_is_usual():
+def test_what_is_not_said_is_usual_and_what_is_said_counts_in_its_order():
     scan = load_scan(MINIMAL)
-    assert (scan.transient, scan.periods, scan.method, scan.start) == (
-        *(600, 120, "exact"),
-        Start(),
-    )
+    assert (scan.transient, scan.periods, scan.method) == (600, 120, "exact")
+    assert scan.start == Start()
     assert scan.title == "SSul NES, Set 6: ω"
     assert scan.want == ("section", "impacts", "energy", "regime")
     tmd = load_scan({**MINIMAL, "system": "tmd"})
     assert tmd.want == ("section", "energy", "regime")
-
-
-def test_set_overrides_the_system():
+    # [set] overrides the system
     scan = load_scan({**MINIMAL, "set": {"P": 600, "K": 2.5e7}})
     assert scan.system == load_system("ssul-set6", P=600, K=2.5e7)
-
-
-def test_axes_come_in_the_order_of_the_file():
+    # axes come in the order of the file
     vary = {"k1": {"start": 3e4, "stop": 4e4, "num": 3}, "C": {"values": [0.1, 0.2]}}
     scan = load_scan({**MINIMAL, "vary": vary})
     assert scan.axes == (Axis("k1", [3e4, 3.5e4, 4e4]), Axis("C", [0.1, 0.2]))
     assert scan.shape == (3, 2)
-
-
-def test_wants_are_kept_in_one_order():
+    # wants are kept in one order
     one = load_scan({**MINIMAL, "record": {"want": ["regime", "section"]}})
     other = load_scan({**MINIMAL, "record": {"want": ["section", "regime"]}})
     assert one.want == ("section", "regime")
     assert one.hash == other.hash
 
 
-# ---- axes ----------------------------------------------------------------------------------------
-
-
-def test_an_axis_does_not_share_the_array_it_was_given_and_is_read_only():
+def test_axes_are_compared_by_name_and_values_and_read_only():
     values = np.array([1.0, 2.0])
     axis = Axis("P", values)
     values[0] = 5.0
     assert axis.values[0] == 1.0
     with pytest.raises(ValueError, match="read-only"):
         axis.values[0] = 1.0
-
-
-def test_axes_compare_by_name_and_values():
     assert Axis("P", [1, 2]) == Axis("P", [1.0, 2.0])
     assert Axis("P", [1, 2]) != Axis("C", [1, 2])
     assert Axis("P", [1, 2]) != Axis("P", [1, 3])
     assert len({Axis("P", [-0.0]), Axis("P", [0.0])}) == 1
-
-
-def test_a_single_point_is_an_axis():
     assert Axis.spaced("P", 3, 3, 1) == Axis("P", [3])
 
 
-# ---- the upper layer -----------------------------------------------------------------------------
-
-
-def test_no_changes_return_the_very_scan():
-    scan = load_scan(MINIMAL)
-    assert load_scan(scan) is scan
-
-
-def test_changes_override_entry_by_entry():
+def test_changes_override_entry_by_entry_a_scan_or_a_file():
+    plain = load_scan(MINIMAL)
+    assert load_scan(plain) is plain
     request = scan(set={"P": 1}, sampling={"periods": 7}, record={"want": ["energy"]})
     assert request.system.parameters["P"] == 1
     assert (request.transient, request.periods) == (600, 7)
     assert request.want == ("energy",)
-    assert request.axes == load_scan(MINIMAL).axes
-
-
-def test_changes_apply_to_a_scan_as_to_its_file():
+    assert request.axes == plain.axes
     changes = {"set": {"P": 1}, "start": {"policy": "up"}}
-    assert load_scan(load_scan(MINIMAL), changes) == load_scan(MINIMAL, changes)
+    assert load_scan(plain, changes) == load_scan(MINIMAL, changes)
 
 
 def test_what_cannot_be_had_in_a_scene_is_left_out_while_something_remains():
@@ -175,9 +147,6 @@ def test_contradictions_name_their_places(below, above, message):
         load_scan({**MINIMAL, **below}, above)
 
 
-# ---- checks of the dataclass ---------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("axes", "message"),
     [
@@ -198,8 +167,6 @@ def test_absurdly_many_orbits_are_refused():
     with pytest.raises(RequestError, match="400000000 orbits; allowed: up to 100000000"):
         load_scan({**MINIMAL, "vary": vary})
 
-
-# ---- canonical form ------------------------------------------------------------------------------
 
 NUMBERS = st.floats(1e-3, 1e3)
 LETTERS = st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"])
@@ -281,9 +248,6 @@ def test_hash_sees_whatever_changes_numbers(change):
     assert load_scan(MINIMAL, change).hash != load_scan(MINIMAL).hash
 
 
-# ---- cells and starts ----------------------------------------------------------------------------
-
-
 def test_cells_of_a_map():
     vary = {"omega": {"values": [5.0, 6.0, 7.0]}, "C": {"values": [0.01, 0.02]}}
     cells = load_scan({**MINIMAL, "vary": vary}).cells()
@@ -316,18 +280,14 @@ def test_random_states_measure_in_static_deflections():
         assert state == pytest.approx(expected)
 
 
-def both_walls() -> Scene:
-    ssul = SCENES["ssul"]
-    return dataclasses.replace(ssul, gap_far=lambda p: p["V"])
-
-
 @pytest.mark.parametrize("near", [0.02, 0.0, -0.03])
 def test_random_states_stay_between_the_walls(near):
     cells = np.zeros(3, CELL)
     cells["m1"], cells["k1"], cells["P"], cells["omega"] = 1000, 39500, 800, 6
     cells["near"], cells["far"] = near, 0.1
     draws = np.random.default_rng(1).uniform(-1, 1, (500, 4))
-    r = random_states(cells, draws, both_walls())[..., 2]
+    both_walls = dataclasses.replace(SCENES["ssul"], gap_far=lambda p: p["V"])
+    r = random_states(cells, draws, both_walls)[..., 2]
     assert r.max() == near
     assert r.min() == -0.1
     unilateral = random_states(cells, draws, SCENES["ssul"])[..., 2]
@@ -354,10 +314,14 @@ def test_random_states_are_finite_and_differ_in_every_limit(force, stiffness, ga
     assert len(set(states[:, 0])) == 5
 
 
-def test_only_random_starts_are_counted_and_drawn():
+def test_only_random_starts_are_counted_and_both_sweeps_are_two():
     for wrong in ({"policy": "up", "count": 2}, {"policy": "both", "count": 2}, {"seed": 1}):
         with pytest.raises(RequestError, match="count and seed"):
             Start(**wrong)
+    both = Start("both")
+    assert (both.orbits, both.names, both.sweeps) == (2, ("up", "down"), ("up", "down"))
+    assert (Start("rest").orbits, Start("rest").sweeps) == (1, ())
+    assert Start("random", 3).names == ("random 0", "random 1", "random 2")
 
 
 MAPS = sorted([*REPO.glob("scans/map-*.toml"), *REPO.glob("scans/special-*.toml")])
@@ -400,22 +364,33 @@ def test_an_axis_that_is_followed_stays_whole(policy):
         assert sum(block.cells for block in blocks) == 120
 
 
-def test_both_sweeps_are_two_starts():
-    both = Start("both")
-    assert (both.orbits, both.names, both.sweeps) == (2, ("up", "down"), ("up", "down"))
-    assert (Start("rest").orbits, Start("rest").sweeps) == (1, ())
-    assert Start("random", 3).names == ("random 0", "random 1", "random 2")
-
-
-def test_failures_are_told_with_their_reasons_and_remedies():
+def test_failures_and_systems_are_told_in_words():
     status = np.array([[OK, TOO_STIFF, DIVERGED], [TOO_STIFF, OK, OK]])
     words = failures_in_words(failures_in(status), 400)
     assert words.startswith("3 of 400 orbits failed: 1 diverged (Check masses")
     assert "; 2 too_stiff (Raise omega" in words
     assert failures_in_words(failures_in(np.array([OK])), 1) == ""
-
-
-def test_a_named_system_is_told_with_its_values():
     words = parameters_in_words(nv.load_system("bouncing-ball"), ["Y"])
     assert words == "ball under restitution: m = 1, g = 1, omega = 1.6, e = 0.15"
     assert parameters_in_words(nv.load_system("none")).startswith("none: m1 = 1000, k1 = 39500")
+
+
+def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(tmp_path):
+    """The factor k2 (x2 - rest) + ... of dE2/dt is then zero throughout, and so has no root."""
+
+    def seconds(name, **settings):
+        scan = {
+            "system": "ssul-set6",
+            "set": settings,
+            "vary": {"omega": {"values": [6.0, 6.28]}},
+            "sampling": {"transient": 0, "periods": 200},
+            "record": {"want": ["section", "impacts", "energy", "regime"]},
+        }
+        began = time.process_time()
+        path = nv.scan(scan, to=tmp_path / name)
+        with nv.read(path) as archive:
+            assert np.isfinite(archive["E2max"]).all()
+        return time.process_time() - began
+
+    usual = [seconds(f"{i}.h5", k2=668.9) for i in range(2)][-1]  # the first may have to compile
+    assert seconds("free.h5", k2=0.0, c2=0.0) < 10 * usual + 1.0

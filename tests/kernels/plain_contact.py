@@ -1,9 +1,10 @@
-"""A contact that is stepped: where it is deepest, its release, sections, how steps are judged."""
+"""Contacts that are stepped: depth, release, how steps are judged; walls of different laws."""
 
 import numpy as np
 import pytest
-from support import NOTHING, Approach, contact_parts, references, side_of
+from support import BOTH, NOTHING, Approach, contact_parts, references, side_of
 
+from nlds_vines import load_system, simulate
 from nlds_vines.kernels.events import contact as stepping
 from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.motion import taylor
@@ -12,6 +13,7 @@ from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.scene.drive import after, drive_now
 from nlds_vines.kernels.scene.scene import Step
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
+from nlds_vines.model.system import System
 
 SET6 = references()["ssul-set6"].numbers
 WAVE = np.cos(1.0), np.sin(1.0)
@@ -29,9 +31,6 @@ def follow(parts, q, s, x1, v1, stop=1e3, steps=28.0, rk4=None):
     return contact(side, NOTHING._replace(impacts=noted), WAVE, (q, s, x1, v1), stop)
 
 
-# ---- the deepest point ---------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("steps", [6.0, 8.0, 12.0, 28.0])
 @pytest.mark.parametrize("speed", [0.01, 1.0])
 def test_depth_of_a_free_impact_is_as_good_as_the_steps(steps, speed):
@@ -42,7 +41,6 @@ def test_depth_of_a_free_impact_is_as_good_as_the_steps(steps, speed):
     assert abs(depth / exact - 1) <= 1.5e-10 * (12 / steps) ** 13 + 4e-15
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("share", [0.5005, 0.503, 0.51, 0.53, 0.56])
 @pytest.mark.parametrize("rk4", [None, True])
 def test_depth_where_a_section_cuts_the_contact_behind_it(share, rk4):
@@ -81,9 +79,6 @@ def test_depth_where_a_contact_comes_to_rest():
     assert depths == pytest.approx([depths[0]] * 26, rel=2.5e-7)
 
 
-# ---- the release ---------------------------------------------------------------------------------
-
-
 def test_a_damper_that_is_out_and_back_by_the_end_of_a_step_is_released():
     """Slowly. Notices: a step of which only the end is looked at."""
     parts = parts_of(K=1e5, k2=5e3, near=-0.05, c2=0.0)
@@ -111,9 +106,6 @@ def test_approaches_of_both_orders_agree():
     exact = approach.step(parts, 200)
     assert approach.step(parts, 28).difference(exact) <= 1e-10
     assert approach.step(parts, 512, rk4=True).difference(exact) <= 1e-9
-
-
-# ---- a step is judged ----------------------------------------------------------------------------
 
 
 def errors(parts, tolerance, starts):
@@ -161,3 +153,53 @@ def test_a_wrong_series_is_doubted(monkeypatch):
         monkeypatch.setattr(taylor, "contact_terms", plain)
     assert doubts[0] < 1e-12
     assert doubts[1] > 1e-10
+
+
+STEEP = 3e7  # K of the powers
+
+
+def test_each_wall_has_its_own_law():
+    """The structure's contact as a power of 3/2 is that of Hertz; another changes the orbit."""
+    plain = load_system("ssbl", K=STEEP)
+    same = plain.with_(law_2="power", K_2=STEEP, exponent_2=1.5)
+    rigid = plain.with_(law_2="restitution", e_2=1.0)
+    stiff = plain.with_(law_2="hertz", K_2=1e16)
+    record = BOTH
+    a, b, c, d = (
+        simulate(s, 10, record=record, tolerance=1e-12) for s in (plain, same, rigid, stiff)
+    )
+    assert set(a.impacts["wall"]) == {"structure", "obstacle"}
+    np.testing.assert_allclose(b.section, a.section, rtol=0, atol=1e-9)
+    assert np.abs(c.section - a.section).max() > 1e-4
+    np.testing.assert_allclose(c.section[:3], d.section[:3], rtol=0, atol=1e-5)
+    of = c.impacts["wall"] == "structure"
+    assert np.isinf(c.impacts["force"][of]).all()
+    assert np.isfinite(c.impacts["force"][~of]).all()
+
+
+def test_the_second_stop_is_the_mirror_of_the_first():
+    """Half a period later the force is the opposite: the mirror runs the mirrored orbit."""
+    numbers = {"m": 1.0, "k": 1.0, "c": 0.1, "C": 0.4, "C_2": 0.5, "P": 0.7, "omega": 1.3}
+    one = System(
+        "oscillator-2", {**numbers, "e": 0.7, "kc_2": 50.0}, law="restitution", law_2="linear"
+    )
+    other = System(
+        "oscillator-2", {**numbers, "C": 0.5, "C_2": 0.4, "kc": 50.0, "e_2": 0.7},
+        law="linear", law_2="restitution",
+    )  # fmt: skip
+    record = (*BOTH, "trajectory")
+    a = simulate(one, 40, start=(0.1, 0.2), record=record, samples=2)
+    half = a.trajectory[0]  # the state at T / 2
+    b = simulate(other, 39, start=-half, record=record, samples=2)
+    assert set(a.impacts["wall"]) == {"stop", "second stop"}
+    np.testing.assert_allclose(b.trajectory[1::2], -a.trajectory[2:-1:2], rtol=0, atol=1e-9)
+
+
+def test_a_base_that_moves_is_a_force():
+    numbers = {"m": 2.0, "k": 3.0, "c": 0.1, "C": 0.4, "omega": 1.3, "e": 0.7}
+    shaken = System("oscillator", {**numbers, "Y": 0.2}, law="restitution")
+    forced = System("oscillator", {**numbers, "P": 2.0 * 0.2 * 1.3**2}, law="restitution")
+    np.testing.assert_allclose(
+        simulate(shaken, 20).section, simulate(forced, 20).section, rtol=0, atol=1e-13
+    )
+    assert shaken.with_(P=1.0).parameters["P"] == 1.0

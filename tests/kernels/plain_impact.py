@@ -1,13 +1,17 @@
-"""The short impact: as good in depth as in speed, wherever it is accepted, at any tolerance."""
+"""Short impacts: at their ends, inside, under loads; beside small steps, at any tolerance."""
 
+import math
 from functools import cache
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from support import Approach, contact_parts, references, side_of
+from support import NOTHING, Approach, contact_parts, references, side_of
+from test_impact_variations import Impact
 
-from nlds_vines.kernels.impact import impact
+from nlds_vines import load_system, simulate
+from nlds_vines.kernels.events.contact import Steps, contact
+from nlds_vines.kernels.impact import impact, inside
 from nlds_vines.kernels.impact.arc import ARC, CHOICES, LEVEL, choices_for, make_arc
 from nlds_vines.kernels.impact.impact import (
     approach_of,
@@ -17,8 +21,15 @@ from nlds_vines.kernels.impact.impact import (
     settle,
     short_impact,
 )
+from nlds_vines.kernels.impact.inside import motion_of_touch, tally_nodes
 from nlds_vines.kernels.motion.flight import rate_of
-from nlds_vines.kernels.scene.scene import accelerations
+from nlds_vines.kernels.motion.response_sums import BEGIN, CV, CX, MOST, SIZE, SUMS, Tally
+from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
+from nlds_vines.kernels.scene.drive import Moment, later
+from nlds_vines.kernels.scene.scene import accelerations, with_load
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, LIMIT, Impacts, energies
+from nlds_vines.kernels.watch.touch import may_pass
+from nlds_vines.orbits.solver_settings import Settings
 
 SET6 = references()["ssul-set6"].numbers
 APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)
@@ -26,7 +37,7 @@ TOLERANCES = (1e-6, 1e-9, 1e-12)
 STANDARD = make_arc()
 
 
-def parts_of(**changes):
+def parts_with(**changes):
     return contact_parts(**{**SET6, "near": SET6["C"], **changes})
 
 
@@ -58,11 +69,9 @@ def random_impacts(count, seed):
     impacts = []
     while len(impacts) < count:
         changes = {k: SET6[k] * 10 ** rng.uniform(-1, 1) for k in ("m1", "k1", "c1", "m2", "k2")}
-        changes["c2"], changes["K"] = (
-            SET6["c2"] * 10 ** rng.uniform(-1, 2),
-            10 ** rng.uniform(5, 12),
-        )
-        parts = parts_of(**changes)
+        changes["c2"] = SET6["c2"] * 10 ** rng.uniform(-1, 2)
+        changes["K"] = 10 ** rng.uniform(5, 12)
+        parts = parts_with(**changes)
         approach = Approach(
             10 ** rng.uniform(-2, 1), *rng.normal(0, (0.05, 0.3)), rng.uniform(0, 6)
         )
@@ -79,19 +88,16 @@ def errors_of(approach, parts, arc, exact):
 
 
 @cache
-def stepped(seed):
+def stepped_impacts(seed):
     """Return random impacts (approach, parts) with the contact by many steps."""
     return [(*impact, impact[0].step(impact[1], 100)) for impact in random_impacts(60, seed)]
-
-
-# ---- depth ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("arc", [STANDARD, make_arc(nodes=12)], ids=["1e-9", "12 nodes"])
 def test_depth_wherever_a_short_impact_is_accepted(arc):
     """Relative error below 2e-11: an integral to a place between the nodes errs by 1e-7."""
     errors = np.array(
-        [errors_of(approach, parts, arc, exact) for approach, parts, exact in stepped(5)]
+        [errors_of(approach, parts, arc, exact) for approach, parts, exact in stepped_impacts(5)]
     )
     speeds, _, depths = errors.T
     assert max(depths) <= 2e-11
@@ -101,19 +107,16 @@ def test_depth_wherever_a_short_impact_is_accepted(arc):
 
 @pytest.mark.parametrize("nodes", [4, 6, 8])
 def test_depth_with_few_nodes_is_no_worse_than_speed(nodes):
-    parts = parts_of(c2=20 * SET6["c2"])
+    parts = parts_with(c2=20 * SET6["c2"])
     exact, solved = APPROACH.step(parts, 100), APPROACH.solve(parts, nodes)
     assert abs(solved.depth / exact.depth - 1) <= 2 * abs(solved.speed / exact.speed - 1)
 
 
 def test_a_depth_that_is_not_wanted_changes_nothing_else():
-    parts = parts_of()
+    parts = parts_with()
     with_depth, without = accepted(APPROACH, parts), accepted(APPROACH, parts, None)
     assert with_depth[:5] == without[:5]
     assert with_depth[5] > 0.0 == without[5]
-
-
-# ---- speed ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("nodes", "bound"), [(8, 5e-12), (12, 2e-13)])
@@ -121,14 +124,14 @@ def test_what_the_nodes_miss_of_the_dashpots_is_added(nodes, bound):
     """Notices: the correction by the drag dropped: with 12 nodes errors are 1e-11 and more then."""
     arc = make_arc(nodes=nodes)
     for c2 in (1.0, 3.0, 10.0):
-        parts = parts_of(c2=c2 * SET6["c2"], K=1e9)
+        parts = parts_with(c2=c2 * SET6["c2"], K=1e9)
         assert errors_of(APPROACH, parts, arc, APPROACH.step(parts, 100))[0] <= bound
 
 
 def guess_error(changes, row, unit):
     """Return by how much the guess errs of what the sweeps find; `unit` of the `Approach`."""
     none = dict.fromkeys(("k1", "c1", "k2", "c2", "P"), 0.0)
-    parts = parts_of(**{**none, **changes})
+    parts = parts_with(**{**none, **changes})
     ps, damper, wall = parts
     arc, approach = make_arc(nodes=24), at_touch(APPROACH, parts)
     nodes = nodes_of(arc, 0, LEVEL.whole)
@@ -153,9 +156,6 @@ def test_the_first_guess_errs_by_the_second_order_or_higher(row, unit):
         assert tenth < ratio * whole
 
 
-# ---- nodes ---------------------------------------------------------------------------------------
-
-
 def test_the_nodes_are_the_fewest_that_the_tolerance_allows():
     """Notices: a bound that is not looked at; of the half arc, the errors of the whole."""
     for column, error in enumerate((LEVEL.error, LEVEL.half_error)):
@@ -172,16 +172,13 @@ def test_the_nodes_are_the_fewest_that_the_tolerance_allows():
         assert seen == set(list(CHOICES)[: 4 if column == 0 else 3])  # more only after a doubt
 
 
-def test_given_nodes_are_taken_whatever_the_error():
+def test_given_nodes_are_taken_and_solve_all_that_a_tolerance_solves():
     for n in (2, 12, 24):
         arc = make_arc(nodes=n)
         for size in (1e-7, impact.LARGEST):
             assert level_for(arc, LEVEL.error, size) == 0
             assert nodes_of(arc, 0, LEVEL.whole).n == nodes_of(arc, 0, LEVEL.half).n == n
-
-
-def test_given_nodes_solve_every_impact_that_a_tolerance_solves():
-    """Their sweeps go on to round-off. Notices: more of them needed than there may be."""
+    # their sweeps go on to round-off. Notices: more of them needed than there may be
     arcs = [make_arc(nodes=n) for n in (4, 8, 12, 16, 24)]
     for approach, parts in random_impacts(60, seed=11):
         assert all(accepted(approach, parts, arc=arc)[0] for arc in arcs)
@@ -189,14 +186,13 @@ def test_given_nodes_solve_every_impact_that_a_tolerance_solves():
 
 @pytest.mark.parametrize("tolerance", [*TOLERANCES, 1e-13])
 def test_a_short_impact_errs_by_less_than_the_tolerance(tolerance):
-    arc, round_off = make_arc(tolerance), 5e-14  # of the stepped contact, and of the depth
-    errors = [errors_of(approach, parts, arc, exact) for approach, parts, exact in stepped(7)]
+    arc, round_off = make_arc(tolerance), 5e-14  # of the stepped_impacts contact, and of the depth
+    errors = [
+        errors_of(approach, parts, arc, exact) for approach, parts, exact in stepped_impacts(7)
+    ]
     assert np.max(errors) <= tolerance + round_off
     if tolerance > 1e-12:  # and no more is done than is asked for
         assert np.max(errors) > 1e-3 * tolerance
-
-
-# ---- which impacts are short ---------------------------------------------------------------------
 
 
 def size_of_all(approach, parts):
@@ -241,7 +237,7 @@ def test_the_size_of_an_impact_bounds_all_other_acceleration_during_it():
 def test_only_a_small_share_of_other_forces_is_taken_for_a_short_impact():
     """Notices: a share of up to a half allowed, and none allowed."""
     for P in np.geomspace(1e4, 1e7, 60):
-        parts = parts_of(P=P, K=1e9)
+        parts = parts_with(P=P, K=1e9)
         share, lasting = outside_of(APPROACH, parts)
         size = at_touch(APPROACH, parts).size
         assert lasting < 0.25
@@ -251,7 +247,7 @@ def test_only_a_small_share_of_other_forces_is_taken_for_a_short_impact():
 
 def test_only_what_is_short_beside_all_other_motion_is_taken_for_a_short_impact():
     for K in np.geomspace(4e5, 1e9, 60):
-        parts = parts_of(K=K)
+        parts = parts_with(K=K)
         _, lasting = outside_of(APPROACH, parts)
         assert at_touch(APPROACH, parts).size < 0.15
         assert accepted(APPROACH, parts)[0] == (lasting < 0.25)
@@ -263,7 +259,7 @@ def test_a_short_impact_keeps_its_accuracy_up_to_the_largest_share():
     for K in (1e6, 1e7, 1e8):
         for phase in np.linspace(0, 6, 7):
             for speed in np.geomspace(1e-4, 1.0, 16):
-                approach, parts = Approach(speed, 0.01, 0.1, phase), parts_of(K=K)
+                approach, parts = Approach(speed, 0.01, 0.1, phase), parts_with(K=K)
                 if accepted(approach, parts)[0]:
                     exact = approach.step(parts, 60)
                     for tolerance in TOLERANCES:
@@ -274,3 +270,399 @@ def test_a_short_impact_keeps_its_accuracy_up_to_the_largest_share():
         errors = [error for (*_, asked), error in worst.items() if asked == tolerance]
         assert max(errors) <= tolerance
     assert max(error for (*_, asked), error in worst.items() if asked == 1e-9) <= 2e-10
+
+
+PARTS = contact_parts(**{**SET6, "near": SET6["C"]})
+TOUCH = 1.3, 0.011, 0.2  # s, x1, v1
+PHASE = math.cos(1.0), math.sin(1.0)
+FINE = Steps(120.0, math.inf)
+
+
+def stepped(time, energy=None, touch=TOUCH, phase=PHASE, parts=PARTS):
+    """Return (event, q, s, x1, v1) of an impact a `time` after its touch, by small steps."""
+    watch = NOTHING._replace(energy=energy)
+    return contact(side_of(parts, steps=FINE), watch, phase, (0.0, *touch), time)[:5]
+
+
+def stepping(arc, parts=PARTS):
+    """Return a side that steps as finely as its impacts are solved."""
+    settings = Settings(tolerance=min(4.0 * arc.tolerance, 1e-12 if arc.settled <= 1e-15 else 1.0))
+    return side_of(parts, arc, steps=Steps(settings.steps, settings.stepped_to))
+
+
+def ahead_of(arc, touch=TOUCH, phase=PHASE, parts=PARTS):
+    solved, out, a1, b1, took, _ = short_impact(side_of(parts, arc), None, phase, (0.0, *touch))
+    assert solved
+    return inside.Ahead(took, 0.0, 0.0, touch, (out, a1, b1))
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_the_state_at_any_time(tolerance):
+    """Notices: the half from release taken forward in time; too few nodes."""
+    arc = make_arc(tolerance)
+    ahead = ahead_of(arc)
+    for share in (1e-6, 0.01, 0.2, 0.4, 0.499, 0.501, 0.6, 0.9, 0.999):
+        time = share * ahead.took
+        event, q, s, x1, v1 = stepped(time)
+        assert event == STOPPED
+        state, *others = inside.state_inside(stepping(arc), PHASE, ahead, time)
+        off = np.abs(np.array([state * state, *others]) - (q * q, s, x1, v1))
+        scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
+        assert (off / scales).max() <= tolerance + 1e-13
+
+
+def test_the_ends_are_what_they_are():
+    arc = make_arc(1e-9)
+    ahead = ahead_of(arc)
+    assert inside.state_inside(stepping(arc), PHASE, ahead, 0.0) == (0.0, *TOUCH)
+    assert inside.state_inside(stepping(arc), PHASE, ahead, ahead.took) == (0.0, *ahead.release)
+
+
+def test_backward_in_time_an_impact_is_an_impact():
+    """From its release it leads to its touch. Notices: a dashpot that still takes."""
+    arc = make_arc(1e-12)
+    ahead = ahead_of(arc)
+    turned = inside.side_backward(side_of(PARTS))
+    parts = turned.ps, turned.damper, turned.wall
+    angle = 1.0 + turned.ps.omega * ahead.took
+    s, x1, v1 = ahead.release
+    back = ahead_of(arc, (-s, x1, -v1), (math.cos(angle), -math.sin(angle)), parts)
+    assert abs(back.took / ahead.took - 1) < 1e-12
+    s, x1, v1 = back.release
+    np.testing.assert_allclose((-s, x1, -v1), TOUCH, rtol=1e-12)
+
+
+def drawn(count, seed=3):
+    """Return random impacts (touch, phase, parts) around those of Set 6."""
+    rng = np.random.default_rng(seed)
+    while count:
+        changes = {name: SET6[name] * 10 ** rng.uniform(-1, 1) for name in ("c1", "c2", "P", "k2")}
+        parts = contact_parts(
+            **{**SET6, "near": SET6["C"], "K": 10 ** rng.uniform(7, 10), **changes}
+        )
+        angle = rng.uniform(0, 6.28)
+        phase, touch = (math.cos(angle), math.sin(angle)), (
+            10 ** rng.uniform(-2, 0.5), rng.normal(0, 0.02), rng.normal(0, 0.3),
+        )  # fmt: skip
+        if short_impact(side_of(parts, make_arc()), None, phase, (0.0, *touch))[0]:
+            count -= 1
+            yield touch, phase, parts
+
+
+def test_a_state_errs_by_the_tolerance():
+    """Beside forty nodes. Notices: too few nodes for an impact; a sweep too few."""
+    arcs, fine = [make_arc(tolerance) for tolerance in (1e-6, 1e-9, 1e-12)], make_arc(nodes=40)
+    for touch, phase, parts in drawn(60, seed=5):
+        ahead = ahead_of(fine, touch, phase, parts)
+        scales = touch[0] * ahead.took, touch[0], touch[0] * ahead.took, touch[0]
+        for share in (0.001, 0.1, 0.3, 0.49, 0.7, 0.99):
+            time, states = share * ahead.took, []
+            for arc in (fine, *arcs):
+                q, *others = inside.state_inside(stepping(arc, parts), phase, ahead, time)
+                states.append([q * q, *others])
+            off = np.abs(np.array(states[1:]) - states[0]).T
+            round_off = 1e-15 * np.abs(states[0]) + 1e-13 * np.array(scales)
+            for arc, errors in zip(arcs, off.T, strict=True):
+                assert (errors <= arc.tolerance * np.array(scales) + round_off).all()
+
+
+def test_of_an_impact_that_is_known_nothing_is_solved():
+    """All but the last one that a section cut. Notices: any impact taken for the last."""
+    arc = make_arc(1e-9)
+    ahead = ahead_of(arc)._replace(elapsed=0.001)
+    first = inside.state_at_section(stepping(arc), PHASE, ahead)
+    assert first == inside.state_inside(stepping(arc), PHASE, ahead, 0.001)
+    close = ahead._replace(elapsed=0.001 * (1 + 1e-13))
+    assert inside.state_at_section(stepping(arc), PHASE, close) == first
+    later = ahead._replace(elapsed=0.001 * (1 + 1e-8))
+    other = ahead_of(arc, (TOUCH[0], TOUCH[1], TOUCH[2] * (1 + 1e-9)))._replace(elapsed=0.001)
+    for apart in (later, other):
+        state = inside.state_at_section(stepping(arc), PHASE, apart)
+        assert state == inside.state_inside(stepping(arc), PHASE, apart, apart.elapsed)
+        assert state != first
+
+
+def test_the_largest_energies_are_those_of_small_steps():
+    """Notices: a half that is not looked at, an energy's power with the wrong sign."""
+    arc, between = make_arc(1e-9), 0
+    for touch, phase, parts in drawn(150):
+        ps, damper, wall = parts
+        ahead = ahead_of(arc, touch, phase, parts)
+        ends = np.array(
+            [energies(ps, damper, y[1], y[2], wall.gap, y[0]) for y in (touch, ahead.release)]
+        )
+        start = ends.max(axis=0)
+        true, noted = start.copy(), start.copy()
+        assert stepped(1.0, true, touch, phase, parts)[0] == RELEASED
+        inside.note_inside(stepping(arc, parts), noted, phase, ahead, (0.0, *touch), ahead.took)
+        # of the impact's own part in an energy: v1 and x1 are good to the tolerance of its speed
+        scale = ps.m1 * touch[0] * max(abs(touch[2]), abs(ahead.release[2]))
+        assert (np.abs(noted - true) <= 1e-9 * (true + scale)).all()
+        between += (true > start * (1 + 1e-12)).sum()
+    assert between > 25
+
+
+def test_only_what_lasts_is_looked_at():
+    """Up to a time and from there on: together the largest of all. Notices: a span turned round."""
+    arc = make_arc(1e-9)
+    for touch, phase, parts in drawn(30, seed=4):
+        ps, damper, wall = parts
+        s, x1, v1 = touch
+        begin = energies(ps, damper, x1, v1, wall.gap, s)
+        whole, ahead = np.array(begin), ahead_of(arc, touch, phase, parts)
+        inside.note_inside(stepping(arc, parts), whole, phase, ahead, (0.0, *touch), ahead.took)
+        s, x1, v1 = ahead.release
+        last = energies(ps, damper, x1, v1, wall.gap, s)
+        whole = np.maximum(whole, last)
+        for share in (0.02, 0.5, 0.98):
+            pieces, moment = np.array((begin, begin)), share * ahead.took
+            side, now = stepping(arc, parts), (0.0, *touch)
+            inside.note_inside(side, pieces[0], phase, ahead, now, moment)
+            q, s, x1, v1 = now = inside.state_inside(side, phase, ahead, moment)
+            cut = np.array(energies(ps, damper, x1, v1, wall.gap + q * q, s))
+            pieces[1] = np.maximum(cut, last)
+            later = ahead._replace(elapsed=moment)
+            inside.note_inside(side, pieces[1], phase, later, now, ahead.took - moment)
+            peak, first = np.maximum(*pieces), np.array(begin)
+            stepped(moment, first, touch, phase, parts)
+            assert (pieces[0] <= np.maximum(first, cut) * (1 + 1e-9)).all()
+            np.testing.assert_allclose(peak[whole > cut], whole[whole > cut])
+
+
+def test_a_record_out_of_reach_is_not_looked_for(monkeypatch):
+    """Of two equal impacts the second is known. Notices: doubt without end."""
+    arc = make_arc(1e-9)
+    side, ahead = stepping(arc), ahead_of(arc)
+    assert inside.where_peaks_are(side, np.full(2, 1e9), PHASE, ahead) == (0.0, 0.0)
+    early, late = inside.where_peaks_are(side, np.zeros(2), PHASE, ahead)
+    assert 0.0 < max(early, late) < 0.25 * ahead.took
+    noted, again, now = np.zeros(2), np.zeros(2), (0.0, *TOUCH)
+    inside.note_inside(side, noted, PHASE, ahead, now, ahead.took)
+    monkeypatch.setattr(inside, "contact", None)
+    inside.note_inside(side, again, PHASE, ahead, now, ahead.took)
+    np.testing.assert_allclose(again, noted, rtol=1e-15)
+
+
+def test_no_peak_is_out_of_reach():
+    """Of energies that no record bounds. Notices: a reach that ends before a peak."""
+    arc = make_arc(1e-9)
+    for touch, phase, parts in drawn(100, seed=6):
+        ahead, noted, true = ahead_of(arc, touch, phase, parts), np.zeros(2), np.zeros(2)
+        stepped(1.0, true, touch, phase, parts)
+        s, x1, v1 = touch
+        true = np.maximum(true, energies(*parts[:2], x1, v1, parts[2].gap, s))
+        inside.note_inside(stepping(arc, parts), noted, phase, ahead, (0.0, *touch), ahead.took)
+        ends = energies(*parts[:2], x1, v1, parts[2].gap, s)
+        s, x1, v1 = ahead.release
+        ends = np.maximum(ends, energies(*parts[:2], x1, v1, parts[2].gap, s))
+        scale = parts[0].m1 * touch[0] * max(abs(touch[2]), abs(v1))
+        assert (np.abs(np.maximum(noted, ends) - true) <= 1e-9 * (true + scale)).all()
+
+
+def test_a_response_is_that_of_all_steps(monkeypatch):
+    """And of an impact that is known the same again. Notices: sums that begin with those before."""
+    arc, now = make_arc(1e-9), (0.0, *TOUCH)
+    side, rows = stepping(arc), np.zeros((3, SIZE))
+    rows[:, :SUMS], rows[:, MOST:BEGIN] = 1e-3, 1e-6
+    tallies = [Tally(row, None, None) for row in rows]
+    contact(side, NOTHING._replace(tally=tallies[0]), PHASE, now, math.inf)
+    inside.tally_inside(side, tallies[1], PHASE, now, now)
+    monkeypatch.setattr(inside, "contact", None)
+    inside.tally_inside(side, tallies[2], PHASE, now, now)
+    np.testing.assert_allclose(rows[1, :BEGIN], rows[0, :BEGIN], rtol=1e-14)
+    np.testing.assert_array_equal(rows[2, :BEGIN], rows[1, :BEGIN])
+
+
+@pytest.mark.parametrize("stops", [8, 64])
+def test_samples_inside_impacts_are_states_of_the_orbit(stops):
+    """However often sections cut an impact, the orbit goes on as if they did not."""
+    system = load_system("ssul-set3", omega=6.28)
+    plain = simulate(system, 4, record=["section"])
+    cut = simulate(system, 4, record=["section", "trajectory"], samples=stops)
+    fine = simulate(system, 4, record=["section", "trajectory"], samples=stops, tolerance=1e-12)
+    np.testing.assert_allclose(cut.trajectory, fine.trajectory, rtol=0, atol=1e-7)
+    steps = {"method": "rk4", "period_steps": 1024}  # where nothing is solved as a whole
+    other = simulate(system, 2, record=["trajectory"], samples=stops, **steps)
+    np.testing.assert_allclose(cut.trajectory[: 2 * stops], other.trajectory, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(cut.section, plain.section, rtol=0, atol=1e-8)
+
+
+LOADS = (30.0, -30.0)  # [m/s^2]; the contact's own acceleration is some 3000
+
+
+def loaded(load, **changes):
+    ps, damper, wall = contact_parts(**{**SET6, "near": SET6["C"], **changes})
+    return with_load(ps, load), damper, wall
+
+
+def dropped(tolerance, **law):
+    """Return the first impact of a ball of 1 kg that falls 1 m under g = 10 m/s^2."""
+    ball = load_system("bouncing-ball", law="hertz", K=1e5, g=10, Y=0, omega=1, **law)
+    return simulate(ball, 1, start=(1, 0), record=("impacts",), tolerance=tolerance).impacts[0]
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_a_ball_that_falls_on_a_soft_table(tolerance):
+    """At the deepest point 0.4 K z^2.5 = m g (h + z); the time is twice a quadrature."""
+    orbit = dropped(tolerance)
+    assert orbit["depth"] == pytest.approx(0.036766164808134, rel=tolerance)
+    assert orbit["release"] - orbit["touch"] == pytest.approx(0.024010630555907, rel=tolerance)
+    assert orbit["force"] == pytest.approx(1e5 * orbit["depth"] ** 1.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(("load", "tolerance"), [(30.0, 1e-6), (-30.0, 1e-9), (30.0, 1e-12)])
+def test_a_short_impact_is_that_of_small_steps(load, tolerance):
+    parts, arc = loaded(load), make_arc(tolerance)
+    approach = Approach(*TOUCH, 1.0)
+    ahead = ahead_of(arc, parts=parts)
+    true = approach.step(parts, 200)
+    s, x1, v1 = ahead.release
+    assert -s == pytest.approx(true.speed, rel=tolerance)
+    assert ahead.took == pytest.approx(true.duration, rel=tolerance)
+    assert v1 == pytest.approx(true.v1, abs=tolerance * TOUCH[0])
+    assert approach.solve(parts, 24).depth == pytest.approx(true.depth, rel=1e-12)
+    for share in (0.01, 0.4, 0.6, 0.99):
+        time = share * ahead.took
+        _, q, s, x1, v1 = stepped(time, parts=parts)
+        p, *others = inside.state_inside(stepping(arc, parts), PHASE, ahead, time)
+        off = np.abs(np.array([p * p, *others]) - (q * q, s, x1, v1))
+        scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
+        assert (off / scales).max() <= tolerance + 1e-13
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_largest_energies_and_variations_under_a_load_are_those_of_small_steps(load):
+    parts, arc = loaded(load), make_arc(1e-9)
+    ps, damper, wall = parts
+    ahead, (s, x1, v1) = ahead_of(arc, parts=parts), TOUCH
+    energy = np.array(energies(ps, damper, x1, v1, wall.gap, s))
+    true = energy.copy()
+    assert stepped(1.0, true, parts=parts)[0] == RELEASED
+    inside.note_inside(stepping(arc, parts), energy, PHASE, ahead, (0.0, *TOUCH), ahead.took)
+    np.testing.assert_allclose(energy, true, rtol=1e-9)
+    # to its release, and to a section in either half. Notices: factors that know of no load
+    arc, of = make_arc(1e-9), Impact(loaded(load), APPROACH)
+    assert of.error(arc) <= 1e-9
+    for share in (0.3, 0.8):
+        ahead, (first, _) = of.cut(arc, share)
+        exact = of.matrix(of.stepped(100.0, ahead.elapsed)[0])
+        assert np.abs(of.matrix(first) - exact).max() <= 1e-9 * np.abs(exact).max()
+
+
+def test_an_impact_is_doubted_whose_solution_lacks_a_force(monkeypatch):
+    """The balance has its forces from the equation of motion, not from what solves the impact."""
+    parts, arc = loaded(30.0), make_arc(1e-9)
+    arguments = side_of(parts, arc), None, PHASE, (0.0, *TOUCH)
+    assert impact.short_impact(*arguments)[0]
+    monkeypatch.setattr(impact, "under", lambda load, alone: alone)
+    assert not impact.short_impact(*arguments)[0]
+
+
+def test_a_limit_may_be_passed_because_of_a_load():
+    """An impact reaches farther under a load that presses than its energy at touch alone would."""
+    ps, damper, wall = loaded(300.0, P=0.0, k2=0.0, c1=0.0, k1=0.0, c2=0.0)
+    ps = ps._replace(m1=1e9)
+    touch = 1.3, 0.0, 0.0
+    log = np.zeros(6)
+    log[LIMIT] = wall.gap + 1.001 * (math.sqrt(damper.m2 / 0.8 / wall.K) * touch[0]) ** 0.8
+    assert may_pass(side_of((ps, damper, wall)), log, PHASE, 0.01, touch)
+    assert not may_pass(side_of((with_load(ps, 0.0), damper, wall)), log, PHASE, 0.01, touch)
+
+
+SMALL_STEPS = Steps(80.0, math.inf)
+KINDS = ("cubic", "tone", "shaken", "sudden")
+
+
+def drawn_under(kind, count, seed=1):
+    """Yield (parts, moment, touch) of impacts that are short, parameters and loads over decades."""
+    rng = np.random.default_rng(seed)
+    arc, drawn_count = make_arc(1e-6), 0
+
+    def decades(low, high):
+        return 10.0 ** rng.uniform(low, high)
+
+    while drawn_count < count:
+        m2 = decades(-3, 0.5)
+        ps, damper, wall = contact_parts(
+            m1=1.0, m2=m2, k1=1.0, c1=decades(-3, 0.3), k2=m2 * decades(-2, 2),
+            c2=m2 * decades(-3, 1.5), omega=1.0, near=rng.uniform(-1, 2), K=decades(1, 12),
+        )  # fmt: skip
+        ps = ps._replace(force=1.0, omega=0.0, shaken=True if kind == "shaken" else None)
+        h, row, degree, place = 0.7 / rate_of(ps, damper), np.zeros(15), 3, rng.uniform(0, 0.9)
+        touch = 0.0, decades(-3, 2), rng.normal() * decades(-2, 1), rng.normal() * decades(-2, 1)
+        size, turn = decades(-2, 5), 1j * rng.uniform(0.05, 1.0)
+        if kind == "cubic":
+            row[:4] = size * rng.normal(size=4)
+        elif kind == "sudden":  # nothing but a high power, from the touch on
+            degree, place = int(rng.integers(3, 10)), 0.0
+            free = approach_of(ps, damper, wall, Moment(row, 0, 0, 0.0, h, 1.0), touch[1:])
+            h = min(h, rng.uniform(1.7, 20) * free.tick)
+            row[degree] = decades(-4, -1) * wall.kappa * free.b**6 / (1.6 * free.tick / h) ** degree
+        else:
+            degree, start = 14, np.exp(1j * rng.uniform(0, 6))
+            row[:] = [(size * start * turn**k / math.factorial(k)).real for k in range(15)]
+        moment = Moment(row, 0, degree, place, h, rng.choice([-1.0, 1.0]))
+        if short_impact(side_of((ps, damper, wall), arc), True, moment, touch)[0]:
+            drawn_count += 1
+            yield (ps, damper, wall), moment, touch
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_errs_by_less_than_the_tolerance(kind):
+    """Speed, duration and depth. Notices: third derivatives without a say in how many nodes."""
+    for parts, moment, touch in drawn_under(kind, 25):
+        noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
+        watch = NOTHING._replace(impacts=noted)
+        event, _, s, x1, v1, took, depth = contact(
+            side_of(parts, steps=SMALL_STEPS), watch, moment, touch, 1e3
+        )
+        assert event == RELEASED
+        for tolerance in TOLERANCES:
+            impact = short_impact(side_of(parts, make_arc(tolerance)), True, moment, touch)
+            assert impact[0]
+            off = [impact[1] / s - 1, impact[4] / took - 1, impact[5] / depth - 1]
+            off.append((impact[3] - v1) / (touch[1] + 1e3 * abs(v1)))
+            off.append((impact[2] - x1) / (touch[1] * took + 1e3 * abs(x1)))
+            assert np.abs(off).max() <= tolerance + 1e-13
+
+
+def test_an_impact_that_outlasts_what_is_known_of_a_load_is_none():
+    ((parts, moment, touch),) = drawn_under("cubic", 1)
+    side, steady = side_of(parts, make_arc(1e-9)), moment._replace(degree=0)
+    took = short_impact(side, None, steady, touch)[4]
+    for left, whole in ((1.2, True), (0.9999, False)):
+        near_edge = steady._replace(x=1.0 - left * took / moment.length)
+        assert short_impact(side, None, near_edge, touch)[0] == whole
+
+
+@pytest.mark.parametrize("kind", ["cubic", "shaken"])
+@pytest.mark.parametrize("tolerance", TOLERANCES)
+def test_its_response_is_that_of_small_steps(kind, tolerance):
+    """Sums and largest values, where the nodes say that they know them."""
+    added = 0
+    for parts, moment, touch in drawn_under(kind, 30, seed=3):
+        (ps, damper, wall), side = parts, side_of(parts, make_arc(tolerance))
+        ground = ps.force if kind == "shaken" else None
+        _, s, x1, v1, took, _ = short_impact(side, True, moment, touch)
+        after = later(ps, moment, took)
+        ends = (touch[2], touch[3], wall.gap, touch[1]), (x1, v1, wall.gap, s)
+        row = np.zeros(SIZE)
+        seen = [
+            motion_of_touch(ps, damper, ground, y, at)
+            for y, at in zip(ends, (moment, after), strict=True)
+        ]
+        row[MOST : MOST + 3] = np.abs(seen)[:, [0, 1, 3]].max(axis=0)
+        row[MOST + 3] = abs(wall.gap)
+        mine, true = Tally(row.copy(), None, ground), Tally(row.copy(), None, ground)
+        if not tally_nodes(side, mine, moment, touch, (s, x1, v1, took)):
+            assert (mine.row[:BEGIN] == row[:BEGIN]).all()
+            continue
+        added += 1
+        contact(side_of(parts, steps=SMALL_STEPS), NOTHING._replace(tally=true), moment, touch, 1e3)
+        scale = np.where(true.row > 0.0, true.row, 1.0)
+        scale[MOST], most = scale[MOST] + touch[1] * took, np.abs(moment.w).sum()
+        scale[CV], scale[CX] = (most * math.sqrt(true.row[i] * took) for i in (1, 4))
+        off = np.abs(mine.row - true.row)[:BEGIN] / scale[:BEGIN]
+        assert off[SUMS:].max() <= tolerance + 1e-13
+        assert off[:SUMS].max() <= 10 * tolerance + 1e-12  # places within an arc are less known
+    assert added >= 3

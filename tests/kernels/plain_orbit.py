@@ -1,9 +1,7 @@
-"""The ends of orbits, one kernel at a time: budgets, numbers beyond all bounds, linear algebra.
-
-Constants are changed here as only plain Python allows. (Run by `contract/test_plain.py`.)
-"""
+"""The ends of orbits, numbers under a load, growth rates and recurrences, one kernel at a time."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,13 +9,26 @@ from scipy.linalg import expm
 from support import NOTHING, kernel_cell, linear_flow
 
 from nlds_vines.kernels.cells.cells import cells_for, run_cell
+from nlds_vines.kernels.cells.load_numbers import (
+    NO_PLACE,
+    excess_in_cell,
+    last_place_above,
+    may_exceed,
+    motion_in,
+    place_of_most,
+    rms_of_x1,
+)
+from nlds_vines.kernels.cells.load_orbit import Load, ends_of_cell, lasts_until, touch_by
+from nlds_vines.kernels.cells.verdict import digits_of, mean_and_width
 from nlds_vines.kernels.events import contact
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import PERIOD, cells_of, grid_from
+from nlds_vines.kernels.motion.flight import PERIOD, REACH, cells_of, grid_from
+from nlds_vines.kernels.motion.load_cells import LOAD_ROW, sums_of
 from nlds_vines.kernels.numerics import matrices
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, set_mode
+from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
 from nlds_vines.kernels.scene.codes import (
     BAD_PARAMETERS,
     DIVERGED,
@@ -32,34 +43,27 @@ from nlds_vines.kernels.scene.scene import (
     Flight,
     Parts,
     Span,
+    Structure,
     damper_in,
     structure_under,
 )
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.simulation import IntegrationError, simulate
 
-# ---- budgets -------------------------------------------------------------------------------------
 
-
-def test_a_contact_that_spends_its_steps_is_not_gone_on_with(monkeypatch):
-    system = load_system("ssul-set6", K=1e4)
+@pytest.mark.parametrize(
+    ("module", "budget", "most", "changes"),
+    [(contact, "MOST_STEPS", 3, {"K": 1e4}), (orbit, "MOST_TOUCHES", 0, {})],
+)
+def test_an_orbit_that_spends_its_budget_is_stopped(module, budget, most, changes, monkeypatch):
+    system = load_system("ssul-set6", **changes)
     assert len(simulate(system, 4).impacts) > 0
-    monkeypatch.setattr(contact, "MOST_STEPS", 3)
+    monkeypatch.setattr(module, budget, most)
     with pytest.raises(IntegrationError, match="step_budget"):
         simulate(system, 4)
-
-
-def test_touches_without_end_are_stopped(monkeypatch):
-    system = load_system("ssul-set6")
-    assert len(simulate(system, 4).impacts) > 0
-    monkeypatch.setattr(orbit, "MOST_TOUCHES", 0)
-    with pytest.raises(IntegrationError, match="step_budget"):
-        simulate(system, 4)
-
-
-# ---- numbers beyond all bounds -------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("place", range(4))
@@ -95,9 +99,6 @@ def test_a_limit_that_is_no_number_is_refused():
         assert run_cell(parts, cell, np.zeros(STATE_SIZE), Span(0, 1, 1), buffers) == status
 
 
-# ---- flights -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("x", [0.0, 0.25, 0.9])
 def test_a_flight_may_begin_anywhere_in_a_cell(x):
     """Far from its walls, which both ends of the cell prove clear."""
@@ -115,9 +116,6 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     user = [y[0], y[1], y[0] - y[2], y[1] - y[3], math.cos(angle), math.sin(angle)]
     x1, v1, x2, v2, *_ = expm(linear_flow(system.parameters) * (5 * grid.h - place)) @ user
     np.testing.assert_allclose(end, [x1, v1, x1 - x2, v1 - v2], rtol=0, atol=1e-12)
-
-
-# ---- beginnings ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -170,11 +168,202 @@ def test_cells_are_a_multiple_of_the_stops():
             assert n <= count < n + stops
 
 
-# ---- variations ----------------------------------------------------------------------------------
-
-
 def test_elimination_exchanges_rows_for_a_small_pivot():
     """Without, 1e-20 as pivot would leave no digit of the first unknown."""
     right = np.array([[1.0], [3.0]])
     assert matrices.solve(np.array([[1e-20, 1.0], [1.0, 2.0]]), right)
     np.testing.assert_allclose(right, [[1.0], [1.0]], rtol=1e-12)
+
+
+def impacts_at(touches, lasting):
+    data = np.zeros((len(touches), IMPACT_COLUMNS))
+    data[:, TOUCH], data[:, RELEASE] = touches, np.asarray(touches) + lasting
+    return Impacts(data, np.array([len(touches)]))
+
+
+def test_a_contact_lasts_from_its_touch_to_its_release():
+    impacts, j, seen = impacts_at([1.0, 2.0], lasting=0.5), -1, []
+    times = (0.9, 1.0, 1.4, 1.6, 2.2, 3.0, 1.2)  # the last one is looked for backward
+    for time in times:
+        j = touch_by(impacts, j, time)
+        seen.append((j, lasts_until(impacts, j, time)))
+    assert seen == [
+        (-1, False), (0, True), (0, True), (0, False), (1, True), (1, False), (0, True),
+    ]  # fmt: skip
+    impacts.data[0, RELEASE] = math.nan  # ended by a jump: over when the next one begins
+    assert lasts_until(impacts, touch_by(impacts, -1, 1.9), 1.9)
+    assert not lasts_until(impacts, touch_by(impacts, -1, 2.6), 2.6)
+
+
+def test_the_rms_leaves_out_what_is_before_the_time_to_settle():
+    edges, sums = np.array([0.0, 1.0, 3.0, 4.0]), np.zeros((4, 5))
+    sums[:, 4] = 0.0, 2.0, 6.0, 20.0
+    for settle, rms in ((0.0, 5.0), (0.5, 6.0), (1.0, 6.0), (3.0, 14.0), (3.9, 14.0)):
+        assert rms_of_x1(edges, sums, settle) == math.sqrt(rms)
+
+
+def test_no_cell_holds_more_than_its_bound_says():
+    """The largest of 2001 places, of 300 random forces; the first would be missed without them."""
+    rng, h = np.random.default_rng(6), REACH
+    ps = Structure(1.0, 1.0, 1.0, 0.0, 1.0, 0.0, None, None)
+    for i in range(300):
+        rows, section = np.zeros(LOAD_ROW), np.zeros((2, 4))
+        rows[: 1 + i % 4] = rng.normal(size=1 + i % 4)
+        section[0, :2] = rng.normal(size=2) * 10.0 ** rng.uniform(-6.0, 0.5)
+        if i == 0:  # from rest by 1 - 2 x
+            rows[:2], section[0] = (1.0, -2.0), 0.0
+        jumps = np.array([0.0, rng.normal()])  # of which the motion in the cell knows nothing
+        load = Load(np.array([0.0, h]), rows, jumps, sums_of(rows), None)
+        motion = motion_in(ps, None, load, section, 0)
+        section[1, :2] = motion.sum(axis=0)
+        section[1, 1] += jumps[1]
+        most = max(excess_in_cell(ps, motion, 0.0, x) for x in np.linspace(0.0, 1.0, 2001))
+        ends = ends_of_cell(ps, None, load, section, 0)
+        assert may_exceed(most * (1.0 - 1e-12), h, ends, False, False)
+        assert ends[2] >= most
+
+
+def test_the_ends_of_a_cell_are_before_a_jump_at_its_end():
+    ps = Structure(2.0, 3.0, 0.0, 0.0, 1.0, 0.0, None, None)
+    rows, jumps = np.zeros(2 * LOAD_ROW), np.array([7.0, 5.0, 0.0])
+    section = np.array([[0.1, 0.2, 0.0, 0.0], [0.3, 5.4, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    load = Load(np.array([0.0, 0.5, 1.0]), rows, jumps, sums_of(rows), None)
+    begin, end, _, _ = ends_of_cell(ps, None, load, section, 0)
+    twice = ps.m1 * np.array([0.2, 5.4 - 5.0]) ** 2 + ps.k1 * np.array([0.1, 0.3]) ** 2
+    assert (begin[0], end[0]) == pytest.approx(tuple(0.5 * twice))
+
+
+def test_a_contact_may_bring_all_energy_of_its_cell_and_more_if_it_has_begun_before():
+    h, begin, end = 0.5, (3.0, 0.0, -1.0), (2.0, 0.0, 4.0)
+    for order in ((begin, end), (end, begin)):
+        assert may_exceed(9.99, h, (*order, 10.0, 0.0), True, False)
+        assert not may_exceed(9.99, h, (*order, 9.9, 0.0), True, False)
+        assert may_exceed(9.99, h, (*order, 0.0, 0.0), True, True)  # what it holds is unknown
+
+
+def test_an_energy_is_last_above_a_level_at_the_root_of_its_polynomial():
+    ps = SimpleNamespace(m1=2.0, k1=0.0)
+    motion = np.zeros((15, 2))
+    motion[0, 1], motion[1, 1] = 1.0, -1.0  # v1 = 1 - x, E1 = (1 - x)^2
+    assert last_place_above(ps, motion, 0.25) == pytest.approx(0.5, abs=1e-15)
+    assert last_place_above(ps, motion, -1.0) == 1.0
+    assert last_place_above(ps, motion, 1.5) == NO_PLACE
+    motion[1, 1], motion[2, 1] = 1.2, -1.0  # v1 = 1 + 1.2 x - x^2, below 1.3 at both ends
+    assert last_place_above(ps, motion, 1.3**2) == pytest.approx(0.6 + math.sqrt(0.06), abs=1e-15)
+    assert place_of_most(ps, motion) == pytest.approx(0.6, abs=1e-15)
+
+
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+def logistic(r, count, skip=500):
+    """Return an orbit of x -> r x (1 - x) and the logarithms of its growth per iteration."""
+    x, orbit = 0.3, np.empty(count)
+    for i in range(skip + count):
+        x = r * x * (1.0 - x)
+        if i >= skip:
+            orbit[i - skip] = x
+    return orbit, np.log(np.abs(r * (1.0 - 2.0 * orbit)))
+
+
+def torus(count):
+    """Return a smooth function along a rotation by the golden mean."""
+    angle = 2.0 * math.pi * GOLDEN * np.arange(count)
+    return np.exp(np.cos(angle)) * np.sin(angle + 0.3)
+
+
+def noise(count):
+    return np.random.default_rng(1).normal(size=count)
+
+
+def as_section(values):
+    return np.stack([values, values**2], axis=-1)
+
+
+def test_the_exponent_of_the_logistic_map_is_ln_2():
+    _, logs = logistic(4.0, 6000)
+    mean, width = mean_and_width(logs)
+    assert abs(mean - math.log(2.0)) <= width
+    assert width < 0.05
+
+
+def test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell():
+    """All but the first twentieth, in pieces of equal length that end with the sequence."""
+    values = noise(1000)
+    pieces = values[1000 - 16 * (950 // 16) :].reshape(16, -1).mean(axis=1)
+    mean, width = mean_and_width(values)
+    assert mean == pytest.approx(pieces.mean(), rel=1e-12)
+    assert width == pytest.approx(2.947 * pieces.std(ddof=1) / 4.0, rel=1e-12)
+    for count, is_finite in ((33, True), (32, False)):  # 32 and 31 values: two a piece, or fewer
+        assert math.isfinite(mean_and_width(values[:count])[1]) == is_finite
+
+
+def test_what_has_a_mean_and_how_wide_it_is():
+    # growth that ends is minus infinity, and sure
+    logs = np.append(np.zeros(500), np.full(500, -np.inf))
+    assert mean_and_width(logs) == (-np.inf, 0.0)
+    # too short a sequence has no interval
+    mean, width = mean_and_width(np.ones(20))
+    assert math.isnan(mean)
+    assert width == math.inf
+    # A variation aligns there; afterwards every value does, the last one included
+    logs = np.full(1600, 0.5)
+    assert mean_and_width(logs) == (0.5, 0.0)
+    logs[:79] = 1e6
+    assert mean_and_width(logs) == (0.5, 0.0)
+    logs[-1] = 1e6
+    assert mean_and_width(logs)[0] > 1.0
+
+
+@pytest.mark.parametrize(("r", "n"), [(3.2, 2), (3.5, 4), (3.55, 8), (3.83, 3)])
+def test_the_exponent_of_a_periodic_window_is_that_of_its_multiplier(r, n):
+    orbit, logs = logistic(r, 4800)
+    mean, width = mean_and_width(logs)
+    multiplier = np.prod(r * (1.0 - 2.0 * orbit[-n:]))
+    assert abs(mean - math.log(abs(multiplier)) / n) <= max(width, 1e-9) + 0.01
+    assert mean + width < 0.0
+    assert period_of(as_section(orbit[:200]), TOLERANCE) == n
+
+
+def test_the_interval_holds_the_mean_in_as_many_cases_as_it_claims():
+    generator = np.random.default_rng(7)
+    hits = 0
+    for _ in range(400):  # a sequence whose values depend on their predecessors
+        values = np.empty(1600)
+        values[0] = generator.normal()
+        for i in range(1, values.size):
+            values[i] = 0.7 * values[i - 1] + generator.normal()
+        mean, width = mean_and_width(values)
+        hits += abs(mean) <= width
+    assert 0.975 <= hits / 400 < 1.0  # 99 % but for three standard errors
+
+
+def test_averages_on_a_torus_have_many_digits_in_any_unit_and_others_do_not():
+    assert digits_of(torus(600)) > 7.0
+    assert digits_of(torus(2400)) > 10.0
+    assert digits_of(logistic(4.0, 2400)[0]) < 4.0
+    assert digits_of(noise(2400)) < 4.0
+    assert digits_of(torus(2400) + 1e-3 * noise(2400)) < 7.0
+    assert digits_of(np.ones(100)) == 15.0
+    for values in (torus(600), noise(600)):
+        for unit in (1e-9, 1e9):
+            assert digits_of(unit * values) == pytest.approx(digits_of(values), abs=1e-3)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 40])
+def test_a_period_is_found_where_there_is_one(n):
+    base = np.random.default_rng(n).uniform(size=n)
+    assert period_of(as_section(np.resize(base, 120)), TOLERANCE) == n
+
+
+def test_a_period_is_that_of_all_components():
+    one, other = np.resize([1.0, 2.0], 120), np.resize([1.0, 2.0, 3.0], 120)
+    assert period_of(np.stack([one, other], axis=-1), TOLERANCE) == 6
+    assert period_of(np.stack([other, one], axis=-1), TOLERANCE) == 6
+    assert period_of(np.stack([one, noise(120)], axis=-1), TOLERANCE) == 0
+
+
+@pytest.mark.parametrize("values", [torus(120), noise(120), logistic(4.0, 120)[0]])
+def test_no_period_is_found_where_there_is_none(values):
+    assert period_of(as_section(values), TOLERANCE) == 0
+    assert period_of(as_section(np.resize(values[:50], 120)), TOLERANCE) == 0  # too long for 120

@@ -66,17 +66,14 @@ def test_only_the_least_number_of_periods_is_minimal(name, omega, n, counts):
         assert slowest == pytest.approx(impacts["speed"].min(), rel=1e-9)
 
 
-def test_a_nearly_closed_orbit_is_minimal():
+def test_orbits_are_minimal_and_closed_until_rounding_stops_newtons_method():
     """Sections that differ by more than round-off are different points."""
     flow, y, points, *_ = closed("ssul-set6", 6.28, 2)
     for far, minimal in ((1e-12, False), (1e-5, True)):
         moved = points.copy()
         moved[0] += far * points[0]
         assert is_minimal(flow.space, y, moved) == minimal
-
-
-def test_newtons_method_goes_on_until_rounding_stops_it():
-    """From a point a hundredth beside the orbit."""
+    # from a point a hundredth beside the orbit
     flow, y, points, counts, tangent, _ = closed("ssul-set6", 6.28, 1)
     moved = y * 1.01
     residual, *_ = polish(flow, moved, points, counts, tangent)

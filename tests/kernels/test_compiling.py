@@ -1,6 +1,7 @@
-"""How kernels are compiled: for whom, how often, and what rests meanwhile."""
+"""How kernels are compiled: for whom, how often, what rests meanwhile; what laws say is heard."""
 
 import gc
+import re
 from typing import Any, NamedTuple
 
 import numba
@@ -11,6 +12,7 @@ from nlds_vines.kernels.cells import lanes
 from nlds_vines.kernels.numerics import stored_code
 from nlds_vines.kernels.numerics.compiling import Inner, jit, told_of_compilations
 from nlds_vines.kernels.numerics.deciding import is_a, same_sort
+from nlds_vines.kernels.numerics.stored_code import KERNELS
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 
@@ -103,7 +105,7 @@ def test_a_number_that_is_known_when_compiling_is_a_number_like_any_other():
 
 
 @pytest.mark.kernels
-def test_the_collector_rests_while_something_is_compiled_and_works_afterwards():
+def test_the_collector_rests_during_each_outermost_compilation_and_works_afterwards():
     seen = []
     made = kernel("def f(x):\n    return x + 1")
     watching = told_of_compilations(
@@ -114,27 +116,18 @@ def test_the_collector_rests_while_something_is_compiled_and_works_afterwards():
         assert gc.isenabled()
         assert made(2) == 3
     assert seen == [True, True]  # before it rests, and after
-
-
-@pytest.mark.kernels
-def test_nested_compilations_are_one_pause():
+    # nested compilations are one pause
     flags = []
     made = kernel("@jit\ndef g(x):\n    return x + 1\ndef f(x):\n    return g(x)")
     with told_of_compilations(lambda one: flags.append(gc.isenabled())):
         assert made(1) == 2
     assert flags == [True, False]
     assert gc.isenabled()
-
-
-@pytest.mark.kernels
-def test_an_error_of_the_compiler_lets_the_collector_work_again():
+    # an error of the compiler lets it work again
     with pytest.raises(numba.TypingError):
         kernel("def f(x):\n    return x + 'a'")(1)
     assert gc.isenabled()
-
-
-@pytest.mark.kernels
-def test_whoever_ends_a_compilation_before_it_begins_stops_nothing_else():
+    # whoever ends a compilation before it begins stops nothing else
     made = kernel("def f(x):\n    return x + 1")
 
     def refuse(kernel):
@@ -144,10 +137,7 @@ def test_whoever_ends_a_compilation_before_it_begins_stops_nothing_else():
         made(1)
     assert gc.isenabled()
     assert made(1) == 2
-
-
-@pytest.mark.kernels
-def test_a_collector_that_is_off_stays_off():
+    # a collector that is off stays off
     gc.disable()
     try:
         assert kernel("def f(x):\n    return x + 1")(1) == 2
@@ -207,3 +197,39 @@ def test_the_cache_of_numba_belongs_to_the_sources_of_all_kernels(tmp_path, monk
     (tmp_path / "inner.py").write_text("GAP = 2")
     assert folder_of_numba() != former
     assert not former.exists()
+
+
+TEXTS = {path: path.read_text(encoding="utf-8") for path in KERNELS.rglob("*.py")}
+MARKED = {
+    name
+    for text in TEXTS.values()
+    for name in re.findall(r"^@by_wall.*\ndef (\w+)", text, re.MULTILINE)
+}
+LAWS = sorted(p for p in TEXTS if p.parent.name == "laws" and p.stem not in ("__init__", "law"))
+
+
+def idle(text):
+    """Return the kernels of a law that neither take the place of another nor are called there."""
+    names = re.findall(r"^def (\w+)", text, re.MULTILINE)
+    return {name for name in names if len(re.findall(rf"\b{name}\b", text)) == 1} - MARKED
+
+
+@pytest.mark.parametrize("path", LAWS, ids=lambda path: path.stem)
+def test_each_kernel_of_a_law_is_called(path):
+    assert idle(TEXTS[path]) == set()
+    assert idle(TEXTS[path].replace("def made(", "def mad(")) == {"mad"}
+
+
+def properties(texts):
+    """Return the properties that kernels ask laws for, and those that laws assign."""
+    asked = set(re.findall(r'\bsays\([\w.]+, "(\w+)"\)', "\n".join(texts)))
+    assigned = {w for p in LAWS for w in re.findall(r"^([A-Z_]+) = True$", TEXTS[p], re.MULTILINE)}
+    return asked, assigned
+
+
+def test_each_property_that_is_asked_for_is_one_of_a_law():
+    asked, assigned = properties(TEXTS.values())
+    assert len(asked) > 2
+    assert asked == assigned
+    asked, assigned = properties([*TEXTS.values(), 'if says(near, "AT_LAST"):'])
+    assert asked != assigned

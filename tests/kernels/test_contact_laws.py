@@ -38,9 +38,6 @@ def test_as_the_twin_finds_it(law):
         np.testing.assert_allclose(orbit.impacts[name][over], expected[over], rtol=1e-9)
 
 
-# ---- linear contacts -----------------------------------------------------------------------------
-
-
 def oscillator(numbers):
     """Return an oscillator with a linear stop, and the twin's model of it."""
     m, k, c, P, omega, C, kc, cc = (
@@ -115,9 +112,6 @@ def test_a_wall_pushes_again_before_the_mass_is_out():
     assert (places > p["C"] + 1e-3).any()
 
 
-# ---- powers --------------------------------------------------------------------------------------
-
-
 @pytest.mark.plain
 def test_the_power_three_halves_is_hertz():
     """To the tolerance; by rk4, whose steps differ in the units of a free contact, to its error."""
@@ -142,9 +136,6 @@ def test_fixed_steps_keep_their_order(n):
         for N in (2048, 4096)
     )
     assert math.log2(coarse.max() / fine.max()) == pytest.approx(4.0, abs=0.8)
-
-
-# ---- variations ----------------------------------------------------------------------------------
 
 
 @pytest.mark.plain

@@ -162,7 +162,7 @@ def test_the_determinant_is_known_beforehand():
 
 
 @pytest.mark.kernels
-def test_variations_are_linear():
+def test_variations_are_linear_and_any_may_be_zero_or_no_number():
     """A sum goes where the sum of both goes, to the tolerance; sizes do not matter."""
     arc, impact, rng = make_arc(), one(), np.random.default_rng(2)
     matrix = impact.carried(arc).reshape(4, 4)
@@ -170,21 +170,14 @@ def test_variations_are_linear():
         tangent = size * rng.normal(size=(4, 4))
         carried = impact.carried(arc, tangent.ravel()).reshape(4, 4)
         np.testing.assert_allclose(carried, tangent @ matrix, rtol=0, atol=1e-8 * size)
-
-
-@pytest.mark.kernels
-def test_some_variations_may_be_zero():
-    """As those of a scene of fewer numbers are; the others do not notice."""
+    # as those of a scene of fewer numbers are; the others do not notice
     arc, impact = make_arc(), one()
     tangent = UNIT.copy()
     tangent[4:] = 0.0
     carried = impact.carried(arc, tangent)
     assert (carried[4:] == 0.0).all()
     np.testing.assert_allclose(carried[:4], impact.carried(arc)[:4], rtol=0, atol=1e-9)
-
-
-@pytest.mark.kernels
-def test_a_variation_that_is_no_number_stays_none():
+    # one that is no number stays none
     tangent = UNIT.copy()
     tangent[5] = np.nan
     carried = one().carried(make_arc(), tangent)

@@ -1,8 +1,7 @@
-"""Rigid bodies: closed forms of the impact oscillator, saltation, chatter and sticking.
+"""Rigid bodies: closed forms of oscillators and of a bouncing ball, saltation, chatter, sticking.
 
-The closed forms are those of `data/reference/rigid.json`. Chatter is followed by a twin that takes
-every rebound, down to speeds of 1e-9: by the oscillator's solution in closed form, low ones by its
-Taylor series at the stop.
+Chatter is followed by a twin that takes every rebound, down to speeds of 1e-9: by the oscillator's
+solution in closed form, low ones by its Taylor series at the stop.
 """
 
 import math
@@ -15,14 +14,15 @@ from rigid import CASES, RIGID, oscillator, start_of
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
-from support import BOTH
+from support import BOTH, period_map
 
-from nlds_vines import RequestError, classify, load_system, simulate
+from nlds_vines import classify, load_system, simulate
 from nlds_vines.kernels.numerics.matrices import eigenvalues
 from nlds_vines.kernels.orbit import variations
-from nlds_vines.kernels.orbit import variations as shooting
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.system import System
+
+pytestmark = pytest.mark.kernels
 
 ORBITS = [(case, orbit) for case in CASES for orbit in case["orbits"]]
 FLIPS = [(case, flip) for case in CASES for flip in case["flips"]]
@@ -49,8 +49,8 @@ def closed(system, y, n):
     flow, at, points = flow_on(system), np.zeros(4), np.empty((n, 4))
     at[:2] = y[:2]
     counts, tangent = np.zeros(2, np.int64), np.zeros(16)
-    residual, _, slowest = shooting.polish(flow, at, points, counts, tangent)
-    multipliers = eigenvalues(shooting.matrix_of(tangent, 2))
+    residual, _, slowest = variations.polish(flow, at, points, counts, tangent)
+    multipliers = eigenvalues(variations.matrix_of(tangent, 2))
     return Orbit(at, residual, slowest, counts[0], multipliers[:, 0] + 1j * multipliers[:, 1])
 
 
@@ -58,10 +58,6 @@ def in_order(values):
     return sorted(np.asarray(values, complex), key=lambda z: (round(abs(z), 9), z.imag))
 
 
-# ---- closed forms --------------------------------------------------------------------------------
-
-
-@pytest.mark.kernels
 @pytest.mark.parametrize("pair", ORBITS, ids=named)
 def test_orbits_in_closed_form(pair):
     case, exact = pair
@@ -76,7 +72,6 @@ def test_orbits_in_closed_form(pair):
     assert orbit.multipliers.prod().real == pytest.approx(volume, rel=1e-11)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("pair", FLIPS, ids=named)
 def test_a_multiplier_passes_minus_one_at_each_period_doubling(pair):
     case, exact = pair
@@ -92,7 +87,6 @@ def test_a_multiplier_passes_minus_one_at_each_period_doubling(pair):
     assert sizes[1] > 1.0 + 1e-6
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("case", FOLDS, ids=named)
 def test_two_orbits_meet_at_each_fold(case):
     """Both sides: two orbits, one of them stable and one a saddle, and then none."""
@@ -115,7 +109,6 @@ def test_two_orbits_meet_at_each_fold(case):
     assert not (beyond.residual < 1e-9 and beyond.impacts == 1)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("case", CASES, ids=named)
 def test_the_motion_without_impact_grazes_where_it_must(case):
     for share, touches in ((1 - 1e-9, False), (1 + 1e-9, True)):
@@ -126,14 +119,11 @@ def test_the_motion_without_impact_grazes_where_it_must(case):
         assert bool(len(simulate(system, 1, start=start).impacts)) == touches
 
 
-@pytest.mark.kernels
 def test_labels_on_both_sides_of_a_period_doubling():
     case, exact = next(pair for pair in FLIPS if pair[0]["omega"] == 0.9 and pair[0]["e"] == 0.8)
     assert classify(oscillator(case, exact["A"] * 0.99)).label == "2T,2"
     assert classify(oscillator(case, exact["A"] * 1.01)).label == "T,1"
 
-
-# ---- momentum, energy, saltation -----------------------------------------------------------------
 
 RIGID_CASES = {
     # system, periods from rest, periods followed, impacts by wall meanwhile
@@ -165,7 +155,6 @@ def followed(flow, y, periods):
 
 
 @pytest.mark.plain
-@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 @pytest.mark.parametrize("case", RIGID_CASES)
 def test_monodromy_is_the_derivative_of_the_flow(case, method):
@@ -186,7 +175,6 @@ def test_monodromy_is_the_derivative_of_the_flow(case, method):
         np.testing.assert_allclose(matrix, difference, rtol=0, atol=near * np.abs(matrix).max())
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("name", ["ssul-set6", "ssbl"])
 @pytest.mark.parametrize("e", [1.0, 0.6, 0.0])
 def test_an_impact_keeps_momentum_and_takes_its_share_of_energy(name, e):
@@ -203,7 +191,6 @@ def test_an_impact_keeps_momentum_and_takes_its_share_of_energy(name, e):
     assert (rows["depth"] == 0.0).all()
 
 
-@pytest.mark.kernels
 def test_without_damping_and_force_elastic_impacts_keep_energy():
     system = load_system(
         "ssul-set6", law="restitution", e=1.0, c1=0.0, c2=0.0, P=0.0, omega=6.28
@@ -218,7 +205,6 @@ def test_without_damping_and_force_elastic_impacts_keep_energy():
     np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize(("k", "omega", "periods"), [(1.0, 1.0, 20_000), (100.0, 1.0, 2_000)])
 def test_a_flight_between_elastic_impacts_drifts_by_1e_14_of_its_energy_a_radian(k, omega, periods):
     """As docs/how-it-works.md states."""
@@ -231,9 +217,6 @@ def test_a_flight_between_elastic_impacts_drifts_by_1e_14_of_its_energy_a_radian
     assert len(orbit.impacts) > periods
     radians = math.sqrt(k) * periods * orbit.system.period
     assert np.abs(energy - 1.0).max() < 1e-14 * radians
-
-
-# ---- chatter and sticking ------------------------------------------------------------------------
 
 
 class Twin:
@@ -333,7 +316,6 @@ class Twin:
         return time if time < end else None
 
 
-@pytest.mark.kernels
 def test_orbits_that_chatter_to_rest_are_those_of_a_twin():
     """From 1,000 random starts."""
     rng = np.random.default_rng(14)
@@ -354,7 +336,6 @@ def test_orbits_that_chatter_to_rest_are_those_of_a_twin():
         np.testing.assert_allclose(orbit.trajectory[row], state, rtol=0, atol=1e-11)
 
 
-@pytest.mark.kernels
 def test_sticking_ends_where_the_stop_would_pull():
     system = oscillator({"omega": 0.5, "e": 0.0}, 4.0)
     rows = simulate(system, 3).impacts
@@ -364,7 +345,6 @@ def test_sticking_ends_where_the_stop_would_pull():
     np.testing.assert_allclose(np.cos(p["omega"] * rests["release"]), np.cos(expected), rtol=1e-10)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
 def test_a_damper_pressed_to_the_wall_comes_to_rest_there(e):
     system = load_system("ssul-set6", law="restitution", e=e, C=-0.2, P=100.0)
@@ -440,7 +420,6 @@ def pressed_twin(system, end):
     return y[:2], rests
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize(("C", "P"), [(-0.02, 500.0), (-0.05, 800.0)])
 def test_a_damper_that_chatters_to_rest_leaves_the_common_motion_alone(C, P):
     system = load_system("ssul-set6", law="restitution", e=0.3, C=C, P=P)
@@ -449,7 +428,6 @@ def test_a_damper_that_chatters_to_rest_leaves_the_common_motion_alone(C, P):
     np.testing.assert_allclose(simulate(system, 6).section[-1, :2], expected, rtol=0, atol=1e-10)
 
 
-@pytest.mark.kernels
 def test_growth_ends_where_variations_do():
     flow = flow_on(load_system("ssul-set6", law="restitution", e=0.3, C=-0.2, P=100.0))
     tangent, growth = np.zeros(16), np.zeros(4)
@@ -463,17 +441,149 @@ def test_growth_ends_where_variations_do():
     assert not tangent[4:8].any()
 
 
-# ---- what is refused -----------------------------------------------------------------------------
+G = 9.81
 
 
-def test_nothing_begins_inside_a_rigid_body():
-    system = load_system("ssul-set6", law="restitution", e=0.5)
-    with pytest.raises(RequestError, match=r"0\.05 m inside the obstacle, which is rigid"):
-        simulate(system, 1, start=[0.0, 0.0, 0.05, 0.0])
+def ball(gamma, e, omega=30.0):
+    """Return a ball on a table whose greatest acceleration is gamma g."""
+    numbers = {"m": 1.0, "g": G, "Y": gamma * G / omega**2, "omega": omega, "e": e}
+    return System("ball", numbers, law="restitution")
 
 
-def test_a_start_inside_the_one_wall_that_is_rigid_is_refused():
-    """The structure is rigid, the obstacle elastic: each wall is judged by its own law."""
-    system = load_system("ssbl", law_2="restitution", e_2=0.7)
-    with pytest.raises(RequestError, match=r"0\.1 m inside the structure, which is rigid"):
-        simulate(system, 1, start=(0.0, 0.0, -0.1, 0.0))
+def bounce(gamma, e, omega, n):
+    """Return the section points (height, velocity) of both nT,1 orbits, in closed form.
+
+    The ball flies with g n T / 2 from impact to impact; there the table moves with
+    (1 - e) / (1 + e) of it.
+    """
+    T, Y = 2 * np.pi / omega, gamma * G / omega**2
+    lift = 0.5 * G * n * T
+    sine = -(1 - e) / (1 + e) * lift / (Y * omega)
+    orbits = []
+    for phase in (math.asin(sine) + 2 * np.pi, np.pi - math.asin(sine)):
+        since = n * T - phase / omega
+        height = Y * math.cos(phase) + lift * since - 0.5 * G * since**2 - Y
+        orbits.append((height, lift - G * since))
+    return orbits
+
+
+@pytest.mark.parametrize(("gamma", "e", "n"), [(1.2, 0.5, 1), (1.4, 0.5, 1), (2.4, 0.5, 2)])
+def test_bouncing_orbits_in_closed_form(gamma, e, n):
+    system = ball(gamma, e)
+    for height, velocity in bounce(gamma, e, 30.0, n):
+        orbit = simulate(system, n, start=(height, velocity), record=BOTH)
+        assert len(orbit.impacts) == 1
+        np.testing.assert_allclose(orbit.state, (height, velocity), rtol=0, atol=1e-12)
+        speed = G * n * system.period / (1 + e)
+        assert orbit.impacts["speed"][0] == pytest.approx(speed, rel=1e-12)
+
+
+@pytest.mark.parametrize("e", [0.15, 0.5, 0.8])
+def test_a_bouncing_orbit_is_born_and_doubles_where_the_textbook_says(e):
+    """Gamma >= pi (1 - e) / (1 + e), and < sqrt(that^2 + (2 (1 + e^2) / (1 + e)^2)^2)."""
+    born = np.pi * (1 - e) / (1 + e)
+    doubles = math.hypot(born, 2 * (1 + e * e) / (1 + e) ** 2)
+    for gamma, stable in (
+        (born * 1.0001, True),
+        (doubles * 0.9999, True),
+        (doubles * 1.0001, False),
+    ):
+        start = bounce(gamma, e, 30.0, 1)[0]
+        regime = classify(ball(gamma, e), start=start)
+        assert (regime.label == "T,1") is stable, gamma
+        if stable:
+            assert regime.multipliers.prod().real == pytest.approx(e**2, rel=1e-8)
+    # at the doubling itself a multiplier is -1: its trace is -(1 + e^2)
+    flow, y = flow_on(ball(doubles, e)), np.zeros(4)
+    y[:2] = bounce(doubles, e, 30.0, 1)[0]
+    _, matrix = period_map(flow, y)
+    assert matrix[0, 0] + matrix[1, 1] == pytest.approx(-(1 + e**2), abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("omega", "label"), [(1.51, False), (1.5239, True), (1.6702, True), (1.6704, False)]
+)
+def test_the_range_of_one_bounce_a_period(omega, label):
+    """r = 0.15, A = g = 1: omega = 1.52383 and 1.67027."""
+    system = System(
+        "ball", {"m": 1.0, "g": 1.0, "Y": 1.0, "omega": omega, "e": 0.15}, law="restitution"
+    )
+    gamma = omega**2
+    start = (1.0, 0.0)
+    if gamma > np.pi * 0.85 / 1.15:
+        T, sine = 2 * np.pi / omega, -0.85 / 1.15 * np.pi / gamma
+        since = T - (math.asin(sine) + 2 * np.pi) / omega
+        start = (
+            math.cos(math.asin(sine)) + 0.5 * T * since - 0.5 * since**2 - 1.0,
+            0.5 * T - since,
+        )
+    assert (classify(system, start=start).label == "T,1") is label
+
+
+def test_a_ball_comes_to_rest_on_a_table_that_stands_still():
+    """Dropped with speed v, it bounces for 2 v e / (g (1 - e)), a geometric series."""
+    e, height = 0.6, 0.3
+    numbers = {"m": 1.0, "g": G, "Y": 0.0, "omega": 1.0, "e": e}
+    orbit = simulate(
+        System("ball", numbers, law="restitution"), 1, start=(height, 0.0),
+        record=BOTH,
+    )  # fmt: skip
+    v = math.sqrt(2 * G * height)
+    touches = orbit.impacts["touch"]
+    expected = v / G + 2 * v / G * np.cumsum(np.append(0.0, e ** np.arange(1, len(touches))))
+    np.testing.assert_allclose(touches, expected, rtol=1e-12)
+    rest = v / G + 2 * v / G * e / (1 - e)
+    assert 0.0 <= rest - touches[-1] < 1e-4
+    assert np.isnan(orbit.impacts["release"][-1])  # it rests
+    assert (orbit.state == 0.0).all()
+
+
+@pytest.mark.parametrize("gamma", [1.2, 2.0, 3.5])
+def test_an_inelastic_ball_takes_off_where_the_table_falls_faster(gamma):
+    """With e = 0 it rests until cos(omega t) = 1 / Gamma: the set of chattering orbits."""
+    system = ball(gamma, 0.0)
+    orbit = simulate(system, 40, start=(0.0, 0.0), record=BOTH)
+    releases = orbit.impacts["release"]
+    turns = (releases[~np.isnan(releases)] / system.period) % 1.0
+    off = 1.0 - math.acos(1.0 / gamma) / (2 * np.pi)
+    assert len(turns) > 10
+    rested = np.abs(turns - off) < 1e-9
+    assert rested.any()
+    regime = classify(system, start=(0.0, 0.0))
+    if rested.all():  # every impact ends in rest: all is forgotten in a period
+        assert abs(regime.multipliers).max() == 0.0
+
+
+@pytest.mark.parametrize("gamma", [3.3, 3.7, 3.7235])
+def test_an_inelastic_ball_that_is_left_at_once_forgets_its_speed_alone(gamma):
+    """Its acceleration a at the touch points away: the impact maps (0, v') to (0, a t')."""
+    regime = classify(ball(gamma, 0.0), start=(0.0, 0.0))
+    assert regime.label == "T,1"
+    mu = 1.0 - math.sqrt(gamma**2 - math.pi**2)
+    np.testing.assert_allclose(regime.multipliers, [mu, 0.0], rtol=0, atol=1e-9)
+    exponent = math.log(abs(mu)) / ball(gamma, 0.0).period
+    np.testing.assert_allclose(regime.exponents, [exponent, -np.inf], rtol=1e-6)
+    assert regime.lyapunov == regime.exponents[0]
+
+
+def test_where_all_is_forgotten_no_exponent_is_a_number():
+    """The ball rests in each period."""
+    regime = classify(ball(1.2, 0.0), start=(0.0, 0.0))
+    assert (regime.exponents == -np.inf).all()
+    assert regime.lyapunov == -np.inf
+
+
+@pytest.mark.parametrize(
+    ("omega", "e", "C", "speed"),
+    [(2.0, 0.8, 0.0, 20 / 3), (2.0, 0.8, 0.1, 6.359595), (2.5, 0.6, 0.0, 0.700362)],
+)
+def test_a_hard_impact_oscillator(omega, e, C, speed):
+    """Speed of impact of its T,1 orbit, from starts all over (Phil. Trans. A 347 (1994) 365)."""
+    numbers = {"m": 1.0, "k": 1.0, "c": 0.0, "C": C, "P": 1.0, "omega": omega, "e": e}
+    system = System("oscillator", numbers, law="restitution")
+    orbits = []
+    for seed in range(6):
+        start = np.random.default_rng(seed).normal(size=2) - (3.0, 0.0)
+        impacts = simulate(system, 400, start=start, record=BOTH).impacts
+        orbits.append(impacts["speed"][-1])
+    assert min(abs(np.array(orbits) - speed)) < 1e-5 * speed

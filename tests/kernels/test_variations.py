@@ -17,7 +17,6 @@ from nlds_vines.kernels.cells import verdict as course
 from nlds_vines.kernels.cells.verdict import mean_and_width
 from nlds_vines.kernels.numerics.matrices import eigenvalues, solve, spectral_radius
 from nlds_vines.kernels.orbit import variations
-from nlds_vines.kernels.orbit import variations as shooting
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.labels import FLAGS
@@ -158,9 +157,6 @@ def test_variations_change_nothing_of_an_orbit(case):
     np.testing.assert_array_equal(seen, sections)
 
 
-# ---- linear scenes -------------------------------------------------------------------------------
-
-
 @both_methods
 @pytest.mark.parametrize("changes", [{}, {"k2": 215.0, "c2": 232.0}, {"k2": 0.0, "c2": 0.0}])
 def test_multipliers_of_a_linear_scene(changes, method):
@@ -182,20 +178,16 @@ def test_multipliers_of_the_structure_alone():
     p = system.parameters
     flow = np.array([[0, 1], [-p["k1"] / p["m1"], -p["c1"] / p["m1"]]])
     kernel = flow_on(system)
-    matrix = shooting.matrix_of(
-        followed(kernel, np.zeros(4), 1)[1].T.ravel().copy(), kernel.space.size
-    )
+    tangent = followed(kernel, np.zeros(4), 1)[1].T.ravel().copy()
+    matrix = variations.matrix_of(tangent, kernel.space.size)
     np.testing.assert_allclose(matrix, expm(flow * system.period), rtol=0, atol=1e-13)
-
-
-# ---- growth rates --------------------------------------------------------------------------------
 
 
 def multiplied(tangent, matrix):
     tangent[:] = (matrix @ tangent.reshape(4, 4).T).T.ravel()
 
 
-def test_lengths_along_triangular_matrices():
+def test_lengths_are_those_of_triangular_matrices_and_add_up_to_determinants():
     """The rates are the logarithms of the diagonals, the greatest first."""
     rng = np.random.default_rng(3)
     frame, expected, growth, tangent = np.eye(4), np.zeros(4), np.zeros(4), np.zeros(16)
@@ -210,9 +202,7 @@ def test_lengths_along_triangular_matrices():
         vectors = tangent.reshape(4, 4)
         np.testing.assert_allclose(vectors @ vectors.T, np.eye(4), rtol=0, atol=1e-14)
     np.testing.assert_allclose(growth, expected, rtol=1e-10)
-
-
-def test_lengths_add_up_to_determinants():
+    # lengths add up to determinants
     rng = np.random.default_rng(4)
     growth, tangent, expected = np.zeros(4), np.zeros(16), 0.0
     variations.set_identity(tangent)
@@ -273,14 +263,9 @@ def test_growth_is_the_same_however_often_variations_are_projected(name, changes
     assert width == pytest.approx(breadth, rel=0.2, abs=0.01)
 
 
-def labeled():
-    """Return the default diagram with its evidence."""
-    scan = load_scan(None, {"record": {"want": ["regime", "lyapunov", "evidence"]}})
-    return scan, Computer(scan).block(Block(0, ((0, scan.lanes),)))
-
-
 def test_multipliers_and_exponents_of_every_labeled_orbit():
-    scan, request = labeled()
+    scan = load_scan(None, {"record": {"want": ["regime", "lyapunov", "evidence"]}})
+    request = Computer(scan).block(Block(0, ((0, scan.lanes),)))
     omega, n = scan.axes[0].values, request["periodicity"][:, 0]
     periodic = n > 0
     assert periodic.mean() > 0.9
@@ -299,9 +284,6 @@ def test_multipliers_and_exponents_of_every_labeled_orbit():
     np.testing.assert_allclose(largest, request["lyapunov"][periodic, 0], rtol=0, atol=1e-6)
     stable = request["regime"][:, 0] == FLAGS["periodic"]
     assert (np.abs(multipliers[stable]) < 1).all()
-
-
-# ---- small linear algebra ------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("size", [2, 4])

@@ -5,12 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from plain_growth import logistic, noise, torus
+from plain_orbit import logistic, noise, torus
 
 from nlds_vines import RequestError, classify, load_system
 from nlds_vines.kernels.cells import verdict
 from nlds_vines.kernels.scene import codes
-from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.model.labels import FLAGS, label_of
 from nlds_vines.orbits.solver_settings import EFFORTS
 
@@ -27,8 +26,8 @@ class Scene(NamedTuple):
 def decided(values, largest, width):
     """Return the label of a section from its values and its exponent."""
     record = np.stack([values, values, values, values], axis=-1)
-    evidence = np.zeros(ev.LENGTH_OF_ROW)
-    evidence[ev.LYAPUNOV], evidence[ev.INTERVAL] = largest, width
+    evidence = np.zeros(codes.LENGTH_OF_ROW)
+    evidence[codes.LYAPUNOV], evidence[codes.INTERVAL] = largest, width
     scene = Scene(4, -1.35)
     uncompiled(verdict.note_digits)(scene, record, len(record), len(record), evidence)
     if uncompiled(verdict.seems_chaotic)(evidence):
@@ -43,43 +42,41 @@ def uncompiled(kernel):
     return getattr(kernel, "py_func", kernel)
 
 
-def test_the_codes_are_those_of_the_archive():
-    assert FLAGS["undetermined"] == codes.UNDETERMINED == 0
-    assert FLAGS["periodic"] == codes.PERIODIC == 1
-    assert FLAGS["quasiperiodic"] == codes.QUASIPERIODIC == 2
-    assert FLAGS["chaotic"] == codes.CHAOTIC == 3
-    assert FLAGS["transient_chaos"] == codes.TRANSIENT_CHAOS == 4
-    assert FLAGS["failed"] == codes.FAILED == 5
+def test_codes_are_those_of_the_archive_and_labels_the_papers_words():
+    kinds = ("undetermined", "periodic", "quasiperiodic", "chaotic", "transient_chaos", "failed")
+    assert [FLAGS[kind] for kind in kinds] == [0, 1, 2, 3, 4, 5]
+    assert [getattr(codes, kind.upper()) for kind in kinds] == [0, 1, 2, 3, 4, 5]
+    assert label_of(FLAGS["periodic"], 1, 1) == "T,1"
+    assert label_of(FLAGS["periodic"], 3, 2) == "3T,2"
+    assert label_of(FLAGS["transient_chaos"], 1, 0) == "transient chaos to T,0"
+    assert label_of(FLAGS["chaotic"], 0, 80) == "chaos"
+    assert label_of(FLAGS["undetermined"], 0, 80) == "undetermined"
+    assert label_of(FLAGS["failed"], 0, 0) == "failed"
 
 
 @pytest.mark.kernels
-def test_chaos_needs_an_interval_above_zero():
+def test_what_each_label_needs_of_sequences_made_up():
+    # chaos needs an interval above zero
     chaos, _ = logistic(4.0, 2400)
     assert decided(chaos, 0.69, 0.02) == codes.CHAOTIC
     assert decided(chaos, 0.01, 0.02) == codes.UNDETERMINED
     assert decided(chaos, -0.3, 0.02) == codes.UNDETERMINED
-
-
-@pytest.mark.kernels
-def test_a_torus_needs_an_exponent_of_zero_and_smooth_averages():
+    # a torus needs an exponent of zero and smooth averages
     assert decided(torus(2400), 0.0, 1e-3) == codes.QUASIPERIODIC
     assert decided(torus(2400), -0.2, 1e-3) == codes.UNDETERMINED
     assert decided(logistic(4.0, 2400)[0], 0.0, 1e-3) == codes.UNDETERMINED
-
-
-@pytest.mark.kernels
-def test_smooth_averages_are_no_chaos():
+    # smooth averages are no chaos
     assert decided(torus(2400), 0.1, 0.02) == codes.UNDETERMINED
-
-
-@pytest.mark.kernels
-def test_averages_of_the_worst_component_decide():
+    # noise is nothing
+    assert decided(noise(2400), 0.0, 1e-3) == codes.UNDETERMINED
+    assert decided(torus(2400) + 1e-2 * noise(2400), 0.0, 1e-3) == codes.UNDETERMINED
+    # averages of the worst component decide
     smooth, rough = torus(2400), logistic(4.0, 2400)[0]
     for columns in ((smooth, rough), (rough, smooth)):
         x1, x2 = columns
-        record, evidence = np.stack([x1, x1, x2, x2], axis=-1), np.zeros(ev.LENGTH_OF_ROW)
+        record, evidence = np.stack([x1, x1, x2, x2], axis=-1), np.zeros(codes.LENGTH_OF_ROW)
         uncompiled(verdict.note_digits)(Scene(4, -1.35), record, 2400, 2400, evidence)
-        assert evidence[ev.DIGITS] < 4.0
+        assert evidence[codes.DIGITS] < 4.0
 
 
 @pytest.mark.kernels
@@ -98,8 +95,8 @@ def test_a_motion_that_shrinks_is_not_steady(decay, steady):
 
 def test_a_torus_forgets_its_start_and_a_pair_of_zero_exponents_does_not():
     def forgets(trace, *exponents):
-        evidence = np.full(ev.LENGTH_OF_ROW, np.nan)
-        evidence[ev.EXPONENTS : ev.EXPONENTS + len(exponents)] = exponents
+        evidence = np.full(codes.LENGTH_OF_ROW, np.nan)
+        evidence[codes.EXPONENTS : codes.EXPONENTS + len(exponents)] = exponents
         return uncompiled(verdict.forgets)(len(exponents), trace, evidence, 1.0, 600.0)
 
     assert forgets(-1.35, 1e-3, -0.02, -0.6, -0.731)  # an attracting torus
@@ -109,21 +106,6 @@ def test_a_torus_forgets_its_start_and_a_pair_of_zero_exponents_does_not():
     assert forgets(0.0, 2e-3, -2e-3)  # nothing dissipates
     assert not forgets(0.0, 2e-3, -2.1e-3)  # impacts do
     assert forgets(0.0, 0.0, -0.1)
-
-
-@pytest.mark.kernels
-def test_noise_is_nothing():
-    assert decided(noise(2400), 0.0, 1e-3) == codes.UNDETERMINED
-    assert decided(torus(2400) + 1e-2 * noise(2400), 0.0, 1e-3) == codes.UNDETERMINED
-
-
-def test_labels_are_the_papers_words():
-    assert label_of(FLAGS["periodic"], 1, 1) == "T,1"
-    assert label_of(FLAGS["periodic"], 3, 2) == "3T,2"
-    assert label_of(FLAGS["transient_chaos"], 1, 0) == "transient chaos to T,0"
-    assert label_of(FLAGS["chaotic"], 0, 80) == "chaos"
-    assert label_of(FLAGS["undetermined"], 0, 80) == "undetermined"
-    assert label_of(FLAGS["failed"], 0, 0) == "failed"
 
 
 def test_efforts_only_add_stages():
@@ -170,15 +152,12 @@ def test_the_published_triple_holds_where_the_contact_is_a_little_softer():
 
 
 @pytest.mark.kernels
-def test_an_orbit_without_impacts_cannot_exist_below_its_bound():
+def test_regimes_coexist_where_an_orbit_without_impacts_can_exist():
     below, above = (load_system("ssul-set6", omega=w) for w in (7.4595, 7.4597))
     start = classify(load_system("ssul-set6", omega=7.95)).point
     assert classify(above, start=start).impacts in (0, 2)  # it coexists with 3T,2
     assert classify(below, start=start).impacts > 0
-
-
-@pytest.mark.kernels
-def test_regimes_coexist_above_7_55():
+    # regimes coexist above 7.55
     system = load_system("ssul-set6", omega=7.85)
     still = classify(load_system("ssul-set6", omega=7.95)).point
     assert {classify(system).label, classify(system, start=still).label} == {"2T,1", "T,0"}

@@ -238,10 +238,28 @@ def test_wrong_arguments(changes, words):
         simulate(load_system("ssul-set6"), **arguments)
 
 
-@pytest.mark.parametrize("want", ["impacts", "clearance"])
-def test_no_impacts_without_a_wall(want):
-    with pytest.raises(RequestError, match="no wall"):
-        simulate(load_system("tmd"), 3, record=(want,))
+@pytest.mark.parametrize(
+    ("name", "changes", "options", "words"),
+    [
+        ("tmd", {}, {"record": ("impacts",)}, "no wall"),
+        ("tmd", {}, {"record": ("clearance",)}, "no wall"),
+        (
+            "ssul-set6",
+            {"law": "restitution", "e": 0.5},
+            {"start": (0.0, 0.0, 0.05, 0.0)},
+            r"0\.05 m inside the obstacle, which is rigid",
+        ),
+        (  # each wall is judged by its own law
+            "ssbl",
+            {"law_2": "restitution", "e_2": 0.7},
+            {"start": (0.0, 0.0, -0.1, 0.0)},
+            r"0\.1 m inside the structure, which is rigid",
+        ),
+    ],
+)
+def test_what_a_scene_does_not_have_or_allow(name, changes, options, words):
+    with pytest.raises(RequestError, match=words):
+        simulate(load_system(name, **changes), 3, **options)
 
 
 @pytest.mark.kernels

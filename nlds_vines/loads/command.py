@@ -127,16 +127,15 @@ class Job(commands.Job):
 
     def plan(self) -> list[str]:
         request = self.request
+        varied = [f"axis:     {axis.heading()}" for axis in request.vary]
+        if request.sampled is not None:
+            varied = [f"sampled:  {line}" for line in request.sampled.ranges()]
         return [
             request.title,
             *(f"damper:   {system_in_words(system)}" for system in request.systems),
             f"load:     {request.load.words() or 'none'}",
             *(f"          {line}" for line in request.load.records_in_words(request.duration)),
-            *(
-                (f"axis:     {axis.heading()}" for axis in request.vary)
-                if request.sampled is None
-                else (f"sampled:  {line}" for line in request.sampled.ranges())
-            ),
+            *varied,
             f"followed: {request.duration:g} s, {request.windows * request.samples} states each; "
             f"{request.cases} orbits",
             f"archive:  {self.archive}",
@@ -145,28 +144,24 @@ class Job(commands.Job):
 
 
 def _loads(texts: Sequence[str]) -> dict[str, Any]:
-    load: dict[str, list[Any]] = {}
+    """Return the table of loads, each KIND:KEY=VALUE,... or the path of a record."""
+    load: dict[str, list[dict[str, Any]]] = {}
     for text in texts:
-        kind, entry = _load(text)
+        kind, colon, rest = text.partition(":")
+        if not colon or kind not in ALL:
+            if colon and kind.isidentifier() and not os.path.exists(text):
+                raise unknown("load", kind, ALL)
+            load.setdefault("record", []).append({"file": text})
+            continue
+        entry: dict[str, Any] = {}
+        pairs = re.split(r",(?=\w+=)", rest)  # a path may contain commas
+        for key, value in assignments(f"--load {kind}:", pairs, "KEY=VALUE").items():
+            if value in ("true", "false"):
+                entry[key] = value == "true"
+            else:
+                entry[key] = value if key in TEXTS else _number_or_text(value)
         load.setdefault(kind, []).append(entry)
     return {"load": load}
-
-
-def _load(text: str) -> tuple[str, dict[str, Any]]:
-    """Return the kind and the table that KIND:KEY=VALUE,... or the path of a record means."""
-    kind, colon, rest = text.partition(":")
-    if not colon or kind not in ALL:
-        if colon and kind.isidentifier() and not os.path.exists(text):
-            raise unknown("load", kind, ALL)
-        return "record", {"file": text}
-    table: dict[str, Any] = {}
-    pairs = re.split(r",(?=\w+=)", rest)  # a path may contain commas
-    for key, value in assignments(f"--load {kind}:", pairs, "KEY=VALUE").items():
-        if value in ("true", "false"):
-            table[key] = value == "true"
-        else:
-            table[key] = value if key in TEXTS else _number_or_text(value)
-    return kind, table
 
 
 def _number_or_text(value: str) -> int | float | str:
@@ -180,12 +175,9 @@ def _number_or_text(value: str) -> int | float | str:
 
 
 LOAD = Option(
-    "--load",
-    "LOAD",
-    "a record (CSV, AT2 ..., HDF5), or KIND:KEY=VALUE,...; once for each of a sum",
-    _loads,
-    repeated=True,
-)
+    "--load", "LOAD",
+    "a record (CSV, AT2 ..., HDF5), or KIND:KEY=VALUE,...; once for each of a sum", _loads, True,
+)  # fmt: skip
 
 
 def _systems(names: list[str]) -> dict[str, Any]:
@@ -193,31 +185,16 @@ def _systems(names: list[str]) -> dict[str, Any]:
         return {"systems": [as_system(name, needs_force=False) for name in names]}
 
 
+SYSTEMS = Option(
+    "--system", "NAME", "a damper: of the catalog, or a TOML file; once for each", _systems, True
+)
+SOURCE = "a request file, or a damper [the paper's structure alone and with its dampers]"
 COMMAND = commands.of_task(
-    _NAME,
-    load_response_history,
-    Job,
-    (
-        "HISTORY.toml",
-        "a request file, or a damper [the paper's structure alone and with its dampers]",
-    ),
-    (
-        Option(
-            "--system",
-            "NAME",
-            "a damper: of the catalog, or a TOML file; once for each",
-            _systems,
-            repeated=True,
-        ),
-        SET,
-        VARY,
-        SAMPLES,
-        LOAD,
-    ),
-    (Loading, HistoryRequest),
+    _NAME, load_response_history, Job, ("HISTORY.toml", SOURCE),
+    (SYSTEMS, SET, VARY, SAMPLES, LOAD), (Loading, HistoryRequest),
     add_run=partial(add_run_options, threads=False),
     description="Loads in time: how a structure's energy falls with each damper, where it goes.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --load --impulse --duration",
-)
+)  # fmt: skip
 main = COMMAND.main

@@ -17,7 +17,6 @@ from nlds_vines.model.axis import SAMPLE, Axis, Samples
 from nlds_vines.model.catalog import as_system, refuse_without_force, system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
 from nlds_vines.model.parameters import DESCRIBED, LAWS, SECOND
-from nlds_vines.model.quantities import OF_LOADS, stored_in
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -141,24 +140,7 @@ class HistoryRequest(Request):
             )
         for system in self.systems if self.load.harmonic else ():
             refuse_without_force(system)
-        self._check_axes()
-        shape = (len(self.systems), *self.shape)
-        ends = product(range(len(self.systems)), *((0, size - 1) for size in self.shape))
-        corners = [self.case(int(np.ravel_multi_index(place, shape))) for place in ends]
-        if not all(load.acts for _, load in corners) and not self.state:
-            kinds = ", ".join((*NUMBERS, "harmonic", *ALL))
-            raise RequestError(f"[load] is empty and no start is given; allowed: {kinds}")
-        for system, load in corners:
-            load.check(self.duration, natural_period(system))
-        for system in self.systems:
-            if self.state and len(self.state) != len(system.scene.components):
-                components = ", ".join(system.scene.components)
-                raise RequestError(
-                    f"state = {list(self.state)} of {system.name} must be {components}"
-                )
-
-    def _check_axes(self) -> None:
-        """Raise `RequestError` for axes that no system and no load has, and for too many orbits."""
+        # axes that a system or the load has, and not too many orbits
         if len(self.vary) > 2:
             raise RequestError(f"{len(self.vary)} parameters vary; allowed: one or two")
         if self.cases > MOST_CASES:
@@ -176,6 +158,21 @@ class HistoryRequest(Request):
         for name, values in columns.items():
             if is_of_load(name):
                 self.load.check_values(name, values)
+        # what acts at the corners of the grid acts inside
+        shape = (len(self.systems), *self.shape)
+        ends = product(range(len(self.systems)), *((0, size - 1) for size in self.shape))
+        corners = [self.case(int(np.ravel_multi_index(place, shape))) for place in ends]
+        if not all(load.acts for _, load in corners) and not self.state:
+            kinds = ", ".join((*NUMBERS, "harmonic", *ALL))
+            raise RequestError(f"[load] is empty and no start is given; allowed: {kinds}")
+        for system, load in corners:
+            load.check(self.duration, natural_period(system))
+        for system in self.systems:
+            if self.state and len(self.state) != len(system.scene.components):
+                components = ", ".join(system.scene.components)
+                raise RequestError(
+                    f"state = {list(self.state)} of {system.name} must be {components}"
+                )
 
     @property
     def columns(self) -> Mapping[str, np.ndarray]:
@@ -261,7 +258,6 @@ class HistoryRequest(Request):
 
 
 def refuse_without_effect(scene: Scene, load: Loading, names: Collection[str]) -> None:
-    """Raise `RequestError` if one of `names` belongs to a harmonic force that is off."""
     for name, meant in zip(names, meant_by(scene, names), strict=True):
         if not load.harmonic and meant in (*FORCES, "omega"):
             raise RequestError(
@@ -271,7 +267,6 @@ def refuse_without_effect(scene: Scene, load: Loading, names: Collection[str]) -
 
 
 def refuse_load_in_set(request: Merged) -> None:
-    """Raise `RequestError` if [set] has a number of the load, such as `scale`."""
     for place, layer in request.layers:
         for name in layer.get("set", {}):
             if name in OPTIONS or name.partition(".")[0] in ALL:
@@ -280,7 +275,6 @@ def refuse_load_in_set(request: Merged) -> None:
 
 
 def has(system: System, name: str) -> bool:
-    """Return True if a system has a parameter or a ratio of this name."""
     return name in system.scene.allowed or name in ratios_in(system.scene)
 
 
@@ -288,30 +282,10 @@ def is_of_load(name: str) -> bool:
     return name in NUMBERS or "." in name
 
 
-def objectives_of_loads(scene: Scene, shaken: bool) -> dict[str, str]:
-    """Return the quantities that a tuning under a load can minimize, with their units.
-
-    Contacts need walls, accelerations and contact forces a law under which impacts take time,
-    impulses one under which they do not, and the drift an acceleration of the ground (`shaken`).
-    """
-    excluded = {entry.name for entry in stored_in("response") if not entry.has(scene)}
-    excluded = excluded - {"drift_max"} | {"damping_ratio", "balance"}
-    if not scene.walls:
-        excluded |= {"share_contact", "impact_count"}
-    if not shaken:
-        excluded |= {"drift_max"}
-    return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in excluded}
-
-
 def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
     if name in DESCRIBED:
         return DESCRIBED[name].unit, DESCRIBED[name].meaning
     return request.load.words_of_number(name)
-
-
-def spring_of(parameters: Any) -> str:
-    """Return the name of the spring between the mass that the load acts on and the ground."""
-    return "k1" if "k1" in parameters else "k"
 
 
 def natural_period(system: System) -> float:
@@ -328,7 +302,6 @@ FORM = Form(
     nested=ALL,
     sources="a path, a name, a System, a list of these, a table or a HistoryRequest",
 )
-"""The tables and keys of a request file."""
 
 USUAL = ("none", "tmd", "ssbl", "ssul-set6")
 """The systems of a request that names none: the structure alone and the paper's dampers."""
@@ -383,16 +356,20 @@ def load_response_history(
     with at(request.place("load")):
         load = Loading(**request.of(Loading))
     title = request.title("systems", "system", "set", "load", "vary", "samples", "start")
+    if not title:
+        names = [axis.name for axis in axes] if sampled is None else [*sampled.names]
+        over = f", by {' and '.join(names)}" if names else ""
+        if sampled is not None:
+            over = f", {sampled.count} samples of {', '.join(names)}"
+        words = "Blows" if any(map(is_of_load, names)) else "Free decay"
+        if load != Loading():
+            words = load.words()
+        dampers = ", ".join(map(system_in_words, systems))
+        title = f"{words[0].upper()}{words[1:]}: {dampers}{over}"[:MOST_CHARACTERS]
     return request.make(
-        HistoryRequest,
-        request.origin("load"),
-        **request.of(HistoryRequest),
-        title=title or _title(load, systems, axes, sampled),
-        systems=systems,
-        load=load,
-        vary=axes,
-        sampled=sampled,
-    )
+        HistoryRequest, request.origin("load"), **request.of(HistoryRequest), title=title,
+        systems=systems, load=load, vary=axes, sampled=sampled,
+    )  # fmt: skip
 
 
 def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
@@ -430,17 +407,3 @@ def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
     if sampled is not None:
         varied = dict.fromkeys(sampled.names, "samples")
     return tuple(request.as_set(system, varied, takes) for system in systems)
-
-
-def _title(
-    load: Loading, systems: Sequence[System], axes: Sequence[Axis], sampled: Samples | None
-) -> str:
-    names = [axis.name for axis in axes] if sampled is None else [*sampled.names]
-    over = f", by {' and '.join(names)}" if names else ""
-    if sampled is not None:
-        over = f", {sampled.count} samples of {', '.join(names)}"
-    words = "Blows" if any(map(is_of_load, names)) else "Free decay"
-    if load != Loading():
-        words = load.words()
-    title = f"{words[0].upper()}{words[1:]}: {', '.join(map(system_in_words, systems))}{over}"
-    return title[:MOST_CHARACTERS]

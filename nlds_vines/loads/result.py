@@ -13,14 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
+from nlds_vines.archives.archive import ArchivePath, read
 from nlds_vines.archives.files import write_csv
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.loads.request import HistoryRequest, load_response_history
 from nlds_vines.model.linear_response import flow_matrix
-from nlds_vines.model.loads.courses import Noise
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.quantities import OF_LOADS, OF_LOADS_BY_NAME, SHARES, WAYS
 from nlds_vines.model.system import System, system_in_words
@@ -233,8 +232,19 @@ class ResponseHistories(Drawable):
             sinks = ", ".join(f"{sink} {share:.1%}" for sink, share in shares_of(history).items())
             most = f"x1{frame} up to {history.numbers['x1_max']:.4g} m"
             yield f"{damper}: {most}; E1 above {last}; dissipated by {sinks}"
-            if exact := _beside(history, system, self.request):
-                yield f"  in closed form: {exact}"
+            exact = {} if self.request.state else closed_form(system, self.request.load)
+            words = [
+                f"{name} {exact[name]:.6g} (here {history.numbers[name]:.6g})"
+                for name in ("E1max", "x1_max", "x1_rms", "share_c1", "share_c2")
+                if name in exact
+            ]
+            if "E1max" in exact:
+                some = slice(None, None, 1 + history.time.size // 500)
+                energy = energy_after_blow(system, self.request.load, history.time[some])
+                error = abs(history.E1[some] - energy).max() / exact["E1max"]
+                words.append(f"E1 over time (here but for {error:.0e} of E1max)")
+            if words:
+                yield f"  in closed form: {', '.join(words)}"
         if len(self.results) > 1 and self.failed < len(self.results):
             yield from self._table()
 
@@ -297,22 +307,6 @@ class LoadScan(Drawable):
             yield f"{count} of {self.status.size} orbits: {status.name}. {status.remedy}"
 
 
-def _beside(history: ResponseHistory, system: System, request: HistoryRequest) -> str:
-    """Return quantities in closed form with the computed ones, in words; empty without any."""
-    exact = {} if request.state else closed_form(system, request.load)
-    words = [
-        f"{name} {exact[name]:.6g} (here {history.numbers[name]:.6g})"
-        for name in ("E1max", "x1_max", "x1_rms", "share_c1", "share_c2")
-        if name in exact
-    ]
-    if "E1max" in exact:
-        some = slice(None, None, 1 + history.time.size // 500)
-        energy = energy_after_blow(system, request.load, history.time[some])
-        error = abs(history.E1[some] - energy).max()
-        words.append(f"E1 over time (here but for {error / exact['E1max']:.0e} of E1max)")
-    return ", ".join(words)
-
-
 def shares_of(history: ResponseHistory) -> dict[str, float]:
     """Return the fractions of the supplied energy that each existing sink dissipated."""
     shares = {sink: history.numbers[f"share_{sink}"] for sink in WAYS}
@@ -324,32 +318,28 @@ def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
     with read(path) as view:
         request = view.request(RESPONSE_HISTORY, load_response_history)
         place = ArchivePath.of(view.path)
+        codes, time = view["status"], request.times  # an archive without histories has no time
         if request.vary:
             names = [entry.name for entry in OF_LOADS if entry.name in view]
-            return LoadScan(place, request, {name: view[name] for name in names}, view["status"])
-        return ResponseHistories(place, request, _histories(view, request))
+            return LoadScan(place, request, {name: view[name] for name in names}, codes)
 
+        def values(name: str, *shape: int) -> np.ndarray:
+            return view[name] if name in view else np.full((len(codes), *shape), np.nan)
 
-def _histories(view: ArchiveView, request: HistoryRequest) -> dict[str, ResponseHistory]:
-    """Return the response with each damper by the name of its system."""
-    codes, time = view["status"], request.times  # an archive without histories has no time
-
-    def values(name: str, *shape: int) -> np.ndarray:
-        return view[name] if name in view else np.full((len(codes), *shape), np.nan)
-
-    numbers = {entry.name: values(entry.name) for entry in OF_LOADS}
-    histories = {name: values(name, len(time)) for name in HISTORIES}
-    dissipated = {sink: values(f"dissipated_{sink}", len(time)) for sink in WAYS}
-    return {
-        system.name: ResponseHistory(
-            time=time,
-            dissipated={sink: rows[i] for sink, rows in dissipated.items()},
-            numbers={name: float(column[i]) for name, column in numbers.items()},
-            status=int(codes[i]),
-            **{name: rows[i] for name, rows in histories.items()},
-        )
-        for i, system in enumerate(request.systems)
-    }
+        numbers = {entry.name: values(entry.name) for entry in OF_LOADS}
+        histories = {name: values(name, len(time)) for name in HISTORIES}
+        dissipated = {sink: values(f"dissipated_{sink}", len(time)) for sink in WAYS}
+        results = {
+            system.name: ResponseHistory(
+                time=time,
+                dissipated={sink: rows[i] for sink, rows in dissipated.items()},
+                numbers={name: float(column[i]) for name, column in numbers.items()},
+                status=int(codes[i]),
+                **{name: rows[i] for name, rows in histories.items()},
+            )
+            for i, system in enumerate(request.systems)
+        }
+        return ResponseHistories(place, request, results)
 
 
 # ---- closed forms --------------------------------------------------------------------------------
@@ -368,33 +358,27 @@ def closed_form(system: System, load: Loading) -> dict[str, float]:
     Source: A. Preumont, Random Vibration and Spectral Analysis (1994).
     """
     size = 4 if system.scene.damper else 2
-    A = flow_matrix(system)[:size, :size]
+    A, (m1, k1, c1) = flow_matrix(system)[:size, :size], system.structure
     if system.scene.walls or load.harmonic or np.linalg.eigvals(A).real.max() >= 0.0:
         return {}
     blows, parts = load.blows, load.parts
-    if not parts and len(blows) == 1 and blows[0][0] == 0.0:
-        return _after_blow(system, A, blows[0][1] / system.structure[0])
-    if not parts or blows or not all(isinstance(one, Noise) for one in parts):
+    if parts and not blows and len(parts) == len(load.noise):
+        push, square = np.zeros(len(A)), 0.0
+        if load.shaken:
+            push[1::2] = -1.0
+        else:
+            push[1] = 1.0 / m1
+        for noise in load.noise:
+            rates = 1j * noise.omegas[:, np.newaxis, np.newaxis] * np.eye(len(A)) - A
+            x1 = np.linalg.inv(rates)[:, 0] @ push
+            size_of_tones = (noise.rms * noise.factor * load.scale) ** 2 / noise.tones
+            square += size_of_tones * float(np.sum(np.abs(x1) ** 2))
+        return {"x1_rms": math.sqrt(square)}
+    if parts or len(blows) != 1 or blows[0][0] != 0.0:
         return {}
-    push, square = np.zeros(len(A)), 0.0
-    if load.shaken:
-        push[1::2] = -1.0
-    else:
-        push[1] = 1.0 / system.structure[0]
-    for noise in load.noise:
-        assert isinstance(noise, Noise)
-        rates = 1j * noise.omegas[:, np.newaxis, np.newaxis] * np.eye(len(A)) - A
-        x1 = np.linalg.inv(rates)[:, 0] @ push
-        size_of_tones = (noise.rms * noise.factor * load.scale) ** 2 / noise.tones
-        square += size_of_tones * float(np.sum(np.abs(x1) ** 2))
-    return {"x1_rms": math.sqrt(square)}
-
-
-def _after_blow(system: System, A: np.ndarray, speed: float) -> dict[str, float]:
-    """Return the quantities after a blow that sets v1 to `speed` [m/s]."""
     from scipy.linalg import solve_continuous_lyapunov
 
-    m1, k1, c1 = system.structure
+    speed = blows[0][1] / m1
     energy, start = 0.5 * m1 * speed**2, np.zeros(len(A))
     start[1] = speed
     rates = {"c1": (c1, np.array([0.0, 1.0, 0.0, 0.0]))}

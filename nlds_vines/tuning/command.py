@@ -152,11 +152,10 @@ class Job(commands.Job):
             return ""
         why = f"no design was admissible: `status` of {self.archive} says why"
         history, level = self.request.history, self.request.search.objective.removeprefix("last_")
-        if history is not None and level.isdecimal():
-            why += (
-                f"; if it is ok, E1 exceeds {level} % of its largest after {history.duration:g} s"
-            )
-        return why
+        if history is None or not level.isdecimal():
+            return why
+        duration = f"{history.duration:g} s"
+        return f"{why}; if it is ok, E1 exceeds {level} % of its largest after {duration}"
 
     def plan(self) -> list[str]:
         tuning = self.request
@@ -166,10 +165,9 @@ class Job(commands.Job):
         from_rest = "" if history is not None and history.state else ", from rest"
         orbits = tuning.case_count * (tuning.draws + 1)
         records = [] if history is None else history.load.records_in_words(history.duration)
+        inert = " (does not enter the dynamics: shifts pictures only)"
         bounds = [
-            f"free:     {item.heading()}"
-            f"{', logarithmic' if item.logarithmic else ''}"
-            f"{' (does not enter the dynamics: shifts pictures only)' if item.inert else ''}"
+            f"free:     {item.heading()}{', logarithmic' * item.logarithmic}{inert * item.inert}"
             for item in tuning.free
         ]
         return [
@@ -200,20 +198,17 @@ def _system(text: str) -> dict[str, Any]:
 
 def _spread(option: str, text: str) -> dict[str, Any]:
     size, _, law = text.partition(":")
-    entry: dict[str, Any] = {
-        "spread": size if size.endswith("%") else from_text(float, option, size)
-    }
-    return entry | ({"law": law} if law else {})
+    spread = size if size.endswith("%") else from_text(float, option, size)
+    return {"spread": spread, "law": law} if law else {"spread": spread}
 
 
 def _free(texts: list[str]) -> dict[str, Any]:
-    bounds = named("--free", "NAME or NAME=LOW:HIGH", "", "free", _bounds)
-    assert bounds.read is not None
-    return dict(bounds.read([text if "=" in text else f"{text}=:" for text in texts]))
+    def bounds(option: str, text: str) -> dict[str, float]:
+        return {} if text == ":" else ends(option, text, "low", "high")
 
-
-def _bounds(option: str, text: str) -> dict[str, float]:
-    return {} if text == ":" else ends(option, text, "low", "high")
+    option = named("--free", "NAME or NAME=LOW:HIGH", "", "free", bounds)
+    assert option.read is not None
+    return dict(option.read([text if "=" in text else f"{text}=:" for text in texts]))
 
 
 def _band(text: str) -> dict[str, Any]:
@@ -247,14 +242,10 @@ OPTIONS = (
 
 
 COMMAND = commands.of_task(
-    _NAME,
-    load_tuning,
-    Job,
-    ("TUNING.toml", "by default SSul"),
-    OPTIONS,
+    _NAME, load_tuning, Job, ("TUNING.toml", "by default SSul"), OPTIONS,
     (Tuning, Loading, HistoryRequest, Search, Surface),
     description="Tune all parameters of a damper at once for the least E1max, or --objective.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --free --band --objective --seed",
-)
+)  # fmt: skip
 main = COMMAND.main

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nlds_vines.errors import RequestError
-from nlds_vines.loads.request import is_of_load, spring_of
+from nlds_vines.loads.request import is_of_load
 from nlds_vines.loads.run import numbers_of
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import Loading
@@ -118,7 +118,7 @@ class Objective:
         if tuning.history is None:
             grid[tuning.frequency] = grid[tuning.frequency] * factor
         else:
-            spring = spring_of(tuning.system.parameters)
+            spring = "k1" if "k1" in tuning.system.parameters else "k"
             stiffness = grid.get(spring, np.asarray(tuning.value(spring)))
             scale = grid.get("scale", np.asarray(tuning.value("scale")))
             grid[spring] = stiffness * (factor * factor)

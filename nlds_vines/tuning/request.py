@@ -18,7 +18,6 @@ from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice, shown, 
 from nlds_vines.loads.request import (
     HistoryRequest,
     is_of_load,
-    objectives_of_loads,
     refuse_load_in_set,
     refuse_without_effect,
 )
@@ -33,8 +32,7 @@ from nlds_vines.model.parameters import (
     setting_in_words,
     symbol_of,
 )
-from nlds_vines.model.quantities import BY_NAME as QUANTITIES
-from nlds_vines.model.quantities import OF_LOADS_BY_NAME as NUMBERS
+from nlds_vines.model.quantities import BY_NAME, OF_LOADS, OF_LOADS_BY_NAME, stored_in
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -267,7 +265,15 @@ class Tuning(Request):
     def _objectives_in(self, scene: Scene) -> Mapping[str, str]:
         if self.history is None:
             return objectives_of(scene)
-        return objectives_of_loads(scene, self.history.load.shaken)
+        # contacts need walls, accelerations and contact forces a law under which impacts take time,
+        # impulses one under which they do not, and the drift an acceleration of the ground
+        excluded = {entry.name for entry in stored_in("response") if not entry.has(scene)}
+        excluded |= {"damping_ratio", "balance", "drift_max"}
+        if not scene.walls:
+            excluded |= {"share_contact", "impact_count"}
+        if self.history.load.shaken:
+            excluded -= {"drift_max"}
+        return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in excluded}
 
     @property
     def unit(self) -> str:
@@ -279,8 +285,8 @@ class Tuning(Request):
         """The name of the objective and its meaning, with body and frame."""
         name = self.search.objective
         if self.history is None:
-            return f"{name}, {QUANTITIES[name].words_in(self.system.scene)}"
-        return f"{name}, {NUMBERS[name].words}"
+            return f"{name}, {BY_NAME[name].words_in(self.system.scene)}"
+        return f"{name}, {OF_LOADS_BY_NAME[name].words}"
 
     @property
     def draws(self) -> int:

@@ -59,39 +59,8 @@ def contents(
     Arguments: all evaluations, by column of the log; the rows in it of the `optima`, the best
     first; the further `judged` objectives, by dataset.
     """
-    dims, grid = ("optimum",), () if tuning.surface is None else tuning.surface.parameters
-    datasets = [(entry, columns[entry.name]) for entry in _of_evaluations(tuning)]
-    for name, values in tuning.cases().items():
-        if name in DESCRIBED:
-            entry = described(name).dataset(("case",), "case_")
-        else:
-            assert tuning.history is not None
-            of_load = tuning.history.load.words_of_number(name)
-            entry = Dataset.real(f"case_{name}", ("case",), *of_load)
-        datasets.append((entry, np.ascontiguousarray(values)))
-    for name in tuning.names:
-        datasets.append((described(name).dataset(dims, "optimum_"), columns[name][optima]))
-    place = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
-    datasets.append((place, optima))
-    again = f"{tuning.judged_by(tuning.fresh_draws)} that the search did not have"
-    objectives = {"optimum_objective": columns["objective"][optima], **judged}
-    for name, dimensions, words in (
-        ("optimum_objective", dims, f"{tuning.judged}: {tuning.objective_in_words}"),
-        ("robustness", (*dims, "perturbation"), f"{tuning.judged} under a perturbation"),
-        ("search_best", ("search",), "best objective of a search"),
-        ("optimum_finer", dims, f"{tuning.judged}, with more values in each band"),
-        ("optimum_fresh", dims, again),
-        ("surface", tuple(f"surface_{name}" for name in grid),
-         "objective over two parameters, the others as in the best optimum"),
-    ):  # fmt: skip
-        if name in objectives:
-            entry = Dataset.real(name, dimensions, tuning.unit, words, np.inf)
-            datasets.append((entry, objectives[name]))
-    return [(entry, values) for entry, values in datasets if values.size]
-
-
-def _of_evaluations(tuning: Tuning) -> list[Dataset]:
     dims, unit, is_steady = ("evaluation",), tuning.unit, tuning.history is None
+    judged_in_words = f"{tuning.judged}: {tuning.objective_in_words}"
     off = "factor on the structure's natural frequency, by its stiffness"
     stretch = "factor on all numbers of periods" if is_steady else "factor on the load"
     table = [described(name).dataset(dims) for name in tuning.names]
@@ -106,21 +75,46 @@ def _of_evaluations(tuning: Tuning) -> list[Dataset]:
             Dataset.real("mean", dims, unit, "mean of it over the draws", np.inf),
             Dataset.real("quantile", dims, unit, f"{share} of it over the draws", np.inf),
         ]
-    judged = f"{tuning.judged}: {tuning.objective_in_words}"
+    impacts = "per forcing period" if is_steady else "under the load"
+    impacts = f"impacts {impacts} in that case, nominal"
     table += [
-        Dataset.real("objective", dims, unit, judged, np.inf),
+        Dataset.real("objective", dims, unit, judged_in_words, np.inf),
         Dataset.real("E2max", dims, "J", "the damper's energy in that case"),
         Dataset.whole("worst_case", dims, "number of that case"),
-    ]
-    each = "per forcing period" if is_steady else "under the load"
-    impacts = f"impacts {each} in that case, nominal"
-    table += [Dataset.real(name, dims, "1", impacts) for name in impacts_of(tuning)]
-    return [
-        *table,
+        *(Dataset.real(name, dims, "1", impacts) for name in impacts_of(tuning)),
         Dataset.code("stage", dims, "stage of the search", STAGES),
         Dataset("seed", dims, "int64", "1", "seed of the search", 0),
         Dataset.code("status", dims, "how its worst orbit ended", STATUS_FLAGS),
     ]
+    datasets = [(entry, columns[entry.name]) for entry in table]
+    for name, values in tuning.cases().items():
+        if name in DESCRIBED:
+            entry = described(name).dataset(("case",), "case_")
+        else:
+            assert tuning.history is not None
+            of_load = tuning.history.load.words_of_number(name)
+            entry = Dataset.real(f"case_{name}", ("case",), *of_load)
+        datasets.append((entry, np.ascontiguousarray(values)))
+    dims, grid = ("optimum",), () if tuning.surface is None else tuning.surface.parameters
+    for name in tuning.names:
+        datasets.append((described(name).dataset(dims, "optimum_"), columns[name][optima]))
+    place = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
+    datasets.append((place, optima))
+    again = f"{tuning.judged_by(tuning.fresh_draws)} that the search did not have"
+    objectives = {"optimum_objective": columns["objective"][optima], **judged}
+    for name, dimensions, words in (
+        ("optimum_objective", dims, judged_in_words),
+        ("robustness", (*dims, "perturbation"), f"{tuning.judged} under a perturbation"),
+        ("search_best", ("search",), "best objective of a search"),
+        ("optimum_finer", dims, f"{tuning.judged}, with more values in each band"),
+        ("optimum_fresh", dims, again),
+        ("surface", tuple(f"surface_{name}" for name in grid),
+         "objective over two parameters, the others as in the best optimum"),
+    ):  # fmt: skip
+        if name in objectives:
+            entry = Dataset.real(name, dimensions, unit, words, np.inf)
+            datasets.append((entry, objectives[name]))
+    return [(entry, values) for entry, values in datasets if values.size]
 
 
 # ---- the result ----------------------------------------------------------------------------------
@@ -261,10 +255,8 @@ class Tuned(Drawable):
             columns = [f"{_at_bound(one, item.parameters[one.name]):10.5g}" for one in tuning.free]
             columns += [f"{value:11.5g}" for value in values]
             yield "  ".join([*columns, f"{item.worst:.5g} ({item.cause})"])
-        yield from self._remarks()
-
-    def _remarks(self) -> Iterator[str]:
-        tuning, best, unit = self.tuning, self.best, self.tuning.unit
+        # remarks on draws, seeds and bands, on inert parameters and optima at a bound
+        best, unit = self.best, tuning.unit
         if tuning.draws:
             what = ", ".join(one.words() for one in tuning.uncertain) or "noise"
             yield (
@@ -289,13 +281,13 @@ class Tuned(Drawable):
                 yield f"{tuning.search.objective} is {largest}; finer: of {finer_axis.values.size}"
             elif is_band(axis):
                 yield f"{largest}; between them it may be larger"
-        for item in tuning.free:
-            value = self.parameters[item.name]
-            if item.inert:
-                yield f"{item.name} does not enter the dynamics: any value is as good"
-            elif not _AT_BOUND < item.unit(np.asarray(value)) < 1 - _AT_BOUND:
-                at = f"{_at_bound(item, value):.4g}"
-                yield f"{item.name} stands at its bound {at}: the optimum may lie beyond"
+        for one in tuning.free:
+            value = self.parameters[one.name]
+            if one.inert:
+                yield f"{one.name} does not enter the dynamics: any value is as good"
+            elif not _AT_BOUND < one.unit(np.asarray(value)) < 1 - _AT_BOUND:
+                at = f"{_at_bound(one, value):.4g}"
+                yield f"{one.name} stands at its bound {at}: the optimum may lie beyond"
 
 
 def _at_bound(free: Free, value: float) -> float:

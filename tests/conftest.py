@@ -35,7 +35,6 @@ FIRST = (
     "property/test_no_missed_impact.py",
     "continuation/test_branches.py",
     "contract/test_resumed_after_kill.py",
-    "contract/test_compile.py",
     "contract/test_same_bits.py",
     "contract/test_readme.py",
     "property/test_limit.py",

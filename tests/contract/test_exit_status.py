@@ -1,16 +1,27 @@
-"""What the command does with what a run reports: exit statuses, words and files."""
+"""What a command does with what a run reports, with its surroundings and with odd texts."""
 
+import json
+import os
+import shlex
+import signal
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
+from commands import printed
+from made_up import make_scan, write
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.runs.executors import Shard
+from nlds_vines.cli.terminal import exit_status_of
+from nlds_vines.errors import MOST_CHARACTERS
+from nlds_vines.model.system import System
+from nlds_vines.runs.executors import Shard, check_environment
+from paper.request import load_figure
 
 USUAL = {
     "threads": None,
@@ -159,3 +170,189 @@ def test_help_shows_an_example_that_works(program, calls, capsys):
 def test_console_help_names_the_commands(answer):
     assert "bifurcation" in answer() == answer("--help")
     assert answer("--version").startswith("nlds-vines ")
+
+
+TOLD = {
+    "accuracy": ["ssul-set6: exact\nssul-set6: rk4\nssul-set6: SciPy DOP853\n"],
+    "continuation --all -o b.h5": ["100 random starts"],
+    "response-history --impulse 100": ["Tuned mass damper"],
+    "portrait --system tmd --transient 0 --periods 4 --start rest": [
+        "4 periods from rest; 4096 states", "picture: portrait.png",
+    ],
+    "portrait --start -0.03,0.1,.2,0": ["from (-0.03, 0.1, 0.2, 0.0)"],
+    "portrait --start -.03,0.1,0,0": ["from (-0.03, 0.1, 0.0, 0.0)"],
+    "tuning --band 5:8:61 --plot a.png": [
+        "61 values of omega", "k2 from 10 to 10000 N/m, logarithmic",
+        "omega = 5 to 8 rad/s (0.7958 to 1.273 Hz), 61 values",
+    ],
+    "tuning --free V": ["V from 0 to 0.5 m (does not enter the dynamics"],
+    "bifurcation --vary f=5:8:3": ["f = 5 to 8 Hz (31.42 to 50.27 rad/s), 3 values"],
+    "bifurcation --vary f1=1:2:3": ["f1 = 1 to 2 Hz (6.283 to 12.57 rad/s), 3 values"],
+    "response-curves": ["omega = 4.5 to 8 rad/s (0.7162 to 1.273 Hz), 351 values"],
+    "continuation --along f=0.8:1.2 --plane P=500:900": [
+        "f from 0.8 to 1.2 Hz (5.027 to 7.54 rad/s)", "P from 500 to 900 N"
+    ],
+}  # fmt: skip
+"""What a command line says, by its words."""
+
+
+@pytest.mark.parametrize("line", TOLD)
+def test_a_dry_run_says_what_would_be_done_and_writes_nothing(line, here, answer):
+    text = answer(*shlex.split(line), "--dry-run")
+    assert all(words in text for words in TOLD[line]), text
+    assert list(here.iterdir()) == []
+
+
+ODD = "a\udcff"  # how Python keeps the bytes a\xff
+
+SYSTEM = """\
+[system]
+kind = "none"
+m1 = 1
+k1 = 1
+c1 = 1
+P = 1
+{more}
+[vary]
+omega = {{ values = [6.0, 7.0] }}
+"""
+# ---- the environment -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", ["0", "abc", "", "٣", "100000"])
+def test_threads_that_numba_refuses_are_one_line(number, here, monkeypatch, refusal):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", number)
+    assert "from 1 to 4096" in refusal("bifurcation")
+    assert list(here.iterdir()) == []
+
+
+def test_usual_environments_are_taken():
+    check_environment({})
+    check_environment({"NUMBA_NUM_THREADS": " 8 "})
+
+
+@pytest.mark.kernels
+def test_the_threads_of_numba_do_not_matter(tmp_path):
+    """The threads are our own: what Numba lacks for its own, or would refuse, is not asked for."""
+    arguments = ["bifurcation", "--vary", "omega=6:7:2", "--periods", "1", "--record", "section"]
+    layer = {"NUMBA_THREADING_LAYER": "quatsch", "NUMBA_DISABLE_JIT": "1"}
+    printed("-m", "nlds_vines", *arguments, "-o", "a.h5", cwd=tmp_path, **layer)
+    assert (tmp_path / "a.h5").exists()
+
+
+def test_texts_that_people_write_are_taken():
+    for title in ("Größe β = 2 π, 減衰", "a 👩‍🔬 b", "$5 \\frac", "x" * MOST_CHARACTERS):
+        assert System("tmd", nv.load_system("tmd").parameters, title=title).title == title
+    note = "first line\n\tsecond line"
+    system = System("tmd", nv.load_system("tmd").parameters, assumptions={"m1": note})
+    assert system.assumptions["m1"] == note
+
+
+def test_an_archive_made_from_a_program_with_an_odd_name_can_be_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", [f"/home/{ODD}/run.py", "a\0b"])
+    path = write(tmp_path / "a.h5", make_scan())
+    with nv.read(path) as view:
+        assert json.loads(view.attrs["argv"]) == sys.argv
+
+
+@pytest.mark.parametrize("name", ["../../escaped", "/tmp/escaped", "a/b", "ω" * 900, ".hidden"])
+def test_a_name_in_a_figure_is_no_path(tmp_path, name):
+    text = SYSTEM.format(more=f'omega = 1\nname = "{name}"') + "[[curves]]\n"
+    (tmp_path / "page.toml").write_text(text)
+    request = load_figure(tmp_path / "page.toml")
+    archive = request.archive
+    assert Path(archive).name == archive
+    assert not archive.startswith(".")
+    assert len(archive.encode()) < 255
+
+
+PROGRAM = f"{sys.executable} -m nlds_vines"
+
+
+def ask(line, folder):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": ""}
+    done = subprocess.run(
+        ["bash", "-c", line.replace("nlds-vines", PROGRAM)],
+        capture_output=True, text=True, cwd=folder, env=environment, check=False,
+    )  # fmt: skip
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("streams")
+    write(place / "a.h5", make_scan(("energy", "regime")))
+    return place
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_a_closed_stream_changes_nothing(folder, closed):
+    sound = (folder / "a.h5").read_bytes()
+    assert ask(f"nlds-vines plot a.h5 --show '?' {closed}", folder)[::2] == (0, "")
+    assert ask(f"nlds-vines bifurcation --dry-run {closed}", folder)[::2] == (0, "")
+    assert (folder / "a.h5").read_bytes() == sound
+    assert ask(f"nlds-vines plot no.h5 {closed}", folder)[0] == 2
+
+
+def test_no_file_gets_the_number_of_a_closed_stream(folder):
+    program = (
+        "from nlds_vines.cli.terminal import exit_status_of; exit_status_of('', lambda: 0);"
+        "print(open('a.h5').fileno())"
+    )
+    line = f'{sys.executable} -W ignore -c "{program}"'
+    assert int(ask(f"{line} <&- 2>&-", folder)[1]) > 2
+
+
+@pytest.mark.parametrize("words", ["plot a.h5 --show '?'", "plot --help", "--help", "--version"])
+def test_a_full_disk_for_output_is_one_line(folder, words):
+    status, _, errors = ask(f"nlds-vines {words} > /dev/full", folder)
+    assert status == 2
+    assert errors.endswith("error: No space left on device\n")
+    assert errors.count("\n") == 1
+
+
+@pytest.mark.parametrize("kilobytes", [3_000_000, 1_500_000])
+def test_little_memory_is_enough(folder, kilobytes):
+    for words in ("bifurcation --dry-run", "plot no.h5 --help"):
+        assert ask(f"ulimit -v {kilobytes}; nlds-vines {words}", folder)[::2] == (0, "")
+
+
+@pytest.mark.parametrize("words", ["cannot open x.so: failed to map segment from shared object"])
+def test_a_library_without_room_is_one_line(words, capsys):
+    def work(text):
+        raise ImportError(text)
+
+    assert exit_status_of("", lambda: work(words)) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    with pytest.raises(ImportError, match="other"):
+        exit_status_of("", lambda: work("another reason: other"))
+
+
+SLOW_IMPORT = """
+import builtins, sys, time
+from nlds_vines import __main__ as program
+
+plain = builtins.__import__
+
+def slow(name, *rest):
+    if name == "numpy" and builtins.__import__ is slow:
+        builtins.__import__ = plain
+        print("here", flush=True)
+        time.sleep(60.0)
+    return plain(name, *rest)
+
+builtins.__import__ = slow
+sys.exit(program.main(["bifurcation", "--dry-run"]))
+"""
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_signal_while_modules_are_loaded_is_one_line(folder, number, status):
+    with subprocess.Popen(
+        [sys.executable, "-c", SLOW_IMPORT], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, cwd=folder, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    ) as running:  # fmt: skip
+        assert running.stdout.readline() == "here\n"
+        running.send_signal(number)
+        errors = running.communicate()[1]
+    assert (running.returncode, errors) == (status, "nlds-vines: interrupted\n")

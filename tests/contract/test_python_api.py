@@ -1,15 +1,30 @@
-"""From Python: names wherever a system is taken, errors of one line, reprs of five lines."""
+"""From Python: verbs, names of systems, archives, what results and objects print."""
 
 import csv
+import dataclasses
+import gc
+import importlib
+import inspect
 import io
+import os
+import pickle
+import re
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.representation import MOST_LINES, WIDTH
+from nlds_vines.bifurcation.response_curves import ResponseCurve, ResponseCurves, load_curves
+from nlds_vines.loads.result import PEAKS, LoadScan, ResponseHistories, ResponseHistory
+from nlds_vines.model.quantities import SHARES, WAYS
+from nlds_vines.model.setting import Request
+from nlds_vines.model.slow_manifold import FrequencyResponse
+from nlds_vines.model.system import System
 from nlds_vines.runs import progress
 
 SCAN = {
@@ -221,3 +236,270 @@ def test_in_a_notebook_a_single_orbit_says_it_too(shown):
     notice("", 2.0)
     assert shown[-1] == "compiling: done in 2 s"
     assert any("compiling: 1 s" in text for text in shown)
+
+
+SHORT = {"transient": 20, "periods": 12}
+FEW = {"omega": {"start": 6.0, "stop": 6.2, "num": 3}}
+
+
+def scan(**changes):
+    return nv.scan(
+        "ssul-set6", vary=FEW, sampling=SHORT, record=["section", "impacts", "energy", "regime"],
+        quiet=True, **changes,
+    )  # fmt: skip
+
+
+def test_a_scan_in_memory_leaves_no_file(here):
+    request = scan()
+    assert os.listdir(here) == []
+    assert request.request.axes[0].values.tolist() == [6.0, 6.1, 6.2]
+    assert request.read()["E1max"].shape == (3, 1)
+    assert not os.path.lexists(str(request.parent))  # nothing is written before a file is needed
+    assert list(request.to_xarray()["label"].values.ravel()) == ["T,1"] * 3
+    assert request.to_dataframe()["E1max"].gt(0).all()
+    assert request.plot().axes
+    place, folder = str(request), request.parent
+    with request.read() as view:
+        del request
+        gc.collect()
+        assert view["E1max"].shape == (3, 1)  # what is open stays open
+    del view
+    gc.collect()
+    assert not os.path.exists(place)
+    assert not folder.exists()
+
+
+def test_a_file_has_what_memory_has(here):
+    named, nameless = scan(to="scan.h5"), scan()
+    assert named == ArchivePath("scan.h5")
+    assert os.listdir(here) == ["scan.h5"]
+    a, b = (one.to_xarray() for one in (named, nameless))
+    assert a.equals(b)
+    with pytest.raises(nv.RequestError, match=r"scan\.h5' exists"):
+        scan(to="scan.h5")
+    assert scan(to="scan.h5", resume=True) == named
+
+
+def test_an_archive_in_memory_is_read_as_its_file(here):
+    nameless = scan()
+    with nameless.read() as memory, nv.read(os.fspath(nameless)) as file:
+        assert sorted(memory.names) == sorted(file.names)
+        for name in (*memory.names, "omega", "component"):
+            assert str(memory.describe(name)) == str(file.describe(name))  # nan is not nan
+            assert memory.shape(name) == file.shape(name)
+            np.testing.assert_array_equal(memory[name], file[name])
+            assert memory[name].dtype == file[name].dtype
+        assert {**memory.attrs, "hdf5_version": file.attrs["hdf5_version"]} == file.attrs
+        assert (memory.content, memory.axes) == (file.content, file.axes)
+        values = memory["E1max"]
+        values[:] = 0.0  # a copy
+        assert memory.take("E1max", omega=1)[0] > 0.0
+        for call in (lambda view: view["x9"], lambda view: view.take("E1max", omega=9)):
+            for view in (memory, file):
+                with pytest.raises(nv.RequestError):
+                    call(view)
+
+
+@pytest.mark.parametrize("name", ["resume", "overwrite"])
+def test_without_a_file_nothing_is_resumed(name):
+    with pytest.raises(nv.RequestError, match="name it by to="):
+        scan(**{name: True})
+
+
+def test_a_start_may_be_a_word():
+    assert scan(start="up").request.start.policy == "up"
+
+
+@pytest.mark.slow("an ensemble of its own records")
+@pytest.mark.kernels
+def test_an_ensemble(here):
+    ensemble = nv.transient_lifetimes("ssul-set6", starts=8, transient=200, periods=20, quiet=True)
+    assert os.listdir(here) == []
+    assert ensemble.labels.size == 8
+    assert ensemble.request.starts == 8
+    assert "label" in ensemble.to_xarray()
+    assert ensemble.plot().axes
+    assert nv.open_archive(
+        nv.transient_lifetimes("tmd", starts=3, transient=9, quiet=True, to="e.h5").archive
+    )
+
+
+@pytest.mark.slow("kernels of the structure alone")
+@pytest.mark.kernels
+def test_curves(here):
+    curves = nv.response_curves(["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True)
+    assert os.listdir(here) == []
+    assert curves["SSul NES, Set 6"].E1max.shape == (3,)
+    assert curves.request.axis == "omega"
+    assert curves.plot().axes
+    again = nv.response_curves(
+        ["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True, to="c.h5"
+    )
+    opened = nv.open_archive("c.h5")
+    assert type(opened) is type(again)
+    np.testing.assert_array_equal(opened.curves[1].E1max, curves.curves[1].E1max)
+    assert curves.to_xarray().equals(opened.to_xarray())
+
+
+@pytest.mark.slow("designs of a tuning")
+@pytest.mark.kernels
+def test_a_tuning(here):
+    few = {"population": 5, "generations": 1, "seeds": 1, "polish": 0}
+    free = {"k2": {"low": 100.0, "high": 3000.0}}
+    tuned = nv.tune("ssul-set6", free=free, search=few, sampling=SHORT, quiet=True)
+    assert os.listdir(here) == []
+    assert tuned.request == tuned.tuning
+    nv.tune("ssul-set6", free=free, search=few, sampling=SHORT, quiet=True, to="t.h5")
+    assert nv.open_archive("t.h5").best.objective == tuned.best.objective
+    assert "objective" in tuned.to_xarray()
+
+
+@pytest.mark.slow("branches")
+def test_branches(here):
+    path = nv.continue_branch("ssul-set6", parameter="omega", bounds=(6.2, 6.4), quiet=True)
+    assert os.listdir(here) == []
+    assert path.branches[0].labels[0] == "T,1"
+    assert path.request.along.name == "omega"
+    assert path.plot().axes
+    assert "label" in path.to_xarray()
+    nv.continue_branch("ssul-set6", parameter="omega", bounds=(6.2, 6.4), quiet=True, to="b.h5")
+    np.testing.assert_array_equal(
+        nv.open_archive("b.h5").branches[0].states, path.branches[0].states
+    )
+
+
+def test_a_portrait_is_a_figure_and_a_file_where_it_is_asked_for(here):
+    options = {"transient": 5, "periods": 3, "samples": 32, "panels": ["phase"]}
+    assert nv.orbit_portrait("ssul-set6", quiet=True, **options).axes
+    assert os.listdir(here) == []
+    nv.orbit_portrait("ssul-set6", to="p.png", quiet=True, **options)
+    assert os.listdir(here) == ["p.png"]
+
+
+def test_results_and_requests_are_pickled(here):
+    request = scan()
+    copy = pickle.loads(pickle.dumps(request))
+    assert copy != request
+    assert copy.to_xarray().equals(request.to_xarray())
+    assert pickle.loads(pickle.dumps(nv.scan)) is nv.scan
+    assert pickle.loads(pickle.dumps(request.request)) == request.request
+    named = scan(to="scan.h5")
+    assert pickle.loads(pickle.dumps(named)) == named
+
+
+def test_an_archive_is_opened_as_what_it_holds(here):
+    scan(to="scan.h5")
+    assert type(nv.open_archive("scan.h5")) is type(scan())
+    with pytest.raises(nv.RequestError, match="no such file"):
+        nv.open_archive("no.h5")
+    with pytest.raises(nv.RequestError, match="path of a file"):
+        nv.open_archive(3)
+
+
+MOST = 6
+"""Lines that a result may print."""
+
+MANY = 100_000
+
+PATH = ArchivePath("x.h5")
+
+
+def named_in(module, annotation):
+    for name in re.findall(r"\w+", str(annotation)):
+        value = getattr(module, name, None)
+        if inspect.isclass(value) and value.__module__.startswith("nlds_vines."):
+            yield value
+
+
+def annotations_of(value):
+    if not inspect.isclass(value):
+        yield value.__annotations__.get("return", "")
+        return
+    yield from inspect.get_annotations(value).values()
+    for name, member in vars(value).items():
+        member = getattr(member, "fget", getattr(member, "func", member))
+        if not name.startswith("_") and inspect.isfunction(member):
+            yield member.__annotations__.get("return", "")
+
+
+def results():
+    stub = (Path(nv.__path__[0]) / "__init__.pyi").read_text()
+    exported = re.findall(r"^from (\S+) import (\w+) as", stub, re.MULTILINE)
+    left = [getattr(importlib.import_module(module), name) for module, name in exported]
+    classes = set()
+    while left:
+        value = left.pop()
+        if value in classes or (inspect.isclass(value) and issubclass(value, (Request, System))):
+            continue
+        classes.add(value)
+        for base in value.__mro__ if inspect.isclass(value) else [value]:
+            if base.__module__.startswith("nlds_vines."):
+                module = importlib.import_module(base.__module__)
+                for annotation in annotations_of(base):
+                    left += named_in(module, annotation)
+    return {value for value in classes if inspect.isclass(value)}
+
+
+def holds_much(kind):
+    annotations = inspect.get_annotations(kind).values()
+    return any(
+        re.search(r"ndarray|Mapping|tuple\[\w+, \.\.\.\]|list\[", str(a)) for a in annotations
+    )
+
+
+def is_generated(kind):
+    """Return True if a dataclass or a named tuple prints all that it holds."""
+    if dataclasses.is_dataclass(kind):
+        return kind.__dataclass_params__.repr
+    return getattr(kind.__repr__, "__module__", None) == "collections"
+
+
+def test_every_result_has_a_short_form_of_its_own():
+    """Neither the form that dataclasses make of all that they hold, nor that of a tuple."""
+    kinds = results()
+    assert {
+        ResponseHistories,
+        LoadScan,
+        ResponseCurves,
+        ResponseHistory,
+        ResponseCurve,
+        FrequencyResponse,
+    } <= kinds
+    generated = {kind.__name__ for kind in kinds if holds_much(kind) and is_generated(kind)}
+    assert generated == {"Dataset"}  # which describes a column, in a few words
+
+
+def fall(count):
+    time = np.linspace(0.0, 60.0, count)
+    numbers = {f"last_{100 * share:g}": 1.0 for share in SHARES}
+    numbers |= {**dict.fromkeys(PEAKS, 1.0), "E1max": 1.0, "x1_rms": 0.1}
+    numbers |= {f"share_{path}": 0.3 for path in WAYS}
+    return ResponseHistory(time, time, time, time, time, time, dict.fromkeys(WAYS, time), numbers)
+
+
+def made_up():
+    names = ["none", "tmd", "ssbl", *(f"ssul-set{i}" for i in range(1, 7))]
+    request = nv.load_response_history({"systems": names, "load": {"impulse": 300.0}})
+    yield fall(MANY)
+    yield ResponseHistories(PATH, request, {name: fall(2000) for name in names})
+    axes = {"impulse": {"start": 1.0, "stop": 300.0, "num": 500}}
+    many = nv.load_response_history({"systems": names, "load": {"impulse": 300.0}, "vary": axes})
+    values = np.ones((len(names), 500))
+    yield LoadScan(PATH, many, {"E1max": values, "x1_max": values}, np.zeros_like(values, int))
+    omega = {"omega": {"start": 5.0, "stop": 8.0, "num": 100}}
+    page = load_curves({"vary": omega, "curves": [{"system": name} for name in names]})
+    numbers = dict.fromkeys(("E1max", "E2max"), np.ones((MANY, 1)))
+    curves = [ResponseCurve(case.title, case, numbers) for case in page.cases]
+    yield curves[0]
+    yield ResponseCurves(PATH, page, tuple(curves))
+    yield nv.slow_manifold(nv.load_system("vi-nes"))
+    yield nv.slow_manifold(nv.load_system("vi-nes")).response()
+
+
+@pytest.mark.parametrize("place", range(7))
+def test_large_results_print_a_few_lines(place):
+    text = str([*made_up()][place])
+    lines = text.splitlines()
+    assert len(lines) <= MOST
+    assert all(len(line) <= WIDTH + 100 for line in lines)
+    assert len(text) > 20

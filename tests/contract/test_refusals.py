@@ -1,6 +1,6 @@
 """A wrong request: status 2, one line that names it, and nothing left behind.
 
-Single settings are tried in `test_checked_settings`; here are those that depend on each other,
+Single settings are tried in `test_requests`; here are those that depend on each other,
 options of many commands, and files.
 """
 

@@ -1,0 +1,279 @@
+"""Benchmarks: solvers compared, extremes within bounds, sizes counted, mutants by rule."""
+
+import math
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+
+from benchmarks import accuracy, extremes, mutants
+from benchmarks.accuracy import SOLVERS, Point, cost, points_of
+from benchmarks.extremes import EXTREMES
+from benchmarks.house import STEPS, TARGETS, areas, progress, shape, source_counts
+from nlds_vines import load_system, simulate
+
+# ---- accuracy: others converge to the true state, and the cost of an error is interpolated -------
+
+
+INSTALLED = [solver for solver in SOLVERS if find_spec(solver.package)]
+
+
+@pytest.fixture(scope="module")
+def cases():
+    return {case.name: case for case in accuracy.cases()}
+
+
+@pytest.mark.kernels
+def test_the_truth_of_each_case_is_that_of_the_finest_settings(cases):
+    assert list(cases) == ["ssul-set6", "steel", "ssbl", "near-grazing", "tmd"]
+    for case in cases.values():
+        orbit = simulate(
+            case.system, 20, start=case.start, record=(), method="rk4", period_steps=8192
+        )
+        assert np.abs(orbit.state - case.truth).max() < 1e-11, case.name
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("solver", INSTALLED, ids=lambda solver: solver.name)
+def test_a_solver_converges_to_the_truth(solver, cases, monkeypatch):
+    monkeypatch.setattr(accuracy, "seconds_of", lambda follow: 1.0)
+    for name in ("ssul-set6", "ssbl"):
+        errors = [point.error for point in points_of(cases[name], solver)]
+        assert errors[-1] < 3e-8
+        assert errors[-1] < errors[0] / 10
+
+
+def test_scipy_is_split_where_contacts_begin():
+    system = load_system("ssul-set6", omega=6.28)
+    section, touches = accuracy.scipy_orbit(system, accuracy.rest_state(system), 1e-10, 3)
+    orbit = simulate(system, 3, record=("section", "impacts"))
+    assert len(touches) == len(orbit.impacts) > 0
+    np.testing.assert_allclose(touches, orbit.impacts["touch"], rtol=1e-8)
+    np.testing.assert_allclose(section, orbit.section, atol=1e-8)
+
+
+def points(*pairs):
+    return [Point(SOLVERS[0], 0.0, error, seconds) for error, seconds in pairs]
+
+
+def test_a_cost_is_interpolated_along_the_cheapest_settings():
+    curve = points((1e-2, 1e-6), (1e-6, 1e-4), (1e-5, 1e-3), (math.inf, math.inf))
+    assert cost(curve, 1e-4) == pytest.approx(1e-5)
+    assert cost(curve, 1e-1) == pytest.approx(1e-6)  # the cheapest is better than asked for
+    assert cost(curve, 1e-7) == math.inf
+
+
+def test_a_solver_that_fails_has_an_infinite_error(cases):
+    def prepare(system, start):
+        def follow(setting, periods):
+            raise ArithmeticError("step too small")
+
+        return follow
+
+    solver = SOLVERS[0]._replace(prepare=prepare, settings=(1.0,))
+    (point,) = points_of(cases["tmd"], solver)
+    assert point.error == point.seconds == math.inf
+
+
+# ---- extremes: within their bounds, which a fault exceeds ----------------------------------------
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("extreme", EXTREMES, ids=lambda extreme: extreme.name)
+def test_an_extreme_stays_within_its_bound(extreme):
+    assert extreme.measure() <= extreme.bound
+
+
+real_load, real_system = extremes.load_system, extremes.System
+linear, split, steady = extremes.linear_sections, extremes.scipy_orbit, extremes.steady_state
+FAULTS = {
+    "stiff": ("DURATION", extremes.DURATION * (1 + 1e-9)),
+    "soft": ("linear_sections", lambda *how: linear(*how) * (1 + 1e-9)),
+    "grazing": ("steady_state", lambda system: extremes.rest_state(system)),
+    "undamped": ("energy_of", lambda system, states: states[:, 1] ** 2),
+    "mass ratio": ("scipy_orbit", lambda system, *how: split(system.with_(c1=451.0), *how)),
+    "slow": ("steady_state", lambda system: extremes.rest_state(system)),
+    "fast": ("steady_state", lambda system: steady(system) * (1 + 1e-5)),
+    "e = 0 and 1": ("System", lambda kind, p, law: real_system(kind, {**p, "e": 0.5}, law=law)),
+    "overflow": ("is_refused", lambda *how, **options: False),
+    "tiny states": ("load_system", lambda name, P: real_load(name, P=max(P, 1e-60))),
+}
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("extreme", EXTREMES, ids=lambda extreme: extreme.name)
+def test_a_fault_exceeds_the_bound(extreme, monkeypatch):
+    monkeypatch.setattr(extremes, *FAULTS[extreme.name])
+    assert not extreme.measure() <= extreme.bound
+
+
+@pytest.mark.kernels
+def test_a_bound_that_is_exceeded_is_named(monkeypatch, tmp_path, capsys):
+    page = tmp_path / "page.md"
+    page.write_text("above\n<!-- python -m benchmarks.extremes -->\nold\n<!-- end -->\nbelow\n")
+    monkeypatch.setattr("sys.argv", ["extremes", "--page", str(page)])
+    for value, status in ((0.5, 0), (math.nan, 1)):
+        extreme = extremes.Extreme("number", lambda value=value: value, 1.0)
+        monkeypatch.setattr(extremes, "EXTREMES", (extreme,))
+        assert extremes.main() == status
+        printed = capsys.readouterr().out
+        assert ("| broken |" in printed) == bool(status)
+        assert page.read_text().startswith("above\n")
+        assert printed in page.read_text()
+        assert "old" not in page.read_text()
+        assert page.read_text().endswith("<!-- end -->\nbelow\n")
+
+
+# ---- house: the counts of a source whose counts are plain to see ---------------------------------
+
+
+SOURCE = '''"""Return what nobody asks for."""
+
+LIMIT = 1
+
+
+def double(given):
+    """Tell how much.
+
+    Twice as much.
+    """
+    found = 2 * given
+    return (
+        found
+    )
+
+
+def undocumented(x):
+    return x
+'''
+
+
+def test_the_counts_of_a_source(tmp_path):
+    path = tmp_path / "source.py"
+    path.write_text(SOURCE)
+    counts = source_counts([path])
+    assert counts == {
+        "files": 1,
+        "lines": 18,
+        "statements": 8,  # two docstrings, one constant, two functions, three statements in them
+        "functions": 2,
+        "lines of bodies": 5,
+        "docstrings": 2,
+        "lines of docstrings": 4,
+        "'Return what'": 1,
+        "'Tell'": 1,
+        "names to avoid": 2,  # a parameter and a variable
+    }
+    assert shape(counts) == (1000 * 2 / 18, 2.5, 18)
+
+
+def test_what_is_counted_where(tmp_path):
+    for name in ("nlds_vines/kernels/a", "nlds_vines/kernels_too", "tests/b", "benchmarks/c"):
+        path = tmp_path / f"{name}.py"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("x = 1\n")
+    for name in ("docs/page.md", "docs/keys.md", "README.md", "CHANGELOG.md", "CONTRIBUTING.md"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("two words\n" * 100)
+    measured = progress(tmp_path, areas(tmp_path))
+    assert measured == {
+        "package, lines": 1,
+        "kernels, lines": 1,
+        "tests, lines": 1,
+        "benchmarks, lines": 1,
+        "pages": 1,  # what a command writes is no page of ours
+        "words of pages": 400,
+        "CHANGELOG [kB]": 1,
+        "CONTRIBUTING [kB]": 1,
+    }
+    assert measured.keys() == TARGETS.keys()
+    assert {len(steps) for steps in TARGETS.values()} == {len(STEPS)}
+
+
+# ---- mutants by rule: which changes are made, and that those no test notices are named -----------
+
+
+CHANGED = """\
+def least(values, wide=False):
+    \"\"\"Return the least: 1 of 2 < 3.\"\"\"
+    if not values or wide and len(values) < 7:
+        note(f"{len(values)} ω")
+    return min(values) - 2.5
+"""
+
+
+def test_a_source_is_changed_where_it_does_something():
+    changed = {
+        line
+        for mutant in mutants.mutants_of(CHANGED, "a.py")
+        for line in mutant.applied_to(CHANGED).splitlines()
+    }
+    assert sorted(changed - set(CHANGED.splitlines())) == [
+        "        pass",
+        "    if (not values and (wide and len(values) < 7)):",
+        "    if (values) or wide and len(values) < 7:",
+        "    if not values or (wide or len(values) < 7):",
+        "    if not values or wide and (len(values) <= 7):",
+        "    if not values or wide and len(values) < 8:",
+        "    return (min(values) + 2.5)",
+        "    return None",
+        "    return min(values) - 3.5",
+        "def least(values, wide=True):",
+    ]
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """Make a checkout of a source and a test that looks at one of its two functions."""
+    for name in ("nlds_vines", "tests"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "pyproject.toml").write_text("")
+    (tmp_path / "nlds_vines" / "__init__.py").write_text("")
+    source = "def area(r):\n    return r * r\n\n\ndef twice(x):\n    return 2 * x\n"
+    (tmp_path / "nlds_vines" / "circle.py").write_text(source)
+    test = "from nlds_vines.circle import area\n\ndef test_area():\n    assert area(3.0) == 9.0\n"
+    (tmp_path / "tests" / "test_circle.py").write_text(test)
+    monkeypatch.setattr(mutants, "CHECKOUT", tmp_path)
+    return tmp_path
+
+
+CIRCLE = ["nlds_vines/circle.py", "tests/test_circle.py"]
+
+
+@pytest.mark.slow("copies of the checkout, and a pytest in each")
+def test_those_that_no_test_notices_are_named(checkout, capsys):
+    before = (checkout / CIRCLE[0]).read_bytes()
+    assert mutants.main(CIRCLE) == 1
+    survivors = capsys.readouterr().out.splitlines()
+    assert [line.split(": ", 2)[2] for line in survivors[:-1]] == [
+        "return None for return 2 * x",
+        "(2 / x) for 2 * x",
+        "3 for 2",
+    ]
+    assert survivors[-1].startswith("5 mutants: 2 noticed, 3 not")
+    assert (checkout / CIRCLE[0]).read_bytes() == before
+
+
+def test_tests_that_fail_without_a_change_are_refused(checkout, capsys):
+    (checkout / "tests" / "test_circle.py").write_text("def test_area():\n    assert False\n")
+    assert mutants.main(CIRCLE) == 2
+    assert "test_area" in capsys.readouterr().err
+
+
+def test_pieces_are_the_whole(checkout, capsys):
+    lists = []
+    for piece in ("1/1", "1/2", "2/2"):
+        assert mutants.main([*CIRCLE, "--list", "--piece", piece]) == 0
+        lists.append(capsys.readouterr().out.splitlines())
+    assert len(lists[0]) == 5
+    assert sorted(lists[0]) == sorted(lists[1] + lists[2])
+
+
+@pytest.mark.parametrize(
+    "wrong", [["none.py", "tests"], ["nlds_vines", "none"], ["--piece", "3/2"]]
+)
+def test_a_wrong_request_is_refused(checkout, wrong, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        mutants.main(wrong if len(wrong) > 1 and wrong[0][0] != "-" else [*CIRCLE, *wrong])
+    assert "error:" in capsys.readouterr().err

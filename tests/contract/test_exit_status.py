@@ -24,13 +24,8 @@ from nlds_vines.runs.executors import Shard, check_environment
 from paper.request import load_figure
 
 USUAL = {
-    "threads": None,
-    "resume": False,
-    "overwrite": False,
-    "shard": None,
-    "scheduler": None,
-    "executor": None,
-    "quiet": True,
+    **dict.fromkeys(("threads", "shard", "scheduler", "executor")),
+    **{"resume": False, "overwrite": False, "quiet": True},
 }
 
 
@@ -71,25 +66,18 @@ def test_the_default_is_figure_8_with_its_picture(calls, ask):
     assert printed == ("the summary\na remark\nfigure8.h5\nfigure8.png\n", "")
 
 
-def test_a_scan_file_gives_its_name_and_no_picture(calls, tmp_path):
+def test_a_picture_lies_beside_the_archive_of_the_default_alone(calls, tmp_path):
     (tmp_path / "deep").mkdir()
     (tmp_path / "deep" / "mine.toml").write_text(load_scan().to_toml())
-    assert main(["deep/mine.toml", "--quiet"]) == 0
+    assert main(["deep/mine.toml", "--quiet"]) == 0  # a scan file gives its name
     scan, output, options = calls.runs[0]
     assert (scan, output) == (load_scan(), Path("mine.h5"))
     assert options["quiet"]
-    assert calls.plots == []
-
-
-def test_the_picture_of_the_default_lies_beside_its_archive(calls, tmp_path):
-    (tmp_path / "deep").mkdir()
-    assert main(["-o", "deep/a.h5"]) == 0
-    assert calls.plots == [(Path("deep/a.h5"), Path("deep/a.png"), None, None)]
-
-
-def test_a_map_that_cannot_be_drawn_is_not_drawn_unasked(calls):
+    # a map that cannot be drawn is not drawn unasked
     assert main(["--vary", "P=1:2:5", "--vary", "C=1:2:5", "--record", "section"]) == 0
     assert calls.plots == []
+    assert main(["-o", "deep/a.h5"]) == 0
+    assert calls.plots == [(Path("deep/a.h5"), Path("deep/a.png"), None, None)]
 
 
 def test_every_option_arrives(calls):
@@ -115,18 +103,16 @@ def test_every_option_arrives(calls):
     assert calls.plots == [(Path("map.h5"), Path("map.svg"), "E1max", None)]
 
 
-def test_failed_orbits_give_status_1_even_when_quiet(calls, ask):
+def test_a_shard_says_who_writes_and_draws_nothing_and_failures_are_status_1(calls, ask):
+    out, _ = ask("bifurcation", "--shard", "2/7")
+    assert "the last shard to end writes the archive" in out
+    assert calls.runs[0][2] == {**USUAL, "shard": Shard(2, 7), "quiet": False}
+    assert calls.plots == []
     calls.failed = 3
-    out, err = ask("bifurcation", "--quiet", status=1)
+    out, err = ask("bifurcation", "--quiet", status=1)  # failed orbits, even when quiet
     assert out == ""
     assert "3 of 1201 orbits failed" in err
     assert calls.plots  # what succeeded is drawn
-
-
-def test_a_shard_says_who_writes_the_archive_and_draws_nothing(calls, answer):
-    assert "the last shard to end writes the archive" in answer("bifurcation", "--shard", "2/7")
-    assert calls.runs[0][2] == {**USUAL, "shard": Shard(2, 7), "quiet": False}
-    assert calls.plots == []
 
 
 def test_a_dry_run_only_tells(calls, answer, refusal, tmp_path):
@@ -136,13 +122,9 @@ def test_a_dry_run_only_tells(calls, answer, refusal, tmp_path):
     (tmp_path / "figure8.h5").write_bytes(b"old")
     assert "exists" in refusal("bifurcation", "--dry-run", "--threads", "2")
     assert calls.runs == calls.plots == []
-
-
-@pytest.mark.parametrize("option", ["--resume", "--overwrite"])
-def test_an_existing_archive_may_be_given_up(calls, option, tmp_path):
-    (tmp_path / "figure8.h5").write_bytes(b"old")
-    assert main([option]) == 0
-    assert calls.runs[0][2][option[2:]]
+    for option in ("resume", "overwrite"):  # by which an existing archive may be given up
+        assert main([f"--{option}"]) == 0
+        assert calls.runs.pop()[2][option]
 
 
 def test_the_function_returns_the_archive(calls):
@@ -219,15 +201,12 @@ omega = {{ values = [6.0, 7.0] }}
 # ---- the environment -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("number", ["0", "abc", "", "٣", "100000"])
-def test_threads_that_numba_refuses_are_one_line(number, here, monkeypatch, refusal):
-    monkeypatch.setenv("NUMBA_NUM_THREADS", number)
-    assert "from 1 to 4096" in refusal("bifurcation")
+def test_threads_that_numba_refuses_are_one_line(here, monkeypatch, refusal):
+    for number in ("0", "abc", "", "٣", "100000"):
+        monkeypatch.setenv("NUMBA_NUM_THREADS", number)
+        assert "from 1 to 4096" in refusal("bifurcation")
     assert list(here.iterdir()) == []
-
-
-def test_usual_environments_are_taken():
-    check_environment({})
+    check_environment({})  # usual ones are taken
     check_environment({"NUMBA_NUM_THREADS": " 8 "})
 
 

@@ -117,39 +117,9 @@ def test_a_hidden_circle_or_arrow_is_caught(copy):
     assert "nlds_vines.archives is not allowed to import nlds_vines.bifurcation" in report
 
 
-def test_a_file_name_that_is_used_twice_is_caught(copy):
+def test_what_breaks_a_rule_is_caught(copy):
     (copy / "runs" / "style.py").write_text("")
     assert used_twice(copy) == {"style"}
-
-
-# ---- names ---------------------------------------------------------------------------------------
-
-
-def used_twice(package):
-    stems = Counter(path.stem for path in modules(package).values())
-    return {stem for stem, count in stems.items() if count > 1} - WORDS
-
-
-def test_a_file_name_is_used_once():
-    assert used_twice(PACKAGE) == set()
-
-
-# ---- functions -----------------------------------------------------------------------------------
-
-
-def too_wide(package):
-    return [
-        name
-        for name, node in functions(package)
-        if parameters(node) > MOST_PARAMETERS and name not in WIDE
-    ]
-
-
-def test_functions_take_few_parameters():
-    assert too_wide(PACKAGE) == []
-
-
-def test_a_function_with_many_parameters_is_caught(copy):
     with (copy / "kernels" / "scene" / "scene.py").open("a") as file:
         file.write("\n\n\n\ndef wide(a, b, c, d, e, f, g, h, i):\n    return a\n")
     with (copy / "runs" / "interrupts.py").open("a") as file:
@@ -163,17 +133,35 @@ def test_a_function_with_many_parameters_is_caught(copy):
         "runs.executors.method",
         "runs.interrupts.broad",
     ]
-
-
-def test_no_constant_of_the_kernels_has_the_name_of_another():
-    assert repeated_constants(PACKAGE) == {"SORTS"}  # of each law
-
-
-def test_a_repeated_constant_of_the_kernels_is_caught(copy):
     with (copy / "kernels" / "numerics" / "elementary.py").open("a") as file:
         file.write("\n\nX = 1\nHUGE = 2\n")
     parsed.cache_clear()
     assert repeated_constants(copy) == {"SORTS", "X", "HUGE"}
+
+
+# ---- names ---------------------------------------------------------------------------------------
+
+
+def used_twice(package):
+    stems = Counter(path.stem for path in modules(package).values())
+    return {stem for stem, count in stems.items() if count > 1} - WORDS
+
+
+def test_names_are_used_once_and_functions_take_few_parameters():
+    assert used_twice(PACKAGE) == set()
+    assert too_wide(PACKAGE) == []
+    assert repeated_constants(PACKAGE) == {"SORTS"}  # of each law
+
+
+# ---- functions -----------------------------------------------------------------------------------
+
+
+def too_wide(package):
+    return [
+        name
+        for name, node in functions(package)
+        if parameters(node) > MOST_PARAMETERS and name not in WIDE
+    ]
 
 
 @pytest.mark.parametrize("path", MODULES.values(), ids=lambda path: str(path.relative_to(ROOT)))
@@ -249,11 +237,10 @@ def test_every_kernel_is_compiled(name):
             assert used & {"jit", "by_wall"}, node.name
 
 
-def test_only_the_archive_imports_h5py():
+def test_each_library_has_its_home():
+    assert not {*who_imports("benchmarks"), *who_imports("paper"), *who_imports("tests")}
     assert who_imports("h5py") == {"archives.archive"}
-
-
-def test_only_pictures_import_matplotlib():
+    assert who_imports("distributed") == {"bifurcation.cluster"}
     types = {
         "orbits.simulation",
         "bifurcation.result",
@@ -265,18 +252,11 @@ def test_only_pictures_import_matplotlib():
     homes = ("plotting.", "bifurcation.picture.", "portrait.")
     assert importers
     assert all(name.startswith(homes) or name.endswith("picture") for name in importers)
-
-
-def test_only_pages_import_bokeh():
     importers = who_imports("bokeh") | who_imports("tornado") | who_imports("jinja2")
     assert importers
     assert all(name.startswith("explore.") for name in importers)
     assert "explore.command" not in importers
     assert "explore.report" not in importers
-
-
-def test_only_the_cluster_imports_dask():
-    assert who_imports("distributed") == {"bifurcation.cluster"}
 
 
 def reaches(name, files):
@@ -309,26 +289,18 @@ def test_how_kernels_are_compiled_is_decided_in_one_place():
 
 
 @pytest.mark.slow("all imports of the package")
-def test_threads_are_our_own():
+def test_threads_are_our_own_and_mathematics_not_fast():
     """A loop that Numba runs in parallel is compiled four times over."""
     for path in MODULES.values():
         assert not any("parallel" in decorator for decorator in decorators(path)), path
         assert "prange(" not in path.read_text(encoding="utf-8"), path
     pools = {name for name, path in MODULES.items() if "in_pieces(" in path.read_text("utf-8")}
     assert pools == {"runs.executors", "orbits.batch", "loads.run"}
-
-
-def test_no_fast_mathematics():
     for path in MODULES.values():
         tree = ast.parse(path.read_text(encoding="utf-8"))
         words = {node.arg for node in ast.walk(tree) if isinstance(node, ast.keyword)}
         keys = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)}
         assert "fastmath" not in words | {key for key in keys if isinstance(key, str)}
-
-
-@pytest.mark.parametrize("outside", ["benchmarks", "paper", "tests"])
-def test_nothing_in_the_package_knows_what_is_outside(outside):
-    assert who_imports(outside) == set()
 
 
 def test_only_the_standard_library_and_what_is_declared_is_imported():

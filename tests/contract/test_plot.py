@@ -311,7 +311,7 @@ def test_what_has_no_such_axis_is_refused(diagram, tmp_path):
         nv.plot(path, frequency="ratio")
 
 
-def test_a_frequency_that_is_stated_in_hz_is_drawn_and_told_in_hz(tmp_path):
+def test_a_frequency_axis_has_round_numbers_also_where_it_is_logarithmic(tmp_path):
     """The request keeps f, from which the bits of omega follow again."""
     path, vary = tmp_path / "hertz.h5", {"f": {"start": 0.9, "stop": 1.1, "num": 4}}
     nv.scan("ssul-set6", vary=vary, sampling=SHORT, record=RECORD, to=path, quiet=True)
@@ -324,6 +324,14 @@ def test_a_frequency_that_is_stated_in_hz_is_drawn_and_told_in_hz(tmp_path):
     assert labeled(nv.plot(path)).get_xlabel() == "frequency of the force $f$ [Hz]"
     assert labeled(archive.plot()).get_xlabel() == "frequency of the force $f$ [Hz]"
     assert "rad/s" in labeled(nv.plot(path, frequency="rad/s")).get_xlabel()
+    # a logarithmic axis has round numbers of Hz
+    path = tmp_path / "log.h5"
+    vary = {"f": {"start": 0.5, "stop": 5.0, "num": 4, "scale": "log"}}
+    nv.scan("ssul-set6", vary=vary, sampling=SHORT, record=RECORD, to=path, quiet=True)
+    frame = labeled(nv.plot(path))
+    if frame.get_xscale() == "log":
+        places = np.array(frame.get_xticks()) / (2 * pi)
+        assert {1.0, 2.0} <= {*np.round(places, 9)}
 
 
 def test_every_drawing_command_has_a_unit_of_the_frequency(here, ask, refusal, monkeypatch):
@@ -339,13 +347,3 @@ def test_every_drawing_command_has_a_unit_of_the_frequency(here, ask, refusal, m
         assert "kHz" in refusal(*name.split(), "--frequency", "kHz")
     for name in ("explore", "report"):
         assert "kHz" in refusal(name, next(here.glob("*.h5")), "--frequency", "kHz")
-
-
-def test_a_logarithmic_axis_has_round_numbers_of_hz(tmp_path):
-    path = tmp_path / "log.h5"
-    vary = {"f": {"start": 0.5, "stop": 5.0, "num": 4, "scale": "log"}}
-    nv.scan("ssul-set6", vary=vary, sampling=SHORT, record=RECORD, to=path, quiet=True)
-    frame = labeled(nv.plot(path))
-    if frame.get_xscale() == "log":
-        places = np.array(frame.get_xticks()) / (2 * pi)
-        assert {1.0, 2.0} <= {*np.round(places, 9)}

@@ -76,7 +76,7 @@ def test_no_yaml_is_forgotten():
     assert {str(path.relative_to(ROOT)) for path in paths} == set(YAML)
 
 
-def test_the_workflow_calls_the_gate():
+def test_the_workflow_calls_the_gate_and_hooks_and_site_are_as_told():
     jobs = yaml_of(".github/workflows/ci.yml")["jobs"]
     lines = {name: [step.get("run", "") for step in job["steps"]] for name, job in jobs.items()}
     assert ".ci/run" in lines["linux"]
@@ -87,15 +87,11 @@ def test_the_workflow_calls_the_gate():
     assert {system.partition("-")[0] for system in systems} == {"macos", "windows"}
     assert jobs["others"]["continue-on-error"]
     assert not jobs["linux"].get("continue-on-error")
-
-
-def test_hooks_are_the_checks_of_style_and_types():
+    # hooks are the checks of style and types
     (repository,) = yaml_of(".pre-commit-config.yaml")["repos"]
     programs = [hook["entry"].split()[0] for hook in repository["hooks"]]
     assert programs == ["ruff", "ruff", "mypy"]
-
-
-def test_the_site_is_built_as_the_readme_tells():
+    # the site is built as the README tells
     site = yaml_of(".readthedocs.yaml")
     assert site["sphinx"] == {"configuration": "docs/conf.py", "fail_on_warning": True}
     (install,) = site["python"]["install"]
@@ -196,16 +192,11 @@ def stub_names(text):
 def test_the_types_are_those_of_the_public_names():
     assert stub_names(STUB.read_text("utf-8")) == {**nlds_vines._HOMES, "__version__": ""}
     assert STUB.with_name("py.typed").is_file()
-
-
-def test_every_name_is_what_its_types_say():
     for name in set(nlds_vines.__all__) - {"__version__"}:
         home = nlds_vines._HOMES[name]
         typed, real = getattr(import_module(f"nlds_vines.{home}"), name), getattr(nlds_vines, name)
         assert real is typed or inspect.signature(real) == inspect.signature(typed), name
-
-
-def test_every_public_function_says_the_types_of_all_arguments():
+    # every function says the types of all arguments
     for name in nlds_vines.__all__:
         real = getattr(nlds_vines, name)
         if callable(real) and not isinstance(real, type):

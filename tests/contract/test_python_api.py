@@ -59,7 +59,7 @@ def test_names_paths_and_systems_mean_the_same(tmp_path):
 # ---- archives ------------------------------------------------------------------------------------
 
 
-def test_an_archive_is_read_with_and_without_with(path):
+def test_an_archive_is_read_with_and_without_with_in_parts_by_names_of_dimensions(path):
     with nv.read(path) as view:
         inside = view["E1max"]
     view = nv.read(path)
@@ -68,9 +68,6 @@ def test_an_archive_is_read_with_and_without_with(path):
     assert "closed" in repr(view)
     with pytest.raises(nv.RequestError):
         nv.read(path.parent / "b.h5")
-
-
-def test_a_part_is_taken_by_names_of_dimensions_alone(path):
     view = nv.read(path)
     assert view.take("label", omega=0).shape == (3,)
     assert view.take("label", omega=-1, start=2) == view["label"][1, 2]
@@ -104,7 +101,7 @@ def test_a_table_has_a_row_for_each_orbit_or_period(path, tmp_path):
         view.to_csv(target, "sections", overwrite=True)
 
 
-def test_pandas_and_xarray_take_an_archive(path):
+def test_pandas_and_xarray_take_an_archive(path, monkeypatch):
     pytest.importorskip("xarray")
     view = nv.read(path)
     labeled = view.to_xarray()
@@ -116,10 +113,7 @@ def test_pandas_and_xarray_take_an_archive(path):
     assert frame.shape[0] == 6
     assert frame.attrs["units"]["E1max"] == "J"
     assert (frame[frame.start == "random 1"].E1max == view["E1max"][:, 1]).all()
-
-
-def test_a_library_that_is_missing_is_named(path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setitem(sys.modules, "pandas", None)  # a library that is missing is named
     with pytest.raises(nv.RequestError, match=r"pandas is not installed: pip install .*\[xarray\]"):
         nv.read(path).to_dataframe()
 
@@ -144,29 +138,16 @@ def objects(path):
 
 
 @pytest.mark.kernels
-def test_a_repr_has_five_lines_at_most(objects):
+def test_reprs_have_five_lines_and_notebooks_a_table(objects):
     for one in objects:
         lines = repr(one).splitlines()
         assert 1 <= len(lines) <= MOST_LINES, one
         assert max(map(len, lines)) <= WIDTH, one
         assert lines[0].startswith(type(one).__name__)
-
-
-@pytest.mark.kernels
-def test_a_repr_says_what_matters(objects):
     text = "\n".join(map(repr, objects))
-    for word in (
-        "ssul-set6",
-        "m1 = 1000",
-        "ssvi-c",
-        "omega = 5 to 8 rad/s (0.7958 to 1.273 Hz), 1201 values",
-        "E1max = ",
-    ):
+    axis = "omega = 5 to 8 rad/s (0.7958 to 1.273 Hz), 1201 values"
+    for word in ("ssul-set6", "m1 = 1000", "ssvi-c", axis, "E1max = "):
         assert word in text, word
-
-
-@pytest.mark.kernels
-def test_a_notebook_shows_a_table(objects):
     for one in objects:
         text = one._repr_html_()
         assert text.startswith("<table>")
@@ -278,6 +259,10 @@ def test_a_file_has_what_memory_has(here):
     with pytest.raises(nv.RequestError, match=r"scan\.h5' exists"):
         scan(to="scan.h5")
     assert scan(to="scan.h5", resume=True) == named
+    for name in ("resume", "overwrite"):  # of no file
+        with pytest.raises(nv.RequestError, match="name it by to="):
+            scan(**{name: True})
+    assert scan(start="up").request.start.policy == "up"  # a start may be a word
 
 
 def test_an_archive_in_memory_is_read_as_its_file(here):
@@ -298,16 +283,6 @@ def test_an_archive_in_memory_is_read_as_its_file(here):
             for view in (memory, file):
                 with pytest.raises(nv.RequestError):
                     call(view)
-
-
-@pytest.mark.parametrize("name", ["resume", "overwrite"])
-def test_without_a_file_nothing_is_resumed(name):
-    with pytest.raises(nv.RequestError, match="name it by to="):
-        scan(**{name: True})
-
-
-def test_a_start_may_be_a_word():
-    assert scan(start="up").request.start.policy == "up"
 
 
 @pytest.mark.slow("an ensemble of its own records")
@@ -404,14 +379,8 @@ MANY = 100_000
 PATH = ArchivePath("x.h5")
 
 
-def named_in(module, annotation):
-    for name in re.findall(r"\w+", str(annotation)):
-        value = getattr(module, name, None)
-        if inspect.isclass(value) and value.__module__.startswith("nlds_vines."):
-            yield value
-
-
 def annotations_of(value):
+    """Yield the annotations of a class and its public members, or of what a function returns."""
     if not inspect.isclass(value):
         yield value.__annotations__.get("return", "")
         return
@@ -422,51 +391,35 @@ def annotations_of(value):
             yield member.__annotations__.get("return", "")
 
 
-def results():
+def test_every_result_has_a_short_form_of_its_own():
+    """Neither the form that dataclasses make of all that they hold, nor that of a tuple."""
     stub = (Path(nv.__path__[0]) / "__init__.pyi").read_text()
     exported = re.findall(r"^from (\S+) import (\w+) as", stub, re.MULTILINE)
     left = [getattr(importlib.import_module(module), name) for module, name in exported]
-    classes = set()
+    reached = set()  # by annotations, from what is exported
     while left:
         value = left.pop()
-        if value in classes or (inspect.isclass(value) and issubclass(value, (Request, System))):
+        if value in reached or (inspect.isclass(value) and issubclass(value, (Request, System))):
             continue
-        classes.add(value)
+        reached.add(value)
         for base in value.__mro__ if inspect.isclass(value) else [value]:
             if base.__module__.startswith("nlds_vines."):
                 module = importlib.import_module(base.__module__)
-                for annotation in annotations_of(base):
-                    left += named_in(module, annotation)
-    return {value for value in classes if inspect.isclass(value)}
-
-
-def holds_much(kind):
-    annotations = inspect.get_annotations(kind).values()
-    return any(
-        re.search(r"ndarray|Mapping|tuple\[\w+, \.\.\.\]|list\[", str(a)) for a in annotations
-    )
-
-
-def is_generated(kind):
-    """Return True if a dataclass or a named tuple prints all that it holds."""
-    if dataclasses.is_dataclass(kind):
-        return kind.__dataclass_params__.repr
-    return getattr(kind.__repr__, "__module__", None) == "collections"
-
-
-def test_every_result_has_a_short_form_of_its_own():
-    """Neither the form that dataclasses make of all that they hold, nor that of a tuple."""
-    kinds = results()
-    assert {
-        ResponseHistories,
-        LoadScan,
-        ResponseCurves,
-        ResponseHistory,
-        ResponseCurve,
-        FrequencyResponse,
-    } <= kinds
-    generated = {kind.__name__ for kind in kinds if holds_much(kind) and is_generated(kind)}
+                words = re.findall(r"\w+", " ".join(map(str, annotations_of(base))))
+                named = [getattr(module, word, None) for word in words]
+                classes = filter(inspect.isclass, named)
+                left += [one for one in classes if one.__module__.startswith("nlds_vines.")]
+    generated = set()
+    for kind in filter(inspect.isclass, reached):
+        text = " ".join(map(str, inspect.get_annotations(kind).values()))
+        if re.search(r"ndarray|Mapping|tuple\[\w+, \.\.\.\]|list\[", text):
+            is_generated = getattr(kind.__repr__, "__module__", None) == "collections"
+            if dataclasses.is_dataclass(kind):
+                is_generated = kind.__dataclass_params__.repr
+            generated |= {kind.__name__} if is_generated else set()
     assert generated == {"Dataset"}  # which describes a column, in a few words
+    assert {ResponseHistories, LoadScan, ResponseHistory, FrequencyResponse} <= reached
+    assert {ResponseCurve, ResponseCurves} <= reached
 
 
 def fall(count):
@@ -496,10 +449,9 @@ def made_up():
     yield nv.slow_manifold(nv.load_system("vi-nes")).response()
 
 
-@pytest.mark.parametrize("place", range(7))
-def test_large_results_print_a_few_lines(place):
-    text = str([*made_up()][place])
-    lines = text.splitlines()
-    assert len(lines) <= MOST
-    assert all(len(line) <= WIDTH + 100 for line in lines)
-    assert len(text) > 20
+def test_large_results_print_a_few_lines():
+    for text in map(str, made_up()):
+        lines = text.splitlines()
+        assert len(lines) <= MOST, text
+        assert all(len(line) <= WIDTH + 100 for line in lines), text
+        assert len(text) > 20

@@ -83,10 +83,15 @@ def scan_file(here):
     return here / "own.toml"
 
 
-def test_the_scan_file_means_what_its_comments_say(scan_file):
+def test_the_scan_file_means_what_it_says_and_is_computed_and_drawn(scan_file):
     scan = load_scan(scan_file)
     assert scan.system.K == 2.5e7
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
+    listed = commands(text_of("scans.md"))
+    (line,) = [arguments for _, *arguments in listed if "own.toml" in arguments]
+    assert main([*line, "--quiet"]) == 0
+    assert Path("own.h5").stat().st_size > 0
+    assert Path("own.png").stat().st_size > 0
 
 
 RUN = (
@@ -153,23 +158,6 @@ def test_every_command_is_understood(scan_file):
             assert console([*words, "--dry-run"]) == 0, words
 
 
-def test_every_benchmark_exists():
-    named = set(re.findall(r"python -m (benchmarks\.\w+)", TEXT))
-    named |= set(re.findall(r"python -m (benchmarks\.[a-z]\w+)", text_of("../CONTRIBUTING.md")))
-    assert len(named) >= 5
-    for name in named:
-        place = ROOT / name.replace(".", "/")
-        assert place.with_suffix(".py").is_file() or (place / "__main__.py").is_file(), name
-
-
-def test_the_scan_file_is_computed_and_drawn(scan_file):
-    listed = commands(text_of("scans.md"))
-    (line,) = [arguments for _, *arguments in listed if "own.toml" in arguments]
-    assert main([*line, "--quiet"]) == 0
-    assert Path("own.h5").stat().st_size > 0
-    assert Path("own.png").stat().st_size > 0
-
-
 def sister_commands(text):
     lines = re.findall(r"^nlds-vines (.*)$", text, re.MULTILINE)
     return [shlex.split(line) for line in lines]
@@ -220,10 +208,17 @@ def test_pages_are_made_as_they_are_told(scan_file):
         assert console([*words, "--dry-run"]) == 0
 
 
-def test_the_console_script_has_the_commands_that_are_told():
+def test_every_command_that_is_told_exists_and_has_help():
     named = set(re.findall(r"nlds-vines ([a-z][\w-]*)", TEXT))
     assert named <= set(COMMANDS)
     assert "rerun" in named
+    programs = [["nlds_vines", name] for name in COMMANDS]
+    for folder in FOLDERS:  # those that run by themselves
+        if (ROOT / folder.replace(".", "/") / "__main__.py").exists():
+            programs.append([folder])
+    assert len(programs) > len(COMMANDS) + 5
+    output = json.loads(printed("-c", HELP, json.dumps(programs)))
+    assert output == {" ".join(words): True for words in programs}
 
 
 FOLDERS = [module.removesuffix(".command") for module, _ in COMMANDS.values()]
@@ -241,25 +236,12 @@ print(json.dumps(found))
 """
 
 
-def test_every_command_has_help():
-    programs = [["nlds_vines", name] for name in COMMANDS]
-    for folder in FOLDERS:  # those that run by themselves
-        if (ROOT / folder.replace(".", "/") / "__main__.py").exists():
-            programs.append([folder])
-    assert len(programs) > len(COMMANDS) + 5
-    output = json.loads(printed("-c", HELP, json.dumps(programs)))
-    assert output == {" ".join(words): True for words in programs}
-
-
-def test_all_kinds_and_names_are_told():
+def test_all_kinds_names_parameters_policies_and_records_are_told():
     for kind in SCENES:
         assert f"`{kind}`" in TEXT
     for name in catalog():
         stem = re.sub(r"\d$", "", name)
         assert f"`{name}`" in TEXT or f"`{stem}1` to `{stem}6`" in TEXT
-
-
-def test_all_parameters_policies_and_records_are_told():
     text = text_of("scans.md")
     for name in PARAMETERS:
         assert f"| `{name}` |" in text_of("keys.md"), name
@@ -291,18 +273,11 @@ def systems():
     yield type(ssbl)("oscillator-2", stops, law="restitution")
 
 
-def test_all_of_python_is_told():
+def test_all_of_python_is_told_with_its_docstrings():
     text = text_of("python.md")
-    for name in nlds_vines.__all__:
-        assert name == "__version__" or re.search(rf"`(nv\.)?{name}\b", text), name
-
-
-def test_every_public_name_has_its_docstring_on_the_site():
-    text = text_of("python.md")
-    for name in nlds_vines.__all__:
-        assert name == "__version__" or re.search(
-            rf"^\.\. auto\w+:: nlds_vines[\w.]*\.{name}$", text, re.M
-        )
+    for name in set(nlds_vines.__all__) - {"__version__"}:
+        assert re.search(rf"`(nv\.)?{name}\b", text), name
+        assert re.search(rf"^\.\. auto\w+:: nlds_vines[\w.]*\.{name}$", text, re.M), name
 
 
 def test_the_gate_walks_the_readme_and_the_tutorial():
@@ -351,17 +326,11 @@ def test_a_structure_that_is_shaken_has_more_datasets():
         assert "where the ground moves" not in rows_of[f"`{name}`"], name
 
 
-def test_what_help_hides_is_not_told():
-    assert "SUPPRESS" not in text_of("commands.md")
-
-
-def test_every_made_table_is_on_a_page():
-    marks = {name for page in reference.pages() for _, name, _ in marks_of(page)}
+def test_every_made_table_is_on_a_page_without_what_help_hides():
+    texts = [page.read_text(encoding="utf-8") for page in reference.pages()]
+    marks = {name for text in texts for _, name, _ in reference.MARKED.findall(text)}
     assert marks == set(reference.MADE)
-
-
-def marks_of(page):
-    return reference.MARKED.findall(page.read_text(encoding="utf-8"))
+    assert "SUPPRESS" not in text_of("commands.md")
 
 
 def test_every_kind_is_drawn():
@@ -426,11 +395,17 @@ def test_what_it_points_to_exists(page):
         assert not anchor or anchor in anchors(place), link
 
 
-def test_the_paths_in_contributing_exist():
+def test_the_paths_and_benchmarks_that_are_named_exist():
     named = set(re.findall(r"`([\w./-]+/[\w./-]+)`", text_of("../CONTRIBUTING.md")))
     assert len(named) > 20
     for name in named:
         assert (ROOT / name).exists() or (ROOT / "nlds_vines" / name).exists(), name
+    named = set(re.findall(r"python -m (benchmarks\.\w+)", TEXT))
+    named |= set(re.findall(r"python -m (benchmarks\.[a-z]\w+)", text_of("../CONTRIBUTING.md")))
+    assert len(named) >= 5
+    for name in named:
+        place = ROOT / name.replace(".", "/")
+        assert place.with_suffix(".py").is_file() or (place / "__main__.py").is_file(), name
 
 
 def test_the_contents_lead_to_every_page():
@@ -468,9 +443,7 @@ def test_no_two_documented_commands_write_the_same_file():
     shared = {name: lines for name, lines in written.items() if len(lines) > 1}
     begun = {"big.h5", "reproduction"}  # a part first, then the rest of it
     assert set(shared) <= begun, shared
-
-
-def test_a_file_that_two_commands_write_is_found():
+    # two that do are found
     text = "nlds-vines tuning -o a.h5\npython -m nlds_vines.tuning --seed 1 -o a.h5\n"
     assert len(outputs(text)["a.h5"]) == 2
 

@@ -103,7 +103,7 @@ def test_the_processor_does_not_matter(oldest, usual):
     assert differing({name: oldest[name] for name in oldest.keys() - {"code"}}, usual) == []
 
 
-def test_compiled_code_calls_no_library_for_a_number(oldest):
+def test_compiled_code_calls_no_library_for_a_number_and_contracts_nothing(oldest):
     """No sine and no power, but what rounds in one way only.
 
     Should log10 appear: an assignment of a slice may raise, and Numba writes the sizes into its
@@ -117,9 +117,7 @@ def test_compiled_code_calls_no_library_for_a_number(oldest):
     inexact = {"sin", "cos", "tan", "pow", "powi", "exp", "exp2", "log", "log2", "log10", "sincos"}
     assert not functions & (inexact | {"fma", "fmuladd"})
     assert "sqrt" in functions
-
-
-def test_no_operation_may_be_contracted_or_reordered(oldest):
+    # no operation may be contracted or reordered
     assert oldest["code"]["flags"] == []
     assert oldest["code"]["fused on ARM64"] == []
 

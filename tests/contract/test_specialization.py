@@ -82,13 +82,22 @@ def of_module(case, *names):
 
 
 @pytest.mark.kernels
-def test_a_scene_without_walls_holds_no_contact_code(code):
+def test_a_scene_without_walls_holds_no_contact_code_and_no_function(code):
     assert not modules(code["tmd"]) & CONTACT
     assert "orbit.orbit" not in code["tmd"]["kernels"]
     assert "flight.step" in code["tmd"]["kernels"]
     # ... and a scene with walls does, so that this can fail
     assert modules(code["ssul"]) >= CONTACT
     assert "orbit.linear_orbit" not in code["ssul"]["kernels"]
+    # the structure alone is compiled without a damper
+    assert all("damper" in absent for absent in code["none"]["absent"])
+    assert not any("damper" in absent for absent in code["tmd"]["absent"])
+    assert code["none"]["loop"] == []
+    # the loop of a scene without walls is additions and products
+    assert code["tmd"]["loop"] == []
+    for name, case in code.items():  # of all the rest, our own (`kernels.elementary`)
+        assert set(case.get("mathematics", ())) <= {"sqrt"}, name
+    assert code["ssul"]["loop"] == ["sqrt"]
 
 
 @pytest.mark.kernels
@@ -149,21 +158,6 @@ def test_only_the_law_that_a_scene_has_is_in_its_code(code, case):
     needed = {name.split(".")[0] for name in kernels}
     assert needed & set().union(*LAWS.values()) == LAWS[case]
     assert ("elementary.power" in code[case]["kernels"]) == (case == "power")
-
-
-@pytest.mark.kernels
-def test_the_structure_alone_is_compiled_without_a_damper(code):
-    assert all("damper" in absent for absent in code["none"]["absent"])
-    assert not any("damper" in absent for absent in code["tmd"]["absent"])
-    assert code["none"]["loop"] == []
-
-
-@pytest.mark.kernels
-def test_the_loop_of_a_scene_without_walls_is_additions_and_products(code):
-    assert code["tmd"]["loop"] == []
-    for name, case in code.items():  # of all the rest, our own (`kernels.elementary`)
-        assert set(case.get("mathematics", ())) <= {"sqrt"}, name
-    assert code["ssul"]["loop"] == ["sqrt"]
 
 
 @pytest.mark.kernels
@@ -235,13 +229,9 @@ def test_what_types_decide_is_asked_where_it_decides():
 
 
 @pytest.mark.kernels
-def test_no_kernel_asks_at_run_time_whether_a_part_exists(code):
+def test_no_kernel_asks_at_run_time_whether_a_part_exists_and_floating_point_is_strict(code):
     undecided = {name: case["undecided"] for name, case in code.items() if "undecided" in case}
     assert undecided == {name: [] for name in undecided}
-
-
-@pytest.mark.kernels
-def test_floating_point_is_strict(code):
     contracts = {name: case["contracts"] for name, case in code.items()}
     assert contracts.pop("loose")  # what is compiled otherwise is told from the kernels
     assert contracts == {name: [] for name in contracts}

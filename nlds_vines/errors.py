@@ -58,10 +58,7 @@ class RequestError(ValueError):
 
 @contextmanager
 def at(where: str) -> Iterator[None]:
-    """Prefix the message of a `RequestError` raised inside with the place it comes from.
-
-    Arguments: `where`, a file, table or option; empty for no prefix.
-    """
+    """Prefix the message of a `RequestError` raised inside with a file, table or option."""
     try:
         yield
     except RequestError as error:
@@ -92,10 +89,7 @@ def _hidden(letter: str) -> bool:
 
 
 def unknown(what: str, value: object, allowed: Iterable[str]) -> RequestError:
-    """Return the error for a name that does not exist, with the nearest one that does.
-
-    Arguments: `what` kind of name it is, the name as `given`, and the names that are `allowed`.
-    """
+    """Return the error for a name (`what` names its kind) that does not exist, with the nearest."""
     names = list(allowed)
     near = _nearest(str(value)[:60], names)
     hint = f"; did you mean {near!r}?" if near else ";"
@@ -122,10 +116,7 @@ def _nearest(text: str, names: Sequence[str]) -> str:
 
 
 def number(what: str, value: object) -> float:
-    """Return `value` as a float; integers become floats here.
-
-    Raises `RequestError` for anything but a finite real number (a bool is none).
-    """
+    """Return `value` as a float; `RequestError` for anything but a finite number, or for a bool."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise RequestError(f"{what} = {shown(value)} must be a number")
     try:
@@ -138,10 +129,7 @@ def number(what: str, value: object) -> float:
 
 
 def whole(what: str, value: object, low: int, high: int = 10**9) -> int:
-    """Return `value` as an int.
-
-    Raises `RequestError` for anything but a whole number from `low` to `high` (a bool is none).
-    """
+    """Return `value` as an int; `RequestError` if it is out of range or no whole number."""
     if isinstance(value, numbers.Integral) and not isinstance(value, bool):
         count = int(value)
         if low <= count <= high:
@@ -167,10 +155,8 @@ def from_text(kind: type[Number], what: str, text: str) -> Number:
 def string(what: str, value: object, lines: bool = False) -> str:
     """Return `value` if it is a string that may stand in a file, a picture and on a terminal.
 
-    Arguments: `lines` is True for a text that may have several lines.
-
-    Raises `RequestError` for anything else: for a control character, half a character (a byte that
-    is no UTF-8), a line end, and more than `MOST_CHARACTERS`.
+    Raises `RequestError` for a control character, half a character (a byte that is no UTF-8), more
+    than `MOST_CHARACTERS`, and a line end unless several `lines` are allowed.
     """
     if not isinstance(value, str):
         raise RequestError(f"{what} = {shown(value)} must be a string")
@@ -181,18 +167,14 @@ def string(what: str, value: object, lines: bool = False) -> str:
     refuse_bytes(what, value)
     allowed = "\t\r\n" if lines else ""
     odd = "" if value.isprintable() else value  # most texts are looked at as a whole
-    hidden = [letter for letter in odd if letter not in allowed and _refused(letter)]
+    # emoji and some scripts need `Cf`
+    hidden = [c for c in odd if c not in allowed and _hidden(c) and unicodedata.category(c) != "Cf"]
     if hidden:
         raise RequestError(
             f"{what} = {shown(value)} holds {hidden[0]!r}: "
             "control characters and line ends are not allowed"
         )
     return value
-
-
-def _refused(letter: str) -> bool:
-    """Return True if a character is not allowed in a title: emoji and some scripts need `Cf`."""
-    return _hidden(letter) and unicodedata.category(letter) != "Cf"
 
 
 def refuse_bytes(what: str, text: str) -> None:
@@ -209,7 +191,6 @@ def refuse_bytes(what: str, text: str) -> None:
 
 
 def choice(what: str, value: object, allowed: Iterable[str]) -> str:
-    """Return `value` if it is one of the `allowed` words; raises `RequestError` otherwise."""
     names = list(allowed)
     if isinstance(value, str) and value in names:
         return value
@@ -219,10 +200,7 @@ def choice(what: str, value: object, allowed: Iterable[str]) -> str:
 def checked_words(
     what: str, value: object, allowed: Iterable[str], one: str = ""
 ) -> tuple[str, ...]:
-    """Return different words, one or more of those `allowed`, as given.
-
-    Arguments: what `one` of them is called, if not as all; raises `RequestError` otherwise.
-    """
+    """Return different words of those `allowed`; `one` is the name of a single word in an error."""
     names = list(allowed)
     if isinstance(value, str) or not isinstance(value, Sequence):
         raise RequestError(f"{what} = {shown(value)} must be a list of words")
@@ -235,17 +213,13 @@ def checked_words(
 
 
 def checked_state(value: object) -> tuple[float, ...]:
-    """Return a state as floats; `RequestError` for anything but a list of finite numbers."""
     if isinstance(value, str) or not isinstance(value, Sequence):
         raise RequestError(f"state = {shown(value)} must be a list of numbers")
     return tuple(number("state", one) for one in value)
 
 
 def table(what: str, value: object, keys: Iterable[str] | None = None) -> Mapping[str, Any]:
-    """Return `value` if it is a table (a mapping) that holds none but the allowed `keys`.
-
-    Arguments: `keys` is None where any key may stand.  Raises `RequestError` otherwise.
-    """
+    """Return `value` if it is a mapping whose keys are strings, and among `keys` if given."""
     if not isinstance(value, Mapping):
         raise RequestError(f"{what} = {shown(value)} must be a table")
     allowed = None if keys is None else list(keys)
@@ -258,7 +232,6 @@ def table(what: str, value: object, keys: Iterable[str] | None = None) -> Mappin
 
 
 def library(name: str) -> Any:
-    """Return a library that is not always installed; `RequestError` if it is not."""
     try:
         return import_module(name)
     except ImportError:

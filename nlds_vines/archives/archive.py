@@ -73,7 +73,7 @@ def write(
     Raises OSError or (from HDF5) RuntimeError if the file cannot be written.
     """
     if isinstance(path, ArchivePath) and path.unnamed is not None:
-        path.unnamed.memory = Memory.of(table, scales, pieces, attributes)
+        path.unnamed.memory = Memory(table, scales, pieces, attributes)
         return
     import h5py
 
@@ -163,7 +163,7 @@ def chunk_shape(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
 
 
 class Memory:
-    """An archive in memory.
+    """The archive in memory that `write` would write to a file.
 
     Attributes: the `table` of its datasets, its `scales`, its `arrays` by name, its `attributes`,
     which are made when they are first asked for, and the `request`, if it is there as an object.
@@ -172,62 +172,43 @@ class Memory:
     def __init__(
         self,
         table: Table,
-        scales: Mapping[str, Scale],
-        arrays: Mapping[str, np.ndarray],
-        attributes: Callable[[], Mapping[str, Value]],
-        request: Any = None,
-    ) -> None:
-        self.table, self.scales, self.arrays, self.request = table, scales, arrays, request
-        self._attributes = attributes
-
-    @classmethod
-    def of(
-        cls,
-        table: Table,
         scales: Iterable[Scale],
         pieces: Iterable[Piece],
         attributes: Callable[[], Mapping[str, Value]],
-    ) -> Memory:
-        """Return the archive that `write` would write."""
+    ) -> None:
         used = {dim for entry in table.datasets.values() for dim in entry.dims}
-        arrays: dict[str, np.ndarray] = {}
+        self.table, self.scales = table, {one.name: one for one in scales if one.name in used}
+        self.arrays: dict[str, np.ndarray] = {}
+        self.request: Any = None
+        self._attributes = attributes
+        empty = {
+            name: (table.shape(name), entry.fill, object if entry.dtype == "str" else entry.dtype)
+            for name, entry in table.datasets.items()
+        }
         for name, where, values in pieces:
-            entry, shape = table.datasets[name], table.shape(name)
-            dtype = np.dtype(object if entry.dtype == "str" else entry.dtype)
+            shape, _, dtype = empty[name]
             if values.shape == shape:
-                arrays[name] = np.asarray(values, dtype)
+                self.arrays[name] = np.asarray(values, dtype)
                 continue
-            if name not in arrays:
-                arrays[name] = np.full(shape, entry.fill, dtype)
-            arrays[name][where] = values
-        for name, entry in table.datasets.items():
-            if name not in arrays:
-                dtype = np.dtype(object if entry.dtype == "str" else entry.dtype)
-                arrays[name] = np.full(table.shape(name), entry.fill, dtype)
-        return cls(table, {one.name: one for one in scales if one.name in used}, arrays, attributes)
+            if name not in self.arrays:
+                self.arrays[name] = np.full(*empty[name])
+            self.arrays[name][where] = values
+        for name in empty.keys() - self.arrays.keys():
+            self.arrays[name] = np.full(*empty[name])
 
     @cached_property
     def attributes(self) -> dict[str, Value]:
         return dict(self._attributes())
 
     def save(self, path: Path) -> None:
-        """Write it to a file."""
         datasets = self.table.datasets
         pieces = whole((datasets[name], values) for name, values in self.arrays.items())
         write(path, self.table, self.scales.values(), pieces, lambda: self.attributes)
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __getstate__(self) -> dict[str, Any]:
         """Pickle it without its request, which is in the attributes."""
-        return _restored, (self.table, self.scales, self.arrays, self.attributes)
-
-
-def _restored(
-    table: Table,
-    scales: Mapping[str, Scale],
-    arrays: Mapping[str, np.ndarray],
-    attributes: Mapping[str, Value],
-) -> Memory:
-    return Memory(table, scales, arrays, lambda: attributes)
+        made = {"attributes": self.attributes, "_attributes": None, "request": None}
+        return self.__dict__ | made
 
 
 def read(path: str | os.PathLike[str]) -> ArchiveView:
@@ -322,11 +303,9 @@ class ArchiveView(Outlined):
         self._entries: dict[str, Dataset] = {}
 
     def __enter__(self) -> ArchiveView:
-        """Return the archive, which the block's end closes."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close it."""
         self.close()
 
     def close(self) -> None:
@@ -334,11 +313,9 @@ class ArchiveView(Outlined):
         self._file.close()
 
     def heading(self) -> str:
-        """Return the file and the title."""
         return f"{self.path}: {self.text('title')}" if self._file else f"{self.path}, closed"
 
     def outline(self) -> Rows:
-        """Return its dimensions and its datasets."""
         if self._file:
             dims = dict.fromkeys(dim for name in self.names for dim in self.dims(name))
             yield "dimensions", ", ".join(dims)
@@ -375,7 +352,8 @@ class ArchiveView(Outlined):
     def attrs(self) -> dict[str, Any]:
         """The attributes of the file: title, history, request, parameters, versions ..."""
         with self._damage("an attribute"):
-            return {name: _plain(value) for name, value in self._file.attrs.items()}
+            attributes = self._file.attrs.items()
+            return {k: v.item() if isinstance(v, np.generic) else v for k, v in attributes}
 
     @contextmanager
     def _damage(self, place: str) -> Iterator[None]:
@@ -416,7 +394,20 @@ class ArchiveView(Outlined):
             raise unknown(f"dataset of {self.path}:", name, self.names)
         if name not in self._entries:
             with self._damage(f"dataset {name}"):
-                self._entries[name] = _described(name, self._file[name])
+                dataset, flags = self._file[name], None
+                is_text, attrs = dataset.dtype.kind in "OS", dataset.attrs
+                if "flag_values" in attrs:
+                    words = attrs["flag_meanings"].split(" ")
+                    flags = dict(zip(words, attrs["flag_values"].tolist(), strict=True))
+                self._entries[name] = Dataset(
+                    name,
+                    (name,) if dataset.is_scale else tuple(d[0].name[1:] for d in dataset.dims),
+                    "str" if is_text else str(dataset.dtype),
+                    str(attrs["units"]),
+                    str(attrs["long_name"]),
+                    "" if is_text else dataset.fillvalue.item(),
+                    flags,
+                )
         return self._entries[name]
 
     def shape(self, name: str) -> tuple[int, ...]:
@@ -575,30 +566,7 @@ class _MemoryView(ArchiveView):
         return tuple(self._memory.table.length[dim] for dim in dims)
 
 
-def _described(name: str, dataset: h5py.Dataset) -> Dataset:
-    """Return the description of a dataset or scale of an archive."""
-    is_text, attrs, flags = dataset.dtype.kind in "OS", dataset.attrs, None
-    if "flag_values" in attrs:
-        words = attrs["flag_meanings"].split(" ")
-        flags = dict(zip(words, attrs["flag_values"].tolist(), strict=True))
-    return Dataset(
-        name,
-        (name,) if dataset.is_scale else tuple(dim[0].name[1:] for dim in dataset.dims),
-        "str" if is_text else str(dataset.dtype),
-        str(attrs["units"]),
-        str(attrs["long_name"]),
-        "" if is_text else dataset.fillvalue.item(),
-        flags,
-    )
-
-
-def _plain(value: Any) -> Any:
-    """Return an attribute as a Python number or string."""
-    return value.item() if isinstance(value, np.generic) else value
-
-
 def _first_line(error: Exception) -> str:
-    """Return the first line of an error's message, or the error's name if it has none."""
     return (str(error).splitlines() or [type(error).__name__])[0]
 
 
@@ -608,11 +576,9 @@ def _first_line(error: Exception) -> str:
 class Unnamed:
     """An archive without a name: in memory, and in a temporary file once its path is used."""
 
-    def __init__(self, stem: str) -> None:
+    def __init__(self, stem: str, memory: Memory | None = None) -> None:
         folder = Path(tempfile.gettempdir(), f"nlds_vines-{secrets.token_hex(8)}")
-        self.path = folder / f"{stem}.h5"
-        self.memory: Memory | None = None
-        self._is_saved = False
+        self.path, self.memory, self._is_saved = folder / f"{stem}.h5", memory, False
 
     def file(self) -> str:
         """Return the path of the file, which is removed with the last reference to this object."""
@@ -656,10 +622,11 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
             return cls.of(to)
         if any(options):
             raise RequestError("resume and overwrite belong to an archive: name it by to=")
-        return cls._in_memory(Unnamed(stem))
+        return cls._in_memory(stem)
 
     @classmethod
-    def _in_memory(cls, unnamed: Unnamed) -> ArchivePath:
+    def _in_memory(cls, stem: str, memory: Memory | None = None) -> ArchivePath:
+        unnamed = Unnamed(stem, memory)
         result = cls(unnamed.path)
         result.unnamed = unnamed
         return result
@@ -690,13 +657,7 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
         """Pickle the path; of an archive without a name, its content."""
         if self.unnamed is None:
             return type(self), (str(self),)
-        return _unpickled, (type(self), self.stem, self.unnamed.memory)
-
-
-def _unpickled(kind: type[ArchivePath], stem: str, memory: Memory | None) -> ArchivePath:
-    unnamed = Unnamed(stem)
-    unnamed.memory = memory
-    return kind._in_memory(unnamed)
+        return self._in_memory, (self.stem, self.unnamed.memory)
 
 
 class Archived:

@@ -41,12 +41,10 @@ class Dataset:
     def real(
         cls, name: str, dims: tuple[str, ...], units: str, long_name: str, fill: float = math.nan
     ) -> Dataset:
-        """Return one of floats."""
         return cls(name, dims, "float64", units, long_name, fill)
 
     @classmethod
     def whole(cls, name: str, dims: tuple[str, ...], long_name: str, fill: int = 0) -> Dataset:
-        """Return one of whole numbers."""
         return cls(name, dims, "int32", "1", long_name, fill)
 
     @classmethod
@@ -58,7 +56,6 @@ class Dataset:
 
     @classmethod
     def text(cls, name: str, dims: tuple[str, ...], long_name: str) -> Dataset:
-        """Return one of strings."""
         return cls(name, dims, "str", "1", long_name, "")
 
     @property
@@ -93,11 +90,9 @@ class Table:
 
     @classmethod
     def of(cls, datasets: Iterable[Dataset], length: Mapping[str, int]) -> Table:
-        """Return the table of `datasets`; of several with the same name it holds the last."""
         return cls({dataset.name: dataset for dataset in datasets}, length)
 
     def shape(self, name: str) -> tuple[int, ...]:
-        """Return the shape of a dataset: the lengths of its dimensions."""
         return tuple(self.length[dim] for dim in self.datasets[name].dims)
 
     def bytes(self, text: int = TEXT_BYTES) -> int:

@@ -33,9 +33,7 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 @contextmanager
 def in_one_line(doing: str) -> Iterator[None]:
-    """Turn an error of the operating system or of HDF5 into a `RequestError` of one line.
-
-    Arguments: `doing`, what is attempted inside: the message is "cannot <doing>: <reason>".
+    """Turn an error of the operating system or of HDF5 into "cannot `doing`: reason".
 
     HDF5 reports a full disk as OSError or, while closing, as RuntimeError, both over many lines.
     """
@@ -96,11 +94,10 @@ def sync_folder(folder: Path) -> None:
 
 
 def protection(path: Path, *, archive: bool = False) -> str | None:
-    """Return in words what forbids that the file `path` is replaced; None if nothing does.
+    """Return in words what forbids to replace the file `path`; None if nothing does.
 
-    Arguments: `archive` says that it is an archive which is to take its place: nothing else
-    replaces an archive, or what has an archive's name.  A file that may not be written is not
-    replaced, although a rename could.  Raises OSError if the file cannot be looked at.
+    Only an archive (`archive`) replaces an archive.  A read-only file is not replaced, although a
+    rename could.  Raises OSError if the file cannot be looked at.
     """
     try:
         with open_regular(path) as file:
@@ -137,10 +134,7 @@ def open_regular(path: Path) -> BinaryIO:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Return the document in the TOML file `path`.
-
-    Raises `RequestError` with file, line and column if the file cannot be read as TOML.
-    """
+    """Return the document in a TOML file; `RequestError` with the place if it cannot be read."""
     try:
         with open_regular(path) as file:
             content = file.read(len(_HDF5))
@@ -187,7 +181,8 @@ def _lines(document: Mapping[str, Any], path: str) -> Iterator[str]:
     tables = {}
     for key, value in document.items():
         name = key if _BARE_KEY.fullmatch(key) else _value(key)
-        if isinstance(value, Mapping) or _are_tables(value):
+        is_list = isinstance(value, list) and value != []
+        if isinstance(value, Mapping) or (is_list and all(isinstance(v, Mapping) for v in value)):
             tables[path + name] = value
         else:
             yield f"{name} = {_value(value)}"
@@ -199,10 +194,6 @@ def _lines(document: Mapping[str, Any], path: str) -> Iterator[str]:
         if not (value and all(isinstance(item, Mapping) for item in value.values())):
             yield from ("", f"[{name}]")
         yield from _lines(value, f"{name}.")
-
-
-def _are_tables(value: object) -> bool:
-    return isinstance(value, list) and value != [] and all(isinstance(v, Mapping) for v in value)
 
 
 def _value(value: Any) -> str:

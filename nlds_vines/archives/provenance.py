@@ -21,22 +21,21 @@ PORTRAIT = "portrait"
 
 
 class Request(Protocol):
-    """What an archive records of any request: its kind, its title, its text, its hash."""
+    """What an archive records of any request: its kind, one of those above, title, text and hash.
+
+    The hash is the SHA-256 of everything in it that determines the numbers.
+    """
 
     @property
-    def content(self) -> str:
-        """The kind of what is computed, one of those above."""
+    def content(self) -> str: ...
 
     @property
-    def title(self) -> str:
-        """One line that describes it."""
+    def title(self) -> str: ...
 
     @property
-    def hash(self) -> str:
-        """SHA-256 of everything in it that determines the numbers."""
+    def hash(self) -> str: ...
 
-    def to_toml(self) -> str:
-        """Return the request file that describes exactly this request."""
+    def to_toml(self) -> str: ...
 
 
 Value = str | int | float
@@ -57,10 +56,11 @@ def attributes(request: Request, about: Mapping[str, Value], time: str = "") -> 
     Arguments: the request; `about`, attributes of this kind of archive, which override others of
     the same name; the `time` of the run, by default now.
     """
+    command = " ".join(sys.argv).replace("\0", "\\0").encode("utf-8", "backslashreplace").decode()
     return {
         "Conventions": "CF-1.10",
         "title": request.title,
-        "history": f"{time or now()} {about.get('command', _command())}",
+        "history": f"{time or now()} {about.get('command', command)}",
         "schema": SCHEMA,
         "scan": request.to_toml(),
         "scan_hash": request.hash,
@@ -69,12 +69,6 @@ def attributes(request: Request, about: Mapping[str, Value], time: str = "") -> 
         **makers(),
         **about,
     }
-
-
-def _command() -> str:
-    """Return the command line of this process, with what is no text escaped."""
-    text = " ".join(sys.argv).replace("\0", "\\0")
-    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def now() -> str:
@@ -116,19 +110,18 @@ def commit() -> str:
     if not (_PACKAGE.parent / ".git").exists():
         note = _PACKAGE / "_data" / "commit.txt"
         return note.read_text("ascii").strip() if note.is_file() else ""
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(_PACKAGE.parent), *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
+        return done.stdout.strip()
+
     try:
-        head = _git("rev-parse", "HEAD")
-        changed = _git("status", "--porcelain", "--untracked-files=no", "--", str(_PACKAGE))
+        head = git("rev-parse", "HEAD")
+        changed = git("status", "--porcelain", "--untracked-files=no", "--", str(_PACKAGE))
     except (OSError, subprocess.SubprocessError):  # git is not installed, or refuses this clone
         return ""
     return head + ("+" if changed else "")
-
-
-def _git(*arguments: str) -> str:
-    """Return the output of git in the folder of the clone."""
-    command = ["git", "-C", str(_PACKAGE.parent), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
-    return done.stdout.strip()
 
 
 def _source_hash() -> str:

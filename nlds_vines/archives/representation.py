@@ -35,7 +35,6 @@ class Outlined:
                 yield name, words
 
     def __repr__(self) -> str:
-        """Return at most five lines."""
         lines = [_cut(f"{type(self).__name__}: {self.heading()}".removesuffix(": "), WIDTH)]
         rows = list(self.outline())
         if len(rows) >= MOST_LINES:  # so many share a line
@@ -48,7 +47,6 @@ class Outlined:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        """Return a table for a notebook."""
         head = html.escape(f"{type(self).__name__}: {self.heading()}".removesuffix(": "))
         left = 'style="text-align:left"'
         rows = "".join(
@@ -65,7 +63,6 @@ def _cut(text: str, width: int) -> str:
 
 
 def numbers(values: Mapping[str, Any]) -> str:
-    """Return numbers by name as one text: `m1 = 2800, k1 = 90000`."""
     return ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
 
 

@@ -11,8 +11,7 @@ import atexit
 import gc
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from pathlib import Path
@@ -101,7 +100,18 @@ class Command:
             if rest:
                 parser.refuse(rest)
             options.argv = arguments
-            with _left_aside_in_a_line(self.name, getattr(options, "quiet", False)):
+            with warnings.catch_warnings():
+                is_quiet = getattr(options, "quiet", False)
+                warnings.simplefilter("ignore" if is_quiet else "always", LeftAside)
+                others = warnings.showwarning
+
+                def show(message: Any, category: Any, *where: Any, **how: Any) -> None:
+                    if issubclass(category, LeftAside):
+                        complain(self.name, str(message))
+                    else:
+                        others(message, category, *where, **how)
+
+                warnings.showwarning = show
                 return self.carry_out(options)
 
         status = exit_status_of(self.name, work)
@@ -110,42 +120,23 @@ class Command:
         return status
 
 
-@contextmanager
-def _left_aside_in_a_line(name: str, quiet: bool) -> Iterator[None]:
-    """Print each `LeftAside` warning as a line of the command `name`; none if `quiet`."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore" if quiet else "always", LeftAside)
-        others = warnings.showwarning
-
-        def show(message: Any, category: Any, *where: Any, **options: Any) -> None:
-            if issubclass(category, LeftAside):
-                complain(name, str(message))
-            else:
-                others(message, category, *where, **options)
-
-        warnings.showwarning = show
-        yield
-
-
 # ---- tasks ---------------------------------------------------------------------------------------
 
 
 class Task(NamedTuple):
-    """The folder of a task, whose words are those of every wing.
+    """The package of a task.
 
-    Its `run` computes an archive, its `picture` has the `PICTURE` that draws one, its `command` the
-    `Job` that does both.  `reads` is what of its `result` takes the path of an archive; empty where
-    there is nothing.
+    Its module `run` computes an archive, `draws` has the `PICTURE` that draws one, `command` the
+    `Job` that does both; the function `reads` of `result` takes the path of an archive.
     """
 
     folder: str
-    reads: str = ""
+    reads: str
     result: str = "result"
     draws: str = "picture"
     command: str = "command"
 
     def part(self, word: str) -> Any:
-        """Return the module of its folder that has this name."""
         return import_module(f"nlds_vines.{self.folder}.{word}")
 
     def read(self, path: Path) -> Any:
@@ -181,16 +172,6 @@ def task_of(view: ArchiveView) -> Task | None:
     if view.content == SCAN and _ENSEMBLE.part("ensemble").is_ensemble(view):
         return _ENSEMBLE
     return TASKS.get(view.content)
-
-
-def content_of(path: Path) -> str:
-    """Return the kind of an archive; that of a scan where there is no file."""
-    if not path.is_file():
-        return SCAN
-    from nlds_vines.archives.archive import read
-
-    with read(path) as view:
-        return view.content
 
 
 @dataclass(frozen=True)
@@ -236,7 +217,6 @@ class Job:
 
     @classmethod
     def asked(cls, request: Any, options: argparse.Namespace) -> Any:
-        """Return the job that options ask for."""
         after = cls.is_named_after_source and options.source is not None
         named = f"{Path(options.source).stem}.h5" if after else cls.default
         files: dict[str, Any] = {
@@ -292,7 +272,6 @@ class Job:
         return task.read(self.archive)
 
     def draw(self, plot: Path, results: Any) -> None:
-        """Draw the picture of the results."""
         picture = TASKS[self.request.content].picture
         picture.save(self.archive, plot, frequency=self.frequency)
 
@@ -301,7 +280,6 @@ class Job:
         raise NotImplementedError
 
     def lines(self, results: Any) -> list[str]:
-        """Return the results in words, one thing a line."""
         return list(results.lines())
 
     def paths(self) -> list[str]:
@@ -377,9 +355,8 @@ def changes(
     document: dict[str, Any] = {}
     for option in options:
         text = getattr(chosen, option.name)
-        for key, entries in (
-            option.read(text).items() if option.read and text not in (None, False, []) else ()
-        ):
+        is_read = option.read is not None and text not in (None, False, [])
+        for key, entries in option.read(text).items() if option.read and is_read else ():
             if key in document and isinstance(entries, dict):
                 for name in document[key].keys() & entries.keys():
                     words = f"{option.flag} and the option before it that gives {name}"

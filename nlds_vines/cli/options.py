@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 from nlds_vines.errors import Number, RequestError, at, from_text, shown, unknown
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.setting import Document, Setting, Truth, settings_of
+from nlds_vines.model.setting import Document, Truth, settings_of
 from nlds_vines.model.system import System
 
 Group = argparse._ArgumentGroup
@@ -52,7 +52,6 @@ class Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"-\.?[0-9]")
 
     def error(self, message: str) -> NoReturn:
-        """Raise `RequestError` with the message."""
         raise RequestError(message)
 
     def refuse(self, rest: Sequence[str]) -> NoReturn:
@@ -105,19 +104,15 @@ def add_settings(
         for setting in settings_of(owner).values():
             if setting.has_option and setting.key not in but and setting.flag not in flags:
                 flags.add(setting.flag)
-                default = f" [{words}]" if (words := _default(setting, usual)) else ""
-                text = _LINK.sub(lambda link: link[1] or "", setting.words + default)
-                form = (
-                    {"action": "store_true", "default": None}
-                    if isinstance(setting.check, Truth)
-                    else {"metavar": setting.form}
-                )
-                dest, text = f"{setting.table}.{setting.key}", text.replace("%", "%%")
+                default = usual.get(setting.key, setting.default)
+                words = replace(setting, default=default).default_in_words
+                text = setting.words + (f" [{words}]" if words else "")
+                text = _LINK.sub(lambda link: link[1] or "", text).replace("%", "%%")
+                form: dict[str, Any] = {"metavar": setting.form}
+                if isinstance(setting.check, Truth):
+                    form = {"action": "store_true", "default": None}
+                dest = f"{setting.table}.{setting.key}"
                 group.add_argument(setting.flag, dest=dest, help=text, **form)
-
-
-def _default(setting: Setting, usual: Mapping[str, Any]) -> str:
-    return replace(setting, default=usual.get(setting.key, setting.default)).default_in_words
 
 
 # ---- options for tables of parameters ------------------------------------------------------------
@@ -140,12 +135,10 @@ class Option:
     repeated: bool = False
 
     @property
-    def name(self) -> str:
-        """Its name among the parsed options."""
+    def name(self) -> str:  # among the parsed options
         return self.flag.strip("-").replace("-", "_")
 
     def add(self, group: Parser | Group) -> None:
-        """Declare it."""
         form: dict[str, Any] = {"metavar": self.form} if self.form else {"action": "store_true"}
         if self.repeated:
             form |= {"action": "append", "default": []}
@@ -162,8 +155,7 @@ def named(
 ) -> Option:
     """Return an option NAME=VALUE for entries by name of the table `key`.
 
-    Arguments: `read` returns the entry that a text means; it is also given the option and its name,
-    for messages.
+    `read` returns the entry that a text means; for messages it also gets the option and its name.
     """
 
     def document(texts: Any) -> Document:
@@ -206,11 +198,7 @@ SAMPLES = Option(
 
 
 def assignments(option: str, texts: Sequence[str], form: str) -> dict[str, str]:
-    """Return the values by name of an option that is given as NAME=VALUE, once or several times.
-
-    Arguments: `form` is the form of the whole text, for the message of an error.  A name that is
-    given twice is an error, too.
-    """
+    """Return the values by name of an option NAME=VALUE, which errors describe by its `form`."""
     values: dict[str, str] = {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -229,12 +217,10 @@ def numbers_by_name(option: str, text: str | None) -> dict[str, float]:
 
 
 def comma_separated(text: str) -> list[str]:
-    """Return the words between the commas of a text, without empty ones."""
     return [word for word in map(str.strip, text.split(",")) if word]
 
 
 def numbers(option: str, text: str) -> list[float]:
-    """Return the numbers between the commas of a text."""
     return [from_text(float, option, word) for word in text.split(",")]
 
 

@@ -71,28 +71,20 @@ class RunOptions:
         for one, other, why in _EXCLUSIVE:
             if getattr(self, one) and getattr(self, other):
                 raise RequestError(f"--{one} and --{other} exclude each other: {why}")
-        if self.scheduler is not None:
-            _check_scheduler(self.scheduler)
+        if (text := self.scheduler) is not None and text.startswith("local:"):
+            count = text.removeprefix("local:")
+            number = int(count) if re.fullmatch(r"[0-9]{1,9}", count) else count
+            whole("N of --scheduler local:N", number, 1, _MOST_WORKERS)
+        elif text is not None:
+            address = re.fullmatch(r"(tcp|tls|ucx|ws|wss)://\S+:([0-9]{1,5})", text)
+            if not (address and 1 <= int(address[2]) <= 65535):
+                allowed = "local:N or an address such as tcp://node7:8786"
+                raise RequestError(f"--scheduler {shown(text)} must be {allowed}")
         check_environment()
 
 
-def _check_scheduler(text: str) -> None:
-    if text.startswith("local:"):
-        count = text.removeprefix("local:")
-        number = int(count) if re.fullmatch(r"[0-9]{1,9}", count) else count
-        whole("N of --scheduler local:N", number, 1, _MOST_WORKERS)
-        return
-    address = re.fullmatch(r"(tcp|tls|ucx|ws|wss)://\S+:([0-9]{1,5})", text)
-    if not (address and 1 <= int(address[2]) <= 65535):
-        allowed = "local:N or an address such as tcp://node7:8786"
-        raise RequestError(f"--scheduler {shown(text)} must be {allowed}")
-
-
 def add_run_options(parser: Parser, threads: bool = True, cluster: bool = False) -> None:
-    """Declare the options of a run, --dry-run beside them.
-
-    Arguments: whether `threads` can be chosen; whether blocks may go to a `cluster`.
-    """
+    """Declare the options of a run; with `cluster`, those by which blocks go to other machines."""
     group = parser.add_argument_group("running")
     if threads:
         group.add_argument("--threads", type=int, metavar="N", help="by default all processors")
@@ -118,7 +110,6 @@ def run_options(options: argparse.Namespace) -> RunOptions:
 
 
 def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
-    """Return the path of a file that may be left out; None for None."""
     return None if value is None else Path(value)
 
 
@@ -140,8 +131,8 @@ def request_path(source: object) -> Path | None:
 def check_writable(what: str, path: Path, *, archive: bool = False) -> None:
     """Raise `RequestError` unless a file of this path can be written; nothing is left behind.
 
-    Of a symbolic link, what it points to must be writable as well.  Arguments: `archive` says
-    whether the file is to be one: nothing else replaces an archive, or takes an archive's name.
+    Of a symbolic link, what it points to must be writable as well.  Nothing but an `archive`
+    replaces an archive, or takes an archive's name.
     """
     refuse_bytes(what, str(path))
     named = f"{what} {shown(str(path))}"
@@ -162,11 +153,7 @@ def check_writable(what: str, path: Path, *, archive: bool = False) -> None:
 
 
 def check_output(archive: Path, *others: Path | None) -> None:
-    """Raise `RequestError` unless an archive of this path can be written.
-
-    Arguments: `others` are further files of the run, None for one that there is not: no two of them
-    and the archive may be the same.
-    """
+    """Raise `RequestError` unless an archive of this path, none of `others`, can be written."""
     check_writable("output", archive, archive=True)
     if archive.suffix.lower() not in ARCHIVE_SUFFIXES:
         raise RequestError(
@@ -210,10 +197,7 @@ def refuse_existing(archive: Path, how: RunOptions) -> None:
 
 
 def refuse_begun(archive: Path, request: Request, how: RunOptions) -> None:
-    """Raise `RequestError` if a run would not begin, which --dry-run then says as well.
-
-    Arguments: the `archive` to be; the `request`; `how` it runs.
-    """
+    """Raise `RequestError` if a run would not begin, which --dry-run then says as well."""
     refuse_existing(archive, how)
     from nlds_vines.runs.store import Blocks
 
@@ -224,10 +208,7 @@ def refuse_replacing(what: str, path: Path | None, how: RunOptions, mark: str = 
     """Raise `RequestError` for a file other than an archive that exists, without --overwrite.
 
     With --resume, a file that holds the text `mark` may be replaced: a picture holds the hash of
-    its request.
-
-    Arguments: what kind of file it is, in words; its `path`, None for no such file; `how` the run
-    goes.
+    its request.  `what` is the kind of the file in words.
     """
     if path is None or how.overwrite or not os.path.lexists(path):
         return

@@ -38,8 +38,13 @@ def exit_status_of(name: str, work: Callable[[], int]) -> int:
         complain(name, f"error: {error}")
         return WRONG_REQUEST
     except OSError as error:
-        _drop_output()
-        complain(name, f"error: {_in_words(error)}")
+        try:
+            sys.stdout.flush()
+        except OSError:  # output that cannot be written: Python would try again at its end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        reason = error.strerror or str(error) or type(error).__name__
+        place = f"{error.filename}: " if error.filename is not None else ""
+        complain(name, f"error: {place}{reason}")
         return WRONG_REQUEST
     except MemoryError as error:
         reason = f": {error}" if str(error) else ""
@@ -74,20 +79,6 @@ def _open_streams() -> None:
             setattr(sys, name, os.fdopen(number, "w", encoding="utf-8", closefd=False))
 
 
-def _drop_output() -> None:
-    """Drop output that cannot be written: Python would try, and complain, again at its end."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _in_words(error: OSError) -> str:
-    """Return the operating system's message, with the name of the file in front if it has one."""
-    reason = error.strerror or str(error) or type(error).__name__
-    return f"{error.filename}: {reason}" if error.filename is not None else reason
-
-
 def say(*lines: object) -> None:
     """Print each argument as one line, and flush; titles and names from files may have line breaks.
 
@@ -107,7 +98,6 @@ def complain(name: str, message: str) -> None:
 
 
 def program(name: str) -> str:
-    """Return how a command is called."""
     return name if name.startswith("python ") else f"nlds-vines {name}".strip()
 
 
@@ -116,9 +106,8 @@ def table(
 ) -> Iterator[str]:
     """Yield the lines of a Markdown table, each row as soon as `rows` yields it.
 
-    Arguments: the cells of its `head`; its `rows`, where cells missing at the end are empty; the
-    columns, counted from 0, that are aligned to the `right`.  A slash replaces a bar, which would
-    end the cell.
+    Cells missing at the end of a row are empty, columns in `right` are aligned to the right.  A
+    slash replaces a bar, which would end the cell.
     """
     yield f"| {' | '.join(head)} |"
     yield f"|{'|'.join('---:' if i in right else '---' for i in range(len(head)))}|"

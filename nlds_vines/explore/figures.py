@@ -28,7 +28,7 @@ from bokeh.plotting import figure
 
 from nlds_vines.explore.live_orbit import Arrays
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, chip, painted_strip
+from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, chip, classes_of, label_codes
 from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.system import System
 from nlds_vines.plotting.palette import DAMPERS
@@ -87,18 +87,12 @@ def frame(
 def plain_figure(name: str, height: int, **settings: Any) -> Any:
     """Return an empty figure of a height [pixels]."""
     options = {
-        "tools": "pan,box_zoom,wheel_zoom,reset,save",
-        "active_drag": None,
-        "active_scroll": None,
-        "toolbar_location": None,
-        "sizing_mode": "stretch_width",
-        "border_fill_color": None,
-        "min_border_left": _LEFT,
-        "min_border_right": _RIGHT,
-        "min_border_top": 4,
-        "min_border_bottom": 4,
-    } | settings
-    made = figure(name=name, height=height, **options)
+        "tools": "pan,box_zoom,wheel_zoom,reset,save", "active_drag": None, "active_scroll": None,
+        "toolbar_location": None, "sizing_mode": "stretch_width", "border_fill_color": None,
+        "min_border_left": _LEFT, "min_border_right": _RIGHT,
+        "min_border_top": 4, "min_border_bottom": 4,
+    }  # fmt: skip
+    made = figure(name=name, height=height, **options | settings)
     made.toolbar.logo = None
     made.stylesheets = [".bk-events:focus:not(:focus-visible) { outline: none; }"]
     for axis in made.axis:
@@ -144,12 +138,12 @@ class Layer:
 class MapFigure:
     """The figure of a map or a diagram, with a mark at the chosen cell.
 
-    Attributes: `main`, the figure; `strip`, the figure of the regimes above a diagram, or None;
-    `picture`, the image of the cells; `beneath`, the map before, visible where cells are clear.
+    `main` is the figure, `strip` that of the regimes above a diagram, or None; `picture` is the
+    image of the cells, `beneath` the map before, visible where cells are clear.  If it is
+    `refining`, a rectangle can be computed finer.
     """
 
     def __init__(self, results: Stored, refining: bool) -> None:
-        """Make the figures of a scan; `refining` lets a rectangle be computed finer."""
         self.is_map = len(results.scan.axes) == 2
         drag = "box_select" if refining else "box_zoom"
         tools = "tap,pan,wheel_zoom,box_zoom,reset,save" + (",box_select" if refining else "")
@@ -204,7 +198,6 @@ class MapFigure:
         return [self.main] if self.strip is None else [self.strip, self.main]
 
     def show_axes(self, places: Sequence[Places]) -> None:
-        """Label the axes of a scan and let them hold all cells."""
         self.places = places
         ranges = (self.main.x_range, self.main.y_range)
         for one, span, axis in zip(
@@ -226,8 +219,7 @@ class MapFigure:
         _set_range(self.main.y_range, low - room, high + room)
         self.main.yaxis.axis_label = label
 
-    def box(self) -> tuple[float, float, float, float]:
-        """Return the outer edges (x0, x1, y0, y1) of a map."""
+    def box(self) -> tuple[float, float, float, float]:  # (x0, x1, y0, y1), the edges of a map
         first, second = self.places
         return first.low, first.high, second.low, second.high
 
@@ -249,9 +241,12 @@ class MapFigure:
         return {name: values.astype(np.float32) for name, values in edges.items()}
 
     def put_strip(self, results: Stored) -> None:
+        """Show the regimes along the axis of a diagram, a row for each start, the first on top."""
         if self.regimes is not None:
             (first,) = self.places
-            self.regimes.put(painted_strip(results), (first.low, first.high, 0.0, 1.0))
+            codes = label_codes(results)[1].T[::-1].copy()
+            picture = Picture(codes, [shade for _, shade, _ in classes_of(results)], "")
+            self.regimes.put(picture, (first.low, first.high, 0.0, 1.0))
 
     def choose(self, cell: tuple[int, int]) -> None:
         where = [float(one.at[i]) for one, i in zip(self.places, cell, strict=False)]
@@ -277,7 +272,7 @@ _TIME, _PLANE, _LOW, _CIRCLE = 132, 230, 196, 146  # pixels
 
 
 class OrbitFigures:
-    """The panels of one orbit: histories, force, phase planes, sections, spectrum, multipliers.
+    """The panels that the orbit of a system can fill; the damper's color is that of all pictures.
 
     Attributes: `wide` and `narrow`, the figures of full and of half width; `planes`, the phase
     planes by the index of their displacement in a state; `sources`, the data by panel; `walls`, for
@@ -285,10 +280,6 @@ class OrbitFigures:
     """
 
     def __init__(self, system: System, unit: str = RAD) -> None:
-        """Make the panels that a system can fill; `unit`, that of frequencies.
-
-        The damper has the color of its system in all pictures.
-        """
         scene = system.scene
         color, wall = DAMPERS.get(system.name, INK), WALL
         if color == HUES["black"] or not scene.damper:  # black is invisible on a dark page
@@ -350,13 +341,8 @@ class OrbitFigures:
             made = half("touches", _PLANE, *words, x_range=turn)
             for name, shade in zip(reversed(scene.walls), (wall, other), strict=False):
                 self._draw(made.scatter, "touches", "phase", name, **dots | {"fill_color": shade})
-        made = half(
-            "spectrum",
-            _LOW,
-            f"frequency / {'f' if unit == HZ else 'ω'}",
-            "amplitude [m]",
-            y_axis_type="log",
-        )
+        across = f"frequency / {'f' if unit == HZ else 'ω'}"
+        made = half("spectrum", _LOW, across, "amplitude [m]", y_axis_type="log")
         made.x_range.range_padding = 0
         made.yaxis.ticker.desired_num_ticks = 4
         self._draw(made.line, "spectrum", "order", "amplitude", line_color=color)

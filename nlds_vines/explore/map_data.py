@@ -18,13 +18,7 @@ from nlds_vines.archives import archive
 from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import Scan, load_scan
-from nlds_vines.bifurcation.result import (
-    CellStart,
-    Place,
-    recorded_start,
-    system_at,
-    values_at,
-)
+from nlds_vines.bifurcation.result import CellStart, recorded_start, system_at, values_at
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.quantities import QUANTITIES, TOUCHED, drawn_in
@@ -74,12 +68,9 @@ class Stored:
         """The parameter that is shown for omega, and the omega [rad/s] at which it is 1."""
         scan = self.scan
         varied = meant_by(scan.system.scene, [axis.name for axis in scan.axes])
-        constant = {*scan.system.parameters} - {*varied, *scan.system.following(varied)}
-
-        def value_of(name: str) -> float:
-            return scan.system.parameters[name] if name in constant else np.nan
-
-        return frequency_in(self.unit, value_of)
+        changing = {*varied, *scan.system.following(varied)}
+        constant = {n: v for n, v in scan.system.parameters.items() if n not in changing}
+        return frequency_in(self.unit, lambda name: constant.get(name, np.nan))
 
     def shown(self, name: str) -> tuple[str, float]:
         """Return the name shown for a parameter, and the value [SI units] that is shown as 1."""
@@ -99,8 +90,7 @@ class Stored:
         return tuple(axes)
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """Number of cells along the first and the second axis, 1 if there is no second one."""
+    def shape(self) -> tuple[int, int]:  # 1 along a second axis that there is not
         first, second = (*self.scan.shape, 1)[:2]
         return first, second
 
@@ -113,7 +103,6 @@ class Stored:
         return self.scan.start.names
 
     def __contains__(self, name: str) -> bool:
-        """Return True if the dataset `name` is recorded."""
         return name in self.arrays
 
     def lanes(self, name: str) -> np.ndarray:
@@ -123,26 +112,21 @@ class Stored:
 
     def values_of(self, cell: tuple[int, int]) -> dict[str, float]:
         """Return the varied parameters and initial conditions of a cell by name [SI units]."""
-        return values_at(self.scan, self._place(cell))
+        return values_at(self.scan, cell[: len(self.scan.axes)])
 
     def system_of(
         self, cell: tuple[int, int], settings: Mapping[str, float] | None = None
     ) -> System:
         """Return the system of a cell, with the parameters in `settings` changed."""
-        return system_at(self.scan, self._place(cell), settings)
+        return system_at(self.scan, cell[: len(self.scan.axes)], settings)
 
     def start_of(
-        self,
-        cell: tuple[int, int],
-        start: int,
-        system: System,
+        self, cell: tuple[int, int], start: int, system: System,
         moved: Mapping[str, float] | None = None,
-    ) -> CellStart:
+    ) -> CellStart:  # fmt: skip
         """Return where the orbit number `start` of a cell begins; see `recorded_start`."""
-        return recorded_start(self.scan, self.arrays, self._place(cell), start, system, moved)
-
-    def _place(self, cell: tuple[int, int]) -> Place:
-        return cell[: len(self.scan.axes)]
+        place = cell[: len(self.scan.axes)]
+        return recorded_start(self.scan, self.arrays, place, start, system, moved)
 
     def cached(self, name: str, make: Callable[[], Any]) -> Any:
         """Return `make()`, called again only if results were added since."""
@@ -206,8 +190,7 @@ def empty(scan: Scan, unit: str | None = None) -> Stored:
 
 
 def _shown(results: Stored, unit: str | None) -> Stored:
-    unit = frequency_unit(unit, results.scan.document())
-    results = replace(results, unit=unit)
+    results = replace(results, unit=frequency_unit(unit, results.scan.document()))
     assert results.frequency  # refuses a unit that the scan does not have
     return results
 

@@ -6,7 +6,7 @@ The page of `explore` and that of `report` share all of this.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
 from math import isfinite
@@ -82,7 +82,6 @@ class Places(NamedTuple):
 
 
 def places_of(results: Stored) -> list[Places]:
-    """Return the places of the cells along each axis of a map or a diagram."""
     places = []
     for axis, stored in zip(results.axes, results.scan.axes, strict=True):
         values, count = axis.values, axis.values.size
@@ -101,7 +100,6 @@ def in_brackets(words: str, unit: str) -> str:
 
 
 def with_unit(value: float, unit: str, digits: int = 4) -> str:
-    """Return a number of so many digits with its unit."""
     text = f"{value:.{digits}g}".replace("-", "−")
     return text if unit == "1" else f"{text} {unit}"
 
@@ -140,7 +138,21 @@ def shows_of(results: Stored) -> list[Show]:
     is_map, scene = len(results.scan.axes) == 2, results.scan.system.scene
     shows: list[Show] = []
     if is_map and "label" in results:
-        shows += _regimes(results)
+        classes = classes_of(results)
+        if len(results.starts) == 1:
+            shows.append(Show(REGIMES, "regimes", "label", classes=classes))
+        else:
+            several = f"{REGIMES} of a start", "regimes of a start"
+            shows.append(Show(REGIMES, "regimes, most frequent", "most", False, classes))
+            shows.append(Show(*several, "label", classes=classes))
+            *words, last = map(str, range(1, len(palette.COUNTS) + 1))
+            counts = zip((*words, f"{last} or more"), palette.COUNTS, strict=True)
+            counted = (("none known", palette.OTHERS[palette.HATCHED]), *counts)
+            shows.append(Show(COEXISTING, "how many regimes coexist", COEXISTING, False, counted))
+            by = results.cached("finals", lambda: by_frequency(finals(results.arrays["label"])))
+            for label in [word for word, _ in by if word][:MOST_SHARES]:
+                name = f"{SHARE}{label}"
+                shows.append(Show(name, f"share of the starts in {label}", name, False))
     if is_map and "capture" in results:
         words = [word.replace("_to_", ":").replace("_", " ") for word in CAPTURE]
         classes = ((UNKNOWN, CLEAR), *zip(words, palette.COUNTS, strict=False))
@@ -158,25 +170,6 @@ def shows_of(results: Stored) -> list[Show]:
             )
         )  # fmt: skip
     return shows or [STATUS_SHOW]
-
-
-def _regimes(results: Stored) -> Iterator[Show]:
-    """Yield what a map shows of its labels."""
-    classes = classes_of(results)
-    if len(results.starts) == 1:
-        yield Show(REGIMES, "regimes", "label", classes=classes)
-        return
-    yield Show(REGIMES, "regimes, most frequent", "most", False, classes)
-    yield Show(f"{REGIMES} of a start", "regimes of a start", "label", classes=classes)
-    last = len(palette.COUNTS)
-    words = [
-        (f"{n} or more" if n == last else str(n), palette.COUNTS[n - 1]) for n in range(1, last + 1)
-    ]
-    counts = (("none known", palette.OTHERS[palette.HATCHED]), *words)
-    yield Show(COEXISTING, "how many regimes coexist", COEXISTING, False, counts)
-    frequent = results.cached("finals", lambda: by_frequency(finals(results.arrays["label"])))
-    for label in [word for word, _ in frequent if word][:MOST_SHARES]:
-        yield Show(f"{SHARE}{label}", f"share of the starts in {label}", f"{SHARE}{label}", False)
 
 
 def label_codes(results: Stored) -> tuple[list[str], np.ndarray, np.ndarray]:
@@ -290,12 +283,6 @@ def painted(results: Stored, show: Show, start: int) -> Picture:
     return Picture(codes.astype(np.uint8), shades, legend)
 
 
-def painted_strip(results: Stored) -> Picture:
-    """Return the regimes along the axis of a diagram, a row for each start, the first on top."""
-    codes = label_codes(results)[1]
-    return Picture(codes.T[::-1].copy(), [shade for _, shade, _ in classes_of(results)], "")
-
-
 def diagram_values(results: Stored, show: Show) -> np.ndarray:
     """Return the ordinates of a diagram, shape (cells, starts, points)."""
     if not show.points:
@@ -368,7 +355,6 @@ def shares_legend(classes: Iterable[tuple[str, ...]], codes: np.ndarray) -> str:
 
 
 def chip(shade: str, words: str, hatched: bool = False) -> str:
-    """Return an entry of a legend."""
     kind = "chip hatched" if hatched else "chip"
     return f'<span><i class="{kind}" style="background-color:{shade}"></i>{escape(words)}</span>'
 

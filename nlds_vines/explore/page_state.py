@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import isfinite, log10
 from queue import SimpleQueue
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.request import Scan
@@ -59,7 +59,6 @@ _WIDE = 2.5  # times the value, the end of a plain slider
 
 
 def compiling(seconds: float) -> str:
-    """Return the state of the kernels after so many seconds of compiling."""
     return COMPILING if seconds < 1.0 else f"{COMPILING}: {seconds:.0f} s so far"
 
 
@@ -131,15 +130,11 @@ class Chosen:
             self.free.pop(axis.name, None)
 
     def system(self) -> System:
-        """Return the system of the cell with the sliders' values.
-
-        Raises `RequestError` if the system refuses them.
-        """
+        """Return the system of the cell with the sliders' values, which it may refuse."""
         free = {name: value for name, value in self.free.items() if name not in INITIAL}
         return self.results.system_of(self.cell, free)
 
     def begins(self, system: System) -> CellStart:
-        """Return where the orbit of a `system` begins."""
         free = {name: value for name, value in self.free.items() if name in INITIAL}
         start = self.begin or self.results.start_of(self.cell, self.start, system, free)
         moved = {component_of(name): value for name, value in free.items() if name != PHASE}
@@ -162,8 +157,9 @@ class Chosen:
         settings = {name: value for name, value in self.free.items() if name not in varied}
         if ranges is None and not settings:
             return self.scan
-        ends = [(float(axis.values[0]), float(axis.values[-1])) for axis in self.scan.axes]
-        return finer(self.scan, tuple(ends if ranges is None else ranges), settings)
+        if ranges is None:
+            ranges = [(float(axis.values[0]), float(axis.values[-1])) for axis in self.scan.axes]
+        return finer(self.scan, tuple(ranges), settings)
 
     def add(self, results: Stored) -> None:
         """Show another map, at the cell nearest to the chosen values; forget the later levels."""
@@ -242,7 +238,7 @@ class Job(threading.Thread):
     """
 
     def __init__(self, scan: Scan, changed: Callable[[], object], unit: str | None = None) -> None:
-        """Prepare to compute `scan`, which calls `changed` after every block; `unit` as `empty`."""
+        """Prepare to compute `scan`; `changed` is called after every block; `unit` as `empty`."""
         super().__init__(name="refining", daemon=True)
         self.results = empty(scan, unit)
         self.done, self.total = 0, scan.lanes
@@ -294,7 +290,7 @@ class Opened:
         else:
             self.job = Job(source, self._changed, unit)
             self.results = self.job.results
-        self._calls: SimpleQueue[tuple[Callable[..., object], Any]] = SimpleQueue()
+        self._calls: SimpleQueue[Callable[[], object]] = SimpleQueue()
         self._follows = False
         # a daemon, unlike the threads of an executor: no exit waits until it has compiled
         threading.Thread(target=self._follow, name="orbits", daemon=True).start()
@@ -309,16 +305,16 @@ class Opened:
         gc.disable()
         self._warming.start()
 
-    def aside(self, call: Callable[..., object], *arguments: object) -> None:
+    def aside(self, call: Callable[[], object]) -> None:
         """Call something in the thread that follows the orbits of all pages, one at a time."""
-        self._calls.put((call, arguments))
+        self._calls.put(call)
 
     def _follow(self) -> None:
         while True:
-            call, arguments = self._calls.get()
+            call = self._calls.get()
             self._follows = True
             try:
-                call(*arguments)
+                call()
             finally:
                 self._follows = False
 

@@ -152,7 +152,6 @@ def _page(
     results: Stored, branches: Continued | None, tables: Sequence[Table], section: Section,
     names: Sequence[str],
 ) -> Report:  # fmt: skip
-    """Return the page of a map with this section and these numbers."""
     points, components = section.codes.shape[1], results.scan.system.scene.components
     shows = [
         show for show in map_view.shows_of(results)
@@ -182,8 +181,12 @@ def _page(
     hints = ["Click a cell or use the arrow keys, with Shift ten cells further."]
     if branches is not None:
         hints.append("Lines: branches of a continuation, dashed if they are unstable.")
-        if kinds := words_of_kinds(branches):
-            hints.append(f"Marks: special points, {kinds}.")
+        kinds = {
+            *map(str, branches.special_points.kind),
+            *(curve.kind for curve in branches.curves),
+        }
+        if marks := [f"{kind} {words}" for kind, words in WORDS.items() if kind in kinds]:
+            hints.append(f"Marks: special points, {', '.join(marks)}.")
     parts = {
         "map": [
             beside(show, start, figures.theme_button(), **figures.WIDE), *figure.figures[:-1], tip,
@@ -196,7 +199,13 @@ def _page(
         "show": show, "start": start, "legend": legend, "verdict": verdict, "tip": tip, "key": key,
         "branches": lines, "section": source,
     }  # fmt: skip
-    left_out = _left_out(results, points, names)
+    missing = []
+    if "section" in results and points < results.scan.periods:
+        missing.append(f"{points} of the {results.scan.periods} recorded states of each section")
+    if numbers := [name for name in NUMBERS if name in results and name not in names]:
+        missing.append(f"not {', '.join(numbers)}")
+    left_out = "Numbers are rounded to about four digits"
+    left_out += f"; this page holds {'; '.join(missing)}." if missing else "."
     below = "".join(map(_table, tables)) + _provenance(results, left_out)
     figures.frame(document, results.scan.title, parts, policy=_POLICY, more=below)
     keys = CustomJS(args={"target": key}, code=figures.page_file("keys.js"))
@@ -276,31 +285,18 @@ def _arguments(
     }  # fmt: skip
 
 
-def _left_out(results: Stored, points: int, names: Sequence[str]) -> str:
-    """Return in words what the archive holds and the page does not."""
-    words = []
-    if "section" in results and points < results.scan.periods:
-        words.append(f"{points} of the {results.scan.periods} recorded states of each section")
-    missing = [name for name in NUMBERS if name in results and name not in names]
-    if missing:
-        words.append(f"not {', '.join(missing)}")
-    line = "Numbers are rounded to about four digits"
-    return f"{line}; this page holds {'; '.join(words)}." if words else f"{line}."
-
-
 def _table(table: Table) -> str:
-    head = "".join(f"<th>{escape(name)}</th>" for name in table.head)
-    rows = [
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
-        for cells in table.rows
-    ]
-    body = f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
+    def row(cells: Iterable[str], tag: str) -> str:
+        return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+
+    rows = "".join(row(cells, "td") for cells in table.rows)
+    body = f"<thead>{row(table.head, 'th')}</thead><tbody>{rows}</tbody>"
     return f'<section class="full"><h2>{escape(table.title)}</h2><table>{body}</table></section>'
 
 
 def _provenance(results: Stored, left_out: str) -> str:
     """Return the provenance of the archive, without its author's machine and paths."""
-    rows = [("archive", results.path.name)] if results.path is not None else []
+    rows = [] if results.path is None else [("archive", results.path.name)]
     rows += [(words, str(results.about[key])) for key, words in _PROVENANCE if key in results.about]
     cells = (f"<tr><th>{escape(one)}</th><td>{escape(value)}</td></tr>" for one, value in rows)
     request = escape(results.scan.to_toml())
@@ -323,18 +319,13 @@ _ENERGIES = ("E1max", "E2max")
 
 
 class Table(NamedTuple):
-    """A table of a page: its title, the names of its columns, its rows."""
-
     title: str
     head: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
 
 
 def branches_of(path: Path, scan: Scan) -> Continued:
-    """Return the continuation in an archive, to be drawn over the map of a scan.
-
-    Raises `RequestError` for any other file, and if the map does not vary its parameter.
-    """
+    """Return the continuation in an archive; `RequestError` if it does not lie in a scan's map."""
     result = continued(path)
     names, axes = [item.name for item in result.request.free], [a.name for a in scan.axes]
     if not set(names) & set(axes):
@@ -351,7 +342,6 @@ def branches_of(path: Path, scan: Scan) -> Continued:
 
 
 def special_table(result: Continued, results: Stored) -> Table:
-    """Return the table of the special points and of the meetings of their curves."""
     rows: list[tuple[str, ...]] = []
     (name, one), *others = (results.shown(item.name) for item in result.request.free)
     for row in result.special_points:
@@ -362,14 +352,8 @@ def special_table(result: Continued, results: Stored) -> Table:
             (across, two), *_ = others
             place = f"{name} = {first / one:.6g}, {across} = {second / two:.6g}"
             rows.append((kind, place, f"on the curve of {curve.kind}, {curve.period}T"))
-    head = "kind", "at", "regime along the branch"
-    return Table("Special points of the branches", head, rows)
-
-
-def words_of_kinds(result: Continued) -> str:
-    """Return the kinds of the special points in words: `LP fold, PD period doubling`."""
-    kinds = {*map(str, result.special_points.kind), *(curve.kind for curve in result.curves)}
-    return ", ".join(f"{kind} {words}" for kind, words in WORDS.items() if kind in kinds)
+    title = "Special points of the branches"
+    return Table(title, ("kind", "at", "regime along the branch"), rows)
 
 
 def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, list[Any]]:

@@ -146,10 +146,6 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
     return {n: PANELS[n] for n in allowed if any(column.fills(n) for column in columns)}
 
 
-def usual(view: ArchiveView) -> Sequence[str]:
-    return portrait_in(view.path).drawn_from.panels
-
-
 @styled()
 def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_COLUMNS) -> Figure:
     """Return the page of a request, drawn from the views of its columns.
@@ -169,7 +165,11 @@ def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_C
             else:
                 place.axes.set_axis_off()
         fit_forces(row)
-        _leave_room(row)
+        is_own = row[0].alone or row[0].panel == "force"
+        for place in row if is_own else row[:1]:  # the others share its values
+            if place.panel in OVER_TIME:  # leave room above the curves for the letters
+                low, high = place.axes.get_ylim()
+                place.axes.set_ylim(low, high + 0.28 * (high - low))
         if row[0].panel == "spectrum":
             _limit_spectra(row)
     write_letters(rows, len(views) > 1)
@@ -263,22 +263,15 @@ def make_page(
                 for k, ((panel, view), box) in enumerate(zip(row, boxes, strict=True))
             ]
         )
-    _share_axes(places)
-    return figure, grid, places
-
-
-def _share_axes(places: Sequence[Sequence[Place]]) -> None:
-    """Let panels over time share their times, and panels of one kind their ordinates.
-
-    Phase planes of one kind share both axes, so that orbits can be compared.  Forces may differ by
-    orders of magnitude, so `fit_forces` scales them after they are drawn.
-    """
+    # panels of one kind share their ordinates, phase planes both axes; forces may differ by orders
+    # of magnitude, so `fit_forces` scales them after they are drawn
     first: dict[str, Place] = {}
     for place in (place for row in places for place in row):
         if first.setdefault(place.panel, place) is not place and place.panel != "force":
             place.axes.sharey(first[place.panel].axes)
             if place.panel in PLANES:
                 place.axes.sharex(first[place.panel].axes)
+    # panels over time share their times with those below them
     for above, below in pairwise(places):
         kinds = [{place.panel for place in row} for row in (above, below)]
         is_over_time = all(len(panels) == 1 and panels <= set(OVER_TIME) for panels in kinds)
@@ -287,23 +280,34 @@ def _share_axes(places: Sequence[Sequence[Place]]) -> None:
             for upper, lower in zip(above, below, strict=True):
                 lower.axes.sharex(upper.axes)
                 upper.axes.tick_params(labelbottom=False)
+    return figure, grid, places
 
 
 def write_letters(places: Sequence[Sequence[Place]], several: bool) -> None:
     """Write a letter into each panel; with several columns, panels of one kind share it.
 
-    In a phase plane it stands in the emptiest corner, elsewhere above the curves.
+    In a phase plane it stands in the corner with the fewest points of curves, of equal ones in the
+    first of upper left, upper right, lower left and lower right; elsewhere above the curves.
     """
     panels = [place for row in places for place in row]
     kinds = list(dict.fromkeys(place.panel for place in panels))
     if len(panels) < 2:
         return
     for i, place in enumerate(panels):
-        text = letter(kinds.index(place.panel) if several else i)
-        corner = _free_corner(place.axes) if place.panel in PLANES else (0, 1)
+        axes, corner = place.axes, (0, 1)
+        curves = [np.asarray(line.get_xydata()) for line in axes.lines]
+        curves += [np.asarray(cloud.get_offsets()) for cloud in axes.collections]
+        if place.panel in PLANES and any(len(curve) for curve in curves):
+            axes.get_xlim()  # settles the limits on which the transformation depends
+            to_axes = axes.transData + axes.transAxes.inverted()
+            points = np.concatenate([to_axes.transform(curve) for curve in curves])
+            corners = ((0, 1), (1, 1), (0, 0), (1, 0))
+            near = np.array(_LETTER_BOX) / size_of(axes)
+            corner = min(corners, key=lambda one: (np.abs(points - one) < near).all(axis=1).sum())
         x, y = corner
-        place.axes.annotate(
-            text, corner, (_LETTER * (1 - 2 * x), _LETTER * (1 - 2 * y)),
+        axes.annotate(
+            letter(kinds.index(place.panel) if several else i), corner,
+            (_LETTER * (1 - 2 * x), _LETTER * (1 - 2 * y)),
             xycoords="axes fraction", textcoords="offset points",
             ha="right" if x else "left", va="top" if y else "bottom", zorder=9,
         )  # fmt: skip
@@ -318,24 +322,6 @@ def fit_forces(row: Sequence[Place]) -> None:
         return
     for place in places:
         place.axes.set_ylim(ends.min(), ends.max())
-
-
-def _free_corner(axes: Axes) -> tuple[int, int]:
-    """Return the corner (right, top), each 0 or 1, with the fewest points of curves.
-
-    Of equal ones the first: upper left, upper right, lower left, lower right.
-    """
-    curves = [np.asarray(line.get_xydata()) for line in axes.lines]
-    curves += [np.asarray(cloud.get_offsets()) for cloud in axes.collections]
-    if not sum(map(len, curves)):
-        return 0, 1
-    axes.get_xlim()  # settles the limits on which the transformation depends
-    to_axes = axes.transData + axes.transAxes.inverted()
-    points = np.concatenate([to_axes.transform(places) for places in curves])
-    corners = ((0, 1), (1, 1), (0, 0), (1, 0))
-    size = np.array(_LETTER_BOX) / size_of(axes)
-    crowds = [np.count_nonzero((np.abs(points - one) < size).all(axis=1)) for one in corners]
-    return corners[int(np.argmin(crowds))]
 
 
 # ---- panels ------------------------------------------------------------------------------------
@@ -364,28 +350,22 @@ def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> Non
         axes.xaxis.set_major_locator(_ticks(ceil(_TIMES * size_of(axes)[0]), integer=True))
     if not (place.first or place.alone or place.panel in PLANES):
         axes.set_ylabel("")
-    entries = _entries(row)
-    if place.last and entries:
-        add_legend(axes, entries, "right", handlelength=1.1)
-
-
-def _entries(row: Sequence[Place]) -> list[Line2D]:
-    """Return the legend of a row: every label in it once, as wide and opaque as a short curve."""
+    # the legend of a row has every label once, as wide and opaque as a short curve
     entries: dict[str, Line2D] = {}
-    for place in row:
+    for one in row if place.last else ():
         line: Any
-        handles, labels = place.axes.get_legend_handles_labels()
+        handles, labels = one.axes.get_legend_handles_labels()
         for line, label in zip(handles, labels, strict=True):
             if label not in entries:
                 entries[label] = entry = Line2D([], [])
                 entry.update_from(line)
                 entry.set(alpha=1.0, linewidth=max(line.get_linewidth(), _LINE), rasterized=False)
                 entry.set(markersize=max(line.get_markersize(), _LARGE), label=label)
-    return [*entries.values()]
+    if entries:
+        add_legend(axes, [*entries.values()], "right", handlelength=1.1)
 
 
 def _ticks(most: int, integer: bool = False) -> MaxNLocator:
-    """Return a locator of round numbers with at `most` so many intervals."""
     return MaxNLocator(most, integer=integer, steps=[1, 2, 5, 10])
 
 
@@ -446,7 +426,6 @@ def _boundaries(place: Place) -> Mapping[str, float]:
 
 
 def _words(boundary: str) -> str:
-    """Return the name of a boundary in a legend."""
     return {"stop": "stop $C$", "second stop": "stop $-C_2$"}.get(boundary, boundary)
 
 
@@ -497,20 +476,10 @@ def _plane(place: Place, request: PortraitRequest) -> None:
 
 
 def _label_plane(place: Place, body: int) -> None:
-    """Label the axes of the phase plane of a body, 0 or 1."""
     axes, symbol = place.axes, "x_2" if body else "x_1" if "x1" in place.scene.components else "x"
     axes.set_xlabel(f"${symbol}$ [m]")
     axes.set_ylabel(rf"$\dot{{{symbol[0]}}}{symbol[1:]}$ [m/s]")
     axes.xaxis.set_major_locator(_ticks(min(6, int(size_of(axes)[0] / _NUMBER))))
-
-
-def _leave_room(row: Sequence[Place]) -> None:
-    """Leave room above the curves of panels over time for their letters."""
-    is_own = row[0].alone or row[0].panel == "force"
-    for place in row if is_own else row[:1]:  # the others share its values
-        if place.panel in OVER_TIME:
-            low, high = place.axes.get_ylim()
-            place.axes.set_ylim(low, high + 0.28 * (high - low))
 
 
 # ---- sections ------------------------------------------------------------------------------------
@@ -558,7 +527,11 @@ def _scatter(
         look = {"color": color, "markersize": size, "label": label, **DOT}
         axes.plot(points[:, 0], points[:, 1], rasterized=many > CROWDED, **look)
         return
-    near = _neighbors(points)
+    # for each point the number of points in its cell of a grid over all points
+    low, span = points.min(axis=0), np.ptp(points, axis=0)
+    places = ((points - low) / np.where(span > 0, span, 1.0) * _CELLS).astype(int)
+    cells = np.minimum(places, _CELLS - 1) @ np.array([1, _CELLS])
+    near = np.bincount(cells)[cells]
     order = np.argsort(near, kind="stable")  # dense ones on top
     shades = colormaps[SHADES](np.linspace(0.0, _PALEST, 64))
     shading = LinearSegmentedColormap.from_list("counts", shades)
@@ -567,14 +540,6 @@ def _scatter(
         norm=LogNorm(1.0, max(2.0, float(near.max()))), linewidths=0, rasterized=True,
     )  # fmt: skip
     axes.plot([], [], color=shading(0.5), label=label, **DOT)
-
-
-def _neighbors(points: np.ndarray) -> np.ndarray:
-    """Return for each point the number of points in its cell of a grid over all points."""
-    low, span = points.min(axis=0), np.ptp(points, axis=0)
-    places = ((points - low) / np.where(span > 0, span, 1.0) * _CELLS).astype(int)
-    cells = np.minimum(places, _CELLS - 1) @ np.array([1, _CELLS])
-    return np.bincount(cells)[cells]
 
 
 # ---- spectra -------------------------------------------------------------------------------------
@@ -603,13 +568,11 @@ def _draw_spectrum(place: Place, request: PortraitRequest) -> None:
         heights = np.maximum(spectrum.decibels(), ZERO)
     width = 0.5 if spectrum.periods <= FINE else 0.3
     axes.plot(spectrum.order[1:], heights[1:], color="black", linewidth=width)
-    omega = place.system.parameters["omega"]
-    is_hz = request.frequency == HZ
-    force = f"$f$ = {omega / (2 * np.pi):g} Hz" if is_hz else rf"$\omega$ = {omega:g} rad/s"
-    is_narrow = size_of(axes)[0] < _NARROW
-    ratio = "$F/f$" if is_hz else r"$\Omega/\omega$"
-    words = f"{ratio}, {force}" if is_narrow else f"frequency [multiples of {force}]"
-    axes.set_xlabel(words)
+    omega, is_narrow = place.system.parameters["omega"], size_of(axes)[0] < _NARROW
+    ratio, force = r"$\Omega/\omega$", rf"$\omega$ = {omega:g} rad/s"
+    if request.frequency == HZ:
+        ratio, force = "$F/f$", f"$f$ = {omega / (2 * np.pi):g} Hz"
+    axes.set_xlabel(f"{ratio}, {force}" if is_narrow else f"frequency [multiples of {force}]")
     name, unit = spectrum.quantity, SIGNALS[spectrum.quantity].unit
     plain = name if len(name) == 1 else f"{name[0]}_{name[1:]}"
     symbol = {"force": "F", "u": "x_2-x_1"}.get(name, plain)
@@ -671,4 +634,4 @@ _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
     EXPONENTS: _exponents,
 }
 
-PICTURE = Picture(panels=panels, draw=draw, fill=fill, usual=usual)
+PICTURE = Picture(panels, draw, fill, usual=lambda view: portrait_in(view.path).drawn_from.panels)

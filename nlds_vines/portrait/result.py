@@ -99,8 +99,7 @@ class View(Outlined):
         }
 
     @property
-    def touches(self) -> np.ndarray:
-        """The times [s] at which the damper touched a wall."""
+    def touches(self) -> np.ndarray:  # times [s]
         return self.contacts["touch"]
 
     @property
@@ -235,6 +234,7 @@ def portrait_in(path: str | os.PathLike[str]) -> Portrait:
 
 _SPECTRUM = ("order", "amplitude", "power")
 _DERIVED = ("force", "E1", "E2")  # of the states
+_PASSAGES = ("passages", "first_passage", "deepest_passage")
 _IMPACTS = (
     ("touch", "touch", "s", "time of the touch since the orbit began"),
     ("release", "release", "s", "time of the release"),
@@ -303,6 +303,13 @@ def contents(
     if impacts.size:
         scales.append(Scale.counted("impact", impacts.size, "number of the impact", 1))
     spectrum, unit = f"of {request.signal}, {request.taper} window", SIGNALS[request.signal].unit
+    # the components of the state over time, and the force and energies that follow
+    histories = []
+    for name in signals_of(views[0].column.system.scene):
+        if name in (*components, *_DERIVED):
+            units, words, of = SIGNALS[name]
+            values = np.concatenate([of(view.column.system, view.states) for view in views])
+            histories.append((Dataset.real(name, ("state",), units, words), values))
     status = Dataset.code("status", ("row",), "how the orbit ended", STATUS_FLAGS)
     period = Dataset.whole("forcing_period", ("section_point",), "n of t = nT")
     section = Dataset.real("section", ("section_point", "component"), "m, m/s", "state at t = nT")
@@ -313,7 +320,7 @@ def contents(
         ),
         (status, np.full(len(views), OK)),  # of any other there is no portrait
         (Dataset.real("time", ("state",), "s", "time since the orbit began"), time),
-        *_histories(views),
+        *histories,
         (period, np.concatenate(periods).astype(np.int32)),
         (section, np.concatenate([view.section for view in views])),
     ]
@@ -360,11 +367,18 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
     for i, column in enumerate(request.columns):
         row = {name: values[i] for name, values in table.items()}
         here, bins = part("time", row["states"]), part("order", row["spectrum_bins"])
-        scene = column.system.scene
+        system, exponents = column.system, None
+        if "lyapunov_running" in view:
+            from nlds_vines.orbits.classification import LyapunovSpectrum  # imports kernels
+
+            running, widths, divergence = (view[f"lyapunov_{name}"][i] for name, *_ in _EXPONENTS)
+            times = system.period * np.arange(1, len(running) + 1)
+            if not np.isnan(running).all():
+                exponents = LyapunovSpectrum(running[-1], widths, times, running, float(divergence))
         yield View(
             column=column,
             time=time[here],
-            states=np.column_stack([view[name][here] for name in scene.components]),
+            states=np.column_stack([view[name][here] for name in system.scene.components]),
             samples=request.samples,
             contacts=impacts[part("impact", row["impact_count"])],
             period=row["periodicity"],
@@ -373,38 +387,13 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
             comb=row["comb"],
             spectrum=Spectrum(
                 **{name: values[bins] for name, values in spectra.items()},
-                omega=column.system.parameters["omega"],
+                omega=system.parameters["omega"],
                 samples=request.samples,
                 periods=row["spectrum_periods"],
                 window=request.taper,
                 quantity=request.signal,
                 unit=SIGNALS[request.signal].unit,
             ),
-            violation=None
-            if row["passages"] < 0
-            else Violation(row["passages"], row["first_passage"], row["deepest_passage"]),
-            exponents=_exponents_in(view, i, column.system.period),
+            violation=None if row["passages"] < 0 else Violation(*(row[n] for n in _PASSAGES)),
+            exponents=exponents,
         )
-
-
-def _histories(views: Sequence[View]) -> Iterator[tuple[Dataset, np.ndarray]]:
-    """Yield the components of the state over time, and the force and energies that follow."""
-    scene = views[0].column.system.scene
-    for name in signals_of(scene):
-        if name in (*scene.components, *_DERIVED):
-            unit, words, of = SIGNALS[name]
-            parts = [of(view.column.system, view.states) for view in views]
-            yield Dataset.real(name, ("state",), unit, words), np.concatenate(parts)
-
-
-def _exponents_in(view: ArchiveView, row: int, period: float) -> LyapunovSpectrum | None:
-    """Return the Lyapunov spectrum of a row in an archive, None if it has none."""
-    if "lyapunov_running" not in view:
-        return None
-    from nlds_vines.orbits.classification import LyapunovSpectrum  # imports kernels
-
-    running, widths, divergence = (view[f"lyapunov_{name}"][row] for name, *_ in _EXPONENTS)
-    if np.isnan(running).all():
-        return None
-    times = period * np.arange(1, len(running) + 1)
-    return LyapunovSpectrum(running[-1], widths, times, running, float(divergence))

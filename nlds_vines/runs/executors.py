@@ -13,6 +13,7 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -214,18 +215,13 @@ class Shard:
 
         Raises `RequestError` for anything else, and for an array with gaps in its numbers.
         """
-        if text == "slurm":
-            return cls._of_array(environment)
-        if share := re.fullmatch(r"(\d{1,9})/(\d{1,9})", text, re.ASCII):
-            index, count = map(int, share.groups())
-            if 1 <= index <= count <= MOST_SHARDS:
-                return cls(index, count)
-        allowed = f"i/n with i from 1 to n and n up to {MOST_SHARDS}, or slurm"
-        raise RequestError(f"--shard {shown(text)} must be {allowed}")
-
-    @classmethod
-    def _of_array(cls, environment: Mapping[str, str]) -> Shard:
-        """Return the share of the task that SLURM's variables name."""
+        if text != "slurm":
+            if share := re.fullmatch(r"(\d{1,9})/(\d{1,9})", text, re.ASCII):
+                index, count = map(int, share.groups())
+                if 1 <= index <= count <= MOST_SHARDS:
+                    return cls(index, count)
+            allowed = f"i/n with i from 1 to n and n up to {MOST_SHARDS}, or slurm"
+            raise RequestError(f"--shard {shown(text)} must be {allowed}")
         names = [f"SLURM_ARRAY_TASK_{name}" for name in ("ID", "MIN", "MAX", "COUNT")]
         texts = [environment.get(name, "") for name in names]
         for name, text in zip(names, texts, strict=True):
@@ -252,8 +248,22 @@ def processors() -> int:
 
 
 def free_memory() -> int | None:
-    """Return how many bytes this process may still take; None if unknown."""
-    return min(_limits(), default=None)
+    """Return how many bytes this process may still take; None if unknown.
+
+    Free memory, the control group and `ulimit -v` limit it.
+    """
+    limits = []
+    for path, key in (
+        ("/proc/meminfo", "MemAvailable:"),
+        ("/sys/fs/cgroup/memory.max", ""),
+        ("/proc/self/limits", "Max address space"),
+    ):
+        with suppress(OSError):
+            for line in Path(path).read_text(encoding="ascii").splitlines():
+                words = line.removeprefix(key).split()
+                if line.startswith(key) and words and words[0].isdigit():
+                    limits.append(int(words[0]) * (1024 if words[1:] == ["kB"] else 1))
+    return min(limits, default=None)
 
 
 def free_disk(folder: Path) -> int | None:
@@ -262,20 +272,3 @@ def free_disk(folder: Path) -> int | None:
         return shutil.disk_usage(folder).free
     except OSError:
         return None
-
-
-def _limits() -> Iterator[int]:
-    """Yield what limits this process [bytes]: free memory, the control group, `ulimit -v`."""
-    for path, key in (
-        ("/proc/meminfo", "MemAvailable:"),
-        ("/sys/fs/cgroup/memory.max", ""),
-        ("/proc/self/limits", "Max address space"),
-    ):
-        try:
-            lines = Path(path).read_text(encoding="ascii").splitlines()
-        except OSError:
-            continue
-        for line in lines:
-            words = line.removeprefix(key).split()
-            if line.startswith(key) and words and words[0].isdigit():
-                yield int(words[0]) * (1024 if words[1:] == ["kB"] else 1)

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -36,11 +36,12 @@ class Progress:
         at_most: the work may end earlier, so that no time to go is known.
     """
 
+    under_way: ClassVar[list[Progress]] = []
+
     def __init__(
         self, total: int | None, unit: str, *, done: int = 0, quiet: bool = False,
         at_most: bool = False,
     ) -> None:  # fmt: skip
-        """Begin to count."""
         self._total, self._unit, self._done, self._quiet = total, unit, done, quiet
         self._at_most, self._is_waiting = at_most, False
         self._began = self._printed = time.perf_counter()
@@ -48,15 +49,13 @@ class Progress:
         self._bar: tqdm[Any] | None = None
 
     def __enter__(self) -> Progress:
-        """Show the bar, if there is a terminal or a notebook."""
         if not self._quiet:
             self._bar = bar(total=self._total, initial=self._done, unit=self._unit)
-        _shown.append(self)
+        self.under_way.append(self)
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Leave the bar as it is."""
-        _shown.remove(self)
+        self.under_way.remove(self)
         if self._bar is not None:
             self._bar.close()
 
@@ -77,8 +76,13 @@ class Progress:
         """Add `count` pieces of work; `words` say how all of them went so far."""
         self._done += count
         if self._bar is not None:
-            wide = self._bar.ncols or shutil.get_terminal_size().columns
-            self._bar.set_postfix_str(_within(words, wide - _BESIDE), refresh=False)
+            room = (self._bar.ncols or shutil.get_terminal_size().columns) - _BESIDE
+            if len(words) > room:  # as many parts of the list as fit
+                parts = words.split(", ")
+                while parts and len(", ".join(parts)) + 5 > room:
+                    parts.pop()
+                words = ", ".join([*parts, "..."]) if parts else ""
+            self._bar.set_postfix_str(words, refresh=False)
             self._bar.update(count)
             return
         now = time.perf_counter()
@@ -97,12 +101,9 @@ class Progress:
             print(f"{text}; {words}", file=sys.stderr, flush=True)
 
 
-_shown: list[Progress] = []
-
-
 def notice() -> Tell:
-    """Return a `Tell` for Python: that of the progress that is shown, or a `Notice`."""
-    return _shown[-1].wait if _shown else Notice()
+    """Return a `Tell` for Python: that of the innermost progress under way, or a `Notice`."""
+    return Progress.under_way[-1].wait if Progress.under_way else Notice()
 
 
 class Notice:
@@ -112,12 +113,10 @@ class Notice:
     """
 
     def __init__(self) -> None:
-        """Show nothing yet."""
         self._text = ""
         self._bar: tqdm[Any] | None = None
 
     def __call__(self, text: str, seconds: float) -> None:
-        """Take what is waited for, as `Tell` has it."""
         if text and not self._text:
             self._bar = bar(total=0, bar_format="{desc}")
             if self._bar is None:
@@ -137,19 +136,18 @@ class Clock:
 
     def __init__(self, tell: Tell, words: Callable[[float], str]) -> None:
         """Begin to tell: `words` returns the text after so many seconds."""
-        self._tell, self._words = tell, words
-        self._began, self._ended = time.perf_counter(), threading.Event()
+        self._tell, self._began, self._ended = tell, time.perf_counter(), threading.Event()
         tell(words(0.0), 0.0)
-        self._thread = threading.Thread(target=self._run, daemon=True)
+
+        def run() -> None:
+            while not self._ended.wait(TICK):
+                seconds = time.perf_counter() - self._began
+                tell(words(seconds), seconds)
+
+        self._thread = threading.Thread(target=run, daemon=True)
         self._thread.start()
 
-    def _run(self) -> None:
-        while not self._ended.wait(TICK):
-            seconds = time.perf_counter() - self._began
-            self._tell(self._words(seconds), seconds)
-
     def stop(self) -> None:
-        """End the clock and report its time."""
         self._ended.set()
         self._thread.join()
         self._tell("", time.perf_counter() - self._began)
@@ -171,7 +169,6 @@ def bar(**settings: Any) -> tqdm[Any] | None:
         place: Any = None
 
         def display(self, msg: str | None = None, pos: int | None = None) -> bool:
-            """Show the bar as it is now, in its place."""
             shown = {"text/plain": str(self) if msg is None else msg}
             if self.place is None:
                 self.place = display(shown, raw=True, display_id=True)
@@ -182,16 +179,6 @@ def bar(**settings: Any) -> tqdm[Any] | None:
     return Bar(file=io.StringIO(), ncols=100, **settings)
 
 
-def _within(words: str, room: int) -> str:
-    """Return as many parts of a list in words as fit into `room` characters."""
-    if len(words) <= room:
-        return words
-    parts = words.split(", ")
-    while parts and len(", ".join(parts)) + 5 > room:
-        parts.pop()
-    return ", ".join([*parts, "..."]) if parts else ""
-
-
 def in_notebook() -> bool:
     """Return True if the program runs in a notebook, which shows what is displayed."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
@@ -199,7 +186,6 @@ def in_notebook() -> bool:
 
 
 def size(count: int) -> str:
-    """Return bytes in words."""
     value, unit = float(count), "B"
     for larger in ("kB", "MB", "GB", "TB"):
         if value < 1000:
@@ -209,7 +195,6 @@ def size(count: int) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a duration in words."""
     if seconds < 120:
         return f"{seconds:.2g} s"
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

@@ -69,7 +69,6 @@ class Blocks:
         return Path(self.path.parent, f"{self.path.name}.{digest}.blocks")
 
     def file(self, key: object) -> Path:
-        """Return the file of a block."""
         return self.folder / f"{key}.npz"
 
     def missing(self, keys: Iterable[Any]) -> list[Any]:
@@ -194,21 +193,18 @@ class Blocks:
                 elif self.is_delivered():
                     self._remove()
             except (interrupts.Stopped, KeyboardInterrupt):
-                raise interrupts.Interrupted(self._kept(how), stop.status) from None
+                if self.path.named is None:
+                    words = "what was computed is lost, because no archive was named (to=)"
+                else:
+                    count, of = len(list(self.folder.glob("*.npz"))), ""
+                    if self.keys is not None:
+                        of = f" of {len(self.keys)}"
+                        count = len(self.keys) - len(self.missing(self.keys))
+                    again = " with --resume" if not (how.overwrite or how.shard) else ""
+                    words = f"{count}{of} blocks are kept in {self.folder}; "
+                    words += f"the same command{again} goes on from there"
+                raise interrupts.Interrupted(f"interrupted: {words}", stop.status) from None
         return True
-
-    def _kept(self, how: Any) -> str:
-        """Return the line that says which blocks an interrupted run keeps, and how to go on."""
-        if self.path.named is None:
-            return "interrupted: what was computed is lost, because no archive was named (to=)"
-        count, of = len(list(self.folder.glob("*.npz"))), ""
-        if self.keys is not None:
-            count, of = len(self.keys) - len(self.missing(self.keys)), f" of {len(self.keys)}"
-        again = " with --resume" if not (how.overwrite or how.shard) else ""
-        return (
-            f"interrupted: {count}{of} blocks are kept in {self.folder}; "
-            f"the same command{again} goes on from there"
-        )
 
     def _is_ours(self) -> bool:
         """Return True if the archive in its place is that of this request."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from nlds_vines.archives.archive import read
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
 from nlds_vines.cli.running import (
@@ -41,8 +42,6 @@ def _carry_out(options: argparse.Namespace) -> int:
     check_writable("output", target)
     refuse_same(source, target)
     refuse_replacing("output", target, RunOptions(overwrite=options.overwrite))
-    from nlds_vines.archives.archive import read
-
     with read(source) as view:
         view.to_csv(target, *options.dataset, overwrite=options.overwrite)
     if not options.quiet:
@@ -54,12 +53,7 @@ def _declare(parser: Parser) -> None:
     add = parser.add_argument
     add("file", metavar="FILE.h5", help="the archive")
     add("dataset", nargs="*", metavar="DATASET", help="by default all with a value for each orbit")
-    add(
-        "-o",
-        "--output",
-        metavar="FILE.csv",
-        help="the table [FILE.csv]",
-    )
+    add("-o", "--output", metavar="FILE.csv", help="the table [FILE.csv]")
     add("--overwrite", action="store_true", help="replace a file")
     add("--quiet", action="store_true", help="do not print the name of the written file")
 

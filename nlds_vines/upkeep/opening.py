@@ -61,4 +61,4 @@ def open_archive(path: str | os.PathLike[str]) -> Opened:
     """
     with read(path) as view:
         task = task_of(view)
-        return task.read(view.path) if task and task.reads else ArchivePath.of(view.path)
+        return task.read(view.path) if task else ArchivePath.of(view.path)

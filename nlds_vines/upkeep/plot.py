@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, SCAN
 from nlds_vines.cli.command import TASKS, Command, task_of
 from nlds_vines.cli.options import Parser
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nlds_vines.archives.archive import ArchiveView
     from nlds_vines.plotting.chosen_panels import Drawing
 
 _NAME = "plot"
@@ -98,7 +98,6 @@ def plot(
     >>> scan = nv.scan("ssul-set6", vary=vary, sampling={"transient": 100}, quiet=True)
     >>> nv.plot(scan, "E1max").savefig("E1max.pdf")
     """
-    from nlds_vines.archives.archive import read
     from nlds_vines.plotting.chosen_panels import drawn, let_figures_be_shown
     from nlds_vines.plotting.page import count_in, page_of, sheet
     from nlds_vines.upkeep.branches_picture import draw_branches
@@ -136,35 +135,22 @@ def _picture(view: ArchiveView, show: str | None, manifold: bool) -> Drawing:
     return picture
 
 
-def names_of(archive: str | os.PathLike[str]) -> list[str]:
-    """Return the names that `show` takes for an archive, one a line, with meaning and unit."""
-    from nlds_vines.archives.archive import read
-    from nlds_vines.plotting.chosen_panels import drawn
-
-    with read(archive) as view:
-        tasks = [task_of(view)] + [TASKS[SCAN]] * (view.content == SCAN)
-        meanings: dict[str, str] = {}
-        for task in filter(None, tasks):
-            meanings |= drawn(view, task.picture.names)
-        return [f"{name:<26}{meaning}" for name, meaning in meanings.items()]
-
-
 def _carry_out(options: argparse.Namespace) -> int:
     archive = existing(options.archive)
     if options.show == "?":
-        say(*names_of(archive))
+        from nlds_vines.plotting.chosen_panels import drawn
+
+        with read(archive) as view:
+            tasks = [task_of(view)] + [TASKS[SCAN]] * (view.content == SCAN)
+            meanings: dict[str, str] = {}
+            for task in filter(None, tasks):
+                meanings |= drawn(view, task.picture.names)
+        say(*(f"{name:<26}{meaning}" for name, meaning in meanings.items()))
         return DONE
     path = archive.with_suffix(".png") if options.output is None else Path(options.output)
     check_plot(path, "output")
     refuse_same(archive, path)
     refuse_replacing("picture", path, RunOptions(overwrite=options.overwrite))
-    _save(archive, path, options)
-    say(path)
-    return DONE
-
-
-def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
-    from nlds_vines.archives.archive import read
     from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.plotting.page import sheet
 
@@ -174,6 +160,8 @@ def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
     )  # fmt: skip
     with read(archive) as view, sheet(options.style):
         save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
+    say(path)
+    return DONE
 
 
 def _declare(parser: Parser) -> None:
@@ -188,16 +176,14 @@ def _declare(parser: Parser) -> None:
         help="over a sweep's energies: the branches of a continuation along omega; several combine",
     )  # fmt: skip
     add(
-        "--manifold",
-        action="store_true",
+        "--manifold", action="store_true",
         help="of maps: draw the bounds of 1:1 motion in closed form, of a free mass between two "
         "rigid walls",
-    )
+    )  # fmt: skip
     add(
-        "--frequency",
-        metavar="UNIT",
+        "--frequency", metavar="UNIT",
         help="of axes of the frequency: rad/s, Hz, or ratio to the structure's [as stated]",
-    )
+    )  # fmt: skip
     add("--overwrite", action="store_true", help="replace a picture")
 
 

@@ -7,17 +7,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.cli.command import TASKS, Command, Job, content_of
+from nlds_vines.cli.command import TASKS, Command, Job
 from nlds_vines.cli.options import Parser
-from nlds_vines.cli.running import RunOptions, add_run_options, run_options
+from nlds_vines.cli.running import add_run_options, run_options
 from nlds_vines.cli.terminal import DIFFERENT, DONE, ORBITS_FAILED, say
 from nlds_vines.errors import RequestError
-
-if TYPE_CHECKING:
-    from nlds_vines.archives.archive import ArchiveView
 
 _NAME = "rerun"
 _EXAMPLES = """\
@@ -33,50 +30,38 @@ request is wrong; 130 interrupted, 143 terminated: --resume goes on
 def _carry_out(options: argparse.Namespace) -> int:
     """Repeat what an archive holds, and compare; return the exit status."""
     source, how = Path(options.file), run_options(options)
-    output = Path(options.output or f"{source.stem}-rerun.h5")
-    job = _job(source, output, how)
+    output, content = Path(options.output or f"{source.stem}-rerun.h5"), SCAN
+    if source.is_file():
+        with read(source) as view:
+            content = view.content
+    task = TASKS.get(content, TASKS[SCAN])  # a scan's says that anything else is none
+    is_scan = content == SCAN or content not in TASKS
+    if not is_scan and (how.shard is not None or how.scheduler is not None):
+        raise RequestError(f"--shard and --scheduler are for scans: this is a {content}")
+    job: Job = task.part(task.command).Job(task.read(source).request, source, output, None, how)
     status = job.carry_out(_NAME, options.dry_run)
     if options.dry_run or how.shard is not None or status not in (DONE, ORBITS_FAILED):
         return status
-    return max(status, _compared(source, output, how.quiet))
-
-
-def _job(source: Path, output: Path, how: RunOptions) -> Job:
-    """Return the job whose results an archive holds."""
-    content = content_of(source)
-    task = TASKS.get(content, TASKS[SCAN])
-    if content != SCAN and task.reads and (how.shard is not None or how.scheduler is not None):
-        raise RequestError(f"--shard and --scheduler are for scans: this is a {content}")
-    task = task if task.reads else TASKS[SCAN]  # which says that this is none
-    job: Job = task.part(task.command).Job(task.read(source).request, source, output, None, how)
-    return job
+    names = differing(source, output)
+    if names:
+        say(f"results differ: {', '.join(names)}")
+        return max(status, DIFFERENT)
+    if not how.quiet:
+        say("the results are the same")
+    return status
 
 
 def differing(one: Path, other: Path) -> list[str]:
     """Return the names of the datasets whose bits differ between two archives."""
-    from nlds_vines.archives.archive import read
+
+    def bits(view: ArchiveView, name: str) -> object:
+        values = view[name]
+        return values.tolist() if view.describe(name).dtype == "str" else values.tobytes()
 
     with read(one) as a, read(other) as b:
-        return [name for name in sorted({*a.names, *b.names}) if not _are_equal(a, b, name)]
-
-
-def _are_equal(a: ArchiveView, b: ArchiveView, name: str) -> bool:
-    """Return True if a dataset is in both archives with the same bits; so NaN equals NaN."""
-    if name not in a or name not in b or a.shape(name) != b.shape(name):
-        return False
-    x, y = a[name], b[name]
-    return (
-        x.tolist() == y.tolist() if a.describe(name).dtype == "str" else x.tobytes() == y.tobytes()
-    )
-
-
-def _compared(old: Path, new: Path, quiet: bool) -> int:
-    names = differing(old, new)
-    if names:
-        say(f"results differ: {', '.join(names)}")
-    elif not quiet:
-        say("the results are the same")
-    return DIFFERENT if names else DONE
+        names = {*a.names, *b.names}
+        alike = {name for name in {*a.names} & {*b.names} if a.shape(name) == b.shape(name)}
+        return sorted(names - {name for name in alike if bits(a, name) == bits(b, name)})
 
 
 def _declare(parser: Parser) -> None:

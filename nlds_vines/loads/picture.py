@@ -89,10 +89,7 @@ _LEAST = 1e-4  # lower end of the axis, in units of the largest E1
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
-    """Return the panels of an archive with their meanings; those of a scan are its quantities.
-
-    Of a table of samples these are histograms; `x1_max:exceedance` and `x1_max:k1` are there, too.
-    """
+    """Return the panels of an archive with their meanings; those of a scan are its quantities."""
     request = view.request(RESPONSE_HISTORY, load_response_history)
     if request.vary:
         meanings = {entry.name: entry.words for entry in OF_LOADS if entry.name in view}
@@ -172,7 +169,6 @@ def fill(axes: Axes, view: ArchiveView, name: str) -> None:
 
 
 def _add_legend(axes: Axes, name: str, offset: float = 0.0) -> None:
-    """Add the legend of a panel above it: of bars of shares, or of lines."""
     handles, _ = axes.get_legend_handles_labels()
     length = 1.4 if name == "shares" else 2.2
     add_legend(axes, handles, "above", offset, handlelength=length)
@@ -190,7 +186,6 @@ def _draw_panel(axes: Axes, results: ResponseHistories | LoadScan, name: str) ->
 
 
 def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
-    """Return the results in an archive; raise `RequestError` if every orbit failed."""
     results = histories_in(view.path)
     if results.failed == results.request.cases:
         status = STATUS[int(view["status"].flat[0])]
@@ -233,7 +228,6 @@ def _motion(axes: Axes, histories: ResponseHistories) -> None:
 
 
 def _damper(axes: Axes, histories: ResponseHistories) -> None:
-    """Draw the share of the supplied energy that the damper's dashpot and contacts dissipated."""
     for _, history, look in _each(histories):
         energy = sum(np.nan_to_num(history.dissipated[sink]) for sink in ("c2", "contact"))
         if np.any(energy):
@@ -353,7 +347,6 @@ def draw_spectrum(spectrum: ResponseSpectrum, ax: Axes | None = None) -> Figure:
 
 
 def _maps(scan: LoadScan, shown: Sequence[str], page: Page) -> Figure:
-    """Return a figure with a map for each quantity and damper, those of a quantity side by side."""
     count = len(scan.request.systems)
     across = min(count, 2 if page.beside else 1)
     rows = -(-count // across)
@@ -380,7 +373,6 @@ def _maps(scan: LoadScan, shown: Sequence[str], page: Page) -> Figure:
 
 
 def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
-    """Draw a quantity over the axis of a scan for each damper, and closed forms if it has any."""
     request = scan.request
     (axis,) = request.vary
     words: str | None = "in closed form"

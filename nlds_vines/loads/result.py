@@ -33,7 +33,6 @@ HISTORIES = {
     "x2": ("m", "displacement of the damper, relative to the ground"),
     "work": ("J", "energy that came in so far, by the start and by the load"),
 }
-"""The histories, with unit and meaning."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -314,7 +313,6 @@ def shares_of(history: ResponseHistory) -> dict[str, float]:
 
 
 def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
-    """Return the response histories in an archive; raise `RequestError` for other archives."""
     with read(path) as view:
         request = view.request(RESPONSE_HISTORY, load_response_history)
         place = ArchivePath.of(view.path)

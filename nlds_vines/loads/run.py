@@ -36,7 +36,6 @@ from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Arrays, Blocks, Write
 
 BLOCK = 256
-"""Orbits in a block of a scan."""
 
 PIECE_BYTES = 1 << 26
 """Bytes of the loads that a thread has in memory at once, if no two orbits share theirs."""
@@ -144,13 +143,11 @@ def numbers_of(
     each: Sequence[Loading],
     tell: Tell | None = None,
 ) -> Arrays:
-    """Return the quantities (n,) of a system under loads by name, with the settings of a request.
-
-    Arguments: the `system`; a `grid` of its parameters (n,) by name; the load of `each` orbit;
-    `tell` is called while kernels are compiled.
+    """Return the quantities (n,) of a system under the load of `each` orbit, by name.
 
     Beside those of `OF_LOADS` there are `status` and `violations`, the number of times that the
-    limit of the scene was passed.
+    limit of the scene was passed.  The `grid` holds parameters (n,); `tell` is called while kernels
+    are compiled.
     """
     rest = {id(load): load.with_({"impulse": 0.0}) if load.impulse else load for load in each}
     pairs = [(rest[id(load)], load.impulse * load.scale) for load in each]
@@ -221,7 +218,6 @@ def _fly(
 def _numbers(
     request: HistoryRequest, scene: Scene, cells: np.ndarray, orbits: LoadResults
 ) -> dict[str, np.ndarray]:
-    """Return the quantities (lanes,) by name, status and violations; NaN if there is no value."""
     column, missing = orbits.numbers.T, np.full(len(cells), np.nan)
     response = {
         name: values.max(axis=-1) if values.ndim > 1 else values
@@ -266,7 +262,6 @@ def _histories(
     loads: Sequence[Cells],
     orbits: LoadResults,
 ) -> dict[str, np.ndarray]:
-    """Return displacements and energies (lanes, times) by name; NaN if there is no value."""
     time = request.times
     places = np.array([np.searchsorted(load.edges, time * (1.0 - 1e-14)) for load in loads])
     lanes = np.arange(len(cells))[:, None]

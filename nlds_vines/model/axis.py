@@ -39,14 +39,10 @@ _DIGITS = 50  # of a common ratio: its powers are exact to far more digits than 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Axis(Outlined):
-    """One varied parameter and its values.
+    """One varied parameter, initial condition or ratio, and its values.
 
-    Attributes:
-        name: of the parameter, the initial condition or the ratio.
-        values: one or more different values (n,) [SI], which are sorted and made read-only.
-        stated: the axis of a ratio from which this one follows, as f [Hz] for omega.
-
-    Raises `RequestError` for no values, too many, equal ones, and anything but finite numbers.
+    The values (n,) [SI] are different, finite, sorted and read-only.  `stated` is the axis of a
+    ratio from which this one follows, as f [Hz] for omega.
     """
 
     name: str
@@ -111,11 +107,7 @@ class Axis(Outlined):
 
     @classmethod
     def of(cls, name: str, entry: Any) -> Axis:
-        """Return the axis of an `entry` of a request file's table `[vary]`.
-
-        The entry is a table with start, stop, num and perhaps scale, or with values alone; or it
-        is a sequence or an array of values.
-        """
+        """Return the axis of an entry of `[vary]`: a table, or a sequence or an array of values."""
         if _is_sequence(entry):
             return cls(name, entry)
         entries = table(name, entry, ("start", "stop", "num", "scale", "values"))
@@ -144,7 +136,6 @@ def _is_sequence(values: Any) -> bool:
 
 
 def _numbers(name: str, values: Any) -> np.ndarray:
-    """Return `values` as a new one-dimensional array of finite floats."""
     if hasattr(values, "__array__"):
         values = np.asarray(values)
     if not _is_sequence(values):
@@ -296,7 +287,6 @@ def _checked(table: Mapping[Any, Any]) -> Samples:
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
-    """Return the columns of a CSV file; a cell that is no number is refused with its line."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:

@@ -21,7 +21,6 @@ FLAGS: Mapping[str, int] = {
 """Regimes by name: the CF flags of the dataset `regime`."""
 
 KEPT: Mapping[str, int] = {"no": 0, "yes": 1}
-"""The CF flags of the dataset `spectra_agree`: whether spectrum and label agree."""
 
 _WORDS = {
     FLAGS["undetermined"]: "undetermined",
@@ -42,7 +41,6 @@ def name_of(period: int, impacts: int) -> str:
 
 
 def label_of(regime: int, period: int, impacts: int) -> str:
-    """Return the label of one orbit from its regime (of `FLAGS`), n and k of nT,k."""
     if regime in _WORDS:
         return _WORDS[regime]
     before = TRANSIENT if regime == FLAGS["transient_chaos"] else ""
@@ -50,11 +48,7 @@ def label_of(regime: int, period: int, impacts: int) -> str:
 
 
 def labels_of(regime: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np.ndarray:
-    """Return the label of every orbit, strings in an object array.
-
-    Arguments: integer arrays of one shape: `regime` (of `FLAGS`), `period` n of nT (0 for none)
-    and `impacts` k per nT.
-    """
+    """Return the label of every orbit; `period` is n of nT (0 for none), `impacts` k per nT."""
     triples, index = np.unique(
         np.stack([regime, period, impacts], axis=-1).reshape(-1, 3), axis=0, return_inverse=True
     )
@@ -72,7 +66,6 @@ def least_lifetime(watched: float, level: float = 0.95) -> float:
 
 
 def flags_of(status: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """Return the regime of every orbit (of `FLAGS`): its verdict, or failed."""
     return np.where(status == codes.OK, kind, FLAGS["failed"]).astype(np.int8)
 
 

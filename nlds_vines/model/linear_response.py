@@ -12,15 +12,10 @@ from nlds_vines.model.system import System, modulus
 
 @dataclass(frozen=True)
 class Response:
-    """The steady state without contact, at one or several frequencies of the force.
+    """The steady state without contact, at frequencies `omega` [rad/s] of the force, any shape.
 
-    x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)).
-
-    Attributes:
-        system: the parameters, of which omega is not used.
-        omega: angular frequencies of the force [rad/s], any shape.
-        X1, X2: complex amplitudes [m] of structure and damper, of that shape; X2 is None without
-            a damper.
+    x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)) [m]; X2 is None without a
+    damper.
     """
 
     system: System
@@ -57,8 +52,6 @@ class Response:
 
 def response(system: System, omega: np.ndarray) -> Response:
     """Return the steady response of equation (5) without contact to the force P cos(omega t).
-
-    Arguments: the system; `omega` in rad/s, any shape.
 
     With the joint j = k2 + i omega c2, the structure's s = k1 - m1 omega^2 + i omega c1 and the
     damper's d = j - m2 omega^2:  X1 = P d / ((s + j) d - j^2) and X2 = P j / ((s + j) d - j^2);

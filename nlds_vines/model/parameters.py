@@ -47,12 +47,10 @@ class Parameter:
         return "finite"
 
     def accepts(self, values: np.ndarray) -> np.ndarray:
-        """Return an array like `values`, True for each allowed one; NaN is never allowed."""
         bottom = values > self.low if self.above else values >= self.low
         return bottom & (values <= self.high) & np.isfinite(values)
 
     def check(self, values: float | np.ndarray) -> None:
-        """Raise `RequestError` for the first of `values` outside the range, if any."""
         if isinstance(values, float) and self.low < values <= self.high and values < inf:
             return
         values = np.asarray(values)
@@ -74,8 +72,6 @@ class Law:
     """One contact law: how a wall acts on the damper.
 
     Attributes:
-        name: as in files, archives and Python.
-        meaning: in words, with its formula.
         constants: the names of its parameters.
         instead: a parameter that may replace all constants; "" for none.
         optional: parameters that may be added; 0 by default.
@@ -102,7 +98,6 @@ class Law:
 
     @property
     def needed(self) -> tuple[str, ...]:
-        """The names of the fewest parameters that define it."""
         return (self.instead,) if self.instead else self.constants
 
 
@@ -114,14 +109,6 @@ def _of_power(p: Mapping[str, float], z: np.ndarray, s: np.ndarray) -> np.ndarra
     """Return K z^n max(0, 1 + a s); n is 3/2 where no exponent is given."""
     force = p["K"] * z * np.sqrt(z) if "exponent" not in p else p["K"] * z ** p["exponent"]
     return force * np.maximum(0.0, 1.0 + p[DAMPING] * s) if DAMPING in p else force
-
-
-def _of_joint(p: Mapping[str, float], z: np.ndarray, s: np.ndarray) -> np.ndarray:
-    return p["kc"] * z + p.get("cc", 0.0) * s
-
-
-def _of_pressed_joint(p: Mapping[str, float], z: np.ndarray, s: np.ndarray) -> np.ndarray:
-    return np.maximum(0.0, _of_joint(p, z, s))
 
 
 HERTZ = Law(
@@ -168,14 +155,14 @@ _LAWS = (
             Parameter("kc", "kc", "N/m", "stiffness of the contact", low=0, above=True),
             Parameter("cc", "cc", "N s/m", "damping of the contact", low=0),
         ),
-        force=_of_pressed_joint,
+        force=lambda p, z, s: np.maximum(0.0, p["kc"] * z + p.get("cc", 0.0) * s),
     ),
     Law(
         "kelvin-voigt",
         "spring and dashpot, which may pull: force kc z + cc dz/dt, until z is zero",
         ("kc",),
         optional=("cc",),
-        force=_of_joint,
+        force=lambda p, z, s: p["kc"] * z + p.get("cc", 0.0) * s,
     ),
     Law(
         "restitution",
@@ -329,7 +316,6 @@ def ends_in_words(name: str, low: float, high: float) -> str:
 
 
 def setting_in_words(name: str, value: float) -> str:
-    """Return a parameter with its value and unit as text: K = 2.5e+07 N/m^1.5."""
     return f"{symbol_of(name)} = {with_unit(name, f'{value:g}')}"
 
 

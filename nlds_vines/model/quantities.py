@@ -109,7 +109,6 @@ class Quantity:
         flags: Mapping[str, int] | None = None,
         prefix: str = "",
     ) -> Dataset:
-        """Return its dataset over all of `dims`, with `prefix` before its name."""
         name, words = f"{prefix}{self.name}", self.words_in(scene)
         return Dataset(name, dims, self.dtype, self.unit, words, self.fill, flags)
 
@@ -435,7 +434,6 @@ QUANTITIES = (
 """The quantities of scans, the most important first; of two of one name, the first applies."""
 
 BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in reversed(QUANTITIES)})
-"""The quantities of scans by name."""
 
 RECORDS = tuple(dict.fromkeys((*_ORDER, *(word for q in QUANTITIES for word in q.record))))
 """The words of `[record] want`, in the order in which a request keeps them."""
@@ -534,4 +532,3 @@ OF_LOADS = (
 """The numbers of a structure and its damper under a load, the most important first."""
 
 OF_LOADS_BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in OF_LOADS})
-"""The same by name."""

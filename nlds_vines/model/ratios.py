@@ -35,15 +35,10 @@ UNITS = (RAD, HZ, RATIO)
 
 @dataclass(frozen=True)
 class Ratio:
-    """A number in place of a parameter.
+    """A number in place of the parameter that it `gives`: ratio^power times a unit.
 
-    Attributes:
-        what: its name, symbol, unit, meaning and range.
-        gives: the name of the parameter that it stands for.
-        needs: the parameters that its unit follows from.
-        unit: returns from these, in their order (floats or arrays), the value of the parameter at
-            the ratio 1 [SI].
-        power: the parameter is ratio^power times the unit: 1, 2 or -2.
+    `unit` returns from the parameters that it `needs`, floats or arrays in their order, the value
+    [SI] of the parameter at the ratio 1.  `power` is 1, 2 or -2.
     """
 
     what: Parameter
@@ -116,11 +111,9 @@ RATIOS = tuple(
         ("omega_ratio", "omega", ("k", "m"), _frequency, 1),
     )
 )
-"""All ratios; a ratio comes after those whose parameters its unit needs."""
 
 
 def frequency_unit(unit: str | None, document: Mapping[str, Any]) -> str:
-    """Return a unit of `UNITS`; of None Hz if a table of a request states f, else rad/s."""
     if unit is None:
         tables = (table for table in document.values() if isinstance(table, Mapping))
         return HZ if any("f" in table for table in tables) else RAD

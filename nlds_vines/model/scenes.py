@@ -46,8 +46,6 @@ class Scene:
     that the scene does not have.
 
     Attributes:
-        kind: the name in files, archives and Python.
-        meaning: in words.
         parameter_names: the names of the parameters, without those of the contact.
         rest: u at which the spring rests; None without a damper.
         gap_near: r at touch of the wall that pushes the damper in +x2.
@@ -60,9 +58,7 @@ class Scene:
         load: the constant force per mass [m/s^2] on the structure towards the near wall, or None.
         shaken: "Y" or one of `BASES` if that parameter of the ground's motion replaces the force.
         body: the name of the forced body.
-        second: the wall, "near" or "far", that may have a law of its own; "" for none.
-        law: the law of all contacts.
-        law_2: the law of the second wall, if it has its own law or constants.
+        second: the wall, "near" or "far", that may have a law of its own, `law_2`; "" for none.
         optional: the optional parameters of the laws that are present.
         components: the names of the state's components, in the order of kernels and archives: two,
             or four with a damper [m, m/s, m, m/s].
@@ -89,15 +85,11 @@ class Scene:
     components: tuple[str, ...] = ("x1", "v1", "x2", "v2")
 
     def __post_init__(self) -> None:
-        """Raise ValueError for the name of a wall that is too long, and for a limit without a wall.
-
-        Flights without walls are computed from section to section: nothing between two sections is
-        examined, and a violation of the limit would stay unseen.
-        """
         if max(map(len, self.struck.values())) > LONGEST_NAME:
             raise ValueError(
                 f"scene {self.kind!r}: names of walls have {LONGEST_NAME} letters at most"
             )
+        # nothing between two sections of a flight without walls is examined
         if self.limit is not None and not self.walls:
             raise ValueError(f"scene {self.kind!r} has a limit and no wall: nothing checks it")
 
@@ -117,7 +109,6 @@ class Scene:
 
     @cached_property
     def walls(self) -> tuple[str, ...]:
-        """The walls of the scene, of "near" and "far"; empty without contact."""
         gaps = {"near": self.gap_near, "far": self.gap_far}
         return tuple(name for name, gap in gaps.items() if gap is not None)
 
@@ -180,7 +171,6 @@ class Scene:
 
     @cached_property
     def allowed(self) -> tuple[str, ...]:
-        """The names of all allowed parameters, alternatives such as `K` included."""
         names = self.parameter_names + self.drives[1:]
         if self.walls:
             names += self.law.allowed
@@ -198,11 +188,7 @@ class Scene:
         return "/".join(words).rstrip("/")
 
     def under(self, law: str, law_2: str = "", names: Collection[str] = ()) -> Scene:
-        """Return the scene with other laws, of `LAWS`, and with the optional parts in `names`.
-
-        Arguments: `law_2` is that of the second wall, "" if it has none of its own; `names` are
-        those of the system's parameters.
-        """
+        """Return the scene with other laws, of `LAWS`, and the optional parts among parameters."""
         shaken = next((name for name in ("Y", *BASES) if name in names), "")
         possible: tuple[str, ...] = ()
         if self.walls:
@@ -330,7 +316,6 @@ SCENES: Mapping[str, Scene] = {scene.kind: scene for scene in _KINDS}
 
 
 def scene_of(key: str) -> Scene:
-    """Return the scene of a `Scene.key`."""
     kind, law, law_2, *optional = [*key.split("/"), "", ""][: max(3, key.count("/") + 1)]
     names = [*optional, *BASES[:1]] if kind.endswith(FOOT) else optional
     return SCENES[kind.removesuffix(FOOT)].under(law or HERTZ.name, law_2, names)

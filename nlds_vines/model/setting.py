@@ -114,11 +114,9 @@ class Setting:
     Attributes:
         table: its table, without brackets; for an array of tables, `[column]` with brackets. If
         empty, the table is the attribute `table` of the class.
-        check: validates its value.
         words: its meaning, in Markdown, for the help of its option and the page of keys.
         form: the placeholder of the option's value in the help, such as PERIODS; empty: no option.
-        option: the name of its option, by default that of the key.
-        key: its name, by default that of the field.
+        option, key: the names of its option and its key, by default that of the field.
         usual: the default in words, if the field's own does not say it.
         replaces: the keys of the table that an override of this one removes, such as the steps of
             a method if another method is chosen.
@@ -153,7 +151,6 @@ class Setting:
 def setting(
     default: Any, check: Check, table: str, words: str, form: str = "", **options: Any
 ) -> Any:
-    """Return a field of a request: its default, and the other attributes of a `Setting`."""
     entry = Setting(table, check, words, form, **options)
     return field(
         metadata={"setting": entry}, **({} if default is MISSING else {"default": default})
@@ -161,7 +158,6 @@ def setting(
 
 
 def settings_of(owner: Any, table: str | None = None) -> dict[str, Setting]:
-    """Return the settings of a class by field; those of one `table`, by default all."""
     return dict(_settings_of(owner if isinstance(owner, type) else type(owner), table))
 
 
@@ -197,7 +193,6 @@ class Request(Outlined):
     content: ClassVar[str]  # its kind, of `archives.provenance`
 
     def document(self) -> dict[str, Any]:
-        """Return the complete file of this request as nested tables."""
         raise NotImplementedError
 
     def starts_inside(self) -> list[str]:
@@ -258,7 +253,6 @@ class Form:
     [set] and the keys of [sampling] that both have.
 
     Attributes:
-        kind: the name in messages, `scan`.
         owners: the classes whose settings the file has.
         names: the tables whose keys are names of parameters, merged entry by entry.
         whole: such tables that a table of changes replaces as a whole.
@@ -297,7 +291,7 @@ class Form:
     ) -> Merged:
         """Merge changes over the document of a source, and validate every setting.
 
-        Arguments: `changes_from` and `where`, the names of changes and source in messages.
+        `changes_from` and `where` are the names of changes and source in messages.
 
         A change of a value removes the entries that its setting `replaces`; a change to the same
         value does so only if an entry of the source replaces its key.
@@ -371,14 +365,10 @@ class Form:
 
 @dataclass(frozen=True)
 class Merged:
-    """The merged document of a request, validated.
+    """The merged document of a request, and its validated settings (`values`) by table and key.
 
-    Attributes:
-        form: the tables and keys that it may have.
-        layers: the document below and the changes above it, each with its name in messages.
-        document: both merged.
-        left: the tables and keys of a file for other kinds of request; None if it is no file.
-        values: the validated settings, by table and key.
+    `layers` are the document below and the changes above it, each with its name in messages.
+    `left` holds the tables and keys of a file for other kinds of request; None if it is no file.
     """
 
     form: Form
@@ -398,7 +388,6 @@ class Merged:
         return f"{self.origin(name, key)}: [{name}]"
 
     def is_changed(self, *names: str) -> bool:
-        """Return True if the changes have something under one of these keys."""
         return any(self.layers[1][1].get(name) for name in names)
 
     def table(self, name: str) -> Document:
@@ -412,7 +401,6 @@ class Merged:
         return entries
 
     def of(self, owner: Any) -> dict[str, Any]:
-        """Return the validated settings of a class, by field."""
         return {
             name: self.values[entry.table][entry.key]
             for name, entry in settings_of(owner).items()
@@ -462,12 +450,10 @@ class Merged:
         varied: Mapping[str, str] = MappingProxyType({}),
         takes: Callable[[System, str], bool] = lambda *_: True,
     ) -> System:
-        """Return a system with [set] of the file and then [set] of the changes.
+        """Return a system with [set] of the file and then [set] of the changes, as it `takes` them.
 
-        Arguments: `varied` gives the table of each varied parameter; settings that a system does
-        not take (`takes`) are ignored.
-        If the changes vary a parameter, the file does not set it; any other parameter that is both
-        set and varied is refused.
+        `varied` gives the table of each varied parameter.  If the changes vary a parameter, the
+        file does not set it; any other parameter that is both set and varied is refused.
         """
         axes = meant_by(system.scene, varied)
         tables = dict(zip(axes, varied.values(), strict=True))
@@ -501,10 +487,7 @@ class Merged:
             return string("title", self.document["title"])
 
     def make(self, owner: Callable[..., Made], place: str, **values: Any) -> Made:
-        """Make the request of `values`.
-
-        Errors name the `place`; a warning names the parts of the file for other commands.
-        """
+        """Make the request; a warning names the parts of the file for other commands."""
         with at(place):
             request = owner(**values)
         if self.left:

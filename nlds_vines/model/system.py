@@ -138,7 +138,6 @@ class System(Outlined):
     fixed_ratios: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check everything and freeze the mappings."""
         choice("kind", self.kind, SCENES)
         check_law(self.kind, self.law, self.law_2)
         for key in ("name", "title"):
@@ -164,7 +163,6 @@ class System(Outlined):
         sources: Mapping[str, str],
         assumptions: Mapping[str, str],
     ) -> None:
-        """Store the mappings read-only, and check the numbers that follow from the parameters."""
         self.__dict__.update(
             parameters=MappingProxyType(parameters),
             fixed_ratios=MappingProxyType(dict(ratios)),
@@ -422,7 +420,6 @@ class System(Outlined):
 
     @cached_property
     def _cell(self) -> np.ndarray:
-        """The record of the system, shape ()."""
         return _records(self.scene, self.parameters, ())
 
 
@@ -562,14 +559,12 @@ def _named(scene: Scene) -> str:
 
 
 def refuse_contradiction(names: Collection[str]) -> None:
-    """Raise `RequestError` if `names` hold both `K` and a constant that it replaces."""
     beside = [name for name in CONTACT if name in names]
     if beside and "K" in names:
         raise RequestError(f"K beside {', '.join(beside)}: give K or the contact constants")
 
 
 def refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
-    """Raise `RequestError` for the first of `names` that the scene does not have, if any."""
     name = next((name for name in names if name not in scene.allowed), None)
     if name is None:
         return
@@ -657,7 +652,6 @@ def system_in_words(system: System) -> str:
 
 
 def parameters_in_words(system: System, varied: Collection[str] = ()) -> str:
-    """Return kind, law and parameters of a system, without those that are varied."""
     varied = {*varied, *meant_by(system.scene, varied), *system.following(varied)}
     law = f" under {system.law}" if system.scene.walls else ""
     values = (

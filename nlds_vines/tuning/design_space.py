@@ -157,11 +157,8 @@ DIGITS = 9
 class Uncertain:
     """An uncertain parameter, or an uncertain number of a load.
 
-    Attributes:
-        name: of the parameter.
-        spread: the standard deviation of a normal distribution, or half the width of a uniform one.
-        relative: whether the spread is in per cent of the value; otherwise it is in SI units.
-        law: the distribution, `NORMAL` or `UNIFORM`.
+    `spread` is the standard deviation of a normal distribution, or half the width of a uniform one,
+    in per cent of the value if it is `relative`, otherwise in SI units.
     """
 
     name: str
@@ -176,11 +173,7 @@ class Uncertain:
 
     @classmethod
     def of(cls, name: str, entry: object) -> Uncertain:
-        """Return the uncertain parameter of an entry of `[uncertain]`.
-
-        The entry is a spread, or a table with `spread` and `law`.  A spread is a text such as "5%",
-        or a number in SI units.
-        """
+        """Return the uncertain parameter of an entry: a spread, or a table with spread and law."""
         is_table = isinstance(entry, Mapping)
         keys = ("spread", "law")
         settings: Mapping[str, Any] = table(name, entry, keys) if is_table else {"spread": entry}

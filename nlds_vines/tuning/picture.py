@@ -86,7 +86,6 @@ def _free(view: ArchiveView) -> list[str]:
 
 
 def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
-    """Draw the objective of all designs without a perturbation against the only parameter."""
     codes = {word: code for code, word in view.flags("stage").items()}
     plain = view["stage"] != codes["robustness"]
     values, objectives = view[name][plain], drawable(view["objective"])[plain]

@@ -109,11 +109,10 @@ def _distinct(tuning: Tuning, points: np.ndarray, values: np.ndarray, within: fl
 def distinct(
     units: np.ndarray, values: np.ndarray, within: float, apart: float, most: int
 ) -> np.ndarray:
-    """Return the indices of good designs that lie apart from one another, the best first.
+    """Return the indices of good designs (n, parameters) of the unit cube, the best first.
 
-    Arguments: `units` (n, parameters), points in the unit cube; `values` (n,), their objectives;
-    `within`, the largest excess over the best objective, relative to it; `apart`, the smallest
-    distance from all better designs chosen.  Empty if no value is finite.
+    `within` is the largest excess over the best objective, relative to it; `apart` the smallest
+    distance from all better designs chosen.
     """
     limit = values.min(initial=np.inf) * (1 + within)
     candidates = np.flatnonzero(np.isfinite(values) & (values <= limit))

@@ -122,12 +122,9 @@ def growth(exponents: np.ndarray, rises: np.ndarray) -> np.ndarray:
 
 
 def polynomial(coefficients: np.ndarray, at: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return the rows (n, m) of polynomials over cells.
+    """Return the rows (n, m) of polynomials with `coefficients` (n, m) of the powers of a time [s].
 
-    Arguments: `coefficients` (n, m) of the powers of a time [s]; `at` (n,), that time where each
-    cell begins; `lengths` (n,) of the cells [s].
-
-    The polynomials are shifted by repeated synthetic division (Horner).
+    The cells begin `at` that time (n,); repeated synthetic division (Horner) shifts polynomials.
     """
     shifted = coefficients.astype(np.float64)
     terms = shifted.shape[1]
@@ -185,7 +182,6 @@ def canonical(text: str) -> str | None:
 
 
 def unit_in(name: str, value: Any, /) -> str:
-    """Return the unit that `value` means; raise `RequestError` for any other value."""
     unit = canonical(value) if isinstance(value, str) else None
     if unit is None:
         raise unknown(name, value, UNITS)
@@ -197,7 +193,6 @@ LENGTH = Real(0.0, 1e9, inside=True)
 
 
 def nonzero(name: str, value: Any, /) -> float:
-    """Return a number other than zero, of either sign."""
     size = number(name, value)
     if not 0.0 < abs(size) <= 1e15:
         raise RequestError(f"{name} = {size!r}; allowed: up to 1e15 to either side, and not 0")
@@ -238,7 +233,6 @@ class Load:
 
     @classmethod
     def of(cls, entry: object) -> Self:
-        """Return the load of a table; raise `RequestError` if that is none or has wrong keys."""
         settings = {setting.key: setting for setting in settings_of(cls).values()}
         with at(f"[{cls.table}]"):
             entries = table(cls.kind, entry, settings)
@@ -310,7 +304,6 @@ class Pulse(Course):
 
     @property
     def corners(self) -> tuple[float, ...]:
-        """The times [s] after its beginning at which a pulse is not smooth."""
         return 0.0, self.end
 
     @property
@@ -558,7 +551,6 @@ class Noise(Course):
 
     @property
     def recurrence(self) -> float:
-        """The time [s] after which it repeats itself."""
         return TURN * self.tones / (self.high - self.low)
 
     @cached_property

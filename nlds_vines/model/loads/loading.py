@@ -90,7 +90,6 @@ class Blow(Load):
 
 
 ALL: Mapping[str, type[Load]] = {Blow.kind: Blow, **KINDS}
-"""All loads by their keys in `[load]`."""
 
 
 OPTIONS = {
@@ -102,7 +101,6 @@ OPTIONS = {
 
 
 def of_load(name: str) -> RequestError:
-    """Return the error for a number of the load, such as `scale` or `noise.rms`, elsewhere."""
     kind, dot, key = name.partition(".")
     option = f"--load {kind}:{key}=VALUE" if dot else OPTIONS[name]
     return RequestError(f"{name} belongs in [load]; on the command line: {option}")
@@ -189,7 +187,6 @@ class Loading:
         return tuple((t, self.scale * size) for t, size in impulses)
 
     def force_of(self, sweep: Sweep) -> float:
-        """Return the amplitude [N] of a sweep that is a force on m1."""
         return abs(sweep.amplitude * sweep.factor * self.scale)
 
     def to_table(self) -> dict[str, Any]:
@@ -203,24 +200,18 @@ class Loading:
         return number(name, getattr(owner, entry.key))
 
     def is_whole(self, name: str) -> bool:
-        """Return True if a number is an integer, such as a count or a seed."""
         return isinstance(self._entry(name)[1].check, Whole)
 
     def check_values(self, name: str, values: np.ndarray) -> None:
-        """Raise `RequestError` for the first of `values` (n,) that is out of the number's range."""
         _, entry = self._entry(name)
         for value in values.tolist():
             entry.check(name, _as_needed(entry, value))
 
     def redrawn(self, times: int) -> Loading:
-        """Return the sum with `times` added to the seed of each noise."""
         return replace(self, noise=tuple(replace(one, seed=one.seed + times) for one in self.noise))
 
     def with_(self, changes: Mapping[str, float]) -> Loading:
-        """Return this sum with other numbers, by names such as `impulse` and `friedlander.peak`.
-
-        Raises `RequestError` unless exactly one load has the number.
-        """
+        """Return this sum with other numbers, by names such as `impulse` and `friedlander.peak`."""
         loading = self
         for name, value in changes.items():
             owner, entry = loading._entry(name)
@@ -231,7 +222,6 @@ class Loading:
         return loading
 
     def words_of_number(self, name: str) -> tuple[str, str]:
-        """Return the unit and the meaning of a number, whose `name` is as in `with_`."""
         owner, entry = self._entry(name)
         unit = owner.unit if isinstance(owner, Course) and "`unit`" in entry.words else "1"
         if entry.words.endswith("]"):
@@ -242,7 +232,6 @@ class Loading:
         return unit, f"{entry.key} of {of}"
 
     def _entry(self, name: str) -> tuple[Loading | Load, Setting]:
-        """Return the owner of a number and its setting; `RequestError` if nothing has it."""
         kind, _, key = name.partition(".")
         if not key:
             if name not in NUMBERS:
@@ -262,7 +251,7 @@ class Loading:
     def check(self, duration: float, period: float) -> None:
         """Raise `RequestError` for noise that recurs, coarse records and too many cells.
 
-        Arguments: the `duration` [s], and the natural `period` of the structure [s].
+        `period` is the natural period [s] of the structure.
         """
         for noise in self.noise:
             if noise.recurrence < duration:
@@ -286,16 +275,13 @@ class Loading:
         return " + ".join(terms) + times
 
     def records_in_words(self, duration: float) -> list[str]:
-        """Return a line for each record: its samples, and the part within the `duration` [s]."""
         return [one.summary(duration) for one in self.record]
 
     def cells(self, on: Struck, duration: float, reach: float, marks: np.ndarray) -> Cells:
         """Return the sum in cells.
 
-        Arguments: the structure that it acts `on`; the `duration` [s]; `reach`, the longest cell
-        [s] that the flights of the structure allow; `marks`, further edges [s].
-
-        Raises `RequestError` for more than `MOST_CELLS`.
+        `reach` is the longest cell [s] that the flights of the structure allow; `marks` are
+        further edges [s].
         """
         push = -on.mass if self.shaken else 1.0
         acting = [(one, push * one.factor * self.scale) for one in self.parts]
@@ -321,10 +307,7 @@ class Loading:
     def _divided(
         self, courses: Sequence[Course], duration: float, reach: float, marks: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the times (n + 1,) between which all is smooth, and the numbers (n,) of cells.
-
-        Raises `RequestError` for more than `MOST_CELLS`.
-        """
+        """Return the times (n + 1,) between which all is smooth, and the numbers (n,) of cells."""
         blows = np.array([time for time, _ in self.blows])
         times = np.unique(np.concatenate([*(one.kinks for one in courses), marks, blows]))
         gap = NEAR * float(np.spacing(duration))
@@ -352,9 +335,7 @@ class Struck(NamedTuple):
 
 
 NUMBERS = ("impulse", "scale")
-"""The numbers of `[load]` itself."""
 
 
 def _as_needed(entry: Setting, value: float) -> float:
-    """Return a value as the setting has it: an int if that is a whole number."""
     return int(value) if isinstance(entry.check, Whole) and value == int(value) else value

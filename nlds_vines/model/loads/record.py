@@ -116,10 +116,8 @@ class RecordFile:
     def read(self, unit: str) -> dict[str, Any]:
         """Return the settings of the record in the file: times [s], values, unit and reading.
 
-        Arguments: the `unit` of the values, empty for the file's own.
-
-        Raises `RequestError` for a file that cannot be read, and for one that can be read in
-        several ways, with the key that chooses one.
+        `unit` is that of the values, empty for the file's own.  A file that can be read in several
+        ways is refused; the message names the key that chooses one.
         """
         content = self._content(Path(self.file))
         columns, notes = content.columns, [content.format] if content.format else []
@@ -185,7 +183,6 @@ class RecordFile:
         return next(filter(None, contents), None) or _table(lines, self)
 
     def _values(self, columns: Sequence[Column], time: Column | None) -> Column:
-        """Return the column of the values: the chosen one, or the first beside the times."""
         if self.dt and (times := next(filter(_is_time, columns), None)):
             name = _name_of(times, columns)
             raise RequestError(f"dt = {self.dt:g} s stands beside {name}, which has times")
@@ -205,7 +202,7 @@ class RecordFile:
 def _time_of(content: Content, also: str) -> Column:
     """Return the column of the times: a named one, or the first if it ascends.
 
-    Arguments: `also` ends the error if there is none, with what else the file needs.
+    `also` ends the error if there is none: what else the file needs.
     """
     columns = content.columns
     if len(columns) < 2:
@@ -246,7 +243,6 @@ def _ascends(numbers: list[float]) -> bool:
 
 
 def _lines_in(data: bytes) -> list[str]:
-    """Return the lines of a text in UTF-8, UTF-16 or Latin-1, with plain signs and blanks."""
     if len(data) > MOST_BYTES:
         raise RequestError(f"has more than {MOST_BYTES} bytes")
     if data.startswith((b"PK\x03\x04", b"\x1f\x8b")):
@@ -505,7 +501,6 @@ def _counted(lines: Lines) -> Content | None:
 
 
 def _unit_in_titles(lines: Lines) -> str:
-    """Return the unit that titles state, as `UNITS OF G` or in brackets; empty without one."""
     title = " ".join(text[:200] for _, text in lines[-3:])
     if match := _UNITS_OF.search(title):
         return match[1].strip(".,;")
@@ -530,7 +525,6 @@ _DIALECTS = tuple(
 
 
 def _table(lines: Lines, keys: RecordFile) -> Content:
-    """Return the columns of a table; the lines before it are titles, headings and comments."""
     body, whole = lines, _joined(lines)
     if any(mark in whole for mark in _NOTES):
         cut = ((i, text.partition("#")[0]) for i, text in lines)
@@ -694,7 +688,6 @@ class Record(Outlined, Course):
 
     @classmethod
     def of(cls, entry: object) -> Record:
-        """Return the record in a table, or in the file that the table or a path names."""
         if isinstance(entry, str):
             entry = {"file": entry}
         if not isinstance(entry, Mapping) or "file" not in entry:
@@ -734,14 +727,12 @@ class Record(Outlined, Course):
 
     @property
     def step(self) -> float:
-        """The largest step [s]."""
         return float(np.diff(self._times).max())
 
     def words(self) -> str:
         return f"record {self.source or len(self.values)}"
 
     def summary(self, duration: float) -> str:
-        """Return the line that says what was read, and how much of it is within a duration [s]."""
         steps, length = np.diff(self._times), float(self._times[-1])
         low, high = f"{steps.min():g}", f"{steps.max():g}"
         within, values = min(max(duration - self.at, 0.0), length), np.array(self.values)

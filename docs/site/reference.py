@@ -25,7 +25,6 @@ from nlds_vines.bifurcation.response_curves import Case, CurveRequest, Panel
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
 from nlds_vines.continuation.request import Begin, Continuation, load_continuation
-from nlds_vines.continuation.result import curve_datasets
 from nlds_vines.continuation.result import datasets_of as of_branches
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.axis import Axis
@@ -241,7 +240,7 @@ def of_tunings() -> str:
 def of_continuations() -> str:
     """Return the table of the datasets of branches, and of the curves in a plane."""
     request = load_continuation({"plane": {"P": {"start": 400.0, "stop": 1200.0}}})
-    rows = (_row(entry) for entry in (*of_branches(request), *curve_datasets(request)))
+    rows = map(_row, of_branches(request))
     return table(("dataset", "dimensions", "unit", "meaning"), rows)
 
 

@@ -264,14 +264,16 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Continuati
     if text is None:
         return load_continuation(source, changes, changes_from)
     from nlds_vines.archives.archive import read
-    from nlds_vines.continuation.run import orbits_in, system_in
+    from nlds_vines.archives.files import parse_toml
+    from nlds_vines.bifurcation.request import load_scan
+    from nlds_vines.continuation.run import orbits_in
 
     file, _, cell = text.partition("@")
     path, values = Path(file), numbers_by_name("--from", cell)
     with at(f"--from {path}"), read(path) as view:
         if view.content != "scan":
             raise RequestError(f"it holds a {view.content}, not a scan")
-        system = system_in(path, view.text("scan"))
+        system = load_scan(parse_toml(view.text("scan"), str(path))).system
         entry = changes.get("along") or load_continuation(source).along.entry()
         along = interval_in(entry, system)
         name, changes["along"] = along.name, along.entry()

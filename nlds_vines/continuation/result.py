@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -29,6 +29,7 @@ from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.style import HUES
 
+# the marks of special points in pictures
 MARKS: dict[str, dict[str, Any]] = {
     "LP": {"marker": "o", "color": HUES["green"]},
     "PD": {"marker": "^", "color": HUES["vermillion"]},
@@ -37,46 +38,29 @@ MARKS: dict[str, dict[str, Any]] = {
     "GR": {"marker": "D", "color": HUES["orange"]},
     "LIM": {"marker": "v", "color": HUES["pink"]},
 }
-"""The mark of each kind of special point in pictures."""
 
 WORDS = {
     "LP": "fold", "PD": "period doubling", "NS": "torus", "BP": "branch point",
     "GR": "grazing", "LIM": "limit touched",
 }  # fmt: skip
-"""The kinds of special points in words."""
 
+# CF flags of datasets
 ORIGINS = {"start": 0, "PD": 1, "BP": 2}
-"""The origins of branches: CF flags of the dataset `origin`."""
-
 KIND_FLAGS = {kind: number for number, kind in enumerate(KINDS)}
 END_FLAGS = {word: number for number, word in enumerate(ENDS)}
 SWITCH_FLAGS = {outcome.name.lower(): int(outcome) for outcome in Switch}
 STATUS_FLAGS = {"complete": 0, "incomplete": 1}
 STABLE_FLAGS = {"unstable": 0, "stable": 1}
-
-SI, DEFECT = "m, m/s", "closing error of the orbit, relative"
-"""Units of the components of a state; meaning of two datasets."""
-
-INCOMPLETE = ("lost", "long")
-"""The ends of branches that are not complete."""
-
-Tables = dict[str, np.ndarray]
-"""Arrays by the name of a dataset."""
-
-Entries = Iterator[tuple[Dataset, Callable[[Any], Any] | None]]
-"""Datasets, each with the function of a cycle, special point or track that gives its entry, or None
-if all entries are computed at once."""
-
 CURVE_END_FLAGS = {word: number for number, word in enumerate(CURVE_ENDS)}
 
-_ALONG = (
-    *("E1max", "E2max", "residual", "determinant_error", "clearance"),
-    *("softest_impact", "fastest_impact", "largest_force"),
-)  # along a branch, by the names of datasets
+SI, DEFECT = "m, m/s", "closing error of the orbit, relative"
+INCOMPLETE = {"lost", "long"}  # ends of branches that are not complete
+RESOLVED = 1.0e-10  # largest last bracket of a resolved special point, relative to the parameter
 
+# dimensions of datasets that an archive leaves out if they are empty
+MAY_BE_EMPTY = {"special", "curve_point", "curve", "meeting_point"}
 
-RESOLVED = 1.0e-10
-"""Largest width of the last bracket, relative to the parameter, of a resolved special point."""
+Tables = dict[str, np.ndarray]  # by the name of a dataset
 
 
 @dataclass(frozen=True, repr=False)
@@ -246,12 +230,16 @@ class Continued(Drawable):
     def branches(self) -> tuple[Branch, ...]:
         """All branches, those of the start orbits first."""
         t, words, branches = self.tables, list(ENDS), []
+        names = (
+            *("E1max", "E2max", "residual", "determinant_error", "clearance"),
+            *("softest_impact", "fastest_impact", "largest_force"),
+        )
         for i in range(len(t["status"])):
             rows = t["branch_of_point"] == i
             pairs, period = t["multipliers"][rows], int(t["periodicity"][rows][0])
             states = t["state"][rows]
             sections = t["section"][np.repeat(rows, t["periodicity"])]
-            along = {name: t[name][rows] for name in _ALONG if name in t}
+            along = {name: t[name][rows] for name in names if name in t}
             branches.append(
                 Branch(
                     parameter=t[self.request.along.name][rows],
@@ -282,24 +270,27 @@ class Continued(Drawable):
         switch, the outcome of following the branch that leaves there.
         """
         t = self.tables
-        size = t["special_state"].shape[1]
-        kinds = [
-            ("kind", "U3"), ("value", float), ("before", "U16"), ("after", "U16"),
-            ("residual", float), ("bracket", float), ("defect", float), ("wall", "U4"),
-            ("branch", int), ("index", int), ("periodicity", int), ("state", float, (size,)),
-            ("switch", "U8"), ("resolved", bool),
-        ]  # fmt: skip
-        rows = np.zeros(len(t["kind"]), kinds)
-        rows["kind"] = [KINDS[int(code)] for code in t["kind"]]
-        rows["value"] = t[f"special_{self.request.along.name}"]
-        rows["before"], rows["after"] = t["before"].astype(str), t["after"].astype(str)
-        rows["wall"] = t["wall"].astype(str)
-        for name in ("residual", "defect", "branch", "index", "periodicity", "state"):
-            rows[name] = t[f"special_{name}"]
-        rows["bracket"] = t["bracket"]
-        rows["switch"] = [Switch(int(code)).name.lower() for code in t["switch"]]
-        rows["resolved"] = rows["bracket"] <= RESOLVED * np.abs(rows["value"])
-        return rows.view(np.recarray)
+        values, bracket = t[f"special_{self.request.along.name}"], t["bracket"]
+        columns: dict[str, tuple[Any, Any]] = {
+            "kind": ("U3", [KINDS[int(code)] for code in t["kind"]]),
+            "value": (float, values),
+            "before": ("U16", t["before"].astype(str)),
+            "after": ("U16", t["after"].astype(str)),
+            "residual": (float, t["special_residual"]),
+            "bracket": (float, bracket),
+            "defect": (float, t["special_defect"]),
+            "wall": ("U4", t["wall"].astype(str)),
+            "branch": (int, t["special_branch"]),
+            "index": (int, t["special_index"]),
+            "periodicity": (int, t["special_periodicity"]),
+            "state": ((float, t["special_state"].shape[1:]), t["special_state"]),
+            "switch": ("U8", [Switch(int(code)).name.lower() for code in t["switch"]]),
+            "resolved": (bool, bracket <= RESOLVED * np.abs(values)),
+        }
+        rows = np.recarray(len(values), [(name, kind) for name, (kind, _) in columns.items()])
+        for name, (_, column) in columns.items():
+            rows[name] = column
+        return rows
 
     @cached_property
     def curves(self) -> tuple[SpecialCurve, ...]:
@@ -437,10 +428,6 @@ class Continued(Drawable):
             yield "curves", ", ".join(f"{n} of {k}" for k, n in kinds)
 
 
-_MAY_BE_EMPTY = ("special", "curve_point", "curve", "meeting_point")
-"""The dimensions of datasets that an archive leaves out if they are empty."""
-
-
 def _counted(words: list[str]) -> list[tuple[str, int]]:
     return [(word, words.count(word)) for word in dict.fromkeys(words)]
 
@@ -455,11 +442,10 @@ def continued(path: str | os.PathLike[str]) -> Continued:
         request = view.request(CONTINUATION, load_continuation)
         size, tables = len(request.system.scene.components), dict[str, np.ndarray]()
         shapes = {"component": size, "multiplier": size, "part": 2}
-        curves = () if request.plane is None else curve_datasets(request)
-        for entry in (*datasets_of(request), *curves):
+        for entry in datasets_of(request):
             if entry.name in view:
                 tables[entry.name] = view[entry.name]
-            elif entry.dims[0] in _MAY_BE_EMPTY:
+            elif entry.dims[0] in MAY_BE_EMPTY:
                 kind = object if entry.dtype == "str" else entry.dtype
                 tables[entry.name] = np.empty((0, *(shapes[dim] for dim in entry.dims[1:])), kind)
     return Continued(request, tables, ArchivePath.of(path))
@@ -468,9 +454,14 @@ def continued(path: str | os.PathLike[str]) -> Continued:
 # ---- the datasets of an archive ----
 
 
-def _of_points(request: Continuation) -> Entries:
-    dims, free, scene = ("point",), PARAMETERS[request.along.name], request.system.scene
-    pair = ("multiplier", "part")
+def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], Any] | None]]:
+    """Yield the datasets of branches and special points, each with the function of its entries.
+
+    The function takes the cycle of a point, a special point or a track, as the first dimension of
+    the dataset says; it is None if all entries are computed at once.
+    """
+    free, scene, pair = PARAMETERS[request.along.name], request.system.scene, ("multiplier", "part")
+    dims: tuple[str, ...] = ("point",)
     yield Dataset.whole("branch_of_point", dims, "branch that a point belongs to"), None
     yield free.dataset(dims), lambda c: c.values[0]
     yield Dataset.real("state", (*dims, "component"), SI, "orbit at phase zero"), None
@@ -494,10 +485,7 @@ def _of_points(request: Continuation) -> Entries:
     yield Dataset("fastest_impact", dims, "float64", "m/s", words, 0.0), None
     yield Dataset("largest_force", dims, "float64", "N", "largest contact force", 0.0), None
 
-
-def _of_specials(request: Continuation) -> Entries:
-    dims, free, scene = ("special",), PARAMETERS[request.along.name], request.system.scene
-    pair = ("multiplier", "part")
+    dims = ("special",)
     yield Dataset.whole("special_branch", dims, "branch that it lies on"), None
     words = "kind of special point"
     yield Dataset.code("kind", dims, words, KIND_FLAGS), lambda s: KIND_FLAGS[s.kind]
@@ -518,76 +506,109 @@ def _of_specials(request: Continuation) -> Entries:
     multipliers = BY_NAME["multipliers"].dataset((*dims, *pair), scene, prefix="special_")
     yield multipliers, lambda s: _parts(s.point.cycle)
 
-
-def _of_branches() -> Entries:
     dims = ("branch",)
-    incomplete = Dataset.code("status", dims, "whether a branch is complete", STATUS_FLAGS)
-    yield incomplete, lambda t: any(end in INCOMPLETE for end in t.ends)
+    status = Dataset.code("status", dims, "whether a branch is complete", STATUS_FLAGS)
+    yield status, lambda t: not INCOMPLETE.isdisjoint(t.ends)
     yield Dataset.code("origin", dims, "origin of the branch", ORIGINS), lambda t: ORIGINS[t.origin]
     yield Dataset.whole("parent", dims, "branch that it leaves, -1 if none", -1), lambda t: t.parent
-    yield (
-        Dataset.whole(
-            "parent_special", dims, "special point at which it leaves that branch, -1 if none", -1
-        ),
-        lambda t: t.at,
-    )
+    words = "special point at which it leaves that branch, -1 if none"
+    yield Dataset.whole("parent_special", dims, words, -1), lambda t: t.at
     first = Dataset.code("first_end", dims, "reason of its end at its beginning", END_FLAGS)
     yield first, lambda t: END_FLAGS[t.ends[0]]
     last = Dataset.code("last_end", dims, "reason of its end at its end", END_FLAGS)
     yield last, lambda t: END_FLAGS[t.ends[1]]
 
 
-def datasets_of(request: Continuation) -> list[Dataset]:
-    entries = (*_of_points(request), *_of_specials(request), *_of_branches())
-    return [entry for entry, _ in entries]
+def datasets_of(request: Continuation) -> Iterator[Dataset]:
+    """Yield the datasets of branches and special points, and of curves if there is a plane."""
+    yield from (entry for entry, _ in _entries(request))
+    if request.plane is None:
+        return
+    point, curve, meeting = ("curve_point",), ("curve",), ("meeting_point",)
+    yield Dataset.whole("curve_of_point", point, "curve that a point belongs to")
+    for name in (item.name for item in request.free):
+        yield PARAMETERS[name].dataset(point, "curve_")
+        yield PARAMETERS[name].dataset(meeting, "meeting_")
+    yield Dataset.real("curve_state", (*point, "component"), SI, "orbit at phase zero")
+    pair = (*point, "multiplier", "part")
+    yield Dataset.real("curve_multipliers", pair, "1", "Floquet multipliers")
+    yield Dataset.whole("curve_impact_count", point, "k of nT,k")
+    yield Dataset.code("curve_kind", curve, "kind of its special points", KIND_FLAGS)
+    yield Dataset.whole("curve_periodicity", curve, "n of nT")
+    yield Dataset.code("curve_first_end", curve, "reason of its first end", CURVE_END_FLAGS)
+    yield Dataset.code("curve_last_end", curve, "reason of its last end", CURVE_END_FLAGS)
+    yield Dataset.whole("curve_of_meeting", meeting, "curve that it lies on")
+    yield Dataset.text("meeting", meeting, "the kinds that meet")
+
+
+def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
+    components = request.system.scene.components
+
+    def counted(name: str, like: str, text: str) -> Scale:
+        return Scale.counted(name, len(tables[like]), text)
+
+    scales = [
+        counted("point", "periodicity", "point of a branch, branch after branch"),
+        counted("row", "section", "state of an orbit, the n of one point after the other"),
+        counted("special", "kind", "special point, branch after branch"),
+        counted("branch", "status", "branch"),
+        Scale("component", np.array(components), "1", "component of the state"),
+        Scale.counted(
+            "multiplier", len(components), "Floquet multiplier, the largest modulus first", 1
+        ),
+        Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number"),
+    ]
+    if request.plane is not None:
+        scales += [
+            counted("curve_point", "curve_of_point", "point of a curve, curve after curve"),
+            counted("curve", "curve_kind", "curve of special points"),
+            counted("meeting_point", "meeting", "point where two kinds meet"),
+        ]
+    return scales
 
 
 def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[Track]) -> Tables:
+    """Return the arrays of the datasets of branches and special points."""
     cycles = [point.cycle for track in tracks for point in track.points]
     specials = [special for track in tracks for special in track.specials]
     size, along, system = section_map.size, (request.along.name,), request.system
+    # the datasets that are functions of single records
+    records: dict[str, Sequence[Any]] = {"point": cycles, "special": specials, "branch": tracks}
+    tables: Tables = {}
+    for entry, of in _entries(request):
+        if of is not None:
+            kind: Any = object if entry.dtype == "str" else entry.dtype
+            tail = (size, 2) if "part" in entry.dims else ()
+            values = np.array([of(one) for one in records[entry.dims[0]]], dtype=kind)
+            tables[entry.name] = values.reshape(-1, *tail)
 
     def placed(cycles: Sequence[Cycle]) -> tuple[np.ndarray, np.ndarray]:
         places = np.array([cycle.place for cycle in cycles]).reshape(-1, size + 1)
         return places, np.array([cycle.n for cycle in cycles], dtype=np.int64)
 
+    # those that are computed for all points, or all special points, at once
     places, periods = placed(cycles)
     measured = section_map.measure(places, periods)
     sections = [cycle.points[:, :size] for cycle in cycles]
     values = np.repeat(places[:, size:], periods, axis=0)
     rows = np.column_stack([np.concatenate([np.empty((0, size)), *sections]), values])
     there = placed([special.point.cycle for special in specials])
+    switches = [t.switches.get(at, Switch.NONE) for t in tracks for at in range(len(t.specials))]
+    numbers = np.arange(len(tracks))
     return {
-        **_filled(_of_points(request), cycles, size),
-        **_filled(_of_specials(request), specials, size),
-        **_filled(_of_branches(), tracks, size),
-        "branch_of_point": np.repeat(np.arange(len(tracks)), [len(t.points) for t in tracks]),
+        **tables,
+        "branch_of_point": np.repeat(numbers, [len(t.points) for t in tracks]),
         "state": states_of(system, along, places),
         "section": states_of(system, along, rows),
         "E1max": measured.energy[:, 0],
         **({"E2max": measured.energy[:, 1]} if system.scene.damper else {}),
         "fastest_impact": measured.strokes[:, 0],
         "largest_force": measured.strokes[:, 1],
-        "switch": np.array(
-            [t.switches.get(at, Switch.NONE) for t in tracks for at in range(len(t.specials))],
-            dtype=np.int8,
-        ),
-        "special_branch": np.repeat(np.arange(len(tracks)), [len(t.specials) for t in tracks]),
+        "switch": np.array(switches, dtype=np.int8),
+        "special_branch": np.repeat(numbers, [len(t.specials) for t in tracks]),
         "special_state": states_of(system, along, there[0]),
         "special_E1max": section_map.measure(*there).energy[:, 0],
     }
-
-
-def _filled(entries: Entries, records: Sequence[Any], size: int) -> Tables:
-    """Return the arrays of the datasets that are functions of single records."""
-    arrays = {}
-    for entry, of in entries:
-        if of is not None:
-            kind: Any = object if entry.dtype == "str" else entry.dtype
-            tail = (size, 2) if "part" in entry.dims else ()
-            values = np.array([of(record) for record in records], dtype=kind)
-            arrays[entry.name] = values.reshape(len(records), *tail)
-    return arrays
 
 
 def _parts(cycle: Cycle) -> np.ndarray:
@@ -606,48 +627,3 @@ def _determinant_error(cycle: Cycle) -> float:
         product *= mu
     exact = exp(cycle.volume)
     return abs(abs(product) - exact) / (exact if exact > 0.0 else 1.0)
-
-
-def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
-    components = request.system.scene.components
-
-    def numbered(name: str, like: str, text: str, first: int = 0) -> Scale:
-        count = len(tables[like]) if like else len(components)
-        return Scale.counted(name, count, text, first)
-
-    return [
-        numbered("point", "periodicity", "point of a branch, branch after branch"),
-        numbered("row", "section", "state of an orbit, the n of one point after the other"),
-        numbered("special", "kind", "special point, branch after branch"),
-        numbered("branch", "status", "branch"),
-        Scale("component", np.array(components), "1", "component of the state"),
-        numbered("multiplier", "", "Floquet multiplier, the largest modulus first", 1),
-        Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number"),
-    ]
-
-
-def curve_scales(tables: Mapping[str, np.ndarray]) -> list[Scale]:
-    texts = {
-        "curve_point": ("curve_of_point", "point of a curve, curve after curve"),
-        "curve": ("curve_kind", "curve of special points"),
-        "meeting_point": ("meeting", "point where two kinds meet"),
-    }
-    return [Scale.counted(name, len(tables[like]), text) for name, (like, text) in texts.items()]
-
-
-def curve_datasets(request: Continuation) -> Iterator[Dataset]:
-    point, curve, meeting = ("curve_point",), ("curve",), ("meeting_point",)
-    yield Dataset.whole("curve_of_point", point, "curve that a point belongs to")
-    for name in (item.name for item in request.free):
-        yield PARAMETERS[name].dataset(point, "curve_")
-        yield PARAMETERS[name].dataset(meeting, "meeting_")
-    yield Dataset.real("curve_state", (*point, "component"), SI, "orbit at phase zero")
-    pair = (*point, "multiplier", "part")
-    yield Dataset.real("curve_multipliers", pair, "1", "Floquet multipliers")
-    yield Dataset.whole("curve_impact_count", point, "k of nT,k")
-    yield Dataset.code("curve_kind", curve, "kind of its special points", KIND_FLAGS)
-    yield Dataset.whole("curve_periodicity", curve, "n of nT")
-    yield Dataset.code("curve_first_end", curve, "reason of its first end", CURVE_END_FLAGS)
-    yield Dataset.code("curve_last_end", curve, "reason of its last end", CURVE_END_FLAGS)
-    yield Dataset.whole("curve_of_meeting", meeting, "curve that it lies on")
-    yield Dataset.text("meeting", meeting, "the kinds that meet")

@@ -5,7 +5,7 @@ Start orbits are from rest, from random starts, or from the archive of a scan.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import count
 from pathlib import Path
 
@@ -20,8 +20,6 @@ from nlds_vines.continuation.result import (
     CURVE_END_FLAGS,
     KIND_FLAGS,
     Tables,
-    curve_datasets,
-    curve_scales,
     datasets_of,
     map_of,
     scales_of,
@@ -31,7 +29,6 @@ from nlds_vines.continuation.section_map import SectionMap, place_of, states_of
 from nlds_vines.continuation.special_curves import Curve, Tracer, trace_curve
 from nlds_vines.continuation.special_points import Special
 from nlds_vines.errors import RequestError
-from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.solver_settings import Settings
@@ -40,8 +37,8 @@ from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Arrays, Blocks, Write
 
+# forcing periods after which a start is classified, and those that are sampled for it
 TRANSIENT, PERIODS = 600, 120
-"""Forcing periods after which a start is classified, and those that are sampled for it."""
 
 
 def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
@@ -114,37 +111,20 @@ def orbits_in(view: ArchiveView, name: str, cell: dict[str, float]) -> tuple[Orb
         states = states[..., -1, :]
     orbits = []
     for start in range(period.shape[1]):
-        for i in _of_runs(label[:, start]) if one is None else (one,):
+        borders = np.flatnonzero(label[1:, start] != label[:-1, start]) + 1
+        runs = zip([0, *borders.tolist()], [*borders.tolist(), len(label)], strict=True)
+        inner = sorted({i for a, b in runs for i in (a, (a + b - 1) // 2, b - 1)})
+        for i in inner if one is None else (one,):
             n, state = int(period[i, start]), states[i, start]
             if n > 0 and np.isfinite(state).all():
                 orbits.append(Orbit(tuple(state.tolist()), float(values[i]), n))
     return tuple(orbits)
 
 
-def _of_runs(labels: np.ndarray) -> Iterator[int]:
-    """Yield the first, the middle and the last index of each run of equal labels."""
-    begin = 0
-    for end in range(1, len(labels) + 1):
-        if end == len(labels) or labels[end] != labels[begin]:
-            yield from sorted({begin, (begin + end - 1) // 2, end - 1})
-            begin = end
-
-
-def system_in(path: Path, text: str) -> System:
-    """Return the system of a scan's document."""
-    from nlds_vines.archives.files import parse_toml
-    from nlds_vines.bifurcation.request import load_scan
-
-    return load_scan(parse_toml(text, str(path))).system
-
-
 # ---- curves of special points in the plane of two parameters ----
 
-CURVED = ("LP", "PD", "NS", "GR")
-"""The kinds of special points whose curves are followed."""
-
-SAME = 1.0e-7
-"""Relative difference of a parameter below which two special points are the same."""
+CURVED = ("LP", "PD", "NS", "GR")  # the kinds of special points whose curves are followed
+SAME = 1.0e-7  # relative difference of a parameter below which two special points are the same
 
 
 def curves_through(request: Continuation, specials: Sequence[Special], piece: Piece) -> Tables:
@@ -270,12 +250,10 @@ def run(request: Continuation, output: Path, how: RunOptions | None = None) -> N
                 return arrays
 
             tables = compute(request, piece, progress.wait)
-        entries, scales = datasets_of(request), scales_of(request, tables)
-        if request.plane is not None:
-            entries, scales = [*entries, *curve_datasets(request)], [*scales, *curve_scales(tables)]
         contents = [
-            (entry, tables[entry.name]) for entry in entries if tables.get(entry.name) is not None
+            (entry, tables[entry.name]) for entry in datasets_of(request) if entry.name in tables
         ]
-        return store.writer(scales, contents, [item.name for item in request.free])
+        names = [item.name for item in request.free]
+        return store.writer(scales_of(request, tables), contents, names)
 
     store.carry_out(how, work)

@@ -27,9 +27,9 @@ from nlds_vines.continuation.section_map import (
     shoots_from_flights,
 )
 
+# Relative defect at which Newton's method has converged; and at which it may stop if the last step
+# did not reduce the defect by a factor of four.
 CLOSED, GOOD_ENOUGH = 1.0e-13, 1.0e-9
-"""Relative defect at which Newton's method has converged; and at which it may stop if the last step
-did not reduce the defect by a factor of four."""
 
 
 class Newton(NamedTuple):
@@ -42,26 +42,19 @@ class Newton(NamedTuple):
     least_first: float
 
 
+# The rules on a branch, and on a curve of special points, whose derivatives are differences.
 OF_BRANCH, OF_CURVE = Newton(8, 1.0e-12, 1.0e-8), Newton(10, 1.0e-11, 1.0e-7)
-"""The rules on a branch, and on a curve of special points, whose derivatives are differences."""
 
+# The further equation of a curve of special points: its residual and the derivatives of that with
+# respect to state and parameters; None if they cannot be evaluated.
 Equation = Callable[[Cycle], tuple[float, np.ndarray] | None]
-"""The further equation of a curve of special points: its residual and the derivatives of that with
-respect to state and parameters; None if they cannot be evaluated."""
 
+# Weighted lengths of steps: relative to the orbit and to the parameter's interval.
 FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-2, 1.0e-9, 2.0e-2
-"""Weighted lengths of steps: relative to the orbit and to the parameter's interval."""
 
-CONTRACTION, ANGLE = 1.0e-2, 0.1
-"""The step control aims at this ratio of Newton's second to its first step, and at this angle [rad]
-between successive tangents."""
-
-SHARPEST = 3.0
-"""A step is repeated, shorter, if it exceeds one of the two aims by more than this factor."""
-
-NEARER = 0.5
-"""Longest step as a fraction of the distance to a rigid grazing, where the map is not
-differentiable."""
+# The step control aims at this ratio of Newton's second to its first step, and at this angle [rad]
+# between successive tangents; it repeats a step that exceeds one of them by more than a factor.
+CONTRACTION, ANGLE, SHARPEST = 1.0e-2, 0.1, 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +67,7 @@ class Point:
     border: float = 0.0  # on a branch: determinant of the closing equations bordered by the tangent
 
     @property
-    def value(self) -> float:
-        """The (first) free parameter."""
+    def value(self) -> float:  # of the first free parameter
         return float(self.cycle.values[0])
 
     @cached_property
@@ -156,18 +148,17 @@ def close(
     return None, math.inf, rows
 
 
-def tangent_of(
-    cycle: Cycle, rows: np.ndarray, weights: np.ndarray
-) -> tuple[np.ndarray, float] | None:
-    """Return the unit tangent at an orbit, turned toward the last of `rows`, and the determinant.
+def with_tangent(cycle: Cycle, rows: np.ndarray, weights: np.ndarray) -> Point | None:
+    """Return the point at an orbit with its unit tangent, turned toward the last of `rows`.
 
-    The determinant is that of the closing equations bordered by the rows.  None if it is zero.
+    Its border is the determinant of the closing equations bordered by the rows.  None if it is
+    zero.
     """
     unit = np.eye(len(weights))[-1]
     tangent, determinant = bordered(closing(cycle), cycle.slopes, rows, unit)
     if tangent is None or not np.isfinite(tangent).all():
         return None
-    return tangent / length(weights, tangent), determinant
+    return Point(cycle, tangent / length(weights, tangent), weights, determinant)
 
 
 def point_of(
@@ -178,11 +169,10 @@ def point_of(
     `lengths` (1,) is the length of the parameter's interval.  None if the tangent is not unique.
     """
     weights = section_map.weights(cycle, lengths)
-    solution = tangent_of(cycle, (weights * weights * toward)[np.newaxis], weights)
-    if solution is None:
+    point = with_tangent(cycle, (weights * weights * toward)[np.newaxis], weights)
+    if point is None:
         return None
-    tangent, determinant = solution
-    return Point(cycle, tangent, weights, determinant / length(weights, toward))
+    return replace(point, border=point.border / length(weights, toward))
 
 
 def along(section_map: SectionMap, point: Point, step: float) -> tuple[Point | None, float]:
@@ -240,21 +230,13 @@ class Stepper:
 # flight, which is chosen anew along the branch before an impact comes near.  Archives hold states
 # at phase zero.
 
+# The flight is chosen anew if an impact is nearer to the phase than this fraction of half the
+# longest flight.
 NEAR = 0.25
-"""The flight is chosen anew if an impact is nearer to the phase than this fraction of half the
-longest flight."""
 
-SHARPNESS = 1024
-"""Phases are multiples of 1 / SHARPNESS of a period, so that adding 1 is exact."""
-
-SAME_ORBIT = 1.0e-7
-"""Distance, relative to the orbit, below which two states are the same."""
-
-INVARIANT = "counts", "multipliers", "clearance", "slowest", "volume"
-"""The attributes of a cycle that do not depend on the phase."""
-
-ASIDE = 1.0e-6
-"""Difference step that carries a tangent to another phase."""
+SHARPNESS = 1024  # phases are multiples of 1 / SHARPNESS of a period, so that adding 1 is exact
+SAME_ORBIT = 1.0e-7  # distance, relative to the orbit, below which two states are the same
+ASIDE = 1.0e-6  # difference step that carries a tangent to another phase
 
 
 def better_map(section_map: SectionMap, cycle: Cycle) -> SectionMap | None:
@@ -301,7 +283,8 @@ def seen_by(
     if image is None or there is None or beside is None:
         return None
     # round-off at a grazing must not change the impacts of the orbit
-    invariant = {name: getattr(cycle, name) for name in INVARIANT}
+    names = ("counts", "multipliers", "clearance", "slowest", "volume")
+    invariant = {name: getattr(cycle, name) for name in names}
     return replace(image, **invariant), (beside - there) / ASIDE
 
 
@@ -320,14 +303,6 @@ def moved(before: SectionMap, after: SectionMap, point: Point) -> Point | None:
         return exact
     weights = after.weights(cycle, lengths)
     return Point(cycle, direction / length(weights, direction), weights, point.border)
-
-
-def cycle_at_zero(zero: SectionMap, cycle: Cycle) -> Cycle | None:
-    """Return an orbit in the map at phase zero; None if it is lost on the way there."""
-    if not cycle.since:
-        return cycle
-    seen = seen_by(zero.shot(cycle.since), zero, cycle, np.zeros(len(cycle.place)))
-    return None if seen is None else seen[0]
 
 
 def point_at_zero(zero: SectionMap, point: Point) -> Point:

@@ -14,7 +14,6 @@ from nlds_vines.continuation.arclength import (
     FIRST_STEP,
     LEAST_STEP,
     LONGEST_STEP,
-    NEARER,
     SAME_ORBIT,
     Point,
     Stepper,
@@ -59,6 +58,8 @@ SAME_TURN = 1.0e-8
 
 RECENT = MOST_KNOTS + 1
 """Number of the last points that are kept at the current phase."""
+
+NEARER = 0.5  # longest step to a rigid grazing, as a fraction of the distance to it
 
 KNOT_RATIO = 1.5
 """Least ratio of the speeds, or clearances, of successive knots: between closer knots, errors of

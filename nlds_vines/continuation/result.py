@@ -14,7 +14,7 @@ from nlds_vines.archives.archive import ArchivePath, read
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import CONTINUATION
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.continuation.arclength import best_map, cycle_at_zero, place_at
+from nlds_vines.continuation.arclength import best_map, place_at, seen_by
 from nlds_vines.continuation.branch_arm import ENDS, at_value
 from nlds_vines.continuation.exploration import Switch, Track, is_same
 from nlds_vines.continuation.request import Continuation, load_continuation
@@ -378,9 +378,11 @@ class Continued(Drawable):
             step = values[i + 1] - values[i]
             share = (value - values[i]) / step if step else 0.0
             cycle = at_value(there, a + share * (b - a), n, value)
-            at_zero = None if cycle is None else cycle_at_zero(section_map, cycle)
-            if at_zero is not None:
-                yield int(i), at_zero
+            if cycle is not None and cycle.since:
+                seen = seen_by(there, section_map, cycle, np.zeros(len(cycle.place)))
+                cycle = None if seen is None else seen[0]
+            if cycle is not None:
+                yield int(i), cycle
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of the report."""

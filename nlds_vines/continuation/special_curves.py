@@ -38,7 +38,7 @@ from nlds_vines.continuation.arclength import (
     place_at,
     real_product,
     seen_by,
-    tangent_of,
+    with_tangent,
 )
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing, shifted
 from nlds_vines.continuation.special_points import (
@@ -49,19 +49,26 @@ from nlds_vines.continuation.special_points import (
     step_between,
 )
 
+# relative distance in the parameter from a GR of the two orbits that calibrate its equation
+BESIDE = 1.0e-7
+
+# Clearance, relative to the orbit, of the orbits that are followed in place of those that graze
+# rigid bodies; and the fractions of it from which the grazing orbit is extrapolated.
+LEVEL, NEARER = 1.0e-3, (0.75, 0.5, 0.25)
+
+SMOOTH = 1.0e-3  # largest weighted difference of two degrees of extrapolation at the grazing
+
 # ---- defining systems ----
 
+# Points of codimension two by the kind of the curve, with the condition that holds there.
+# R1 to R4: the strong resonances 1:1 to 1:4; CP: cusp; LP-PD: fold-flip; GR-LP, GR-PD, GR-NS: a
+# curve of folds, doublings or tori begins or ends on one of grazing.
 CONDITIONS = {
-    "LP": {"R1": "one", "LP-PD": "PD", "CP": "cusp"},
-    "PD": {"R2": "minus one", "LP-PD": "LP"},
-    "NS": {"R1": "0", "R2": "180", "R3": "120", "R4": "90"},
+    "LP": {"GR-LP": "grazing", "R1": "one", "LP-PD": "PD", "CP": "cusp"},
+    "PD": {"GR-PD": "grazing", "R2": "minus one", "LP-PD": "LP"},
+    "NS": {"GR-NS": "grazing", "R1": "0", "R2": "180", "R3": "120", "R4": "90"},
     "GR": {"GR-LP": "LP", "GR-PD": "PD", "GR-NS": "NS"},
 }
-"""Points of codimension two by the kind of the curve, with the condition that holds there.
-
-R1 to R4: the strong resonances 1:1 to 1:4; CP: cusp; LP-PD: fold-flip; GR-LP, GR-PD, GR-NS: a curve
-of folds, doublings or tori begins or ends on one of grazing."""
-
 COSINES = {"0": 1.0, "180": -1.0, "120": -0.5, "90": 0.0}
 
 Function = Callable[[Cycle], float]
@@ -119,33 +126,13 @@ def grazing(without: tuple[int, int], wall: int, softness: float) -> Function:
     return function
 
 
-def other_condition(kind: str, condition: str, cycle: Cycle) -> float:
-    """Return the test function of a condition of `CONDITIONS` on a curve of a kind."""
-    mu = cycle.multipliers.tolist()
-    if condition in COSINES:  # of the pair on the unit circle
-        pairs = [(abs(mu[i] * mu[j] - 1.0), i, j) for i in range(len(mu)) for j in range(i)]
-        _, i, j = min(pairs)
-        return 0.5 * (mu[i] + mu[j]).real - COSINES[condition]
-    if condition in ("one", "minus one"):  # without the multiplier that is critical on the curve
-        target = 1.0 if condition == "one" else -1.0
-        rest = sorted(mu, key=lambda m: abs(m - target))[1:]
-        return real_product([m - target for m in rest])
-    if condition == "NS":
-        return real_product([mu[i] * mu[j] - 1.0 for i in range(len(mu)) for j in range(i)])
-    return real_product([m - (1.0 if condition == "LP" else -1.0) for m in mu])
-
-
 # ---- along a curve ----
 
-FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-3, 1.0e-7, 2.0e-2
-"""Weighted lengths of steps along a curve."""
+FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-3, 1.0e-7, 2.0e-2  # weighted lengths along a curve
+NEARBY = 1.0e-6  # weighted difference step of the gradient of a test function
+MOST_POINTS = 400  # of a curve in one direction
 
-NEARBY = 1.0e-6
-"""Weighted difference step of the gradient of a test function."""
-
-MOST_POINTS = 400
-"""The most points of a curve in one direction."""
-
+# reasons why a curve ends
 ENDS = {
     "bound": "the end of an interval",
     "closed": "a closed curve",
@@ -153,11 +140,8 @@ ENDS = {
     "lost": "Newton's method does not converge, or another impact grazes",
     "long": "it has more points than one curve may have",
 }
-"""Reasons why a curve ends."""
 
-
-Meeting = tuple[str, Point]
-"""A point of codimension two after its name, a key of `CONDITIONS`."""
+Meeting = tuple[str, Point]  # a point of codimension two after its name, a key of `CONDITIONS`
 
 
 @dataclass
@@ -192,43 +176,45 @@ def equation_of(section_map: SectionMap, function: Function, weights: np.ndarray
 
 @dataclass
 class Tracer:
-    """Follows a curve of one kind."""
+    """Follows a curve of one kind; one of grazing rigid bodies on the side without the impact."""
 
     section_map: SectionMap  # at phase zero
     kind: str
     low: np.ndarray  # (2,) bounds of both parameters
     high: np.ndarray
-    softness: float = 0.0  # this and the next two of the grazing impact, as in `grazing`
+    # of the grazing impact, as in `grazing`
+    softness: float = 0.0
     without: tuple[int, int] = (0, 0)
     wall: int = 0
+    level: float = 0.0  # clearance [m] of the orbits that are followed; 0 unless bodies are rigid
 
-    def function(self, cycle: Cycle) -> Function:
+    def function(self, cycle: Cycle, level: float) -> Function:
         """Return the residual of the further equation, as a function of orbits near `cycle`."""
+        if level:
+            return lambda orbit: (
+                orbit.clearance - level if orbit.counts == self.without else math.nan
+            )
         if self.kind == "GR":
             return grazing(self.without, self.wall, self.softness)
         return augmented(self.kind, cycle)
 
-    def point(self, cycle: Cycle, toward: np.ndarray) -> Point | None:
-        """Return the point of the curve near an orbit, its tangent turned `toward` a direction."""
-        weights = self.section_map.weights(cycle, self.high - self.low)
-        row = weights * weights * toward
-        on_curve, _, rows = self._closed(cycle, weights, cycle.place, row)
-        return None if on_curve is None else self._with_tangent(on_curve, rows, weights)
-
     def _closed(
-        self, cycle: Cycle, weights: np.ndarray, place: np.ndarray, row: np.ndarray
+        self, cycle: Cycle, weights: np.ndarray, place: np.ndarray, row: np.ndarray, level: float
     ) -> tuple[Cycle | None, float, np.ndarray]:
         """Return the orbit of the curve in the plane through `place` normal to `row`.
 
         `cycle` is an orbit nearby, by which the further equation is bordered.
         """
         section_map = self.section_map.shot(cycle.since)
-        equation = equation_of(section_map, self.function(cycle), weights)
+        equation = equation_of(section_map, self.function(cycle, level), weights)
         return close(section_map, place, cycle.n, row, weights, equation)
 
-    def _with_tangent(self, cycle: Cycle, rows: np.ndarray, weights: np.ndarray) -> Point | None:
-        solution = tangent_of(cycle, rows, weights)
-        return None if solution is None else Point(cycle, solution[0], weights)
+    def point(self, cycle: Cycle, toward: np.ndarray) -> Point | None:
+        """Return the point of the curve near an orbit, its tangent turned `toward` a direction."""
+        weights = self.section_map.weights(cycle, self.high - self.low)
+        row = weights * weights * toward
+        on_curve, _, rows = self._closed(cycle, weights, cycle.place, row, self.level)
+        return None if on_curve is None else with_tangent(on_curve, rows, weights)
 
     def map_of(self, point: Point) -> SectionMap:
         return self.section_map.shot(point.cycle.since)
@@ -248,11 +234,11 @@ class Tracer:
         """Return the point of the curve a step ahead, and the contraction of Newton's method."""
         place = point.cycle.place + step * point.tangent
         row = point.weights * point.weights * point.tangent
-        cycle, ratio, rows = self._closed(point.cycle, point.weights, place, row)
+        cycle, ratio, rows = self._closed(point.cycle, point.weights, place, row, self.level)
         if cycle is None:
             return None, ratio
         weights = self.section_map.weights(cycle, self.high - self.low)
-        return self._with_tangent(cycle, rows, weights), ratio
+        return with_tangent(cycle, rows, weights), ratio
 
     def follow(self, start: Point) -> tuple[list[Point], list[Meeting], str]:
         """Follow the curve from a point along its tangent until it ends, for a reason of `ENDS`."""
@@ -299,22 +285,49 @@ class Tracer:
         place = a.cycle.place + share * (b.cycle.place - a.cycle.place)
         place[size + axis] = bounds[axis]
         row = np.eye(len(place))[size + axis]
-        cycle, *_ = self._closed(a.cycle, a.weights, place, row)
+        cycle, *_ = self._closed(a.cycle, a.weights, place, row, self.level)
         return None if cycle is None else Point(cycle, row / a.weights, a.weights)
 
     def finished(self, point: Point) -> Point | None:
-        """Return a point of the curve at phase zero; None if its orbit is lost on the way there."""
-        return self.seen_by(self.section_map, point)
+        """Return a point of the curve at phase zero; None if its orbit is lost on the way there.
+
+        A nearly grazing orbit of rigid bodies becomes the grazing one, in the plane normal to the
+        curve.
+        """
+        if not self.level:
+            return self.seen_by(self.section_map, point)
+        cycle, row = point.cycle, point.weights * point.weights * point.tangent
+        here, knots = self.map_of(point), list[tuple[float, np.ndarray]]()
+        for share in (1.0, *NEARER):
+            if knots:
+                level = share * self.level
+                nearer, *_ = self._closed(cycle, point.weights, cycle.place, row, level)
+                if nearer is None:
+                    return None
+                cycle = nearer
+            place = place_at(here, cycle.place, cycle.n)
+            if place is None:
+                return None
+            knots.append((cycle.clearance, place))
+        place, size = limit_of(knots), self.section_map.size
+        if length(point.weights, place - limit_of(knots[1:])) > SMOOTH:
+            return None  # between them, an impact passes phase zero
+        grazes = replace(cycle, state=place[:size], values=place[size:], clearance=0.0, since=0.0)
+        return Point(grazes, point.tangent, point.weights)
 
     def meetings(self, a: Point, b: Point, step: float) -> list[Meeting]:
-        """Return the points of codimension two between two points."""
-        meetings = [] if self.kind == "GR" else self._touches(a, b, step)
-        for name, condition in CONDITIONS[self.kind].items():
+        """Return the points of codimension two between two points.
+
+        On a curve of rigid grazing there are none: curves of other kinds end on the side with the
+        impact.
+        """
+        meetings = list[Meeting]()
+        for name, condition in () if self.level else CONDITIONS[self.kind].items():
 
             def test(point: Point, condition: str = condition) -> float:
-                if condition == "cusp":
-                    return self._bend(point)
-                return other_condition(self.kind, condition, point.cycle)
+                if condition == "grazing":
+                    return 1.0 if point.cycle.counts == a.cycle.counts else -1.0
+                return self._condition(condition, point)
 
             if not test(a) * test(b) < 0.0:
                 continue
@@ -322,21 +335,27 @@ class Tracer:
             if place is None:
                 continue
             mu = place[1].cycle.multipliers.tolist()
-            if name != "GR-NS" or any(abs(m.imag) > 1.0e-6 for m in mu):  # no neutral saddle
+            # no neutral saddle, which has no curve of tori
+            if (self.kind, name) != ("GR", "GR-NS") or any(abs(m.imag) > 1.0e-6 for m in mu):
                 meetings.append((name, place[1]))
         return meetings
 
-    def _touches(self, a: Point, b: Point, step: float) -> list[Meeting]:
-        """Return the point between two at which an impact of the orbit grazes, if one does."""
-        counts = a.cycle.counts
-        if b.cycle.counts == counts:
-            return []
-
-        def test(point: Point) -> float:
-            return 1.0 if point.cycle.counts == counts else -1.0
-
-        place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
-        return [] if place is None else [(f"GR-{self.kind}", place[1])]
+    def _condition(self, condition: str, point: Point) -> float:
+        """Return the test function of a condition of `CONDITIONS`."""
+        mu = point.cycle.multipliers.tolist()
+        if condition in COSINES:  # of the pair on the unit circle
+            pairs = [(abs(mu[i] * mu[j] - 1.0), i, j) for i in range(len(mu)) for j in range(i)]
+            _, i, j = min(pairs)
+            return 0.5 * (mu[i] + mu[j]).real - COSINES[condition]
+        if condition in ("one", "minus one"):  # without the multiplier critical on the curve
+            target = 1.0 if condition == "one" else -1.0
+            rest = sorted(mu, key=lambda m: abs(m - target))[1:]
+            return real_product([m - target for m in rest])
+        if condition == "cusp":
+            return self._bend(point)
+        if condition == "LP":
+            return real_product([m - 1.0 for m in mu])
+        return point.tests[condition]
 
     def _bend(self, point: Point) -> float:
         """Return the quadratic coefficient of the map along the null vector of a fold."""
@@ -373,61 +392,6 @@ class Tracer:
             if length(a.weights, place - now) < 0.6 * step:
                 return True
         return False
-
-
-# ---- grazing of rigid bodies ----
-
-BESIDE = 1.0e-7
-"""Relative distance in the parameter from a GR of the two orbits that calibrate its equation."""
-
-LEVEL, NEARER = 1.0e-3, (0.75, 0.5, 0.25)
-"""Clearance, relative to the orbit, of the orbits that are followed in place of those that graze
-rigid bodies; and the fractions of it from which the grazing orbit is extrapolated."""
-
-SMOOTH = 1.0e-3
-"""Largest weighted difference of two degrees of extrapolation at the grazing."""
-
-
-@dataclass
-class RigidTracer(Tracer):
-    """Follows a curve of rigid grazing on the side without the impact."""
-
-    level: float = 0.0  # clearance [m] of the orbits that are followed
-
-    def function(self, cycle: Cycle) -> Function:
-        """Return the clearance minus the level; NaN for orbits with other impacts."""
-        return self._miss(self.level)
-
-    def _miss(self, level: float) -> Function:
-        return lambda other: other.clearance - level if other.counts == self.without else math.nan
-
-    def finished(self, point: Point) -> Point | None:
-        """Correct a nearly grazing orbit to the grazing one, in the plane normal to the curve.
-
-        None if that fails.
-        """
-        cycle, row = point.cycle, point.weights * point.weights * point.tangent
-        here, n, knots = self.map_of(point), point.cycle.n, list[tuple[float, np.ndarray]]()
-        for share in (1.0, *NEARER):
-            if knots:
-                equation = equation_of(here, self._miss(share * self.level), point.weights)
-                nearer, *_ = close(here, cycle.place, n, row, point.weights, equation)
-                if nearer is None:
-                    return None
-                cycle = nearer
-            place = place_at(here, cycle.place, n)
-            if place is None:
-                return None
-            knots.append((cycle.clearance, place))
-        place, size = limit_of(knots), self.section_map.size
-        if length(point.weights, place - limit_of(knots[1:])) > SMOOTH:
-            return None  # between them, an impact passes phase zero
-        grazes = replace(cycle, state=place[:size], values=place[size:], clearance=0.0, since=0.0)
-        return Point(grazes, point.tangent, point.weights)
-
-    def meetings(self, a: Point, b: Point, step: float) -> list[Meeting]:
-        """Return nothing: curves of other kinds end on the side with the impact."""
-        return []
 
 
 # ---- the first point of a curve ----
@@ -471,7 +435,7 @@ def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | No
     return None
 
 
-def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> RigidTracer | None:
+def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Tracer | None:
     """Return the tracer of a curve of rigid grazing, and move `place` to an orbit beside it.
 
     `impacts` is the count without the grazing impact.  The orbit without it exists on one side of
@@ -488,10 +452,8 @@ def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> RigidTrac
                 continue
             weights = section_map.weights(cycle, tracer.high - tracer.low)
             place[:] = cycle.place
-            return RigidTracer(
-                section_map, tracer.kind, tracer.low, tracer.high, without=cycle.counts,
-                level=LEVEL / float(weights[2 if size == 4 else 0]),
-            )  # fmt: skip
+            level = LEVEL / float(weights[2 if size == 4 else 0])
+            return replace(tracer, without=cycle.counts, level=level)
     return None
 
 
@@ -508,7 +470,16 @@ def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curv
         if of_grazing is None:
             return None
         tracer = of_grazing
-    start = _start(tracer, place, n)
+    # its first point, with one of the parameters increasing along it: the second if possible, as
+    # the curve crosses the branch
+    zero, size = tracer.section_map, tracer.section_map.size
+    here = best_map(zero, place, n)
+    there = place_at(zero, place, n, here.since)
+    cycle = None if there is None else here.at(there, n)
+    if cycle is None:
+        return None
+    starts = (tracer.point(cycle, np.eye(size + 2)[axis]) for axis in (size + 1, size))
+    start = next((start for start in starts if start is not None), None)
     if start is None:
         return None
     ahead, meetings, end = tracer.follow(start)
@@ -519,16 +490,3 @@ def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curv
     points = [tracer.finished(point) for point in (*reversed(behind[1:]), *ahead)]
     whole = [point for point in points if point is not None]
     return Curve(tracer.kind, whole, [*reversed(others), *meetings], (other_end, end))
-
-
-def _start(tracer: Tracer, place: np.ndarray, n: int) -> Point | None:
-    """Return the first point of a curve, with one of the parameters increasing along it."""
-    zero, size = tracer.section_map, tracer.section_map.size
-    here = best_map(zero, place, n)
-    there = place_at(zero, place, n, here.since)
-    cycle = None if there is None else here.at(there, n)
-    if cycle is None:
-        return None
-    # the second parameter first: the curve crosses the branch
-    starts = (tracer.point(cycle, np.eye(size + 2)[axis]) for axis in (size + 1, size))
-    return next((start for start in starts if start is not None), None)

@@ -40,31 +40,29 @@ from nlds_vines.continuation.special_points import (
 )
 from nlds_vines.model.labels import name_of
 
-MOST_POINTS = 3_000
-"""The most points of one branch in one direction."""
+MOST_POINTS = 3_000  # of a branch in one direction
 
+# Steps are not shortened below this to separate multipliers that cross the circle together.
 LEAST_SPLIT = 1.0e-6
-"""Steps are not shortened below this to separate multipliers that cross the circle together."""
 
+# Error at which an extrapolated grazing counts as located, and the knots of its polynomial.
 GRAZING_ERROR, MOST_KNOTS = 1.0e-11, 7
-"""Error at which an extrapolated grazing counts as located, and the knots of its polynomial."""
 
+# A branch that no step continues ends at a grazing within this weighted distance; also the largest
+# error of a grazing that is recorded.
 NEAR_GRAZING = 1.0e-4
-"""A branch that no step continues ends at a grazing within this weighted distance; also the largest
-error of a grazing that is recorded."""
 
+# Relative distance in the parameter below which a fold and a branch point are the same point.
 SAME_TURN = 1.0e-8
-"""Relative distance in the parameter below which a fold and a branch point are the same point."""
 
-RECENT = MOST_KNOTS + 1
-"""Number of the last points that are kept at the current phase."""
-
+RECENT = MOST_KNOTS + 1  # the last points that are kept at the current phase
 NEARER = 0.5  # longest step to a rigid grazing, as a fraction of the distance to it
 
+# Least ratio of the speeds, or clearances, of successive knots: between closer knots, errors of
+# the points dominate the extrapolation.
 KNOT_RATIO = 1.5
-"""Least ratio of the speeds, or clearances, of successive knots: between closer knots, errors of
-the points dominate the extrapolation."""
 
+# reasons why a branch ends
 ENDS = {
     "bound": "the end of the interval",
     "closed": "a closed loop: it is back at its first orbit",
@@ -76,10 +74,6 @@ ENDS = {
     "unstable": "it was to be followed no further where it is unstable",
     "long": "it has more points than one branch may have",
 }
-"""Reasons why a branch ends."""
-
-OnBranch = Callable[[Point], bool]
-"""Returns True for a point of a branch that has been followed before."""
 
 
 @dataclass
@@ -103,14 +97,13 @@ class Arm:
 
 @dataclass(frozen=True)
 class Bounds:
-    """The interval of the free parameter."""
+    """The interval of the free parameter; its length (1,) is the unit of the parameter."""
 
     low: float
     high: float
 
     @property
     def lengths(self) -> np.ndarray:
-        """The length of the interval (1,), the unit of the parameter."""
         return np.array([self.high - self.low])
 
     def contains(self, value: float) -> bool:
@@ -139,7 +132,7 @@ def follow(
     start: Point,
     bounds: Bounds,
     *,
-    followed: OnBranch | None = None,
+    followed: Callable[[Point], bool] | None = None,
     first: float = FIRST_STEP,
     longest: float = LONGEST_STEP,
     unstable: int = MOST_POINTS,
@@ -155,7 +148,19 @@ def follow(
     in_a_row = int(start.cycle.unstable > 0)
     while not arm.end:
         a = stepper.point
-        b = stepper.advance(_longest_step_to_grazing(section_map, arm))
+        most = math.inf
+        if rigid and len(arm.points) > 1:
+            # a fraction of the distance to a grazing, where the map has no derivative: the
+            # distances at which clearance and softest approach speed vanish, by linear
+            # extrapolation
+            one, two = arm.points[-2:]
+            for name in ("clearance", "slowest"):
+                f, g = getattr(one.cycle, name), getattr(two.cycle, name)
+                step = step_between(one, two)
+                if math.isfinite(f) and math.isfinite(g) and f > g and step > 0.0:
+                    most = min(most, step * g / (f - g))
+            most = max(NEARER * most, LEAST_STEP * 1.0e-3)
+        b = stepper.advance(most)
         if b is None:
             _end_of_lost(arm)
             break
@@ -173,31 +178,29 @@ def follow(
         in_a_row = in_a_row + 1 if stepper.point.cycle.unstable else 0
         if not arm.end and in_a_row > unstable:
             arm.end = "unstable"
-        section_map = _from_longest_flight(section_map, arm, stepper)
+        better = None if arm.end else better_map(section_map, arm.points[-1].cycle)
+        if better is not None:  # the last points are transported to its phase
+            recent = (arm.begin, *arm.points[-RECENT:])
+            seen = [moved(section_map, better, point) for point in recent]
+            transported = [point for point in seen if point is not None]
+            if len(transported) == len(seen):
+                arm.begin, arm.points[-RECENT:] = transported[0], transported[1:]
+                section_map = stepper.section_map = better
+                stepper.point = arm.points[-1]
     arm.points = [point_at_zero(zero, point) for point in arm.points]
     arm.specials = [replace(s, point=point_at_zero(zero, s.point)) for s in arm.specials]
     return arm
 
 
-def _from_longest_flight(section_map: SectionMap, arm: Arm, stepper: Stepper) -> SectionMap:
-    """Return the map of the next step; if it is another one, transport the last points to it."""
-    better = None if arm.end else better_map(section_map, arm.points[-1].cycle)
-    if better is None:
-        return section_map
-    points = [moved(section_map, better, point) for point in (arm.begin, *arm.points[-RECENT:])]
-    transported = [point for point in points if point is not None]
-    if len(transported) < len(points):
-        return section_map
-    arm.begin, arm.points[-RECENT:] = transported[0], transported[1:]
-    stepper.section_map, stepper.point = better, arm.points[-1]
-    return better
-
-
 def _append(
-    section_map: SectionMap, arm: Arm, b: Point, bounds: Bounds, followed: OnBranch | None
+    section_map: SectionMap,
+    arm: Arm,
+    b: Point,
+    bounds: Bounds,
+    followed: Callable[[Point], bool] | None,
 ) -> None:
     """Append a point and the special points before it; set the reason if the branch ends there."""
-    a = arm.points[-1]
+    a, shorter = arm.points[-1], None
     if not bounds.contains(b.value):
         value = bounds.low if b.value < bounds.low else bounds.high
         share = (value - a.value) / (b.value - a.value)
@@ -212,13 +215,11 @@ def _append(
         arm.end = "long"
     elif _is_back(arm, b):
         arm.end = "closed"
-    elif _passes_shorter(arm, b):
-        arm.end = "shorter"
+    elif (shorter := _shorter_orbit(section_map, arm, b)) is not None:
+        arm.end, b = "shorter", shorter
     elif followed is not None and followed(b):
         arm.end = "known"
-    if arm.end == "shorter":
-        b = _shorter_orbit(section_map, arm, b)
-    else:
+    if shorter is None:
         for special in specials_between(section_map, a, b):
             arm.specials.append(replace(special, index=len(arm.points) - 1))
             # a branch that leaves symmetric orbits turns at its branch point: if a point of it lies
@@ -256,50 +257,30 @@ def _is_back(arm: Arm, b: Point) -> bool:
     return False
 
 
-def _passes_shorter(arm: Arm, b: Point) -> bool:
-    """Return True if an orbit of even n becomes one of n / 2 between the last point and b."""
+def _shorter_orbit(section_map: SectionMap, arm: Arm, b: Point) -> Point | None:
+    """Return the orbit of half the period that an orbit of even n becomes between two points.
+
+    The two points are the last one and b.  Newton's method has no sharp solution for the orbit of n
+    periods there, but for that of n / 2.  Its first guess is where the signed difference of the two
+    halves vanishes, by a polynomial through the last points.  None if the orbit keeps its period;
+    b if the other orbit is not located.
+    """
     a = arm.points[-1]
     if b.cycle.n % 2 or len(arm.points) < 2:
-        return False
-    weights = a.weights[:-1] * a.weights[:-1]
-    far = length(b.weights[:-1], half_of(b.cycle))
-    turned = float((weights * half_of(a.cycle) * half_of(b.cycle)).sum()) < 0.0
-    return far < SAME_ORBIT or (turned and far < 4.0 * step_between(a, b))
-
-
-def _shorter_orbit(section_map: SectionMap, arm: Arm, b: Point) -> Point:
-    """Return, in place of b, the orbit of half the period that doubles there; b if none is located.
-
-    Newton's method has no sharp solution for the orbit of n periods there, but for that of n / 2.
-    Its first guess is where the signed difference of the two halves vanishes, by a polynomial
-    through the last points.
-    """
-    a, points = arm.points[-1], [*arm.points[-3:], b]
-    weights, toward = b.weights[:-1] * b.weights[:-1], half_of(a.cycle)
+        return None
+    far, most = length(b.weights[:-1], half_of(b.cycle)), step_between(a, b)
+    weights, toward = a.weights[:-1] * a.weights[:-1], half_of(a.cycle)
+    turned = float((weights * toward * half_of(b.cycle)).sum()) < 0.0
+    if far >= SAME_ORBIT and not (turned and far < 4.0 * most):
+        return None
+    weights, points = b.weights[:-1] * b.weights[:-1], [*arm.points[-3:], b]
     knots = [(float((weights * half_of(p.cycle) * toward).sum()), p.cycle.place) for p in points]
     if len({f for f, _ in knots}) < len(knots):
         return b
-    half, most = b.cycle.n // 2, step_between(a, b)
+    half = b.cycle.n // 2
     doubling = doubling_near(section_map, limit_of(knots), half, 1.0 / b.weights[-1:], most)
     cycle = None if doubling is None else section_map.at(doubling.cycle.place, b.cycle.n)
     return b if cycle is None else replace(b, cycle=cycle)
-
-
-def _longest_step_to_grazing(section_map: SectionMap, arm: Arm) -> float:
-    """Return the longest step: if impacts are rigid, a fraction of the distance to a grazing.
-
-    The distances at which the clearance and the softest approach speed vanish are extrapolated
-    linearly.
-    """
-    if not shoots_from_flights(section_map.scene) or len(arm.points) < 2:
-        return math.inf
-    a, b = arm.points[-2:]
-    step, distance = step_between(a, b), math.inf
-    for name in ("clearance", "slowest"):
-        before, now = getattr(a.cycle, name), getattr(b.cycle, name)
-        if math.isfinite(before) and math.isfinite(now) and before > now and step > 0.0:
-            distance = min(distance, step * now / (before - now))
-    return max(NEARER * distance, LEAST_STEP * 1.0e-3)
 
 
 def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:

@@ -24,24 +24,20 @@ from nlds_vines.model.labels import name_of
 
 KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM")
 
-NARROW = 1.0e-12
-"""Weighted length of the last bracket."""
+NARROW = 1.0e-12  # weighted length of the last bracket
+MOST_TRIALS = 80  # for one special point: usually 8 or 9, about 40 where the test function jumps
 
+# Weighted distance of the first points that a branch point is extrapolated from; error at which it
+# counts as located; and the most rounds.
 ASIDE, ASIDE_ERROR, MOST_ROUNDS = 1.0e-3, 1.0e-12, 8
-"""Weighted distance of the first points that a branch point is extrapolated from; error at which it
-counts as located; and the most rounds."""
 
-NEAREST = 1.0e-6
-"""Weighted distance within which a period doubling is first searched for."""
-
-MOST_TRIALS = 80
-"""Trials for one special point: usually 8 or 9, about 40 where the test function jumps."""
+NEAREST = 1.0e-6  # weighted distance within which a period doubling is first searched for
 
 Test = Callable[[Point], float]
 
+# Distance along the branch where a test function is smallest, the point there, the modulus of the
+# function, and the width of the last bracket in units of the parameter.
 Located = tuple[float, Point, float, float]
-"""Distance along the branch where a test function is smallest, the point there, the modulus of the
-function, and the width of the last bracket in units of the parameter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +54,7 @@ class Special:
     index: int = 0  # of the preceding point of the branch
 
     @property
-    def value(self) -> float:
-        """The parameter."""
+    def value(self) -> float:  # of the parameter
         return self.point.value
 
     @property
@@ -76,12 +71,11 @@ def is_torus(cycle: Cycle) -> bool:
 
 
 def label_of_cycle(cycle: Cycle) -> str:
-    """Return the label nT,k of an orbit."""
     return name_of(cycle.n, sum(cycle.counts))
 
 
 def half_of(cycle: Cycle) -> np.ndarray:
-    """Return the state half of an even n periods later minus the state (size,)."""
+    """Return the state (size,) half of an even n periods later, minus the state."""
     return cycle.points[cycle.n // 2 - 1, : cycle.state.size] - cycle.state
 
 
@@ -96,7 +90,7 @@ def specials_between(section_map: SectionMap, a: Point, b: Point) -> list[Specia
         if kind == "BP":
             located = _branch_point(section_map, a, b)
         else:
-            located = _sign_change(section_map, kind, a, (a, b), (0.0, far))
+            located = sign_change(section_map, kind, a, (a, b), (0.0, far))
         if located is None:
             nearer = (0.0, a) if abs(a.tests[kind]) <= abs(b.tests[kind]) else (far, b)
             located = *nearer, 1.0, abs(b.value - a.value)
@@ -165,24 +159,23 @@ def _branch_point(section_map: SectionMap, a: Point, b: Point) -> Located | None
     return place, Point(cycle, ahead / length(a.weights, ahead), a.weights, 0.0), error, width
 
 
-def _sign_change(
+def sign_change(
     section_map: SectionMap,
     kind: str,
     start: Point,
     ends: tuple[Point, Point],
     between: tuple[float, float],
 ) -> Located | None:
-    """Locate the sign change of a kind's test function.
+    """Locate the sign change of a kind's test function (`narrowed_down`).
 
-    Distances are measured from `start`; `ends` are two points at the distances `between`.
+    The points `ends` have the distances `between` along the branch from `start`.
     """
     size = max(abs(end.tests[kind]) for end in ends)
-    return narrowed_down(
-        lambda step: along(section_map, start, step)[0],
-        ends,
-        between,
-        lambda point: point.tests[kind] / size,
-    )
+
+    def test(point: Point) -> float:
+        return point.tests[kind] / size
+
+    return narrowed_down(lambda step: along(section_map, start, step)[0], ends, between, test)
 
 
 def doubling_near(
@@ -201,7 +194,7 @@ def doubling_near(
         low, high = (along(section_map, start, side * aside)[0] for side in (-1.0, 1.0))
         if low is None or high is None:
             return None
-        doubling = _sign_change(section_map, "PD", start, (low, high), (-aside, aside))
+        doubling = sign_change(section_map, "PD", start, (low, high), (-aside, aside))
         if doubling is not None:
             return doubling[1]
         aside *= 4.0
@@ -210,37 +203,32 @@ def doubling_near(
 
 def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[float, Special]]:
     """Yield the grazings between two points, each after its distance from `a`."""
-    before, start = a, 0.0
+    before, start, ahead = a, 0.0, step_between(a, b)
     for _ in range(MOST_TRIALS):
-        if before.cycle.counts == b.cycle.counts:
+        counts = before.cycle.counts
+        if counts == b.cycle.counts:
             return
         located = narrowed_down(
             lambda step: along(section_map, a, step)[0],
             (before, b),
-            (start, step_between(a, b)),
+            (start, ahead),
             _grazing(before, b),
         )
         if located is None:
             return
         at, point, residual, bracket = located
-        beyond, start = _behind(section_map, a, b, at, before.cycle.counts)
-        wall = wall_of_change(before.cycle.counts, beyond.cycle.counts)
+        # the first point behind it with other impacts
+        beyond, start, gap = b, ahead, 2.0 * NARROW
+        while at + gap < ahead:
+            behind, _ = along(section_map, a, at + gap)
+            if behind is not None and behind.cycle.counts != counts:
+                beyond, start = behind, at + gap
+                break
+            gap *= 4.0
+        wall = wall_of_change(counts, beyond.cycle.counts)
         labels = label_of_cycle(before.cycle), label_of_cycle(beyond.cycle)
         yield at, Special("GR", point, *labels, residual, bracket, wall)
         before = beyond
-
-
-def _behind(
-    section_map: SectionMap, a: Point, b: Point, start: float, counts: tuple[int, int]
-) -> tuple[Point, float]:
-    """Return the first point behind a grazing with other impacts than `counts`."""
-    ahead, gap = step_between(a, b), 2.0 * NARROW
-    while start + gap < ahead:
-        point, _ = along(section_map, a, start + gap)
-        if point is not None and point.cycle.counts != counts:
-            return point, start + gap
-        gap *= 4.0
-    return b, ahead
 
 
 def wall_of_change(before: tuple[int, int], after: tuple[int, int]) -> str:
@@ -336,19 +324,18 @@ def narrowed_down(
 
 # ---- from a special point onto the branch that leaves it ----
 
+# Largest and smallest weighted distance from the branch at which another one is searched for.
 FIRST_ASIDE, LEAST_ASIDE = 1.0e-2, 1.0e-6
-"""Largest and smallest weighted distance from the branch at which another one is searched for."""
 
+# A branch departs from its tangent by O(s^2) at arclength s, so at a distance `far` beside the
+# tangent it is met only at s = O(sqrt(far)).  A point nearer than BENT sqrt(far) therefore lies on
+# the other branch, at whatever angle the two cross.  A branch of twice the period leaves along the
+# direction itself and is met within far / 2; the opposite direction holds the same orbits one
+# period later, so that only one direction is tried.
 BENT = 0.1
-"""A branch departs from its tangent by O(s^2) at arclength s, so at a distance `far` beside the
-tangent it is met only at s = O(sqrt(far)).  A point nearer than BENT sqrt(far) therefore lies on
-the other branch, at whatever angle the two cross.  A branch of twice the period leaves along the
-direction itself and is met within far / 2; the opposite direction holds the same orbits one period
-later, so that only one direction is tried."""
 
-
+# The first point of another branch, and its weighted distance from the special point.
 Aside = tuple[Point, float]
-"""The first point of another branch, and its weighted distance from the special point."""
 
 
 def null_vector(matrix: np.ndarray) -> np.ndarray:

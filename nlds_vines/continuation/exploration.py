@@ -35,33 +35,22 @@ from nlds_vines.continuation.special_points import Special, doubled, other_branc
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.store import Arrays
 
-EVERY = 16
-"""Number of points after which a branch is compared again with those that have been followed."""
+EVERY = 16  # points after which a branch is compared again with those followed before
 
+# Distance from a grazing of rigid bodies at which the other orbit is searched for, relative to the
+# orbit and the interval; and the largest distance of an orbit that counts as the other.
 ASIDE, FARTHEST = 1.0e-4, 0.2
-"""Distance from a grazing of rigid bodies at which the other orbit is searched for, relative to the
-orbit and the interval; and the largest distance of an orbit that counts as the other."""
 
+# Trial kicks, in units of the kick of an orbit beyond the grazing; the number of trial places with
+# the smallest closing error that are tried first; and trial distances along the tangent.
 KICKS, LIKELY = (1.0, 0.3, 3.0), 4
 AHEAD = tuple(sign * 1.1**i for sign in (1.0, -1.0) for i in range(-40, 75))
-"""Trial kicks, in units of the kick of an orbit beyond the grazing; the number of trial places with
-the smallest closing error that are tried first; and trial distances along the tangent."""
 
-SAME_POINT = 1.0e-8
-"""Distance, relative to the orbit and to the parameter, below which special points are the same."""
+SAME_POINT = 1.0e-8  # distance of equal special points, relative to the orbit and to the parameter
+NEAR = 0.05  # distance, relative to the orbit, within which a branch is compared with an orbit
 
-NEAR = 0.05
-"""Distance, relative to the orbit, within which a branch is compared with an orbit."""
-
-
-_OF_CYCLE = [one.name for one in fields(Cycle) if one.name != "since"]  # that is 0
-_OF_POINT = ("tangent", "weights", "border")
-_OF_SPECIAL = [one.name for one in fields(Special) if one.name != "point"]
-_OF_TRACK = ("origin", "parent", "at")
-
-
+# A start orbit: its place (size + 1,), state and parameter, and its number of periods.
 Seed = tuple[np.ndarray, int]
-"""A start orbit: its place (size + 1,), state and parameter, and its number of periods."""
 
 
 class Switch(IntEnum):
@@ -74,7 +63,6 @@ class Switch(IntEnum):
 
 
 def turned(point: Point) -> Point:
-    """Return a point with the opposite tangent."""
     return Point(point.cycle, -point.tangent, point.weights, -point.border)
 
 
@@ -115,9 +103,14 @@ class Track:
 
 # ---- a track as arrays ----
 
+_OF_CYCLE = [one.name for one in fields(Cycle) if one.name != "since"]  # that is 0
+_OF_POINT = ("tangent", "weights", "border")
+_OF_SPECIAL = [one.name for one in fields(Special) if one.name != "point"]
+_OF_TRACK = ("origin", "parent", "at")
+
+# Returns the arrays of the next track or curve: those of an earlier run, or the result of a call
+# of its argument, which it saves.
 Piece = Callable[[Callable[[], Arrays]], Arrays]
-"""Returns the arrays of the next track or curve: those of an earlier run, or the result of a call
-of its argument, which it saves."""
 
 
 def made_now(make: Callable[[], Arrays]) -> Arrays:
@@ -204,7 +197,16 @@ class Explorer:
             return made
         self._share_points(made)
         self.tracks.append(made)
-        self._note_doubling_at_end(made)
+        if made.origin == "PD" and made.ends[1] == "shorter":
+            # the period doubling of the parent in which it ends needs not be followed again
+            parent, (before, last) = self.tracks[made.parent], made.points[-2:]
+            near = [
+                (abs(special.value - last.value), i)
+                for i, special in enumerate(parent.specials)
+                if special.kind == "PD"
+            ]
+            if near and min(near)[0] < abs(before.value - last.value) + SAME_ORBIT:
+                parent.switches.setdefault(min(near)[1], Switch.KNOWN)
         return Switch.FOLLOWED
 
     def _both_ways(self, cycle: Cycle, grazing: Special | None = None) -> Track | Switch:
@@ -294,19 +296,6 @@ class Explorer:
             track.origin, track.parent, track.at = "BP", parent, at
         return track
 
-    def _note_doubling_at_end(self, track: Track) -> None:
-        """Mark the period doubling of the parent in which a track ends as followed."""
-        if track.origin != "PD" or track.ends[1] != "shorter":
-            return
-        parent, last = self.tracks[track.parent], track.points[-1]
-        near = [
-            (abs(special.value - last.value), i)
-            for i, special in enumerate(parent.specials)
-            if special.kind == "PD"
-        ]
-        if near and min(near)[0] < abs(track.points[-2].value - last.value) + SAME_ORBIT:
-            parent.switches.setdefault(min(near)[1], Switch.KNOWN)
-
     def _share_points(self, track: Track) -> None:
         """Mark branch points and rigid grazings that a new track shares with others as followed.
 
@@ -320,8 +309,15 @@ class Explorer:
                         continue
                     if mine.kind == "BP":
                         best = min(mine, theirs, key=lambda special: special.residual)
-                        track.specials[i] = mine = _located_as(mine, best)
-                        other.specials[j] = _located_as(theirs, best)
+                        cycle, error, width = best.point.cycle, best.residual, best.bracket
+                        mine, theirs = (
+                            replace(
+                                special, point=replace(special.point, cycle=cycle),
+                                residual=error, bracket=width,
+                            )
+                            for special in (mine, theirs)
+                        )  # fmt: skip
+                        track.specials[i], other.specials[j] = mine, theirs
                     track.switches[i] = Switch.KNOWN
                     if other.switches.get(j, Switch.FAILED) == Switch.FAILED:
                         other.switches[j] = Switch.KNOWN
@@ -425,11 +421,6 @@ def _meet(section_map: SectionMap, one: tuple[Track, Special], two: tuple[Track,
     if abs(a.value - b.value) > width:
         return False
     return distance_of(section_map, a.point.cycle, b.point.cycle) < error
-
-
-def _located_as(special: Special, best: Special) -> Special:
-    point = replace(special.point, cycle=best.point.cycle)
-    return replace(special, point=point, residual=best.residual, bracket=best.bracket)
 
 
 def is_same(section_map: SectionMap, cycle: Cycle, other: Cycle) -> bool:

@@ -22,7 +22,7 @@ from nlds_vines.bifurcation.picture.choices import REGIMES
 from nlds_vines.bifurcation.picture.diagram import STRIP, draw_strip
 from nlds_vines.bifurcation.picture.maps import fill_map, name_regimes
 from nlds_vines.continuation.regime_borders import borders_of
-from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, SpecialCurve, continued
+from nlds_vines.continuation.result import MARKS, WORDS, Continued, SpecialCurve, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable
 from nlds_vines.plotting.chosen_panels import Picture
@@ -66,14 +66,13 @@ def picture(over: str | os.PathLike[str] | None = None) -> Picture:
                 return plane_diagram(result, scan, page)
             return branch_diagram(result, scan, page, names)
 
-    return Picture(_panels, draw, _fill_axes)
+    def panels(view: ArchiveView) -> dict[str, str]:
+        result = continued(view.path)
+        if result.request.plane is None:
+            return panels_of(result)
+        return {"plane": "curves of special points in the plane of two parameters"}
 
-
-def _panels(view: ArchiveView) -> dict[str, str]:
-    result = continued(view.path)
-    if result.request.plane is None:
-        return panels_of(result)
-    return {"plane": "curves of special points in the plane of two parameters"}
+    return Picture(panels, draw, _fill_axes)
 
 
 def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
@@ -91,8 +90,7 @@ def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
     axes.legend(handles=_plane_handles(result))
 
 
-PICTURE = picture()
-"""The picture of a continuation without a scan."""
+PICTURE = picture()  # of a continuation without a scan
 
 
 @styled()
@@ -131,7 +129,15 @@ def branch_diagram(
         strip = figure.add_subplot(grid[0], sharex=panels[0])
         draw_strip(strip, [regimes])
         panels[0].set_xlim(result.request.along.low, result.request.along.high)
-        _mark_borders(panels[-1], result, scan)
+        # Ticks at the foot mark the borders of regimes, in the color of the special point that ends
+        # or begins a regime there; gray if both orbits stay stable and the start changes basins.
+        low, high = panels[-1].get_ylim()
+        for border in borders_of(result, scan):
+            ticks = [(value, MARKS[kind]["color"]) for kind, value in border.events]
+            for value, color in ticks or [(0.5 * (border.low + border.high), GRAY)]:
+                top = low + _TICK * (high - low)
+                panels[-1].vlines(value, low, top, color=color, linewidth=0.8)
+        panels[-1].set_ylim(low, high)
     add_legend(panels[-1], _handles(result, scan is not None, bool(regimes)), "below")
     write_letters(panels)
     finish(figure, grid, result.request.title)
@@ -160,58 +166,33 @@ def _fill(panel: Axes, result: Continued, name: str, scan: ArchiveView | None = 
     """Draw all branches with their special points, over the dots of a scan, into a panel."""
     unit, body = "J" if name == _ENERGY else "m", result.request.system.scene.body
     panel.set_ylabel(quantity_label(name, unit, body=body))
-    if scan is not None:
-        _draw_scan(panel, result, scan, name)
     energy = name == _ENERGY
+    if scan is not None and (name if energy else "section") in scan:
+        inside = _inside(result, scan)
+        if energy:
+            states = scan[name][inside]
+        else:
+            component = list(scan["component"]).index(name)
+            states = scan.take("section", component=component)[inside]
+        rows = drawable(states).reshape(len(states), -1)
+        values = np.repeat(scan[result.request.along.name][inside], rows.shape[1])
+        dots: dict[str, Any] = {"color": _PALE, "markersize": _DOT, "rasterized": True, **DOT}
+        panel.plot(values, rows.ravel(), zorder=1, **dots)
     index = 0 if energy else result.request.system.scene.components.index(name)
     for branch in result.branches:
+        # solid between stable points, dashed elsewhere
+        unstable = ~branch.stable
+        dashed = unstable.copy()
+        dashed[1:] |= unstable[:-1]
+        dashed[:-1] |= unstable[1:]
         for phase in range(1 if energy else branch.period):
-            values = branch.E1max if energy else branch.sections[:, phase, index]
-            _draw_curve(panel, branch, values)
+            values = drawable(branch.E1max if energy else branch.sections[:, phase, index])
+            for look, is_drawn, order in ((_UNSTABLE, dashed, 2), (_STABLE, branch.stable, 3)):
+                parts = np.where(is_drawn, values, np.nan)
+                panel.plot(branch.parameter, parts, zorder=order, **look)
     for row, largest in zip(result.special_points, result.tables["special_E1max"], strict=True):
         look = {**_POINT, **MARKS[row.kind]}
         panel.plot(row.value, largest if energy else row.state[index], **look)
-
-
-def _draw_scan(panel: Axes, result: Continued, scan: ArchiveView, name: str) -> None:
-    inside = _inside(result, scan)
-    values = scan[result.request.along.name][inside]
-    if name == _ENERGY and name in scan:
-        states = scan[name][inside]
-    elif name != _ENERGY and "section" in scan:
-        component = list(scan["component"]).index(name)
-        states = scan.take("section", component=component)[inside]
-    else:
-        return
-    rows = drawable(states).reshape(len(values), -1)
-    look: dict[str, Any] = {"color": _PALE, "markersize": _DOT, "rasterized": True, **DOT}
-    panel.plot(np.repeat(values, rows.shape[1]), rows.ravel(), zorder=1, **look)
-
-
-def _draw_curve(panel: Axes, branch: Branch, values: np.ndarray) -> None:
-    """Draw a quantity along a branch: solid between stable points, dashed elsewhere."""
-    shown, unstable = drawable(values), ~branch.stable
-    dashed = unstable.copy()
-    dashed[1:] |= unstable[:-1]
-    dashed[:-1] |= unstable[1:]
-    panel.plot(branch.parameter, np.where(dashed, shown, np.nan), zorder=2, **_UNSTABLE)
-    panel.plot(branch.parameter, np.where(branch.stable, shown, np.nan), zorder=3, **_STABLE)
-
-
-def _mark_borders(panel: Axes, result: Continued, scan: ArchiveView) -> None:
-    """Mark the borders of a scan's regimes by ticks at the foot of a panel.
-
-    A tick has the color of the special point that ends or begins a regime there.  It is gray if
-    both orbits stay stable and the start only changes basins.
-    """
-    low, high = panel.get_ylim()
-    for border in borders_of(result, scan):
-        kinds = [kind for kind, _ in border.events]
-        at = [value for _, value in border.events] or [0.5 * (border.low + border.high)]
-        colors_here = [MARKS[kind]["color"] for kind in kinds] or [GRAY]
-        for value, color in zip(at, colors_here, strict=True):
-            panel.vlines(value, low, low + _TICK * (high - low), color=color, linewidth=0.8)
-    panel.set_ylim(low, high)
 
 
 def _handles(result: Continued, over: bool = False, borders: bool = False) -> list[Line2D]:
@@ -235,11 +216,11 @@ def _handles(result: Continued, over: bool = False, borders: bool = False) -> li
 
 # ---- curves in the plane of two parameters ----
 
+# The dashes of a curve by n of nT; of any other n, those of 8.
 _DASHES = {1: (), 2: (4, 1.5), 4: (4, 1.5, 1, 1.5), 8: (1, 1.5)}
-"""The dashes of a curve by n of nT; of any other n, those of 8."""
 
+# A white outline, so that curves are legible over a map.
 _HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
-"""A white outline, so that curves are legible over a map."""
 
 _SIZE = 7  # points, of the names of meetings
 

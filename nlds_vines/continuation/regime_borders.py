@@ -22,12 +22,11 @@ from nlds_vines.continuation.section_map import SectionMap, place_of
 from nlds_vines.continuation.special_points import doubling_near
 from nlds_vines.model.labels import final
 
-ENDING = ("LP", "PD", "NS", "BP", "LIM")
-"""Special points at which a stable orbit ends or loses stability."""
+ENDING = ("LP", "PD", "NS", "BP", "LIM")  # where a stable orbit ends or loses stability
 
+# Relative difference of the values of one special point that is reached from both sides; special
+# points with wider brackets are not located.
 SAME = 1.0e-6
-"""Relative difference of the values of one special point that is reached from both sides; special
-points with wider brackets are not located."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from nlds_vines.model.setting import (
     Checked,
     Document,
     Form,
-    Merged,
     OneOf,
     Real,
     Request,
@@ -30,18 +29,13 @@ from nlds_vines.model.setting import (
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.solver_settings import TOLERANCES, tolerance_setting
 
+# The start orbits: that from rest, those of random starts, one of these with a label, or orbits of
+# the request.
 POLICIES = ("rest", "random", "label", "orbits")
-"""The start orbits: that from rest, those of random starts, one of these with a label, or orbits of
-the request."""
 
-STARTS = 100
-"""Default number of random starts."""
-
-PERIODS = Whole(1, 10**6)
-"""Check of the number of forcing periods of a start orbit."""
-
-MOST_ORBITS = 10_000
-"""Largest number of start orbits in a request."""
+STARTS = 100  # default number of random starts
+PERIODS = Whole(1, 10**6)  # check of the number of forcing periods of a start orbit
+MOST_ORBITS = 10_000  # in a request
 
 
 @dataclass(frozen=True)
@@ -221,13 +215,7 @@ class Continuation(Request):
 
 
 FORM = Form("continuation", (Begin, Continuation), whole=("along", "plane"))
-"""The tables and keys of a continuation file."""
-
-DEFAULT_SYSTEM = "ssul-set6"
-"""The default system."""
-
-DEFAULT_ALONG = Interval("omega", 5.0, 9.0)
-"""The default free parameter with its interval."""
+DEFAULT_SYSTEM, DEFAULT_ALONG = "ssul-set6", Interval("omega", 5.0, 9.0)
 
 
 def load_continuation(
@@ -276,6 +264,11 @@ def load_continuation(
                 intervals[key] = interval_in(table_of_one, system, free)
     along = intervals.get("along", DEFAULT_ALONG)
     title = request.title("system", "set", "along", "plane")
+    # a label, or orbits, without a policy imply it
+    start = request.of(Begin)
+    policy = "orbits" if start.get("states") else "label" if start.get("label") else "rest"
+    with at(request.place("start")):
+        begin = Begin(**{"policy": policy} | start)
     return request.make(
         Continuation,
         request.origin("along"),
@@ -285,17 +278,9 @@ def load_continuation(
         else title,
         system=system,
         along=along,
-        begin=_begin(request),
+        begin=begin,
         plane=intervals.get("plane"),
     )
-
-
-def _begin(request: Merged) -> Begin:
-    """Return the start orbits; a label, or orbits, without a policy imply it."""
-    entries = request.of(Begin)
-    policy = "orbits" if entries.get("states") else "label" if entries.get("label") else "rest"
-    with at(request.place("start")):
-        return Begin(**{"policy": policy} | entries)
 
 
 def interval_in(entries: Document, system: System, free: Collection[str] = ()) -> Interval:

@@ -27,18 +27,18 @@ from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs.progress import Tell
 
+# Difference step for the formulas that turn parameters into a cell's numbers, relative to the
+# parameter; and the least parameter that it is relative to.
 NEARBY, TINY = 2.0**-10, 1.0e-9
-"""Difference step for the formulas that turn parameters into a cell's numbers, relative to the
-parameter; and the least parameter that it is relative to."""
 
+# Weights of the one-sided difference of order four: values at 0 to 4 steps.
 WEIGHTS = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
-"""Weights of the one-sided difference of order four: values at 0 to 4 steps."""
 
+# the compiled entries of a continuation
 KERNELS = (
     cycles.trace, cycles.measure_cycles, cycles.fill_norms, cycles.solve_bordered,
     part_period.enter,
 )  # fmt: skip
-"""The compiled entries of a continuation."""
 
 
 def shoots_from_flights(scene: Scene) -> bool:
@@ -66,7 +66,6 @@ class Cycle(Outlined):
 
     @property
     def n(self) -> int:
-        """The number of forcing periods."""
         return len(self.points)
 
     @property
@@ -80,8 +79,7 @@ class Cycle(Outlined):
         return self.points[-1, : self.state.size] - self.state
 
     @property
-    def unstable(self) -> int:
-        """The number of multipliers outside the unit circle."""
+    def unstable(self) -> int:  # the number of multipliers outside the unit circle
         return sum(abs(mu) > 1.0 for mu in self.multipliers.tolist())
 
 
@@ -95,17 +93,13 @@ class SectionMap:
         self.scene = self.system.scene
         self.size = len(self.scene.components)
         self.since = 0.0
+        self._template = np.atleast_1d(self.system.cells())  # the cell record of the system itself
         self._parts = parts_of("exact", self.scene, settings)
 
     def shot(self, since: float) -> SectionMap:
         shifted = copy.copy(self)
         shifted.since = since
         return shifted
-
-    @cached_property
-    def _template(self) -> np.ndarray:
-        """The cell record (1,) of the system itself."""
-        return np.atleast_1d(self.system.cells())
 
     @cached_property
     def _direct(self) -> tuple[tuple[int, ...], ...] | None:
@@ -153,38 +147,31 @@ class SectionMap:
             numbers[:, columns] = points[:, i : i + 1]
         return cells.view(np.recarray)
 
-    @cached_property
-    def _units(self) -> np.ndarray:
-        """The derivatives (m,) of a cell record if every parameter only stands in its columns."""
-        derivatives = np.zeros(len(self.names), self._template.dtype)
-        numbers = derivatives.view(np.float64).reshape(len(derivatives), -1)
-        for i, columns in enumerate(self._direct or ()):
-            numbers[i, columns] = 1.0
-        return derivatives
-
     def _changes(self, values: np.ndarray) -> np.recarray:
         """Return the derivatives (m,) of a cell record with respect to the free parameters.
 
         Formulas between parameters and records are differentiated by one-sided differences of
         order four, on a side where the parameter's values are allowed.
         """
-        if self._direct is not None:
-            return self._units.view(np.recarray)
-        steps = [self._step(*pair) for pair in zip(self.names, values.tolist(), strict=True)]
+        if self._direct is not None:  # every parameter only stands in its columns
+            derivatives = np.zeros(len(values), self._template.dtype)
+            entries = derivatives.view(np.float64).reshape(len(values), -1)
+            for i, columns in enumerate(self._direct):
+                entries[i, columns] = 1.0
+            return derivatives.view(np.recarray)
+        steps = []
         points = np.repeat(values[np.newaxis], 5 * len(values), axis=0)
-        for i, step in enumerate(steps):
-            points[5 * i : 5 * i + 5, i] += np.arange(5) * step
+        for i, (name, value) in enumerate(zip(self.names, values.tolist(), strict=True)):
+            least = max(1.0e-3 * abs(self.system.parameters.get(name, 1.0)), TINY)
+            step = NEARBY * max(abs(value), least)
+            steps.append(step if value + 4.0 * step <= PARAMETERS[name].high else -step)
+            points[5 * i : 5 * i + 5, i] += np.arange(5) * steps[i]
         numbers = self.cells(points).view(np.float64).reshape(len(values), 5, -1)
         rows = np.zeros((len(values), numbers.shape[2]))
         for i, step in enumerate(steps):
             for weight, row in zip(WEIGHTS, numbers[i], strict=True):
                 rows[i] += weight / step * row
         return rows.view(self._template.dtype)[:, 0].view(np.recarray)
-
-    def _step(self, name: str, value: float) -> float:
-        """Return the signed difference step of a parameter, toward allowed values."""
-        step = NEARBY * max(abs(value), 1.0e-3 * abs(self.system.parameters.get(name, 1.0)), TINY)
-        return step if value + 4.0 * step <= PARAMETERS[name].high else -step
 
     def at(self, place: np.ndarray, n: int) -> Cycle | None:
         """Return the map of n periods at a place (size + m,).

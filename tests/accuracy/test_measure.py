@@ -1,7 +1,11 @@
-"""Errors, impacts and failures are measured as they are; SciPy solves the equation of all kinds."""
+"""Errors, impacts and failures are measured as they are; the command, as a user meets it."""
 
+import re
 import time
+import tomllib
+from pathlib import Path
 
+import matplotlib.image
 import numpy as np
 import pytest
 from contact_laws import LAWS
@@ -10,9 +14,11 @@ import nlds_vines as nv
 from nlds_vines.accuracy import measure
 from nlds_vines.accuracy.measure import Result, advised, equation, measured, methods, reference
 from nlds_vines.accuracy.picture import draw
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.simulation import simulate
+from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 
@@ -39,14 +45,11 @@ def result_of(confirmed, state, seconds=0.5):
     return result
 
 
-def test_errors_are_those_of_the_state(confirmed):
+def test_errors_are_those_of_the_state_and_short_runs_timed_over_more_periods(confirmed):
     off = confirmed.state + np.array([0.0, 0.0, 2e-4, -1e-4])
     result = result_of(confirmed, off)
     assert result.error == pytest.approx(2e-4)
     assert result.seconds == pytest.approx(0.5 / 6)
-
-
-def test_short_runs_are_timed_over_more_periods(confirmed):
     assert result_of(confirmed, confirmed.state, seconds=1e-3).seconds == pytest.approx(
         1e-3 / (6 * 64)
     )
@@ -133,10 +136,8 @@ def test_the_picture_joins_the_settings_that_no_other_beats(confirmed):
     figure = draw(confirmed._replace(uncertainty=1e-15), [*results, failed])
     (line, _) = figure.axes[0].lines
     assert line.get_xdata().tolist() == [1.0, 3.0]
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
-        "rk4",
-        "uncertainty of the reference",
-    ]
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == ["rk4", "uncertainty of the reference"]
 
 
 def test_the_cheapest_of_our_settings_is_advised():
@@ -155,3 +156,56 @@ def test_the_equation_is_that_of_the_motion():
     depth = 1e-3
     pressed = equation(SET6)(0.0, p["C"] + depth, 0.0, SET6.rest, 0.0)
     assert pressed[3] * p["m2"] == pytest.approx(p["k2"] * (p["C"] + depth) + SET6.K * depth**1.5)
+
+
+VARY = {"omega": {"values": [6.28]}}
+SHORT = ["--no-peers", "--periods", "3", "--quiet"]
+
+
+@pytest.fixture
+def folder(here, monkeypatch):
+    """Work in an empty folder, with three settings of each method."""
+    monkeypatch.setattr(measure, "EXACT", (1e-4, 1e-9, 1e-12))
+    monkeypatch.setattr(measure, "RK4", (256, 512, 1024))
+    return here
+
+
+@pytest.fixture
+def output(folder, answer):
+    return answer("accuracy", *SHORT, "--want", "1e-6")
+
+
+def test_one_command_leaves_picture_and_table(output, folder, refusal):
+    rows = [line.split(" | ") for line in output.splitlines() if "| exact |" in line]
+    errors = [float(row[2].strip(" <|")) for row in rows]
+    assert len(errors) == 3
+    assert errors == sorted(errors, reverse=True)
+    assert output.count("\n| rk4 |") == 3
+    assert [path.name for path in folder.iterdir()] == ["accuracy.png"]
+    picture = matplotlib.image.imread("accuracy.png")
+    assert picture.std() > 0.01  # something is drawn
+    assert "picture 'accuracy.png' exists" in refusal("accuracy", *SHORT)
+
+
+def test_the_advice_was_measured_good_enough_and_is_what_a_scan_and_python_take(output):
+    (line,) = re.findall(r"^The cheapest setting with an error of at most 1e-06: .*$", output, re.M)
+    error = float(re.search(r"\((\S+) at ", line).group(1))
+    assert error <= 1e-6
+    assert 'method = "exact"' in line
+    # notices: advice in words of which a scan knows nothing
+    advised = re.findall(r"`(method = .*?)`", output)
+    assert len(advised) == 1
+    for text in advised:
+        settings = tomllib.loads(text.replace(", ", "\n"))
+        scan = load_scan({"system": "ssul-set6", "vary": VARY, "sampling": settings})
+        assert scan.settings == Settings(tolerance=settings["tolerance"])
+        assert simulate(load_system("ssul-set6"), 1, **settings).section.shape == (1, 4)
+
+
+def test_the_middle_of_a_scan_and_a_structure_alone_are_measured_too(folder, answer):
+    Path("own.toml").write_text(
+        'title = "own"\nsystem = "tmd"\n[vary]\nomega = { start = 5.0, stop = 7.0, num = 3 }\n'
+        '[record]\nwant = ["section"]\n'
+    )
+    assert "6 rad/s" in answer("accuracy", "own.toml", *SHORT)
+    assert "rk4" in answer("accuracy", "--system", "none", *SHORT)

@@ -15,9 +15,6 @@ def path(tmp_path):
     return tmp_path / "file"
 
 
-# ---- what reaches the disk, and when -------------------------------------------------------------
-
-
 def test_a_file_is_on_the_disk_before_it_takes_its_name_and_the_name_follows(path, monkeypatch):
     calls, path_before = [], b"of the last run"
     path.write_bytes(path_before)
@@ -57,18 +54,12 @@ def test_a_write_that_fails_leaves_the_file_and_nothing_else(path, monkeypatch):
     assert os.listdir(path.parent) == [path.name]
 
 
-# ---- chunks --------------------------------------------------------------------------------------
-
-
 def test_chunks_are_small_and_cover_a_short_array_whole():
     assert chunk_shape((10, 20), 8) == (10, 20)
     for shape in ((1000, 1000), (3, 100000, 4), (1, 1, 10**7)):
         chunk = chunk_shape(shape, 8)
         assert np.prod(chunk) * 8 <= 1 << 18
         assert all(1 <= side <= whole for side, whole in zip(chunk, shape, strict=True))
-
-
-# ---- what made a result --------------------------------------------------------------------------
 
 
 def test_every_source_and_its_name_count(tmp_path, monkeypatch):

@@ -9,15 +9,6 @@ from planes import ALONG, PLANE
 import nlds_vines as nv
 from nlds_vines.bifurcation import attractors
 from nlds_vines.bifurcation.attractor_ends import sample_size
-from nlds_vines.bifurcation.attractors import (
-    SAME,
-    Attractor,
-    Numbering,
-    System,
-    impacts_of,
-    matched,
-    period_of,
-)
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.model.labels import finals
 
@@ -49,15 +40,15 @@ def ends_of(*kinds):
 
 
 def groups_of(labels, states, order, sections=cycling):
-    system = System(sections, np.ones(2))
+    system = attractors.System(sections, np.ones(2))
     system.add(labels[order], states[order], order)
     return {frozenset(attractor.lanes.tolist()) for attractor in system.attractors}, system
 
 
 def test_labels_say_what_is_periodic():
     labels = ("T,0", "3T,12", "chaos", "quasiperiodic", "undetermined", "failed", "")
-    assert [period_of(label) for label in labels] == [1, 3, 0, 0, -1, -1, -1]
-    assert [impacts_of(label) for label in labels[:3]] == [0, 12, -1]
+    assert [attractors.period_of(label) for label in labels] == [1, 3, 0, 0, -1, -1, -1]
+    assert [attractors.impacts_of(label) for label in labels[:3]] == [0, 12, -1]
 
 
 def test_groups_do_not_depend_on_the_order_of_starts():
@@ -72,12 +63,12 @@ def test_groups_do_not_depend_on_the_order_of_starts():
         groups, system = groups_of(labels, states, order)
         assert groups == {frozenset(group) for group in expected}
         margins = sorted(attractor.margin for attractor in system.attractors)
-        assert margins[:2] == pytest.approx([1e-4 / SAME] * 2, rel=1e-3)
+        assert margins[:2] == pytest.approx([1e-4 / attractors.SAME] * 2, rel=1e-3)
 
 
 def test_the_margin_says_how_near_an_end_is_to_being_divided():
     labels, states = ends_of(("T,1", 0.3, 0.0, 2))
-    states[1, 0] = 0.3 + 0.25 * SAME
+    states[1, 0] = 0.3 + 0.25 * attractors.SAME
     (attractor,) = groups_of(labels, states, np.arange(2))[1].attractors
     assert attractor.margin == pytest.approx(4.0, rel=1e-3)
 
@@ -118,23 +109,25 @@ def test_chaos_and_quasiperiodic_motion_are_never_one():
 
 def at(x, *lanes, label="T,1"):
     points = np.array([[x, 0.0, 0.0, 0.0]])
-    return Attractor(label, 1, points, points[0], np.array(lanes, int), np.ones(2), SAME)
+    return attractors.Attractor(
+        label, 1, points, points[0], np.array(lanes, int), np.ones(2), attractors.SAME
+    )
 
 
 def table_of(*systems):
-    numbering = Numbering((len(systems),))
+    numbering = attractors.Numbering((len(systems),))
     for group in systems:
         numbering.give(group)
     return [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]
 
 
 def test_matches_are_the_cheapest_and_none_is_farther_than_half_the_distance_of_the_next():
-    assert matched({0: at(0.0), 1: at(0.2)}, [at(0.22), at(0.05)]) == {0: 1, 1: 0}
+    assert attractors.matched({0: at(0.0), 1: at(0.2)}, [at(0.22), at(0.05)]) == {0: 1, 1: 0}
     # a step beyond half the distance of the next is none
-    assert matched({0: at(0.0)}, [at(0.1), at(0.15)]) == {}
-    assert matched({0: at(0.0)}, [at(0.1), at(0.25)]) == {0: 0}
-    assert matched({0: at(0.0)}, [at(0.31)]) == {}
-    assert matched({}, [at(0.0)]) == {}
+    assert attractors.matched({0: at(0.0)}, [at(0.1), at(0.15)]) == {}
+    assert attractors.matched({0: at(0.0)}, [at(0.1), at(0.25)]) == {0: 0}
+    assert attractors.matched({0: at(0.0)}, [at(0.31)]) == {}
+    assert attractors.matched({}, [at(0.0)]) == {}
 
 
 def test_numbers_follow_attractors_are_remembered_and_come_with_orbits():
@@ -147,11 +140,11 @@ def test_numbers_follow_attractors_are_remembered_and_come_with_orbits():
     both = table_of([at(0.0), at(0.5)], [at(0.01, ~1)])
     assert both == [{0: 0.0, 1: 0.5}, {0: 0.01}]
     # only what is not continued is carried on
-    numbering = Numbering((2,))
+    numbering = attractors.Numbering((2,))
     numbering.give([at(0.0), at(0.5)])
     assert list(numbering.absent([at(0.51)])) == [0]
     # along two parameters the last one is stepped first
-    numbering = Numbering((2, 2))
+    numbering = attractors.Numbering((2, 2))
     for group in ([at(0.0)], [at(0.05), at(0.6)], [at(0.1), at(1.2)], [at(0.12), at(0.62)]):
         numbering.give(group)
     rows = [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]

@@ -22,6 +22,11 @@ from nlds_vines.upkeep.rerun import differing
 
 pytestmark = pytest.mark.kernels
 
+CHAOS = {
+    **PLANE, "system": "ssul-set6", "set": {"omega": 7.36},
+    "vary": {"v2_0": {"start": -0.5, "stop": 0.5, "num": 12}},
+}  # fmt: skip
+
 
 @pytest.fixture(scope="module")
 def plane(tmp_path_factory):
@@ -37,7 +42,9 @@ def along(tmp_path_factory):
     return path
 
 
-def test_the_attractors_are_those_of_the_closed_form(plane):
+def test_the_attractors_and_their_energies_are_those_of_the_closed_form_and_of_orbits(
+    plane, tmp_path
+):
     (case,) = (c for c in CASES if (c["omega"], c["e"], c["n"]) == (1.5, 0.8, 1))
     assert case["fold_A"] < AMPLITUDE < case["grazing_A"]
     (stable,) = (
@@ -54,9 +61,7 @@ def test_the_attractors_are_those_of_the_closed_form(plane):
     assert np.allclose(np.sort(values, axis=0), np.sort(stable["multipliers"], axis=0), atol=1e-8)
     assert shares.tolist() == [(attractor == k).mean() for k in (0, 1)]
     assert (shares > 0.1).all()
-
-
-def test_the_largest_energies_of_attractors_are_those_of_their_orbits(plane, tmp_path):
+    # their largest energies are those of their orbits
     with nv.read(plane) as view:
         energies, points = view["attractor_E1max"], view["attractor_point"]
         assert "attractor_E2max" not in view
@@ -70,13 +75,7 @@ def test_the_largest_energies_of_attractors_are_those_of_their_orbits(plane, tmp
 
 
 def test_chaos_has_the_energies_of_an_orbit_of_it(tmp_path):
-    document = {
-        **PLANE,
-        "system": "ssul-set6",
-        "set": {"omega": 7.36},
-        "vary": {"v2_0": {"start": -0.5, "stop": 0.5, "num": 12}},
-        "record": {"want": ["attractor", "energy"]},
-    }
+    document = {**CHAOS, "record": {"want": ["attractor", "energy"]}}
     path = nv.scan(document, to=tmp_path / "chaos.h5", quiet=True)
     with nv.read(path) as view:
         number = view["attractor_label"].tolist().index("chaos")
@@ -139,19 +138,15 @@ def test_numbers_mean_the_same_along_a_parameter(along):
 
 def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
     """2T,1 becomes 4T,2 by a period doubling."""
-    document = {
-        **PLANE,
-        "set": {"omega": 2.5},
-        "vary": {"P": {"values": [2.1, 2.2]}},
-        "start": {"policy": "random", "count": 20},
-    }
+    vary, start = {"P": {"values": [2.1, 2.2]}}, {"policy": "random", "count": 20}
+    document = {**PLANE, "set": {"omega": 2.5}, "vary": vary, "start": start}
     path = nv.scan(document, to=tmp_path / "flip.h5", quiet=True)
     with nv.read(path) as view:
         labels = view["attractor_label"]
     assert labels.tolist() == [["T,0", "2T,1"], ["T,0", "4T,2"]]
 
 
-def test_the_orbit_of_a_cell_begins_where_the_axes_say(plane):
+def test_the_orbit_of_a_cell_and_of_the_page_begins_where_the_axes_say(plane):
     with nv.read(plane) as view:
         x, v = view["x_0"][3], view["v_0"][7]
     orbit = nv.orbit_of(plane, x_0=x, v_0=v, quiet=True)
@@ -160,6 +155,15 @@ def test_the_orbit_of_a_cell_begins_where_the_axes_say(plane):
     ).system.with_(omega=1.5, P=AMPLITUDE)
     again = nv.simulate(same, 120, start=(x, v), transient=600, quiet=True)
     assert np.array_equal(orbit.section, again.section)
+    # and so does the page of an archive
+    archive = stored(plane)
+    cell = (3, 7)
+    start = archive.start_of(cell, 0, archive.system_of(cell))
+    with nv.read(plane) as view:
+        assert start.state == (view["x_0"][3], view["v_0"][7])
+    assert start.words == f"x_0 = {start.state[0]:g}, v_0 = {start.state[1]:g}"
+    assert [axis.name for axis in archive.scan.axes] == ["x_0", "v_0"]
+    assert [spec.name for spec in sliders_of(archive)][:2] == ["x_0", "v_0"]
 
 
 def test_a_plane_has_measures_and_random_starts_an_interval(plane, answer, tmp_path, along):
@@ -203,17 +207,6 @@ def test_a_plane_has_measures_and_random_starts_an_interval(plane, answer, tmp_p
         nv.basin_measures(along, omega=1.0)
     with pytest.raises(RequestError, match=r"P = 0\.9 lies outside the scan: 0\.3 to 0\.6"):
         nv.basin_measures(along, P=0.9)
-
-
-def test_the_page_of_an_archive_begins_orbits_where_the_axes_say(plane):
-    archive = stored(plane)
-    cell = (3, 7)
-    start = archive.start_of(cell, 0, archive.system_of(cell))
-    with nv.read(plane) as view:
-        assert start.state == (view["x_0"][3], view["v_0"][7])
-    assert start.words == f"x_0 = {start.state[0]:g}, v_0 = {start.state[1]:g}"
-    assert [axis.name for axis in archive.scan.axes] == ["x_0", "v_0"]
-    assert [spec.name for spec in sliders_of(archive)][:2] == ["x_0", "v_0"]
 
 
 STARTS = {"policy": "random", "count": 60, "seed": 3}
@@ -363,13 +356,7 @@ def test_shards_and_resumes_make_the_same_archive(sample_of_one, tmp_path):
 
 
 def test_chaos_that_was_missed_has_a_number(sample_of_one, tmp_path):
-    document = {
-        **PLANE,
-        "system": "ssul-set6",
-        "set": {"omega": 7.36},
-        "vary": {"v2_0": {"start": -0.5, "stop": 0.5, "num": 12}},
-    }
-    arrays = arrays_of(nv.scan(document, to=tmp_path / "chaos.h5", quiet=True))
+    arrays = arrays_of(nv.scan(CHAOS, to=tmp_path / "chaos.h5", quiet=True))
     names = arrays["attractor_label"][arrays["attractor"][..., 0]]
     assert set(arrays["label"].ravel().tolist()) - {"chaos"}
     assert np.array_equal(names, [str(x).split(" to ")[-1] for x in arrays["label"][:, 0]])

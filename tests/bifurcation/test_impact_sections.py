@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 import nlds_vines as nv
 from nlds_vines.orbits.records import modulation_of
+from scans import scan_of
 
 pytestmark = pytest.mark.kernels
 
@@ -17,15 +18,9 @@ ORBITS = [(case, orbit) for case in CASES for orbit in case["orbits"]]
 
 def sections(path, system, changes, vary, transient, periods, start="rest"):
     """Return speeds and phases (axes, impacts) and the impacts a period (axes,) of a scan."""
-    request = {
-        "system": system,
-        "set": changes,
-        "vary": {name: {"values": list(values)} for name, values in vary.items()},
-        "start": {"policy": start},
-        "sampling": {"transient": transient, "periods": periods},
-        "record": {"want": ["impact_section", "impacts"]},
-    }
-    nv.scan(request, to=path, quiet=True)
+    sampling = {"transient": transient, "periods": periods}
+    want = ["impact_section", "impacts"]
+    nv.scan(scan_of(system, want, vary, start, changes=changes, **sampling), to=path, quiet=True)
     with nv.read(path) as view:
         rows = [view[name][..., 0, :] for name in ("impact_speed", "impact_phase")]
         return *rows, view["impact_rate"][..., 0]
@@ -200,15 +195,9 @@ def test_a_soft_wall_has_the_square_root_alone(tmp_path):
 
 def recorded_modulation(path, clearance, omega, start):
     """Return the arrays (omega, starts) of a scan of `vi-nes` over omega, by name."""
-    request = {
-        "system": "vi-nes",
-        "set": {"C": clearance, "D": clearance},
-        "vary": {"omega": {"values": list(omega)}},
-        "start": start,
-        "sampling": {"transient": 1500, "periods": 400},
-        "record": {"want": ["modulation", "impacts"]},
-    }
-    nv.scan(request, to=path, quiet=True)
+    sampling = {"changes": {"C": clearance, "D": clearance}, "transient": 1500, "periods": 400}
+    scan = scan_of("vi-nes", ["modulation", "impacts"], {"omega": omega}, start, **sampling)
+    nv.scan(scan, to=path, quiet=True)
     with nv.read(path) as view:
         words = view.flags("capture")
         arrays = {name: view[name] for name in ("amplitude_min", "amplitude_max", "two_impacts")}

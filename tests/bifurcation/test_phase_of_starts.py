@@ -176,7 +176,7 @@ def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
 
 
 @pytest.mark.kernels
-def test_a_phase_of_the_start_is_that_of_an_axis(tmp_path):
+def test_phases_of_starts_and_axes_are_the_same_and_phase_zero_compiles_nothing(tmp_path):
     along = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
     both = {**along, "vary": {"phase": {"values": [1.25]}, **along["vary"]}}
     scan = nv.load_scan({**along, "start": {"policy": "rest", "phase": 1.25}})
@@ -188,10 +188,7 @@ def test_a_phase_of_the_start_is_that_of_an_axis(tmp_path):
     state = nv.load_scan({**along, "start": {"state": [0.1, 0.2], "phase": 1.25}})
     assert (state.start.state, state.start.phase) == ((0.1, 0.2), 1.25)
     assert "phase" not in nv.load_scan(along).document()["start"]
-
-
-@pytest.mark.kernels
-def test_a_scan_at_phase_zero_compiles_nothing_for_phases(tmp_path):
+    # a scan at phase zero compiles nothing for phases
     before = len(enter.signatures) if hasattr(enter, "signatures") else 0
     document = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
     nv.scan(document, to=tmp_path / "zero.h5", quiet=True)
@@ -215,9 +212,8 @@ def test_a_wrong_phase_is_refused(change, message):
 @pytest.mark.kernels
 def test_the_command_takes_phases(tmp_path, answer):
     assert start_of("rest@1.5") == {"start": {"policy": "rest", "phase": 1.5}}
-    assert start_of("0.1,0@1.5") == {
-        "start": {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}
-    }
+    state = {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}
+    assert start_of("0.1,0@1.5") == {"start": state}
     asked = ["--system", "impact-oscillator", "--vary", "phase=0:6:3", "--vary", "v_0=-1:1:4"]
     asked += ["--record", "attractor", "-o", str(tmp_path / "x.h5"), "--dry-run"]
     assert "12 (3 x 4 cells" in answer("bifurcation", *asked)

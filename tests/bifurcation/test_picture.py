@@ -94,12 +94,10 @@ def texts(axes):
 
 
 def strips(figure):
-    """Return the strips of a diagram: axes whose height has no unit."""
     return [axes for axes in figure.axes if not axes.get_yticks().size]
 
 
 def named(figure):
-    """Return the regimes named on the strip."""
     return texts(strips(figure)[0])
 
 
@@ -512,10 +510,8 @@ def test_the_cells_of_a_map_end_where_the_values_end_and_have_the_width_of_the_p
 
 
 def test_values_at_equal_ratios_stand_on_a_logarithmic_axis(tmp_path):
-    vary = {
-        "omega": {"start": 7.0, "stop": 8.0, "num": 9},
-        "K": {"start": 1e5, "stop": 1e9, "num": 9, "scale": "log"},
-    }
+    stiffnesses = {"start": 1e5, "stop": 1e9, "num": 9, "scale": "log"}
+    vary = {"omega": {"start": 7.0, "stop": 8.0, "num": 9}, "K": stiffnesses}
     (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], vary)).axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
     assert axes.get_ylim() == (1e5, 1e9)
@@ -598,11 +594,8 @@ def test_both_sweeps_have_a_strip_and_a_color_each_and_one_color_is_one_regime(t
     assert legend_of(exponent)[:3] == ["up and down alike", "up", "down"]
 
     def ink(strip, place):
-        return next(
-            p.get_facecolor()
-            for p in strip.patches
-            if p.get_x() <= place <= p.get_x() + p.get_width()
-        )
+        ends = ((p, p.get_x(), p.get_x() + p.get_width()) for p in strip.patches)
+        return next(p.get_facecolor() for p, low, high in ends if low <= place <= high)
 
     assert ink(up, 7.47) == ink(down, 7.47)  # 3T,2 in both
     assert ink(down, 6.0) != ink(down, 7.0)

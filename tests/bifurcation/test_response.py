@@ -33,7 +33,7 @@ def force_of(system, omega, Y):
 
 
 @pytest.mark.kernels
-def test_a_scan_records_what_simulate_returns():
+def test_a_scan_records_what_simulate_returns_and_nothing_of_a_failed_orbit():
     scan = request_of()
     arrays = computed(scan)
     for i, omega in enumerate(OMEGAS):
@@ -43,6 +43,23 @@ def test_a_scan_records_what_simulate_returns():
             assert arrays[name][i, 0] == value, name
             assert scan.table.datasets[name].units
             assert len(scan.table.datasets[name].long_name) > 10
+    # numbers whose squares are beyond all numbers, and an orbit that is not followed at all
+    scan = request_of(vary={"P": [800.0, 1e200]})
+    arrays = computed(scan)
+    assert arrays["status"][0, 0] == 0
+    assert arrays["status"][1, 0] != 0
+    assert np.isfinite(arrays["x1_rms"][0, 0])
+    assert np.isnan(arrays["x1_rms"][1, 0])
+    # a reduction compares with the structure alone
+    arrays = computed(request_of())
+    for i, omega in enumerate(OMEGAS):
+        alone = abs(response(load_system("none"), np.array([omega])).X1[0])
+        for power, name in enumerate(("x1", "v1", "a1")):
+            largest = alone * omega**power
+            reduction = 1 - arrays[f"{name}_max"][i, 0] / largest
+            assert arrays[f"{name}_max_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
+            reduction = 1 - arrays[f"{name}_rms"][i, 0] / (largest * np.sqrt(0.5))
+            assert arrays[f"{name}_rms_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
 
 
 def test_what_is_recorded_depends_on_what_the_scene_has():
@@ -57,30 +74,6 @@ def test_what_is_recorded_depends_on_what_the_scene_has():
     two = request_of("ssbl").table
     assert two.datasets["force_max"].dims[-1] == "wall"
     assert request_of("ssul-set6").table.datasets["force_max"].dims == ("omega", "start")
-
-
-@pytest.mark.kernels
-def test_a_reduction_compares_with_the_structure_alone():
-    arrays = computed(request_of())
-    for i, omega in enumerate(OMEGAS):
-        alone = abs(response(load_system("none"), np.array([omega])).X1[0])
-        for power, name in enumerate(("x1", "v1", "a1")):
-            largest = alone * omega**power
-            reduction = 1 - arrays[f"{name}_max"][i, 0] / largest
-            assert arrays[f"{name}_max_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
-            reduction = 1 - arrays[f"{name}_rms"][i, 0] / (largest * np.sqrt(0.5))
-            assert arrays[f"{name}_rms_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
-
-
-@pytest.mark.kernels
-def test_a_failed_orbit_has_no_response():
-    """Numbers whose squares are beyond all numbers, and an orbit that is not followed at all."""
-    scan = request_of(vary={"P": [800.0, 1e200]})
-    arrays = computed(scan)
-    assert arrays["status"][0, 0] == 0
-    assert arrays["status"][1, 0] != 0
-    assert np.isfinite(arrays["x1_rms"][0, 0])
-    assert np.isnan(arrays["x1_rms"][1, 0])
 
 
 SMALL = {"population": 5, "generations": 2, "polish": 5, "optima": 1}

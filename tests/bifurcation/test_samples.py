@@ -47,7 +47,9 @@ def test_each_sample_is_the_scan_of_its_own_parameters():
         assert np.array_equal(orbit.section, results["section"][i, 0])
 
 
-def test_the_archive_has_the_table_and_gives_back_each_orbit(tmp_path):
+def test_the_archive_has_the_table_gives_back_each_orbit_and_does_not_depend_on_blocks(
+    tmp_path, monkeypatch
+):
     scan = nv.scan(
         "ssul-set6", samples=COLUMNS, record=list(USUAL), sampling=SAMPLING, quiet=True,
         to=tmp_path / "draws.h5",
@@ -67,14 +69,7 @@ def test_the_archive_has_the_table_and_gives_back_each_orbit(tmp_path):
     assert np.array_equal(orbit.section, sections[2, 0])
     assert orbit.system.ratios["f"] == pytest.approx(0.95)
     assert scan.request == scan_of(title=scan.request.title)
-
-
-def test_values_are_part_of_the_hash():
-    other = {**COLUMNS, "k1": [4.0e4, 4.2e4, 3.8e4, 4.0e4 + 1e-9]}
-    assert scan_of().hash == scan_of(title="another").hash != scan_of(other).hash
-
-
-def test_blocks_and_threads_change_nothing(tmp_path, monkeypatch):
+    # blocks and threads change nothing
     whole = nv.scan("ssul-set6", samples=COLUMNS, record=list(USUAL), sampling=SAMPLING, quiet=True)
     monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 14)
     assert len(blocks_of(scan_of())) == 4
@@ -83,6 +78,11 @@ def test_blocks_and_threads_change_nothing(tmp_path, monkeypatch):
     )
     with whole.read() as one, parts.read() as other:
         assert all(np.array_equal(one[name], other[name]) for name in ("section", "E1max"))
+
+
+def test_values_are_part_of_the_hash():
+    other = {**COLUMNS, "k1": [4.0e4, 4.2e4, 3.8e4, 4.0e4 + 1e-9]}
+    assert scan_of().hash == scan_of(title="another").hash != scan_of(other).hash
 
 
 def test_files_frames_and_arrays_mean_the_same(tmp_path):

@@ -20,18 +20,10 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System, parameters_in_words
-from nlds_vines.orbits.records import (
-    DIVERGED,
-    OK,
-    TOO_STIFF,
-    WANTS,
-    failures_in,
-    failures_in_words,
-    plain,
-    possible_want,
-)
+from nlds_vines.orbits import records
 from nlds_vines.orbits.solver_settings import METHODS
 from nlds_vines.orbits.starts import Start, random_states, start_states
+from scans import scan_of
 
 REPO = Path(__file__).resolve().parents[2]
 MINIMAL = {"system": "ssul-set6", "vary": {"omega": {"values": [5.0, 6.0]}}}
@@ -185,7 +177,7 @@ def scans(draw) -> Scan:
         overrides["K"] = draw(NUMBERS)
     if "e" in system.scene.allowed and draw(st.booleans()):
         overrides["e"] = draw(st.floats(0.0, 1.0))
-    possible = possible_want(WANTS, system.scene)
+    possible = records.possible_want(records.WANTS, system.scene)
     values = st.lists(NUMBERS, min_size=1, max_size=5, unique=True).map(sorted)
     start = draw(
         st.one_of(
@@ -197,7 +189,7 @@ def scans(draw) -> Scan:
         )
     )
     notes = {draw(st.sampled_from(parameters)): draw(WORDS)}
-    possible = plain(possible) if start.sweeps else possible
+    possible = records.plain(possible) if start.sweeps else possible
     return Scan(
         title=draw(WORDS),
         system=dataclasses.replace(
@@ -365,11 +357,12 @@ def test_an_axis_that_is_followed_stays_whole(policy):
 
 
 def test_failures_and_systems_are_told_in_words():
-    status = np.array([[OK, TOO_STIFF, DIVERGED], [TOO_STIFF, OK, OK]])
-    words = failures_in_words(failures_in(status), 400)
+    fine, stiff = records.OK, records.TOO_STIFF
+    status = np.array([[fine, stiff, records.DIVERGED], [stiff, fine, fine]])
+    words = records.failures_in_words(records.failures_in(status), 400)
     assert words.startswith("3 of 400 orbits failed: 1 diverged (Check masses")
     assert "; 2 too_stiff (Raise omega" in words
-    assert failures_in_words(failures_in(np.array([OK])), 1) == ""
+    assert records.failures_in_words(records.failures_in(np.array([records.OK])), 1) == ""
     words = parameters_in_words(nv.load_system("bouncing-ball"), ["Y"])
     assert words == "ball under restitution: m = 1, g = 1, omega = 1.6, e = 0.15"
     assert parameters_in_words(nv.load_system("none")).startswith("none: m1 = 1000, k1 = 39500")
@@ -379,13 +372,8 @@ def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(
     """The factor k2 (x2 - rest) + ... of dE2/dt is then zero throughout, and so has no root."""
 
     def seconds(name, **settings):
-        scan = {
-            "system": "ssul-set6",
-            "set": settings,
-            "vary": {"omega": {"values": [6.0, 6.28]}},
-            "sampling": {"transient": 0, "periods": 200},
-            "record": {"want": ["section", "impacts", "energy", "regime"]},
-        }
+        want, vary = ("section", "impacts", "energy", "regime"), {"omega": [6.0, 6.28]}
+        scan = scan_of("ssul-set6", want, vary, changes=settings, transient=0, periods=200)
         began = time.process_time()
         path = nv.scan(scan, to=tmp_path / name)
         with nv.read(path) as archive:

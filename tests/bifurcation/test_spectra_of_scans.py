@@ -53,11 +53,8 @@ def test_a_disagreement_of_spectra_and_labels_is_told(tmp_path, answer):
     """An orbit that settles slowly: by its multipliers T,0, but its section does not recur yet."""
     options = ["--set", "c1=2", "--vary", "omega=6:6.3:2", "--transient", "20", "--periods", "120"]
     command = ["bifurcation", "--system", "none", *options, "--record", "regime,broadband"]
-    lines = [
-        line
-        for line in answer(*command, "-o", tmp_path / "slow.h5").splitlines()
-        if line.startswith("spectra")
-    ]
+    told = answer(*command, "-o", tmp_path / "slow.h5").splitlines()
+    lines = [line for line in told if line.startswith("spectra")]
     with nv.read(tmp_path / "slow.h5") as view:
         labels, spectral = view["label"].ravel(), view["spectral_label"].ravel()
         agree, words = view["spectra_agree"].ravel(), view.flags("spectra_agree")
@@ -149,11 +146,18 @@ def test_the_broadband_share_tells_periodic_quasiperiodic_and_chaotic_apart(tmp_
         assert chaos.min() > 2e-3
 
 
-def test_the_words_for_what_a_spectrum_says():
+def test_the_words_for_what_a_spectrum_says_and_its_background():
     shares = (1e-5, 5e-4, 1e-2)
     assert [spectral_label(1, 0.0, 60), spectral_label(3, 1e-2, 60)] == ["T", "3T"]
     assert [spectral_label(0, s, 120) for s in shares] == ["lines", "unclear", "broadband"]
     assert {spectral_label(0, s, 119) for s in shares} == {"unclear"}
+    # lines anywhere leave no background, and noise does
+    time = np.arange(240 * 64) / 64
+    lines = np.cos(2 * np.pi * time) + 0.3 * np.cos(2 * np.pi * 0.6180339 * time + 1.0)
+    assert spectrum_of(lines, 64, 1.0, window="hann").background_share(961) < 1e-5
+    noise = np.random.default_rng(1).normal(size=time.size)
+    assert 0.5 < spectrum_of(noise, 64, 1.0, window="hann").background_share(961) < 0.9
+    assert spectrum_of(0.0 * time, 64, 1.0, window="hann").background_share(961) == 0.0
 
 
 @pytest.mark.kernels
@@ -167,15 +171,6 @@ def test_no_quasiperiodic_motion_is_called_broadband(tmp_path, periods, judged):
         assert "broadband" not in view["spectral_label"]
         assert KEPT["no"] not in view["spectra_agree"]
         assert np.count_nonzero(view["spectra_agree"] == KEPT["yes"]) == judged
-
-
-def test_lines_anywhere_leave_no_background_and_noise_does():
-    time = np.arange(240 * 64) / 64
-    lines = np.cos(2 * np.pi * time) + 0.3 * np.cos(2 * np.pi * 0.6180339 * time + 1.0)
-    assert spectrum_of(lines, 64, 1.0, window="hann").background_share(961) < 1e-5
-    noise = np.random.default_rng(1).normal(size=time.size)
-    assert 0.5 < spectrum_of(noise, 64, 1.0, window="hann").background_share(961) < 0.9
-    assert spectrum_of(0.0 * time, 64, 1.0, window="hann").background_share(961) == 0.0
 
 
 @pytest.mark.parametrize(

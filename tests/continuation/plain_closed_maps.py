@@ -11,27 +11,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nlds_vines.continuation import arclength, regime_borders, special_points
+from nlds_vines.continuation import arclength, exploration, regime_borders, special_points
 from nlds_vines.continuation.arclength import angle_of, close, length, point_of
 from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow, half_of
-from nlds_vines.continuation.exploration import (
-    Explorer,
-    Switch,
-    Track,
-    crossings,
-    is_same,
-    packed,
-    unpacked,
-)
 from nlds_vines.continuation.section_map import Cycle
-from nlds_vines.continuation.special_points import (
-    doubled,
-    limit_of,
-    narrowed_down,
-    null_vector,
-    other_branch,
-    wall_of_change,
-)
 
 MU = 1.0 + sqrt(6.0)
 """Where the orbit 2T of the logistic map doubles."""
@@ -137,14 +120,11 @@ def start_at(system, value, state, n=1, bounds=None, sign=1.0):
 
 
 def explored(system, bounds, *seeds, **search):
-    explorer = Explorer(system, Bounds(*bounds), **search)
+    explorer = exploration.Explorer(system, Bounds(*bounds), **search)
     return explorer.run([(np.array(place, dtype=float), n) for place, n in seeds])
 
 
-# ---- arclength -----------------------------------------------------------------------------------
-
-
-def test_newton_closes_an_orbit_in_the_plane_through_the_place():
+def test_newton_closes_an_orbit_or_ends_at_once():
     row, weights = np.array([0.6, 0.8]), np.ones(2)
     place = np.array([0.75, 3.1])
     cycle, ratio, _ = close(LOGISTIC, place, 1, row, weights)
@@ -152,23 +132,18 @@ def test_newton_closes_an_orbit_in_the_plane_through_the_place():
     assert abs(x - (1.0 - 1.0 / p)) < 1e-13
     assert abs(float(row @ (cycle.place - place))) < 1e-13
     assert 0.0 < ratio < 0.1
-
-
-def test_newton_that_runs_away_finds_nothing():
+    # newton that runs away finds nothing
     nowhere = Map(lambda y, p: y + 1.0 + y * y, lambda y, p: 1.0 + 2.0 * y, lambda y, p: 0.0)
     lost = np.array([0.1, 0.0])
     assert close(nowhere, lost, 1, np.array([0.0, 1.0]), np.ones(2))[:2] == (None, inf)
     assert len(nowhere.calls) <= arclength.OF_BRANCH.most_steps
-
-
-def test_steps_that_grow_end_newton_at_once():
-    """Steps 0.035, 0.041, 0.032, and then 0.081, for there is no fixed point."""
+    # of steps 0.035, 0.041, 0.032 and 0.081, for there is no fixed point, the last ends it
     flat = Map(lambda y, p: y + 1e-3 + y**2, lambda y, p: 1.0 + 2.0 * y, lambda y, p: 0.0)
     assert close(flat, np.array([0.05, 0.0]), 1, np.array([0.0, 1.0]), np.ones(2))[0] is None
     assert len(flat.calls) < arclength.OF_BRANCH.most_steps
 
 
-def test_a_tangent_has_length_one_and_the_direction_that_is_asked_for():
+def test_a_tangent_has_length_one_a_direction_and_angles_by_weights():
     for sign in (1.0, -1.0):
         point = start_at(LOGISTIC, 2.5, 0.6, bounds=Bounds(1.0, 3.0), sign=sign)
         assert length(point.weights, point.tangent) == pytest.approx(1.0, rel=1e-14)
@@ -178,9 +153,7 @@ def test_a_tangent_has_length_one_and_the_direction_that_is_asked_for():
         assert point.weights[-1] == 0.5
         falling = start_at(FOLD, 0.25, -0.5, sign=sign)
         assert falling.tangent[1] * sign > 0.0 > falling.tangent[0] * sign
-
-
-def test_the_angle_between_tangents_is_measured_by_weights():
+    # the angle between tangents is measured by weights
     point = start_at(LOGISTIC, 2.5, 0.6, bounds=Bounds(1.0, 3.0))
     a = arclength.Point(point.cycle, np.array([1.0, 0.0]), np.array([1.0, 0.5]), 1.0)
     b = arclength.Point(point.cycle, np.array([1.0, 2.0]), np.array([1.0, 0.5]), 1.0)
@@ -196,7 +169,7 @@ def test_test_functions_are_what_their_text_says():
     assert tests["LP"] > 0.0
 
 
-def test_steps_lengthen_on_a_straight_branch_and_stay_within_the_longest():
+def test_steps_lengthen_on_a_straight_branch_and_shorten_where_it_bends():
     straight = grazing()
     start = start_at(straight, 0.1, 0.05)
     stepper = arclength.Stepper(straight, start, 1e-4, 2e-3)
@@ -205,9 +178,6 @@ def test_steps_lengthen_on_a_straight_branch_and_stay_within_the_longest():
     assert max(lengths) == pytest.approx(2e-3)
     assert stepper.advance(1e-5)
     assert stepper.last_step == 1e-5
-
-
-def test_steps_shorten_where_a_branch_bends():
     start = start_at(FOLD, 0.01, 0.1, bounds=Bounds(-1.0, 1.0), sign=-1.0)
     stepper = arclength.Stepper(FOLD, start, 0.5, 0.5)
     for _ in range(20):
@@ -215,18 +185,11 @@ def test_steps_shorten_where_a_branch_bends():
         assert angle_of(before, stepper.advance()) <= arclength.SHARPEST * arclength.ANGLE
 
 
-# ---- special points ------------------------------------------------------------------------------
-
-
-def only(specials, kind):
-    (match,) = [special for special in specials if special.kind == kind]
-    return match
-
-
 def test_a_fold_is_passed_and_located():
     start = start_at(FOLD, 0.5, sqrt(0.5), bounds=Bounds(-1.0, 0.9), sign=-1.0)
     arm = follow(FOLD, start, Bounds(-1.0, 0.9))
-    fold = only(arm.specials, "LP")
+    (fold,) = arm.specials
+    assert fold.kind == "LP"
     assert abs(fold.value) < 1e-12
     assert abs(fold.point.cycle.state[0]) < 1e-9
     assert fold.bracket < 1e-11
@@ -239,7 +202,8 @@ def test_a_doubling_is_located_from_both_sides():
     for value, sign in ((2.9, 1.0), (3.1, -1.0)):
         bounds = Bounds(2.5, 3.4)
         start = start_at(LOGISTIC, value, 1.0 - 1.0 / value, bounds=bounds, sign=sign)
-        doubling = only(follow(LOGISTIC, start, bounds).specials, "PD")
+        (doubling,) = follow(LOGISTIC, start, bounds).specials
+        assert doubling.kind == "PD"
         assert abs(doubling.value - 3.0) < 1e-11
         assert doubling.residual < 1e-10
         assert (doubling.before, doubling.after) == ("T,0", "T,0")
@@ -270,27 +234,31 @@ def test_where_two_branches_cross_there_is_a_branch_point_and_no_fold():
 
 def test_a_grazing_is_located_with_its_labels_and_its_wall():
     system, bounds = grazing(), Bounds(0.0, 1.0)
-    up = only(follow(system, start_at(system, 0.2, 0.1), bounds).specials, "GR")
-    down = only(follow(system, start_at(system, 0.9, 0.45, sign=-1.0), bounds).specials, "GR")
+    (up,) = follow(system, start_at(system, 0.2, 0.1), bounds).specials
+    (down,) = follow(system, start_at(system, 0.9, 0.45, sign=-1.0), bounds).specials
+    assert up.kind == down.kind == "GR"
     assert abs(up.value - 0.6) < 1e-11
     assert abs(down.value - 0.6) < 1e-11
     assert (up.before, up.after, up.wall, up.impacts) == ("T,0", "T,1", "near", 0)
     assert (down.before, down.after) == ("T,1", "T,0")
 
 
-def test_the_wall_of_a_grazing_is_that_whose_impacts_change():
-    walls = [wall_of_change((1, 1), after) for after in ((2, 1), (1, 2), (2, 2))]
+def test_small_tools_of_special_points():
+    # the wall of a grazing is that whose impacts change
+    walls = [special_points.wall_of_change((1, 1), after) for after in ((2, 1), (1, 2), (2, 2))]
     assert walls == ["near", "far", "both"]
-
-
-def test_a_polynomial_has_its_value_at_zero():
+    # a polynomial has its value at zero
     knots = [(v, np.array([3.0 - 2.0 * v + v**3, v])) for v in (0.5, -0.25, 1.0, 0.125)]
-    assert limit_of(knots) == pytest.approx([3.0, 0.0], abs=1e-14)
-
-
-@dataclass
-class At:
-    value: float
+    assert special_points.limit_of(knots) == pytest.approx([3.0, 0.0], abs=1e-14)
+    # a null vector is hardly changed
+    matrix = np.array([[2.0, -4.0], [1.0, -2.0 + 1e-14]])
+    vector = special_points.null_vector(matrix)
+    assert np.abs(matrix @ vector).max() < 1e-12
+    assert float(vector @ vector) == pytest.approx(1.0, rel=1e-14)
+    # halves of an orbit differ by what they differ by
+    cycle = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
+    other = 3.3 * cycle.state[0] * (1.0 - cycle.state[0])
+    assert half_of(cycle)[0] == pytest.approx(other - cycle.state[0], rel=1e-14)
 
 
 def test_a_sign_change_is_narrowed_down_to_round_off():
@@ -301,19 +269,22 @@ def test_a_sign_change_is_narrowed_down_to_round_off():
 
     def onto(step):
         tried.append(step)
-        return At(step)
+        return SimpleNamespace(value=step)
 
-    ends = At(0.0), At(4.0)
-    place, point, residual, bracket = narrowed_down(onto, ends, (0.0, 4.0), test)
+    ends = SimpleNamespace(value=0.0), SimpleNamespace(value=4.0)
+    place, point, residual, bracket = special_points.narrowed_down(onto, ends, (0.0, 4.0), test)
     assert place == point.value == pytest.approx(2.0 ** (1.0 / 3.0), abs=1e-12)
     assert 0.0 < bracket <= special_points.NARROW
     assert residual < 1e-11
     assert len(tried) <= 20
-    jump = narrowed_down(onto, ends, (0.0, 4.0), lambda at: 1.0 if at.value < 1.2 else -1e-4)
+    jump = special_points.narrowed_down(
+        onto, ends, (0.0, 4.0), lambda at: 1.0 if at.value < 1.2 else -1e-4
+    )
     assert jump[0] == pytest.approx(1.2, abs=1e-12)
     assert jump[3] <= special_points.NARROW
-    assert narrowed_down(onto, (At(2.0), At(4.0)), (2.0, 4.0), test) is None
-    assert narrowed_down(lambda step: None, ends, (0.0, 4.0), test) is None
+    above = SimpleNamespace(value=2.0), SimpleNamespace(value=4.0)
+    assert special_points.narrowed_down(onto, above, (2.0, 4.0), test) is None
+    assert special_points.narrowed_down(lambda step: None, ends, (0.0, 4.0), test) is None
 
 
 @pytest.mark.parametrize(
@@ -333,25 +304,19 @@ def test_multipliers_that_cross_unseen_are_noticed(system, bounds, start, kind, 
     assert special_points.unexplained(*pair)
 
 
-# ---- why a branch ends ---------------------------------------------------------------------------
-
-
 def logistic_2T(p):
     """Return a state of the orbit 2T of the logistic map."""
     return (p + 1.0 + sqrt((p - 3.0) * (p + 1.0))) / (2.0 * p)
 
 
-def test_an_orbit_2T_ends_where_it_has_become_T():
+def test_an_orbit_2T_ends_where_T_doubles_however_few_points_it_has():
+    """It has become T there; of three points the polynomial is a straight line, 3e-5 off."""
     bounds = Bounds(2.5, 3.4)
     start = start_at(LOGISTIC, 3.2, logistic_2T(3.2), 2, bounds, -1.0)
     arm = follow(LOGISTIC, start, bounds)
     assert arm.end == "shorter"
     assert abs(arm.points[-1].value - 3.0) < 1e-7
     assert arm.specials == []
-
-
-def test_an_orbit_2T_ends_where_T_doubles_however_few_points_it_has():
-    """Of three points, the polynomial is a straight line: it was 3e-5 off, and no orbit."""
     bounds = Bounds(2.5, 3.45)
     start = start_at(LOGISTIC, 3.001, logistic_2T(3.001), 2, bounds, -1.0)
     arm = follow(LOGISTIC, start, bounds, first=0.008)
@@ -392,12 +357,6 @@ def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monk
     assert (walk.alive, walk.is_explained) == (False, bool(events))
 
 
-def test_halves_differ_by_what_they_differ_by():
-    cycle = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
-    other = 3.3 * cycle.state[0] * (1.0 - cycle.state[0])
-    assert half_of(cycle)[0] == pytest.approx(other - cycle.state[0], rel=1e-14)
-
-
 def test_a_branch_ends_at_the_bound_of_the_interval():
     bounds = Bounds(2.2, 2.8)
     for sign, value in ((1.0, 2.8), (-1.0, 2.2)):
@@ -433,7 +392,7 @@ def test_a_branch_that_no_orbit_continues_is_lost():
     assert arm.points[-1].value == pytest.approx(2.7, abs=1e-6)
 
 
-def test_a_branch_ends_where_rigid_bodies_graze():
+def test_a_branch_ends_where_rigid_bodies_graze_or_its_limit_is_touched():
     system, bounds = grazing(RIGID), Bounds(0.0, 1.0)
     for value, sign, labels in ((0.2, 1.0, ("T,0", "T,1")), (0.9, -1.0, ("T,1", "T,0"))):
         arm = follow(system, start_at(system, value, 0.5 * value, sign=sign), bounds)
@@ -443,9 +402,7 @@ def test_a_branch_ends_where_rigid_bodies_graze():
         assert abs(end.value - 0.6) < 1e-9
         assert arm.points[-1].value == end.value
         assert end.index == len(arm.points) - 2
-
-
-def test_a_branch_ends_where_its_limit_is_touched():
+    # or where its limit is touched
     system, bounds = grazing(limit=0.4), Bounds(0.0, 1.0)
     arm = follow(system, start_at(system, 0.7, 0.35), bounds)
     (end,) = arm.specials
@@ -460,31 +417,19 @@ def test_a_first_point_at_a_fold_goes_along_the_branch():
     assert point.tangent == pytest.approx([-1.0, 0.0], abs=1e-12)
 
 
-# ---- other branches ------------------------------------------------------------------------------
-
-
-def test_a_null_vector_is_hardly_changed():
-    matrix = np.array([[2.0, -4.0], [1.0, -2.0 + 1e-14]])
-    vector = null_vector(matrix)
-    assert np.abs(matrix @ vector).max() < 1e-12
-    assert float(vector @ vector) == pytest.approx(1.0, rel=1e-14)
-
-
-def test_a_doubling_leads_to_the_orbit_2T():
+def test_doublings_and_branch_points_lead_to_the_other_branch():
     cycle = LOGISTIC.at(np.array([2.0 / 3.0, 3.0]), 1)
     origin = point_of(LOGISTIC, cycle, np.array([0.0, 1.0]), np.ones(1))
-    point, far = doubled(LOGISTIC, origin)
+    point, far = special_points.doubled(LOGISTIC, origin)
     x, p = point.cycle.place
     assert point.cycle.n == 2
     assert p > 3.0
     assert x in (pytest.approx(logistic_2T(p)), pytest.approx((p + 1.0) / p - logistic_2T(p)))
     assert 0.5 * far < abs(x - 2.0 / 3.0) < 2.0 * far
-
-
-def test_a_branch_point_leads_to_the_other_branch():
+    # a branch point leads to the other branch
     cycle = PITCHFORK.at(np.zeros(2), 1)
     origin = arclength.Point(cycle, np.array([0.0, 1.0]), np.ones(2), 0.0)
-    point, _ = other_branch(PITCHFORK, origin)
+    point, _ = special_points.other_branch(PITCHFORK, origin)
     x, p = point.cycle.place
     assert abs(x) > 1e-6
     assert p == pytest.approx(x * x, rel=1e-9)
@@ -572,15 +517,15 @@ def test_orbits_are_one_at_whatever_phase():
     high = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
     low = LOGISTIC.at(np.array([4.3 / 3.3 - logistic_2T(3.3), 3.3]), 2)
     fixed = LOGISTIC.at(np.array([1.0 - 1.0 / 3.3, 3.3]), 2)
-    assert is_same(LOGISTIC, high, low)
-    assert not is_same(LOGISTIC, high, fixed)
+    assert exploration.is_same(LOGISTIC, high, low)
+    assert not exploration.is_same(LOGISTIC, high, fixed)
 
 
 def test_a_track_is_crossed_where_it_has_the_parameter():
     (track,) = explored(FOLD, (-1.0, 0.9), ((0.2, 0.04), 1))
     for state in (0.5, -0.5):
         cycle = FOLD.at(np.array([state, 0.25]), 1)
-        (place,) = crossings(track, cycle)
+        (place,) = exploration.crossings(track, cycle)
         assert place == pytest.approx([state, 0.25], abs=1e-3)
 
 
@@ -593,10 +538,10 @@ def test_what_is_recalled_is_not_computed_again():
         computed.append(make())
         return computed[-1]
 
-    tracks = Explorer(*arguments, note, doublings=1).run(seeds)
+    tracks = exploration.Explorer(*arguments, note, doublings=1).run(seeds)
     LOGISTIC.calls.clear()
     left = iter(computed)
-    again = Explorer(*arguments, lambda make: next(left), doublings=1).run(seeds)
+    again = exploration.Explorer(*arguments, lambda make: next(left), doublings=1).run(seeds)
     assert len(LOGISTIC.calls) < 40
     assert [t.values.tolist() for t in again] == [t.values.tolist() for t in tracks]
     assert [(t.origin, t.parent, t.at, t.ends) for t in again] == [
@@ -606,8 +551,9 @@ def test_what_is_recalled_is_not_computed_again():
 
 def test_a_track_is_the_same_from_its_arrays():
     track = explored(LOGISTIC, (1.5, 3.5), ((0.5, 2.0), 1), doublings=1)[1]
-    arrays = packed(track)
-    again = packed(unpacked(arrays))
+    arrays = exploration.packed(track)
+    again = exploration.packed(exploration.unpacked(arrays))
     assert all(np.array_equal(again[name], values) for name, values in arrays.items())
-    assert all(unpacked(packed(outcome)) is outcome for outcome in Switch)
-    assert isinstance(unpacked(arrays), Track)
+    for outcome in exploration.Switch:
+        assert exploration.unpacked(exploration.packed(outcome)) is outcome
+    assert isinstance(exploration.unpacked(arrays), exploration.Track)

@@ -132,9 +132,6 @@ def test_sticking_for_no_time_is_leaving_at_once():
     assert before[1] < 0.015 * before[0]
 
 
-# ---- where all is forgotten, the product of the multipliers is 0 ---------------------------------
-
-
 def test_a_ball_that_forgets_its_speed_doubles_in_closed_form():
     """With e = 0: mu = 1 - sqrt(Gamma^2 - pi^2), so -1 at Gamma^2 = pi^2 + 4."""
     unit = TABLE["g"] / TABLE["omega"] ** 2

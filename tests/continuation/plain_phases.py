@@ -8,13 +8,7 @@ import numpy as np
 import pytest
 
 from nlds_vines import load_system
-from nlds_vines.continuation.arclength import (
-    better_map,
-    is_symmetric,
-    moved,
-    point_at_zero,
-    point_of,
-)
+from nlds_vines.continuation import arclength
 from nlds_vines.continuation.branch_arm import Bounds, first_point, follow
 from nlds_vines.continuation.section_map import SectionMap
 
@@ -38,7 +32,7 @@ def on_branch(case, phase=0.0):
     zero = SectionMap(SYSTEM, ("omega",))
     shot = zero.shot(phase)
     cycle = shot.at(zero.later(place, phase), 1)
-    return shot, point_of(shot, cycle, np.eye(5)[4], np.ones(1))
+    return shot, arclength.point_of(shot, cycle, np.eye(5)[4], np.ones(1))
 
 
 def down(case, low):
@@ -75,12 +69,12 @@ def test_an_orbit_is_one_at_any_phase():
     zero, point = on_branch(SOFT)
     for phase in (0.25, 0.5):
         shot = zero.shot(phase)
-        there = moved(zero, shot, point)
+        there = arclength.moved(zero, shot, point)
         assert there.cycle.since == phase
         assert there.cycle.defect < 1e-11
         again = shot.at(there.cycle.place, 1).multipliers
         np.testing.assert_allclose(np.sort(abs(again)), np.sort(abs(point.cycle.multipliers)), 1e-8)
-        back = point_at_zero(zero, there)
+        back = arclength.point_at_zero(zero, there)
         np.testing.assert_allclose(back.cycle.place, point.cycle.place, rtol=0, atol=1e-11)
         size = np.abs(point.tangent).max()
         np.testing.assert_allclose(back.tangent, point.tangent, rtol=0, atol=1e-7 * size)
@@ -99,17 +93,17 @@ def test_derivatives_at_a_phase_are_those_of_differences():
 def test_the_phase_changes_before_an_impact_is_near():
     """To the middle of the longest flight; there, it is kept."""
     zero, point = on_branch(BEFORE)
-    better = better_map(zero, point.cycle)
+    better = arclength.better_map(zero, point.cycle)
     rows = zero.impacts(point.cycle.place, 1)
     assert rows[:, 0].tolist() in ([0, 1], [1, 0])
     apart = np.abs((rows[:, 1] - better.since + 0.5) % 1.0 - 0.5)
     np.testing.assert_allclose(apart, 0.25, rtol=0, atol=0.05)
-    assert better_map(better, moved(zero, better, point).cycle) is None
+    assert arclength.better_map(better, arclength.moved(zero, better, point).cycle) is None
 
 
 @pytest.mark.parametrize("case", [SOFT, BEFORE])
 def test_an_orbit_between_two_walls_is_known_as_its_own_mirror(case):
     zero, point = on_branch(case)
-    assert is_symmetric(zero, point.cycle)
+    assert arclength.is_symmetric(zero, point.cycle)
     aside = zero.at(point.cycle.place * (1.0 + 1e-4 * np.eye(5)[0]), 1)
-    assert not is_symmetric(zero, aside)
+    assert not arclength.is_symmetric(zero, aside)

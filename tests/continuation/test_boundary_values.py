@@ -6,18 +6,20 @@ import numpy as np
 import pytest
 
 from benchmarks import boundary_values
-from benchmarks.boundary_values import OFF_VALUE, SOFT, Motion, Point, own_points, solve
+from benchmarks.boundary_values import OFF_VALUE, SOFT, Motion, own_points, solve
 
 TOLERANCE = 1e-8  # of the residual, which the mesh follows; the parameter then agrees to 2e-12
 AGREE = 1e-10
 
 
 @pytest.fixture(scope="module")
-def points() -> list[Point]:
+def points():
     return own_points()[0]
 
 
-def assert_found_again(points: list[Point], kind: str) -> None:
+@pytest.mark.kernels
+@pytest.mark.parametrize("kind", ["LP", "PD", "NS"])
+def test_special_points_are_found_again(points, kind):
     chosen = [point for point in points if point.kind == kind]
     assert len(chosen) == 2
     for point in chosen:
@@ -25,21 +27,6 @@ def assert_found_again(points: list[Point], kind: str) -> None:
         assert solved.first == pytest.approx(point.omega * (1.0 + OFF_VALUE), rel=1e-12)
         assert solved.residual <= TOLERANCE
         assert solved.omega == pytest.approx(point.omega, rel=AGREE)
-
-
-@pytest.mark.kernels
-def test_folds_are_found_again(points):
-    assert_found_again(points, "LP")
-
-
-@pytest.mark.kernels
-def test_period_doublings_are_found_again(points):
-    assert_found_again(points, "PD")
-
-
-@pytest.mark.kernels
-def test_torus_points_are_found_again(points):
-    assert_found_again(points, "NS")
 
 
 @pytest.mark.kernels

@@ -19,20 +19,21 @@ def set6():
     return continue_branch("ssul-set6", "omega", (5.0, 9.0), doublings=1)
 
 
-def test_the_branch_of_set_6_is_whole(set6):
+def test_the_branch_of_set_6_is_whole_and_its_special_points_are_sharp(set6):
     branch = set6.branches[0]
     assert branch.ends == ("bound", "bound")
     assert (branch.parameter[0], branch.parameter[-1]) == (5.0, 9.0)
     assert list(dict.fromkeys(branch.labels.tolist())) == ["T,1", "T,0"]
     kinds = set6.special_points[set6.special_points.branch == 0].kind.tolist()
     assert kinds == ["PD", "PD", "GR"]
-
-
-def test_every_special_point_is_sharp(set6):
+    # every special point is sharp
     assert len(set6.special_points) > 10
     assert {"LP", "PD", "NS", "GR"} <= {*set6.special_points.kind.tolist()}
     assert (set6.special_points.bracket <= 1e-10 * set6.special_points.value).all()
     assert (set6.special_points.defect < 1e-11).all()
+    # determinants are what the damping makes them
+    for branch in set6.branches:
+        assert branch.determinant_error.max() < 1e-6
 
 
 def test_multipliers_tell_each_kind(set6):
@@ -65,11 +66,6 @@ def test_points_are_orbits(set6):
             if len(orbit.impacts):
                 assert orbit.impacts["speed"].max() == pytest.approx(branch.fastest_impact[i])
                 assert orbit.impacts["speed"].min() == pytest.approx(branch.softest_impact[i])
-
-
-def test_determinants_are_what_the_damping_makes_them(set6):
-    for branch in set6.branches:
-        assert branch.determinant_error.max() < 1e-6
 
 
 def test_shooting_finds_a_doubling_where_it_is_and_not_where_it_is_said_to_be(set6):
@@ -123,9 +119,6 @@ def test_grazing_is_passed_from_both_sides():
     assert values[0] == pytest.approx(values[1], abs=1e-10)
 
 
-# ---- why branches end ----------------------------------------------------------------------------
-
-
 def test_a_closed_loop_is_recognized():
     """The orbits 3T,2 and 3T,3 of Set 6 are an isola: they join no other branch."""
     regime = classify(load_system("ssul-set6", omega=7.45))
@@ -152,8 +145,8 @@ EQUAL_STOPS = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 1.0, "omega": 0.5,
 
 def test_a_symmetric_orbit_branches():
     """Between two equal stops: at a branch point a pair of unsymmetric orbits leaves, a loop."""
-    numbers = EQUAL_STOPS
-    path = continued_from_rest(System("oscillator-2", {**numbers, "K": 20.0}), "P", (0.05, 5.0))
+    numbers = {**EQUAL_STOPS, "K": 20.0}
+    path = continued_from_rest(System("oscillator-2", numbers), "P", (0.05, 5.0))
     main, other = path.branches[:2]
     assert (other.origin, other.parent, other.ends) == ("BP", 0, ("closed", "closed"))
     points = [
@@ -167,7 +160,7 @@ def test_a_symmetric_orbit_branches():
     assert len(mirrored) == 2  # an orbit and its mirror image
     first, second = mirrored
     half = simulate(
-        System("oscillator-2", {**numbers, "K": 20.0, "P": 3.0}), 1, start=first.state,
+        System("oscillator-2", {**numbers, "P": 3.0}), 1, start=first.state,
         record=("trajectory",), samples=2,
     )  # fmt: skip
     assert np.allclose(half.trajectory[0], -second.state, atol=1e-6)
@@ -175,10 +168,6 @@ def test_a_symmetric_orbit_branches():
 
 
 TWO_STOPS = {"m": 1.0, "k": 1.0, "P": 1.0}
-
-
-def numbers_at(path, kind):
-    return path.special_points[path.special_points.kind == kind].value
 
 
 @pytest.mark.parametrize("between", [(0.4, 3.0), (0.4, 0.7)])
@@ -201,7 +190,7 @@ def test_branch_points_are_located_and_shared():
     numbers = {**TWO_STOPS, "c": 0.02, "C": 0.8, "C_2": 0.8, "K": 20.0, "omega": 0.4}
     path = continued_from_rest(System("oscillator-2", numbers), "omega", (0.4, 3.0))
     assert len(path.branches) == 2
-    values = numbers_at(path, "BP").tolist()
+    values = path.special_points[path.special_points.kind == "BP"].value.tolist()
     assert len(values) == 4
     assert len(set(values)) == 2
     assert sorted(set(values)) == pytest.approx([0.796847281754, 0.857919740425], abs=1e-11)
@@ -220,7 +209,8 @@ def test_no_branch_of_rigid_bodies_steps_over_a_grazing(kind, c):
     assert path.special_points.resolved.all()
     assert all(len(set(branch.labels.tolist())) == 1 for branch in path.branches)
     assert not any("lost" in branch.ends for branch in path.branches)
-    assert np.abs(numbers_at(path, "PD") - 0.56792184).min() > 1e-6
+    doublings = path.special_points[path.special_points.kind == "PD"].value
+    assert np.abs(doublings - 0.56792184).min() > 1e-6
 
 
 def test_a_switch_that_fails_is_reported(monkeypatch):
@@ -230,9 +220,6 @@ def test_a_switch_that_fails_is_reported(monkeypatch):
     path = continued_from_rest(System("oscillator-2", {**EQUAL_STOPS, "K": 20.0}), "P", (0.05, 3.0))
     assert "failed" in path.special_points.switch[path.special_points.kind == "BP"]
     assert any(line.endswith("the branch that leaves there was not found") for line in path.lines())
-
-
-# ---- what is asked of orbits ---------------------------------------------------------------------
 
 
 def test_orbits_at_a_value_are_all_there(set6):

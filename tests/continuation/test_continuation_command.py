@@ -1,4 +1,4 @@
-"""The command: archives that survive, pictures, borders, curves, and what is refused."""
+"""The command: archives that survive, pictures, borders, curves, branches beside slow sweeps."""
 
 import signal
 import subprocess
@@ -10,6 +10,7 @@ import pytest
 import xarray
 from layout import collisions
 
+import nlds_vines as nv
 from nlds_vines import RequestError, continue_branch, load_continuation, load_system, simulate
 from nlds_vines.__main__ import main
 from nlds_vines.archives.archive import read
@@ -17,6 +18,7 @@ from nlds_vines.continuation import run as running
 from nlds_vines.continuation.picture import branch_diagram, picture
 from nlds_vines.continuation.regime_borders import borders_of
 from nlds_vines.continuation.result import continued
+from nlds_vines.loads.picture import envelope
 from nlds_vines.model.linear_response import response
 from nlds_vines.runs.interrupts import Interrupted, Stopped
 from nlds_vines.runs.store import Blocks
@@ -70,11 +72,8 @@ def test_python_takes_a_request_and_its_file_and_overrides_them(tmp_path):
     along = "[along]\nomega = { start = 7.3, stop = 7.4 }"
     file.write_text(f'system = "ssul-set6"\n{along}\n[search]\nunstable = 9\n')
     whole = continue_branch(load_continuation(file))
-    of_file, named = (
-        continue_branch(file),
-        continue_branch("ssul-set6", "omega", bounds, unstable=9),
-    )
-    for again in (of_file, named):
+    named = continue_branch("ssul-set6", "omega", bounds, unstable=9)
+    for again in (continue_branch(file), named):
         assert np.array_equal(again.branches[0].states, whole.branches[0].states)
     other = continue_branch(file, "omega", (7.3, 7.32), step=0.1).request.document()
     assert other["along"]["omega"]["stop"] == 7.32
@@ -196,3 +195,65 @@ def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():
         there = load_system("ssul-set6", omega=omega, V=V)
         end = simulate(there, 1, start=curve.states[i], tolerance="fine").state
         assert np.allclose(end, curve.states[i], rtol=0, atol=1e-9)
+
+
+DAMPER, P, PERIODS = "ssul-set5", 800.0, 20
+RATES = 2e-4, 5e-5  # rad/s^2
+
+
+@pytest.fixture(scope="module")
+def folding(tmp_path_factory):
+    """Return the branches of a damper along omega, with their archive."""
+    path = tmp_path_factory.mktemp("folding") / "folding.h5"
+    return nv.continue_branch(DAMPER, "omega", (6.9, 7.4), to=path, quiet=True)
+
+
+def jump(first, last, rate):
+    """Return the frequency of a sweep at which E1 changes most, by means over periods beside it."""
+    length = abs(last - first) / rate
+    sweep = {"amplitude": P, "first": first, "last": last, "length": length}
+    amplitudes = nv.response_history(
+        DAMPER, load={"sweep": sweep}, duration=length, sampling={"samples": 32}, quiet=True
+    )
+    (sweep,), (fall,) = amplitudes.request.load.sweep, amplitudes.results.values()
+    omega, energy = envelope(sweep, fall.time, fall.E1, 2 * np.pi / np.sqrt(40.0))
+    means = np.convolve(energy, np.ones(PERIODS) / PERIODS, mode="valid")
+    change = np.abs(means[PERIODS:] - means[:-PERIODS])
+    places = omega[PERIODS : PERIODS + len(change)]
+    inside = (places > 7.02) & (places < 7.27)
+    return places[inside][change[inside].argmax()]
+
+
+def test_a_slow_sweep_jumps_behind_the_fold_and_nearer_to_it_the_slower_it_is(folding):
+    """The delay of a slow passage through a fold grows with its rate to the power 2/3."""
+    folds = np.sort(folding.special_points.value[folding.special_points.kind == "LP"])
+    upper, lower = folds[-1], folds[0]
+    delays = [jump(6.95, 7.3, rate) - upper for rate in RATES]
+    assert 0 < delays[1] < delays[0] < 0.02
+    assert delays[0] / delays[1] == pytest.approx(4 ** (2 / 3), rel=0.06)
+    exact = (4 ** (2 / 3) * delays[1] - delays[0]) / (4 ** (2 / 3) - 1)
+    assert exact == pytest.approx(0, abs=4e-4)
+    delays = [lower - jump(7.3, 6.95, rate) for rate in RATES]
+    assert 0 < delays[1] < delays[0] < 0.01
+
+
+def test_branches_are_drawn_beside_a_sweep(folding, tmp_path, refusal, ask):
+    path, picture = tmp_path / "sweep.h5", tmp_path / "sweep.png"
+    words = f"sweep:amplitude={P:g},first=7.0,last=7.3,length=60"
+    asked = ["response-history", "--system", DAMPER, "--load", words, "--duration", "60", "--quiet"]
+    ask(*asked, "-o", path)
+    figure = nv.plot(path, "sweep_energy", marks=folding.path)
+    (axes,) = figure.axes
+    branch = folding.branches[0]
+    drawn = [line for line in axes.get_lines() if len(line.get_xdata()) == len(branch)]
+    assert all(np.array_equal(line.get_xdata(), branch.parameter) for line in drawn)
+    assert np.array_equal(drawn[0].get_ydata(), branch.E1max)
+    assert np.array_equal(np.isfinite(drawn[1].get_ydata()), branch.stable)
+    assert axes.get_xlim() == (7.0, 7.3)
+    plot = ["plot", str(path), "--mark", str(folding.path), "-o", str(picture)]
+    assert "--show sweep_energy" in refusal(*plot)
+    other = ["--set", "P=700", "--along", "omega=7.2:7.3", "-o", str(tmp_path / "other.h5")]
+    ask("continuation", "--system", DAMPER, *other, "--quiet")
+    plot[3] = str(tmp_path / "other.h5")
+    assert "P = 700.0, not 800.0" in refusal(*plot, "--show", "sweep_energy")
+    assert not picture.exists()

@@ -25,7 +25,6 @@ LONG = (
     "tests/kernels/plain_contact_laws.py",
     "tests/bifurcation/plain_sweeps.py",
     "tests/orbits/plain_load_flight.py",
-    "tests/orbits/plain_coincidences.py",
     "tests/kernels/plain_verdict.py",
     "tests/continuation/plain_limits.py",
     "tests/kernels/plain_numerics.py",

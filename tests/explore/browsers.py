@@ -56,7 +56,6 @@ def place_of(page, *at):
 
 
 def text_of(page, name):
-    """Return the text of the part of the page that has a name."""
     return page.locator(f".{name} .bk-clearfix").first.text_content() or ""
 
 
@@ -71,7 +70,6 @@ def seen_text(page):
 
 
 def wait_for_text(page, name, words):
-    """Wait until a part of the page says some words."""
     page.locator(f".{name} .bk-clearfix", has_text=words).first.wait_for(state="attached")
 
 

@@ -9,20 +9,15 @@ from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.explore import map_view
 from nlds_vines.explore.live_orbit import live_orbit
 from nlds_vines.explore.map_data import empty, stored
-from nlds_vines.explore.map_view import (
-    classes_of,
-    column,
-    diagram_values,
-    label_codes,
-    shows_of,
-)
 from nlds_vines.explore.report_page import report_page, section_points
 from nlds_vines.orbits.records import CAPTURE_FLAGS, NOT_COMPUTED, OK, STATUS
+from nlds_vines.plotting.palette import colors
 
 
-def test_the_arrays_are_those_of_the_archive(small_map):
+def test_arrays_and_columns_are_those_of_the_archive(small_map):
     archive = stored(small_map)
     with read(small_map) as view:
         for name in ("label", "E1max", "section", "multipliers", "status"):
@@ -30,21 +25,18 @@ def test_the_arrays_are_those_of_the_archive(small_map):
             np.testing.assert_array_equal(archive.arrays[name], expected)
     assert archive.shape == (6, 4)
     assert archive.starts == ("random 0", "random 1")
-    assert archive.values_of((1, 2)) == {
-        "omega": archive.scan.axes[0].values[1],
-        "P": archive.scan.axes[1].values[2],
-    }
-
-
-def test_the_columns_stand_start_by_start_and_cell_by_cell(small_map):
-    archive = stored(small_map)
-    words = label_codes(archive)[0]
+    omega, P = archive.scan.axes
+    assert archive.values_of((1, 2)) == {"omega": omega.values[1], "P": P.values[2]}
+    # columns stand start by start and cell by cell
+    words = map_view.label_codes(archive)[0]
     for i, j, k in ((0, 0, 0), (5, 3, 1), (2, 1, 0)):
         place = i * 4 + j, k
-        assert words[column(archive, "label")[place]] == archive.arrays["label"][i, j, k]
-        assert column(archive, "E1max")[place] == np.float32(archive.arrays["E1max"][i, j, k])
+        assert words[map_view.column(archive, "label")[place]] == archive.arrays["label"][i, j, k]
+        assert map_view.column(archive, "E1max")[place] == np.float32(
+            archive.arrays["E1max"][i, j, k]
+        )
     never = archive.lanes("settling") < 0
-    np.testing.assert_array_equal(np.isnan(column(archive, "settling")), never)
+    np.testing.assert_array_equal(np.isnan(map_view.column(archive, "settling")), never)
 
 
 @pytest.mark.kernels
@@ -58,7 +50,7 @@ def test_every_cell_live_has_the_label_of_the_archive(small_map):
             assert orbit.label == archive.arrays["label"][(*cell, k)]
 
 
-def test_the_start_of_a_sweep_is_the_end_of_the_cell_before(small_sweeps):
+def test_the_start_of_a_sweep_is_the_end_of_the_cell_before_if_it_is_known(small_sweeps):
     archive = stored(small_sweeps)
     for k, before in ((0, 3), (1, 5)):  # up and down, at cell 4
         start = archive.start_of((4, 0), k, archive.system_of((4, 0)))
@@ -66,10 +58,6 @@ def test_the_start_of_a_sweep_is_the_end_of_the_cell_before(small_sweeps):
     edge = archive.start_of((0, 0), 0, archive.scan.system)
     assert edge.state is None
     assert "beginning" in edge.words
-
-
-def test_a_sweep_without_states_says_that_it_begins_at_rest(small_sweeps):
-    archive = stored(small_sweeps)
     bare = {name: values for name, values in archive.arrays.items() if name == "label"}
     start = type(archive)(archive.scan, bare).start_of((4, 0), 0, archive.scan.system)
     assert start.state is None
@@ -79,7 +67,7 @@ def test_a_sweep_without_states_says_that_it_begins_at_rest(small_sweeps):
 def test_a_scan_under_way_ends_as_its_archive(small_map):
     whole = stored(small_map)
     growing = empty(whole.scan)
-    assert set(column(growing, "label").ravel()) == {0}
+    assert set(map_view.column(growing, "label").ravel()) == {0}
     computer = Computer(whole.scan, helped=False)
     for block in blocks_of(whole.scan):
         growing.put(block, computer.block(block))
@@ -114,25 +102,19 @@ def test_any_other_file_is_refused_in_one_line(kind, small_map, tmp_path, error_
     assert "other.h5" in error_of(stored, path)
 
 
-def test_what_a_map_of_several_starts_shows(small_map):
-    names = [show.name for show in shows_of(stored(small_map))]
+def test_what_maps_and_diagrams_show(small_map, small_diagram):
+    names = [show.name for show in map_view.shows_of(stored(small_map))]
     assert names[:3] == ["regimes", "regimes of a start", "coexisting"]
     assert {"share:T,1", "E1max", "lyapunov"} <= set(names)
-
-
-def test_what_a_diagram_shows_first_is_its_section(small_diagram):
-    shows = shows_of(stored(small_diagram))
+    # a diagram shows its section first
+    shows = map_view.shows_of(stored(small_diagram))
     assert [show.name for show in shows[:2]] == ["x2", "x1"]
     assert shows[0].points
-
-
-def test_the_colors_are_those_of_the_pictures(small_map):
-    from nlds_vines.plotting.palette import colors
-
+    # colors are those of the pictures
     archive = stored(small_map)
-    words = label_codes(archive)[0][1:]
+    words = map_view.label_codes(archive)[0][1:]
     shades = colors(words)
-    classes = classes_of(archive)[1:]
+    classes = map_view.classes_of(archive)[1:]
     assert [shade for _, shade, _ in classes] == [shades[word] for word in words]
     names = {name: shade for _, shade, name in classes}
     assert len(names) == len(set(names.values()))  # one name for each color
@@ -144,8 +126,8 @@ def test_a_map_of_sections_alone_shows_what_is_computed(small_map):
     failed = next(code for code in STATUS if code not in (OK, NOT_COMPUTED))
     arrays["status"][0, 0, 0], arrays["status"][1, 0, 0] = NOT_COMPUTED, failed
     bare = type(archive)(archive.scan, arrays)
-    assert [show.name for show in shows_of(bare)] == ["status"]
-    codes = column(bare, "computed").reshape(6, 4, 2)
+    assert [show.name for show in map_view.shows_of(bare)] == ["status"]
+    codes = map_view.column(bare, "computed").reshape(6, 4, 2)
     assert (codes[0, 0, 0], codes[1, 0, 0], codes[2, 2, 1]) == (0, 2, 1)
 
 
@@ -155,10 +137,10 @@ def test_a_diagram_shows_the_section_at_impact():
     speeds = archive.arrays["impact_speed"]
     assert speeds.shape == (9, 1, 4 * 30)  # room for four impacts a period
     speeds[...] = np.arange(speeds.size).reshape(speeds.shape)
-    shows = {show.name: show for show in shows_of(archive)}
+    shows = {show.name: show for show in map_view.shows_of(archive)}
     assert list(shows)[:4] == ["x2", "x1", "impact_speed", "impact_phase"]
     assert (shows["impact_speed"].points, shows["impact_speed"].unit) == (True, "m/s")
-    drawn = diagram_values(archive, shows["impact_speed"])
+    drawn = map_view.diagram_values(archive, shows["impact_speed"])
     np.testing.assert_array_equal(drawn.ravel(), np.arange(speeds.size))
     assert '"impact_speed"' not in report_page(archive).html  # it holds nothing of touches
 
@@ -168,9 +150,11 @@ def test_a_map_shows_the_kind_of_modulation():
     archive = empty(load_scan(twice))
     codes = archive.arrays["capture"]
     codes[...] = np.arange(codes.size).reshape(codes.shape) % 5 - 1
-    (show,) = [one for one in shows_of(archive) if one.name == "capture"]
+    (show,) = [one for one in map_view.shows_of(archive) if one.name == "capture"]
     words = [word for word, *_ in show.classes]
     assert words[1:] == ["no impacts", "strongly modulated", "sustained 1:1", "more impacts"]
     assert len(words) == len(CAPTURE_FLAGS) + 1
-    np.testing.assert_array_equal(column(archive, "capture").ravel(), np.arange(codes.size) % 5)
+    np.testing.assert_array_equal(
+        map_view.column(archive, "capture").ravel(), np.arange(codes.size) % 5
+    )
     assert "impact_phase" not in archive.arrays  # a map has no room for touches

@@ -51,7 +51,6 @@ class Seen:
         self.settle()
 
     def event(self, model, kind, **values):
-        """Let the browser send an event."""
         model._trigger_event(kind(model, **values))
 
     def settle(self, until=None, seconds=60.0):
@@ -72,7 +71,6 @@ class Seen:
         return re.search('class="label">(.*?)<', self.page.verdict.text)[1]
 
     def file(self, name):
-        """Return the bytes that a link of the page holds."""
         code = re.search(f'download="{name}" href="data:[^,]*,([^"]*)"', self.page.files.text)[1]
         return b64decode(code)
 
@@ -128,22 +126,19 @@ def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(seen):
     page.sliders["C"][2].value = 0.05
     assert page.sliders["C"][1].css_classes == ["changed"]
     seen.do(page.take_original)
-    assert (
-        page.orbit.view.column.system.parameters["P"] == page.chosen.results.values_of((2, 2))["P"]
-    )
+    original = page.chosen.results.values_of((2, 2))["P"]
+    assert page.orbit.view.column.system.parameters["P"] == original
     assert page.sliders["C"][1].css_classes == []
 
 
 @pytest.mark.kernels
-def test_a_click_in_a_phase_plane_begins_an_orbit_there(seen):
+def test_planes_begin_orbits_and_histories_from_the_start_last(seen):
+    """A click in a phase plane begins an orbit there."""
     seen.event(seen.page.panels.planes[2], Tap, x=0.3, y=-0.25)
     seen.settle()
     assert seen.page.orbit.request.start[2:] == (0.3, -0.25)
     assert "from a start of your own" in seen.page.verdict.text
-
-
-@pytest.mark.kernels
-def test_a_history_from_the_start_is_shown_until_another_is_chosen(seen):
+    # a history from the start is shown until another is chosen
     times = lambda: seen.page.panels.sources["history"].data["t"]  # noqa: E731
     seen.page.history.value = "whole"
     seen.settle()
@@ -187,11 +182,8 @@ def test_an_orbit_that_fails_is_told_and_nothing_of_the_one_before_remains(seen,
     seen.do(seen.page.choose, (1, 1))
     assert seen.page.trouble.text == "it stuck to the wall"
     assert seen.label == "no orbit"
-    assert all(
-        len(values) == 0
-        for source in seen.page.panels.sources.values()
-        for values in source.data.values()
-    )
+    sources = seen.page.panels.sources.values()
+    assert not any(len(values) for source in sources for values in source.data.values())
 
 
 def test_what_a_callback_raises_is_shown_in_one_line(seen, monkeypatch):
@@ -290,7 +282,6 @@ def test_a_scan_is_computed_while_it_is_seen(small_diagram):
 
 @pytest.fixture
 def idle(tmp_path, monkeypatch):
-    """A page that computes nothing."""
     monkeypatch.setattr("nlds_vines.explore.page_state.Job.start", lambda _: None)
     monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
     seen = Seen(Opened(stored(made_up(MAP, tmp_path / "map.h5"))))
@@ -299,7 +290,7 @@ def idle(tmp_path, monkeypatch):
     seen.page.close()
 
 
-def test_the_pointer_shows_a_cell_and_nothing_beside_the_map(idle):
+def test_the_pointer_and_the_chosen_cell_are_told_in_words(idle):
     page, main = idle.page, idle.page.map.main
     idle.event(main, MouseMove, x=7.3, y=700.0, sx=90, sy=30)
     assert page.tip.visible
@@ -308,6 +299,16 @@ def test_the_pointer_shows_a_cell_and_nothing_beside_the_map(idle):
     assert page.tip.styles["left"] == "90px"
     idle.event(main, MouseMove, x=1.0, y=700.0, sx=0, sy=30)
     assert not page.tip.visible
+    # for those who cannot see the map: values, label and numbers, in a line that is read out
+    page = idle.page
+    page.press("-9 9 1")
+    words = page.readout.text
+    assert words.startswith("ω = 7.3 rad/s, P = 900 N; undetermined (random 0); all starts: ")
+    page.press("1 0 2")
+    assert page.readout.text.startswith("ω = 7.38 rad/s, P = 900 N")
+    assert page.map.main.html_attributes["role"] == "img"
+    assert "arrow keys" in page.map.main.html_attributes["aria-label"]
+    assert 'aria-live="polite"' in page_module.figures.page_file("frame.html")
 
 
 HERTZ = {**DIAGRAM, "vary": {"f": {"start": 1.1, "stop": 1.3, "num": 9}}}
@@ -352,19 +353,6 @@ def test_a_page_has_one_unit_of_the_frequency(document, unit, name, one, tmp_pat
     page.close()
 
 
-def test_the_chosen_cell_is_told_in_words(idle):
-    """For those who cannot see the map: values, label and numbers, in a line that is read out."""
-    page = idle.page
-    page.press("-9 9 1")
-    words = page.readout.text
-    assert words.startswith("ω = 7.3 rad/s, P = 900 N; undetermined (random 0); all starts: ")
-    page.press("1 0 2")
-    assert page.readout.text.startswith("ω = 7.38 rad/s, P = 900 N")
-    assert page.map.main.html_attributes["role"] == "img"
-    assert "arrow keys" in page.map.main.html_attributes["aria-label"]
-    assert 'aria-live="polite"' in page_module.figures.page_file("frame.html")
-
-
 @pytest.mark.parametrize(
     ("name", "color"), [("tmd", DAMPERS["tmd"]), ("ssul-set6", DAMPERS["ssul-set6"])]
 )
@@ -377,7 +365,7 @@ def test_an_orbit_has_the_color_of_its_damper(name, color):
     assert color not in walls
 
 
-def test_undetermined_cells_are_hatched_and_named(idle):
+def test_undetermined_cells_are_hatched_and_a_number_of_the_same_map_is_patched(idle):
     page = idle.page
     hatch = page.map.hatch.data
     assert len(hatch["left"]) == 6  # a box for each column
@@ -385,13 +373,11 @@ def test_undetermined_cells_are_hatched_and_named(idle):
     assert 'class="chip hatched"' in page.legend.text
     page.show.value = "E1max"
     assert len(page.map.hatch.data["left"]) == 0
-
-
-def test_a_number_of_the_same_map_is_patched(idle):
+    # a number of the same map is patched
     events = []
     idle.page.document.on_change(events.append)
-    idle.page.show.value = "E1max"
     idle.page.show.value = "regimes of a start"
+    idle.page.show.value = "E1max"
     image = idle.page.map.picture.source
     sent = [event for event in events if getattr(event, "column_source", event.model) is image]
     assert [type(event).__name__ for event in sent] == ["ColumnsPatchedEvent"] * 2

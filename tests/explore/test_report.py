@@ -50,16 +50,13 @@ def arguments_of(html):
     return next(m["args"] for m in models.values() if "shows" in m.get("args", {}))
 
 
-def test_numbers_keep_four_digits():
+def test_numbers_keep_four_digits_and_states_sixteen_bits_of_their_range():
     values = np.array([1.0, -3.14159265, 1e-30, 1e30, 0.0, np.nan, np.inf, -np.inf], np.float32)
     rounded_values = rounded(values)
     np.testing.assert_array_equal(np.isfinite(rounded_values), np.isfinite(values))
     nonzero = np.isfinite(values) & (values != 0)
     assert (np.abs(rounded_values[nonzero] / values[nonzero] - 1) <= 2.0**-13).all()
     assert rounded_values[4] == 0
-
-
-def test_states_keep_sixteen_bits_of_their_range():
     states = np.random.default_rng(1).normal(size=(50, 3, 4))
     states[7, 1] = np.nan
     codes, low, step = coded(states)
@@ -86,24 +83,20 @@ def test_the_page_holds_what_the_archive_does(page, small_map):
     np.testing.assert_array_equal(images["E1max:1"][0], painted(archive, show, 1).codes)
 
 
-def test_each_figure_has_its_place_on_the_page(page):
+def test_the_page_has_a_place_for_each_figure_and_asks_for_nothing_from_outside(page, small_map):
     roots = json.loads(re.search(r'"roots":(\{[^}]*\})', page)[1])
     assert len(roots) == 9  # controls, tip, map, legend, hint, key, words, two phase planes
     assert all(f'id="{place}"' in page for place in roots.values())
-
-
-def test_the_page_tells_nothing_of_the_machine_of_its_author(page, small_map):
+    # it asks for nothing from outside
+    assert "Content-Security-Policy" in page
+    assert "default-src 'none'" in page
+    assert not re.search(r"<(script|link|img)[^>]*(src|href)=[\"']?(https?:|//)", page)
+    # it tells nothing of the machine of its author
     about = stored(small_map).about
     for name in ("machine", "history"):
         assert str(about[name]) not in page
     assert str(Path.home()) not in page
     assert str(small_map.parent) not in page
-
-
-def test_the_page_asks_for_nothing_from_outside(page):
-    assert "Content-Security-Policy" in page
-    assert "default-src 'none'" in page
-    assert not re.search(r"<(script|link|img)[^>]*(src|href)=[\"']?(https?:|//)", page)
 
 
 def test_words_of_an_archive_do_no_harm(folder):

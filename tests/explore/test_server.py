@@ -83,19 +83,21 @@ def test_without_the_cookie_everything_is_refused(server, path):
         assert "refused" in text
 
 
-def test_a_token_that_is_almost_right_is_refused(server):
+def test_tokens_that_are_almost_right_and_files_are_refused(server):
     asked = (f"={server.token}x", f"={server.token[:-1]}", "=", "", f"={server.token}&token=x")
     for path in (*(f"/enter?token{one}" for one in asked), f"/{server.token}/", "/enter/x"):
         assert server.get(path, cookie=False)[0] == 403
+    # no file is served
+    for path in ("static/../../../../etc/passwd", "static/%2e%2e/%2e%2e/server.py", "map.h5"):
+        assert server.get(f"/{path}")[0] in (403, 404)
+    # the socket opens for the page itself
+    headers = {**SOCKET, "Origin": f"http://{server.host}"}
+    assert server.get("/ws", **headers)[0] == 101
 
 
 def test_every_answer_says_what_a_browser_may_load(server):
-    for path, cookie in (
-        ("/", True),
-        ("/", False),
-        (f"/enter?token={server.token}", False),
-        ("/no", True),
-    ):
+    entrance = f"/enter?token={server.token}"
+    for path, cookie in (("/", True), ("/", False), (entrance, False), ("/no", True)):
         server.get(path, cookie)
         policy = server.headers["Content-Security-Policy"]
         assert "default-src 'none'" in policy
@@ -125,16 +127,6 @@ def test_from_another_origin_everything_is_refused(server, origin, path):
     headers = SOCKET if path else {}
     status, _ = server.get(f"/{path}", Origin=origin.replace("{host}", server.host), **headers)
     assert status == 403
-
-
-def test_the_socket_opens_for_the_page_itself(server):
-    headers = {**SOCKET, "Origin": f"http://{server.host}"}
-    assert server.get("/ws", **headers)[0] == 101
-
-
-def test_no_file_is_served(server):
-    for path in ("static/../../../../etc/passwd", "static/%2e%2e/%2e%2e/server.py", "map.h5"):
-        assert server.get(f"/{path}")[0] in (403, 404)
 
 
 def test_odd_addresses_are_refused_without_a_word(small_map):
@@ -191,9 +183,12 @@ PLANE = {
 """A map of 1e8 cells."""
 
 
-def test_it_listens_on_this_machine_alone():
+def test_it_listens_on_this_machine_alone_and_a_busy_port_is_one_line(server, small_map, refusal):
     with contextlib.closing(listening(0)) as place:
         assert place.getsockname()[0] == "127.0.0.1"
+    line = refusal("explore", small_map, "--no-browser", "--port", server.port)
+    assert line.count("\n") == 1
+    assert f"--port {server.port}" in line
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
@@ -201,12 +196,6 @@ def test_a_signal_ends_it(number, status, small_map):
     with Asked(small_map) as running:
         assert running.get("/")[0] == 200
         assert running.end(number) == (status, "")
-
-
-def test_a_busy_port_is_one_line(server, small_map, refusal):
-    line = refusal("explore", small_map, "--no-browser", "--port", server.port)
-    assert line.count("\n") == 1
-    assert f"--port {server.port}" in line
 
 
 @pytest.mark.parametrize("name", ["ssul-set6", "vi-nes", "none", "bouncing-ball", "ssbl"])

@@ -27,17 +27,8 @@ from nlds_vines.kernels.motion.flight import (
 )
 from nlds_vines.kernels.scene.codes import SECTION
 from nlds_vines.kernels.scene.scene import Flight, damper_in, scale_of, structure_under
+from nlds_vines.kernels.watch import response
 from nlds_vines.kernels.watch.observe import energies, note_energy, powers_at
-from nlds_vines.kernels.watch.response import (
-    damper_bound,
-    factor_at,
-    factor_polynomial,
-    may_set_a_record,
-    note_peaks,
-    proves_no_root,
-    record_breakers,
-    work_at,
-)
 from nlds_vines.kernels.watch.touch import (
     CLEAR,
     CROSSED,
@@ -219,20 +210,22 @@ def test_no_root_is_proven_only_where_there_is_none():
         for sign in (1.0, -1.0):
             f0 = 0.999 * lowest
             if f0 > 0.0:
-                assert not proves_no_root(sign * f0, sign * (f0 + change), bend)
-                assert not proves_no_root(sign * (f0 + change), sign * f0, bend)
-    assert proves_no_root(0.1251, 0.1251, bend)
-    assert proves_no_root(1e-9, 1.0 + 1e-6, bend)
-    assert not proves_no_root(0.2, -0.2, bend)
-    assert not proves_no_root(0.0, 2.0, bend)
+                assert not response.proves_no_root(sign * f0, sign * (f0 + change), bend)
+                assert not response.proves_no_root(sign * (f0 + change), sign * f0, bend)
+    assert response.proves_no_root(0.1251, 0.1251, bend)
+    assert response.proves_no_root(1e-9, 1.0 + 1e-6, bend)
+    assert not response.proves_no_root(0.2, -0.2, bend)
+    assert not response.proves_no_root(0.0, 2.0, bend)
     # f(x) = 4 (x - 1/2)^2 - e has f'' = 8: its ends are 1 - e, and its least value is -e
     for e in (0.5, 1e-3, -1e-3):
-        assert not proves_no_root(1.0 - e, 1.0 - e, 8.0) or e < 0.0
-    assert proves_no_root(1.0, 1.0, 7.9)
-    assert proves_no_root(0.1, 9.0, 8.0)  # it changes by more than its bend: it is monotone
-    assert not proves_no_root(0.1, 9.0, 9.0)
-    assert not proves_no_root(-1.0, 1.0, 0.0)
-    assert not proves_no_root(0.0, 1.0, 0.0)
+        assert not response.proves_no_root(1.0 - e, 1.0 - e, 8.0) or e < 0.0
+    assert response.proves_no_root(1.0, 1.0, 7.9)
+    assert response.proves_no_root(
+        0.1, 9.0, 8.0
+    )  # it changes by more than its bend: it is monotone
+    assert not response.proves_no_root(0.1, 9.0, 9.0)
+    assert not response.proves_no_root(-1.0, 1.0, 0.0)
+    assert not response.proves_no_root(0.0, 1.0, 0.0)
 
 
 @pytest.mark.parametrize("method", ["exact", "rk4"])
@@ -281,7 +274,7 @@ def test_the_largest_of_a_piece_are_those_of_its_samples(seed):
     largest = np.max(sampled, axis=0)
     energy = np.array(energies(ps, damper, *y))
     note_energy(ps, damper, energy, *at(grid.table, end))
-    note_peaks(ps, damper, energy, grid, end, BOTH)
+    response.note_peaks(ps, damper, energy, grid, end, BOTH)
     assert (energy >= largest * (1 - 1e-13)).all()
     assert (energy <= largest * (1 + 1e-5)).all()
 
@@ -302,13 +295,13 @@ def test_some_of_these_peaks_are_inside_and_some_at_the_end():
 @pytest.mark.parametrize("which", range(4))
 def test_the_polynomial_of_a_factor_is_the_factor(which):
     ps, damper, grid, (cosine, sine), _ = random_cell(np.random.default_rng(3))
-    bend = factor_polynomial(ps, damper, grid, which)
+    bend = response.factor_polynomial(ps, damper, grid, which)
     turn = ps.omega * grid.h
     values = []
     for x in SAMPLES:
         drive = cosine * math.cos(turn * x) - sine * math.sin(turn * x)
         values.append(powers_at(ps, damper, *at(grid.table, x), drive)[which])
-    factors = [factor_at(grid.table, x) for x in SAMPLES]
+    factors = [response.factor_at(grid.table, x) for x in SAMPLES]
     np.testing.assert_allclose(factors, values, rtol=0, atol=1e-12 * np.abs(values).max())
     second = np.diff(values, 2) / (SAMPLES[1] - SAMPLES[0]) ** 2
     assert np.abs(second).max() <= bend * (1 + 1e-3)
@@ -316,7 +309,7 @@ def test_the_polynomial_of_a_factor_is_the_factor(which):
 
 def breakers(*arguments):
     """Return `record_breakers` where it is asked, otherwise 0, as `fly` does."""
-    return record_breakers(*arguments) if may_set_a_record(*arguments) else 0
+    return response.record_breakers(*arguments) if response.may_set_a_record(*arguments) else 0
 
 
 def suspected(ps, damper, grid, y, length=1.0):
@@ -329,8 +322,8 @@ def suspected(ps, damper, grid, y, length=1.0):
     bounds = bounds_of(ps, grid, scale_of(ps, damper, *y) + grid.push * grid.h)
     states = [at(grid.table, x) for x in length * SAMPLES]
     ends = (
-        work_at(ps, damper, states[0], 1.0),
-        work_at(ps, damper, states[-1], math.cos(ps.omega * grid.h * length)),
+        response.work_at(ps, damper, states[0], 1.0),
+        response.work_at(ps, damper, states[-1], math.cos(ps.omega * grid.h * length)),
     )
     sampled = np.array([energies(ps, damper, *w) for w in states])
     must = 0
@@ -372,7 +365,7 @@ def test_the_error_of_the_cubic_counts_for_each_body(length):
     """Level at both ends, an energy may rise by M / 384 in between: the damper's M is another."""
     ps, damper, grid, _, y = random_cell(np.random.default_rng(5))
     bounds, ends = bounds_of(ps, grid, scale_of(ps, damper, *y)), (3.0, 3.0, 0.0, 0.0)
-    fourths = bounds.energy, damper_bound(grid, bounds.scale, 3.0)
+    fourths = bounds.energy, response.damper_bound(grid, bounds.scale, 3.0)
     assert fourths[1] < bounds.energy * grid.table[OF_E2]
     for body in range(2):
         for part, expected in ((0.99, 1 + body), (1.01, 0)):

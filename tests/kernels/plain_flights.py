@@ -10,25 +10,7 @@ from support import NOTHING, kernel_cell
 
 from nlds_vines.kernels.events.exact import fly, may_hold_a_miss, proves_no_touch, touch_in
 from nlds_vines.kernels.laws.hertz import HertzWall, hertz_wall_at
-from nlds_vines.kernels.motion.flight import (
-    COEF,
-    OF_E2,
-    ORDER,
-    PERIOD,
-    TAYLOR,
-    TERMS,
-    Bounds,
-    Grid,
-    at,
-    bend_of,
-    bounds_of,
-    cell_polynomial,
-    cells_of,
-    expand,
-    grid_from,
-    phase_at,
-    rate_of,
-)
+from nlds_vines.kernels.motion import flight as flights
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import SECTION, TOUCH_NEAR
 from nlds_vines.kernels.scene.scene import (
@@ -52,8 +34,8 @@ PUSHED = {"m1": 1000.0, "m2": 60.0, "P": 800.0, "omega": 6.28}  # no spring, no 
 
 
 def cell_of(p):
-    cell = np.zeros(TAYLOR)
-    cell[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
+    cell = np.zeros(flights.TAYLOR)
+    cell[flights.COEF + 2 : flights.COEF + 2 + 4 * len(p.coef) : 4] = p.coef
     return cell
 
 
@@ -109,8 +91,8 @@ def test_a_cell_is_clear_where_its_ends_and_the_bend_say_so(near, far, r0, r1, s
 def grid_with(p):
     """Return a grid whose expanded cell holds the polynomial p as r."""
     cell = cell_of(p)
-    cell[COEF + 3 : COEF + 3 + 4 * (len(p.coef) - 1) : 4] = p.deriv().coef / 0.1
-    return Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, cell, None)
+    cell[flights.COEF + 3 : flights.COEF + 3 + 4 * (len(p.coef) - 1) : 4] = p.deriv().coef / 0.1
+    return flights.Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, cell, None)
 
 
 def end_of(p, x=1.0):
@@ -121,7 +103,7 @@ def end_of(p, x=1.0):
 def test_the_first_of_two_walls_is_touched(sign):
     """r = 2 x (x - 0.6) (x - 1.2) rises beyond the near wall and falls beyond the far one."""
     p = sign * 2.0 * Polynomial.fromroots((0.0, 0.6, 1.2))
-    bounds = Bounds(*(np.abs(p.deriv(n)(PLACES)).max() for n in (2, 3, 4)), 0.0, 0.0)
+    bounds = flights.Bounds(*(np.abs(p.deriv(n)(PLACES)).max() for n in (2, 3, 4)), 0.0, 0.0)
     both = {
         codes.TOUCH_NEAR: (p - NEAR.gap).roots().real,
         codes.TOUCH_FAR: (p + FAR.gap).roots().real,
@@ -143,7 +125,7 @@ def test_the_first_of_two_walls_is_touched(sign):
 def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
     """A walk towards a graze, and steps towards a touch, that are not allowed to arrive."""
     graze, touch = Polynomial([0.0, 0.3996, -0.3996]), Polynomial([0.0, 0.1, 0.1])
-    bounds = Bounds(1.0, 1.0, 1e-3, 0.0, 0.0)
+    bounds = flights.Bounds(1.0, 1.0, 1e-3, 0.0, 0.0)
     for p, expected in ((graze, (NOWHERE, codes.SECTION)), (touch, (None, codes.TOUCH_NEAR))):
         place, event = touch_in(NEAR, None, grid_with(p), 1.0, end_of(p), bounds)
         assert (place if event == codes.SECTION else None, event) == expected
@@ -156,14 +138,14 @@ def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
 def prepared(numbers):
     cell = kernel_cell(**numbers)
     ps, damper = structure_under(None, cell), damper_in(cell)
-    return ps, damper, grid_from(ps, damper, cells_of(ps, damper), PERIOD)
+    return ps, damper, flights.grid_from(ps, damper, flights.cells_of(ps, damper), flights.PERIOD)
 
 
 def derivatives(ps, damper, h, y, phase):
     """Return the state and its first four derivatives by the place in a cell, (5, 4)."""
-    out = np.zeros(TERMS)
-    expand(ps, damper, h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
-    return out.reshape(ORDER + 1, 4)[:5] * [[1.0], [1.0], [2.0], [6.0], [24.0]]
+    out = np.zeros(flights.TERMS)
+    flights.expand(ps, damper, h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
+    return out.reshape(flights.ORDER + 1, 4)[:5] * [[1.0], [1.0], [2.0], [6.0], [24.0]]
 
 
 def derivatives_of(ps, damper, grid, y, phase):
@@ -205,13 +187,13 @@ def test_bounds_from_the_energy_hold(seed):
         r, s = (r if damper.k2 > 0.0 else 0.0), v1 - units[3] / np.sqrt(damper.m2)
         y, phase = (x1, v1, r, s), rng.uniform(0, 2 * np.pi)
         scale = scale_of(ps, damper, *y)
-        bounds = Bounds(*(b * (1 + 1e-9) for b in bounds_of(ps, grid, scale)))
+        bounds = flights.Bounds(*(b * (1 + 1e-9) for b in flights.bounds_of(ps, grid, scale)))
         derivatives = derivatives_of(ps, damper, grid, y, phase)
         assert derivatives[0] <= bounds.bend
         assert derivatives[1] <= bounds.jerk
         assert derivatives[2] <= bounds.fourth
         assert derivatives[3] <= bounds.energy
-        assert derivatives[4] <= bounds.energy * grid.table[OF_E2]
+        assert derivatives[4] <= bounds.energy * grid.table[flights.OF_E2]
 
 
 def test_bounds_of_what_only_the_force_moves_are_reached():
@@ -221,7 +203,7 @@ def test_bounds_of_what_only_the_force_moves_are_reached():
     derivative of the forcing for largest at once.
     """
     ps, damper, grid = prepared(PUSHED)
-    bounds, rest = bounds_of(ps, grid, 0.0), (0.0, 0.0, 0.0, 0.0)
+    bounds, rest = flights.bounds_of(ps, grid, 0.0), (0.0, 0.0, 0.0, 0.0)
     crest = derivatives_of(ps, damper, grid, rest, 0.0)
     slope = derivatives_of(ps, damper, grid, rest, np.pi / 2)
     assert crest[0] == pytest.approx(bounds.bend, rel=1e-12)
@@ -248,10 +230,10 @@ def test_the_damper_has_a_bound_of_its_own(seed):
         y, phase = (x1, v1, r, v1 - v2), rng.uniform(0, 2 * np.pi)
         scale = scale_of(ps, damper, *y) + grid.h * grid.push
         bound = damper_bound(grid, scale, energies(ps, damper, *y)[1]) * (1 + 1e-9)
-        out = np.zeros(TERMS)
-        expand(ps, damper, grid.h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
+        out = np.zeros(flights.TERMS)
+        flights.expand(ps, damper, grid.h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
         for x in (0.0, 0.3, 0.7, 1.0):
-            there = out.reshape(ORDER + 1, 4).T @ x ** np.arange(ORDER + 1)
+            there = out.reshape(flights.ORDER + 1, 4).T @ x ** np.arange(flights.ORDER + 1)
             angle = phase + x * grid.h * ps.omega
             assert derivatives_of(ps, damper, grid, there, angle)[4] <= bound
 
@@ -264,13 +246,13 @@ def test_the_bound_of_the_damper_is_reached_where_it_is_alone():
     alone = damper_bound(grid, 0.0, e2)
     assert alone == pytest.approx(8 * 2 * e2 * turn**4)  # 1 + 4 + 3, as Leibniz' rule has it
     # what the structure does to it counts once, with its own rates
-    drive, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
+    drive, pull = grid.table[flights.OF_E2 + 1], grid.table[flights.OF_E2 + 2]
     assert drive * grid.h == pytest.approx(turn)
     assert pull == pytest.approx(damper.k2 / math.sqrt(ps.k1 * damper.m2))
     ps, damper, grid = prepared({**FORCED, "k2": 0.0, "P": 0.0})
-    assert grid.table[OF_E2 + 1] == pytest.approx(damper.c2 / damper.m2)
-    assert grid.table[OF_E2 + 2] == pytest.approx(damper.c2 / math.sqrt(ps.m1 * damper.m2))
-    drive, pull = grid.table[OF_E2 + 1 : OF_E2 + 3]
+    assert grid.table[flights.OF_E2 + 1] == pytest.approx(damper.c2 / damper.m2)
+    assert grid.table[flights.OF_E2 + 2] == pytest.approx(damper.c2 / math.sqrt(ps.m1 * damper.m2))
+    drive, pull = grid.table[flights.OF_E2 + 1 : flights.OF_E2 + 3]
     u = [pull * 3.0 * grid.h]  # what the structure gives it in the time of a cell
     for size in 3.0 * grid.rate ** np.arange(4):
         u.append(drive * u[-1] + pull * size)
@@ -287,9 +269,9 @@ def test_the_dampers_energy_is_bounded_by_the_scale(softer):
     square = scale_of(ps, damper, x1, 0.0, r, 0.0) ** 2
     share = 2.0 * energies(ps, damper, x1, 0.0, r, 0.0)[1] / square
     assert share == pytest.approx(1.0 + softer, rel=1e-12)
-    assert share <= grid.table[OF_E2] * (1 + 1e-12)
+    assert share <= grid.table[flights.OF_E2] * (1 + 1e-12)
     v2 = 1.0 / math.sqrt(damper.m2)
-    assert energies(ps, damper, 0.0, 0.0, 0.0, -v2)[1] <= 0.5 * grid.table[OF_E2]
+    assert energies(ps, damper, 0.0, 0.0, 0.0, -v2)[1] <= 0.5 * grid.table[flights.OF_E2]
 
 
 def test_cells_are_short_beside_the_rate_and_no_more_than_memory_holds():
@@ -297,10 +279,10 @@ def test_cells_are_short_beside_the_rate_and_no_more_than_memory_holds():
     for omega in (0.01, 0.1, 1.0, 10.0, 100.0):
         cell = kernel_cell(**{**FORCED, "omega": omega})
         ps, damper = structure_under(None, cell), damper_in(cell)
-        n, rate = cells_of(ps, damper), rate_of(ps, damper)
+        n, rate = flights.cells_of(ps, damper), flights.rate_of(ps, damper)
         assert n == max(8, math.ceil(2 * np.pi / omega * rate / 0.7))
     cell = kernel_cell(**{**FORCED, "omega": 1e-6})
-    assert cells_of(structure_under(None, cell), damper_in(cell)) == -1
+    assert flights.cells_of(structure_under(None, cell), damper_in(cell)) == -1
 
 
 @pytest.mark.parametrize(
@@ -350,15 +332,6 @@ def unit_states(ps, damper):
     return [(x1, 0.0, 0.0, 0.0), (0.0, v1, 0.0, v1), (0.0, 0.0, r, 0.0), (0.0, 0.0, 0.0, -v2)]
 
 
-def matrix(ps, damper):
-    columns = []
-    for x1, v1, r, s in unit_states(ps, damper):
-        a1, ds = accelerations(ps, damper, x1, v1, r, s, 0.0, 0.0)
-        roots = [math.sqrt(k) for k in (ps.k1, ps.m1, damper.k2, damper.m2)]
-        columns.append(np.multiply(roots, (v1, a1, s, a1 - ds)))
-    return np.array(columns).T
-
-
 @pytest.mark.parametrize(
     ("largest", "changes"),
     [
@@ -373,12 +346,16 @@ def matrix(ps, damper):
 def test_the_rate_is_the_largest_row_sum_or_the_forcing(largest, changes):
     """Notices: one pull of a spring left out, the forcing left out."""
     ps, damper = parts_of(**changes)
-    sums = np.abs(matrix(ps, damper)).sum(1)
+    roots, columns = [math.sqrt(k) for k in (ps.k1, ps.m1, damper.k2, damper.m2)], []
+    for x1, v1, r, s in unit_states(ps, damper):
+        a1, ds = accelerations(ps, damper, x1, v1, r, s, 0.0, 0.0)
+        columns.append(np.multiply(roots, (v1, a1, s, a1 - ds)))
+    sums = np.abs(columns).sum(axis=0)
     if largest is None:
         assert ps.omega > sums.max()
     else:
         assert sums[largest] >= 0.999999 * sums.max()
-    assert rate_of(ps, damper) == pytest.approx(max(sums.max(), ps.omega), rel=1e-14)
+    assert flights.rate_of(ps, damper) == pytest.approx(max(sums.max(), ps.omega), rel=1e-14)
 
 
 @pytest.mark.parametrize("changes", [{}, {"c1": 0.0}, {"c2": 4e3}, {"m2": 1.0, "k2": 1e4}])
@@ -387,24 +364,26 @@ def test_the_bend_is_the_largest_second_derivative_at_energy_scale_one(changes):
     ps, damper = parts_of(**changes)
     units = unit_states(ps, damper)
     second = [accelerations(ps, damper, *y, 0.0, 0.0)[1] for y in units]
-    assert bend_of(ps, damper) == pytest.approx(np.linalg.norm(second), rel=1e-14)
+    assert flights.bend_of(ps, damper) == pytest.approx(np.linalg.norm(second), rel=1e-14)
     steepest = np.dot(second, units) / np.linalg.norm(second)
     assert scale_of(ps, damper, *steepest) == pytest.approx(1.0, rel=1e-14)
-    assert accelerations(ps, damper, *steepest, 0.0, 0.0)[1] == pytest.approx(bend_of(ps, damper))
+    assert accelerations(ps, damper, *steepest, 0.0, 0.0)[1] == pytest.approx(
+        flights.bend_of(ps, damper)
+    )
 
 
 def largest_derivatives(p, y, phase, cells):
     """Return the largest second, third and fourth derivative of r over some cells."""
     ps, damper = parts_of(**p)
-    grid = grid_from(ps, damper, 64, PERIOD)
+    grid = flights.grid_from(ps, damper, 64, flights.PERIOD)
     largest = np.zeros(3)
     for j in range(cells):
         angle = phase + j * grid.h * ps.omega
-        cell_polynomial(grid, *y, math.cos(angle), math.sin(angle))
+        flights.cell_polynomial(grid, *y, math.cos(angle), math.sin(angle))
         series = np.polynomial.Polynomial(grid.table[42:102:4])
         x = np.linspace(0, 1, 41)
         largest = np.maximum(largest, [np.abs(series.deriv(n)(x)).max() for n in (2, 3, 4)])
-        y = at(grid.table, 1.0)
+        y = flights.at(grid.table, 1.0)
     return largest
 
 
@@ -422,10 +401,10 @@ CASES = [
 def test_bounds_from_rest_hold_over_four_cells(changes, phase):
     """From rest the forcing alone bends the motion. Notices: its push, or its part, left out."""
     ps, damper = parts_of(**changes)
-    grid = grid_from(ps, damper, 64, PERIOD)
+    grid = flights.grid_from(ps, damper, 64, flights.PERIOD)
     for cells in (1, 4):
         scale = grid.push * grid.h * cells
-        bounds = bounds_of(ps, grid, scale)
+        bounds = flights.bounds_of(ps, grid, scale)
         largest = largest_derivatives(changes, (0.0, 0.0, 0.0, 0.0), phase, cells)
         assert (largest <= np.array(bounds[:3]) * (1 + 1e-12)).all()
 
@@ -433,8 +412,8 @@ def test_bounds_from_rest_hold_over_four_cells(changes, phase):
 def test_each_part_of_the_bounds_is_needed():
     """The bounds of the forcing are reached: with less of it they would not hold."""
     ps, damper = parts_of(c1=0.0, c2=0.0)
-    grid = grid_from(ps, damper, 64, PERIOD)
-    bend, jerk, fourth, *_ = bounds_of(ps, grid, 0.0)
+    grid = flights.grid_from(ps, damper, 64, flights.PERIOD)
+    bend, jerk, fourth, *_ = flights.bounds_of(ps, grid, 0.0)
     by_force = ps.omega**2 * ps.force
     h2 = grid.h * grid.h
     assert largest_derivatives({"c1": 0.0, "c2": 0.0}, (0.0,) * 4, 0.0, 1)[0] == pytest.approx(bend)
@@ -442,7 +421,7 @@ def test_each_part_of_the_bounds_is_needed():
     assert jerk == pytest.approx((grid.bend * grid.push + ps.omega * ps.force) * h2 * grid.h)
     second = 2 * grid.rate * grid.push
     assert fourth == pytest.approx((grid.bend * second + by_force) * h2 * h2)
-    bend, jerk, fourth, energy, _ = bounds_of(ps, grid, 3.0)
+    bend, jerk, fourth, energy, _ = flights.bounds_of(ps, grid, 3.0)
     first = 3.0 * grid.rate + grid.push
     second = grid.rate * (first + grid.push)
     assert bend == pytest.approx((3.0 * grid.bend + ps.force) * h2)
@@ -464,7 +443,7 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     omega = 6.28
     changes = {"k1": 1000.0 * omega**2, "c1": 0.0, "k2": 0.0, "c2": 0.0, "omega": omega}
     ps, damper = parts_of(**changes)
-    grid = grid_from(ps, damper, 11, PERIOD)
+    grid = flights.grid_from(ps, damper, 11, flights.PERIOD)
     top = 2.028757838110434  # tan x = -x
     highest = ps.force / (2 * omega**2) * top * math.sin(top)
     cell = kernel_cell(**{**DRIVEN, "K": 1e7})
@@ -480,25 +459,25 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
 def test_the_phase_inside_a_cell(n):
     """Turned on from that at the start of the cell, by up to 0.7. Notices: a term left out."""
     ps, damper = parts_of()
-    grid = grid_from(ps, damper, n, PERIOD)
+    grid = flights.grid_from(ps, damper, n, flights.PERIOD)
     for j in range(n):
         for x in np.linspace(0.0, 1.0, 23):
             with mpmath.workdps(30):
                 angle = 2 * mpmath.pi * (j + mpmath.mpf(x)) / n
                 exact = float(mpmath.cos(angle)), float(mpmath.sin(angle))
-            assert np.abs(np.subtract(phase_at(grid, j, x), exact)).max() <= 5e-16
+            assert np.abs(np.subtract(flights.phase_at(grid, j, x), exact)).max() <= 5e-16
 
 
 def test_the_polynomial_is_summed_to_round_off():
     """At places of a cell, against its terms in longer arithmetic. Notices: a pair forgotten."""
     ps, damper = parts_of()
-    grid = grid_from(ps, damper, 10, PERIOD)
+    grid = flights.grid_from(ps, damper, 10, flights.PERIOD)
     rng = np.random.default_rng(1)
     for _ in range(50):
         y = rng.normal(size=4)
-        cell_polynomial(grid, *y, *rng.normal(size=2))
+        flights.cell_polynomial(grid, *y, *rng.normal(size=2))
         rows = grid.table[40:100].reshape(15, 4)
         x = rng.uniform()
         exact = [math.fsum(row * x**k for k, row in enumerate(rows[:, c])) for c in range(4)]
         sizes = np.abs(rows).T @ x ** np.arange(15)
-        assert (np.abs(np.subtract(at(grid.table, x), exact)) <= 6e-16 * sizes).all()
+        assert (np.abs(np.subtract(flights.at(grid.table, x), exact)) <= 6e-16 * sizes).all()

@@ -13,14 +13,6 @@ from nlds_vines import load_system, simulate
 from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact import impact, inside
 from nlds_vines.kernels.impact.arc import ARC, CHOICES, LEVEL, choices_for, make_arc
-from nlds_vines.kernels.impact.impact import (
-    approach_of,
-    first_guess,
-    level_for,
-    nodes_of,
-    settle,
-    short_impact,
-)
 from nlds_vines.kernels.impact.inside import motion_of_touch, tally_nodes
 from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.motion.response_sums import BEGIN, CV, CX, MOST, SIZE, SUMS, Tally
@@ -56,11 +48,11 @@ def outside_of(approach, parts):
 
 
 def at_touch(approach, parts):
-    return approach_of(*parts, approach.wave, approach.touch[1:])
+    return impact.approach_of(*parts, approach.wave, approach.touch[1:])
 
 
 def accepted(approach, parts, impacts=True, arc=STANDARD):
-    return short_impact(side_of(parts, arc), impacts, approach.wave, approach.touch)
+    return impact.short_impact(side_of(parts, arc), impacts, approach.wave, approach.touch)
 
 
 def random_impacts(count, seed):
@@ -89,7 +81,6 @@ def errors_of(approach, parts, arc, exact):
 
 @cache
 def stepped_impacts(seed):
-    """Return random impacts (approach, parts) with the contact by many steps."""
     return [(*impact, impact[0].step(impact[1], 100)) for impact in random_impacts(60, seed)]
 
 
@@ -134,10 +125,10 @@ def guess_error(changes, row, unit):
     parts = parts_with(**{**none, **changes})
     ps, damper, wall = parts
     arc, approach = make_arc(nodes=24), at_touch(APPROACH, parts)
-    nodes = nodes_of(arc, 0, LEVEL.whole)
-    first_guess(ps, damper, nodes, approach)
+    nodes = impact.nodes_of(arc, 0, LEVEL.whole)
+    impact.first_guess(ps, damper, nodes, approach)
     guess = arc.table[row : row + 24].copy()
-    assert settle(ps, damper, wall, nodes, approach, arc.settled)
+    assert impact.settle(ps, damper, wall, nodes, approach, arc.settled)
     return np.abs(arc.table[row : row + 24] - guess).max() / getattr(approach, unit)
 
 
@@ -163,10 +154,10 @@ def test_the_nodes_are_the_fewest_that_the_tolerance_allows():
         for tolerance in (1e-3, *TOLERANCES, 1e-13):
             arc, choices = make_arc(tolerance), choices_for(tolerance)
             for size in np.geomspace(1e-7, impact.LARGEST, 60):
-                level = level_for(arc, int(error), size)
+                level = impact.level_for(arc, int(error), size)
                 bounds = {n: errors[column] * size**1.5 for n, errors in choices.items()}
                 enough = [n for n, bound in bounds.items() if bound <= tolerance]
-                nodes = nodes_of(arc, level, LEVEL.whole).n
+                nodes = impact.nodes_of(arc, level, LEVEL.whole).n
                 assert nodes == (enough[0] if enough else max(choices))
                 seen.add(nodes)
         assert seen == set(list(CHOICES)[: 4 if column == 0 else 3])  # more only after a doubt
@@ -176,8 +167,10 @@ def test_given_nodes_are_taken_and_solve_all_that_a_tolerance_solves():
     for n in (2, 12, 24):
         arc = make_arc(nodes=n)
         for size in (1e-7, impact.LARGEST):
-            assert level_for(arc, LEVEL.error, size) == 0
-            assert nodes_of(arc, 0, LEVEL.whole).n == nodes_of(arc, 0, LEVEL.half).n == n
+            assert impact.level_for(arc, LEVEL.error, size) == 0
+            assert (
+                impact.nodes_of(arc, 0, LEVEL.whole).n == impact.nodes_of(arc, 0, LEVEL.half).n == n
+            )
     # their sweeps go on to round-off. Notices: more of them needed than there may be
     arcs = [make_arc(nodes=n) for n in (4, 8, 12, 16, 24)]
     for approach, parts in random_impacts(60, seed=11):
@@ -291,7 +284,9 @@ def stepping(arc, parts=PARTS):
 
 
 def ahead_of(arc, touch=TOUCH, phase=PHASE, parts=PARTS):
-    solved, out, a1, b1, took, _ = short_impact(side_of(parts, arc), None, phase, (0.0, *touch))
+    solved, out, a1, b1, took, _ = impact.short_impact(
+        side_of(parts, arc), None, phase, (0.0, *touch)
+    )
     assert solved
     return inside.Ahead(took, 0.0, 0.0, touch, (out, a1, b1))
 
@@ -344,7 +339,7 @@ def drawn(count, seed=3):
         phase, touch = (math.cos(angle), math.sin(angle)), (
             10 ** rng.uniform(-2, 0.5), rng.normal(0, 0.02), rng.normal(0, 0.3),
         )  # fmt: skip
-        if short_impact(side_of(parts, make_arc()), None, phase, (0.0, *touch))[0]:
+        if impact.short_impact(side_of(parts, make_arc()), None, phase, (0.0, *touch))[0]:
             count -= 1
             yield touch, phase, parts
 
@@ -595,14 +590,14 @@ def drawn_under(kind, count, seed=1):
             row[:4] = size * rng.normal(size=4)
         elif kind == "sudden":  # nothing but a high power, from the touch on
             degree, place = int(rng.integers(3, 10)), 0.0
-            free = approach_of(ps, damper, wall, Moment(row, 0, 0, 0.0, h, 1.0), touch[1:])
+            free = impact.approach_of(ps, damper, wall, Moment(row, 0, 0, 0.0, h, 1.0), touch[1:])
             h = min(h, rng.uniform(1.7, 20) * free.tick)
             row[degree] = decades(-4, -1) * wall.kappa * free.b**6 / (1.6 * free.tick / h) ** degree
         else:
             degree, start = 14, np.exp(1j * rng.uniform(0, 6))
             row[:] = [(size * start * turn**k / math.factorial(k)).real for k in range(15)]
         moment = Moment(row, 0, degree, place, h, rng.choice([-1.0, 1.0]))
-        if short_impact(side_of((ps, damper, wall), arc), True, moment, touch)[0]:
+        if impact.short_impact(side_of((ps, damper, wall), arc), True, moment, touch)[0]:
             drawn_count += 1
             yield (ps, damper, wall), moment, touch
 
@@ -618,21 +613,22 @@ def test_it_errs_by_less_than_the_tolerance(kind):
         )
         assert event == RELEASED
         for tolerance in TOLERANCES:
-            impact = short_impact(side_of(parts, make_arc(tolerance)), True, moment, touch)
-            assert impact[0]
-            off = [impact[1] / s - 1, impact[4] / took - 1, impact[5] / depth - 1]
-            off.append((impact[3] - v1) / (touch[1] + 1e3 * abs(v1)))
-            off.append((impact[2] - x1) / (touch[1] * took + 1e3 * abs(x1)))
+            side = side_of(parts, make_arc(tolerance))
+            solved, out, x, v, lasted, deep = impact.short_impact(side, True, moment, touch)
+            assert solved
+            off = [out / s - 1, lasted / took - 1, deep / depth - 1]
+            off.append((v - v1) / (touch[1] + 1e3 * abs(v1)))
+            off.append((x - x1) / (touch[1] * took + 1e3 * abs(x1)))
             assert np.abs(off).max() <= tolerance + 1e-13
 
 
 def test_an_impact_that_outlasts_what_is_known_of_a_load_is_none():
     ((parts, moment, touch),) = drawn_under("cubic", 1)
     side, steady = side_of(parts, make_arc(1e-9)), moment._replace(degree=0)
-    took = short_impact(side, None, steady, touch)[4]
+    took = impact.short_impact(side, None, steady, touch)[4]
     for left, whole in ((1.2, True), (0.9999, False)):
         near_edge = steady._replace(x=1.0 - left * took / moment.length)
-        assert short_impact(side, None, near_edge, touch)[0] == whole
+        assert impact.short_impact(side, None, near_edge, touch)[0] == whole
 
 
 @pytest.mark.parametrize("kind", ["cubic", "shaken"])
@@ -643,7 +639,7 @@ def test_its_response_is_that_of_small_steps(kind, tolerance):
     for parts, moment, touch in drawn_under(kind, 30, seed=3):
         (ps, damper, wall), side = parts, side_of(parts, make_arc(tolerance))
         ground = ps.force if kind == "shaken" else None
-        _, s, x1, v1, took, _ = short_impact(side, True, moment, touch)
+        _, s, x1, v1, took, _ = impact.short_impact(side, True, moment, touch)
         after = later(ps, moment, took)
         ends = (touch[2], touch[3], wall.gap, touch[1]), (x1, v1, wall.gap, s)
         row = np.zeros(SIZE)

@@ -8,16 +8,8 @@ import pytest
 from scipy.linalg import expm
 from support import NOTHING, kernel_cell, linear_flow
 
+from nlds_vines.kernels.cells import load_numbers
 from nlds_vines.kernels.cells.cells import cells_for, run_cell
-from nlds_vines.kernels.cells.load_numbers import (
-    NO_PLACE,
-    excess_in_cell,
-    last_place_above,
-    may_exceed,
-    motion_in,
-    place_of_most,
-    rms_of_x1,
-)
 from nlds_vines.kernels.cells.load_orbit import Load, ends_of_cell, lasts_until, touch_by
 from nlds_vines.kernels.cells.verdict import digits_of, mean_and_width
 from nlds_vines.kernels.events import contact
@@ -29,15 +21,7 @@ from nlds_vines.kernels.numerics import matrices
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, set_mode
 from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
-from nlds_vines.kernels.scene.codes import (
-    BAD_PARAMETERS,
-    DIVERGED,
-    FLYING,
-    OK,
-    SECTION,
-    TOUCH_FAR,
-    TOUCH_NEAR,
-)
+from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.scene import (
     CellBuffers,
     Flight,
@@ -83,7 +67,7 @@ def test_states_are_bounded(place):
 def test_an_energy_beyond_all_numbers_is_no_result(kind, wanted):
     p = {"m1": 1e12, "k1": 1e12, "m2": 1.0, "k2": 1.0, "omega": 1.0, "K": 1.0, "near": 1.0}
     cell, parts = kernel_cell(**p), parts_of("exact", SCENES[kind])
-    for speed, status in ((1e140, OK), (1e149, DIVERGED)):
+    for speed, status in ((1e140, codes.OK), (1e149, codes.DIVERGED)):
         state = np.zeros(STATE_SIZE)
         state[1] = state[3] = speed if kind == "none" else -speed
         outcome = run_cell(parts, cell, state, Span(0, 0, 1), CellBuffers(**{wanted: np.zeros(2)}))
@@ -93,7 +77,11 @@ def test_an_energy_beyond_all_numbers_is_no_result(kind, wanted):
 def test_a_limit_that_is_no_number_is_refused():
     parts = parts_of("exact", SCENES["ssvi-b"])
     cell = load_system("ssbl").cell.copy()
-    for limit, status in ((1.0, OK), (math.nan, BAD_PARAMETERS), (math.inf, BAD_PARAMETERS)):
+    for limit, status in (
+        (1.0, codes.OK),
+        (math.nan, codes.BAD_PARAMETERS),
+        (math.inf, codes.BAD_PARAMETERS),
+    ):
         cell.limit = limit
         buffers = CellBuffers(violation=np.zeros(3))
         assert run_cell(parts, cell, np.zeros(STATE_SIZE), Span(0, 1, 1), buffers) == status
@@ -111,7 +99,7 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     y, place = np.array([0.01, -0.2, 0.03, 0.4]), grid.h * (2 + x)
     flight = Flight(None, ps, damper, near, far, grid)
     event, j, left, *end = fly(flight, NOTHING, (2, x), 5, tuple(y))
-    assert (event, j, left) == (SECTION, 5, 0.0)
+    assert (event, j, left) == (codes.SECTION, 5, 0.0)
     angle = ps.omega * place
     user = [y[0], y[1], y[0] - y[2], y[1] - y[3], math.cos(angle), math.sin(angle)]
     x1, v1, x2, v2, *_ = expm(linear_flow(system.parameters) * (5 * grid.h - place)) @ user
@@ -121,11 +109,11 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
 @pytest.mark.parametrize(
     ("r", "q", "mode"),
     [
-        (0.0, 0.0, FLYING),
-        (0.1, 0.0, FLYING),  # on the wall: a touch that the first flight finds
-        (0.14, 0.2, TOUCH_NEAR),
-        (-0.2, 0.0, FLYING),
-        (-0.29, 0.3, TOUCH_FAR),
+        (0.0, 0.0, codes.FLYING),
+        (0.1, 0.0, codes.FLYING),  # on the wall: a touch that the first flight finds
+        (0.14, 0.2, codes.TOUCH_NEAR),
+        (-0.2, 0.0, codes.FLYING),
+        (-0.29, 0.3, codes.TOUCH_FAR),
     ],
 )
 def test_a_state_beyond_a_wall_is_inside_a_contact(r, q, mode):
@@ -148,7 +136,7 @@ def test_a_start_beyond_a_limit_is_a_violation_of_the_first_instant(beyond, s, n
     state, violation = np.zeros(STATE_SIZE), np.zeros(3)
     state[2], state[3] = cell.limit + beyond, s
     buffers = CellBuffers(violation=violation)
-    assert run_cell(parts, cell, state, Span(0, 1, 1), buffers) == OK
+    assert run_cell(parts, cell, state, Span(0, 1, 1), buffers) == codes.OK
     if not number:
         assert violation[2] == 0.0
         return
@@ -175,14 +163,9 @@ def test_elimination_exchanges_rows_for_a_small_pivot():
     np.testing.assert_allclose(right, [[1.0], [1.0]], rtol=1e-12)
 
 
-def impacts_at(touches, lasting):
-    data = np.zeros((len(touches), IMPACT_COLUMNS))
-    data[:, TOUCH], data[:, RELEASE] = touches, np.asarray(touches) + lasting
-    return Impacts(data, np.array([len(touches)]))
-
-
 def test_a_contact_lasts_from_its_touch_to_its_release():
-    impacts, j, seen = impacts_at([1.0, 2.0], lasting=0.5), -1, []
+    impacts, j, seen = Impacts(np.zeros((2, IMPACT_COLUMNS)), np.array([2])), -1, []
+    impacts.data[:, TOUCH], impacts.data[:, RELEASE] = [1.0, 2.0], [1.5, 2.5]
     times = (0.9, 1.0, 1.4, 1.6, 2.2, 3.0, 1.2)  # the last one is looked for backward
     for time in times:
         j = touch_by(impacts, j, time)
@@ -199,7 +182,7 @@ def test_the_rms_leaves_out_what_is_before_the_time_to_settle():
     edges, sums = np.array([0.0, 1.0, 3.0, 4.0]), np.zeros((4, 5))
     sums[:, 4] = 0.0, 2.0, 6.0, 20.0
     for settle, rms in ((0.0, 5.0), (0.5, 6.0), (1.0, 6.0), (3.0, 14.0), (3.9, 14.0)):
-        assert rms_of_x1(edges, sums, settle) == math.sqrt(rms)
+        assert load_numbers.rms_of_x1(edges, sums, settle) == math.sqrt(rms)
 
 
 def test_no_cell_holds_more_than_its_bound_says():
@@ -214,12 +197,14 @@ def test_no_cell_holds_more_than_its_bound_says():
             rows[:2], section[0] = (1.0, -2.0), 0.0
         jumps = np.array([0.0, rng.normal()])  # of which the motion in the cell knows nothing
         load = Load(np.array([0.0, h]), rows, jumps, sums_of(rows), None)
-        motion = motion_in(ps, None, load, section, 0)
+        motion = load_numbers.motion_in(ps, None, load, section, 0)
         section[1, :2] = motion.sum(axis=0)
         section[1, 1] += jumps[1]
-        most = max(excess_in_cell(ps, motion, 0.0, x) for x in np.linspace(0.0, 1.0, 2001))
+        most = max(
+            load_numbers.excess_in_cell(ps, motion, 0.0, x) for x in np.linspace(0.0, 1.0, 2001)
+        )
         ends = ends_of_cell(ps, None, load, section, 0)
-        assert may_exceed(most * (1.0 - 1e-12), h, ends, False, False)
+        assert load_numbers.may_exceed(most * (1.0 - 1e-12), h, ends, False, False)
         assert ends[2] >= most
 
 
@@ -236,21 +221,25 @@ def test_the_ends_of_a_cell_are_before_a_jump_at_its_end():
 def test_a_contact_may_bring_all_energy_of_its_cell_and_more_if_it_has_begun_before():
     h, begin, end = 0.5, (3.0, 0.0, -1.0), (2.0, 0.0, 4.0)
     for order in ((begin, end), (end, begin)):
-        assert may_exceed(9.99, h, (*order, 10.0, 0.0), True, False)
-        assert not may_exceed(9.99, h, (*order, 9.9, 0.0), True, False)
-        assert may_exceed(9.99, h, (*order, 0.0, 0.0), True, True)  # what it holds is unknown
+        assert load_numbers.may_exceed(9.99, h, (*order, 10.0, 0.0), True, False)
+        assert not load_numbers.may_exceed(9.99, h, (*order, 9.9, 0.0), True, False)
+        assert load_numbers.may_exceed(
+            9.99, h, (*order, 0.0, 0.0), True, True
+        )  # what it holds is unknown
 
 
 def test_an_energy_is_last_above_a_level_at_the_root_of_its_polynomial():
     ps = SimpleNamespace(m1=2.0, k1=0.0)
     motion = np.zeros((15, 2))
     motion[0, 1], motion[1, 1] = 1.0, -1.0  # v1 = 1 - x, E1 = (1 - x)^2
-    assert last_place_above(ps, motion, 0.25) == pytest.approx(0.5, abs=1e-15)
-    assert last_place_above(ps, motion, -1.0) == 1.0
-    assert last_place_above(ps, motion, 1.5) == NO_PLACE
+    assert load_numbers.last_place_above(ps, motion, 0.25) == pytest.approx(0.5, abs=1e-15)
+    assert load_numbers.last_place_above(ps, motion, -1.0) == 1.0
+    assert load_numbers.last_place_above(ps, motion, 1.5) == load_numbers.NO_PLACE
     motion[1, 1], motion[2, 1] = 1.2, -1.0  # v1 = 1 + 1.2 x - x^2, below 1.3 at both ends
-    assert last_place_above(ps, motion, 1.3**2) == pytest.approx(0.6 + math.sqrt(0.06), abs=1e-15)
-    assert place_of_most(ps, motion) == pytest.approx(0.6, abs=1e-15)
+    assert load_numbers.last_place_above(ps, motion, 1.3**2) == pytest.approx(
+        0.6 + math.sqrt(0.06), abs=1e-15
+    )
+    assert load_numbers.place_of_most(ps, motion) == pytest.approx(0.6, abs=1e-15)
 
 
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0

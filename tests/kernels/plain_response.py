@@ -98,10 +98,8 @@ class Twin:
         sums = run.y[4:, -1]
         numbers = dict(zip([f"{n}_rms" for n in NAMES], np.sqrt(sums[:4] / until), strict=True))
         numbers["drift_rms"] = np.sqrt(sums[5] / until)
-        numbers["power_c1"], numbers["power_c2"] = (
-            self.c1 * sums[6] / until,
-            self.c2 * sums[4] / until,
-        )
+        numbers["power_c1"] = self.c1 * sums[6] / until
+        numbers["power_c2"] = self.c2 * sums[4] / until
         numbers["power_contact"], numbers["power_in"] = sums[7:9] / until
         sizes = {
             "x1_max": lambda t, y: abs(y[0]), "v1_max": lambda t, y: abs(y[1]),

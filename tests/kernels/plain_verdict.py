@@ -10,27 +10,15 @@ import pytest
 from flights import flow_on
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.run import Computer
 from nlds_vines.kernels.cells import verdict
 from nlds_vines.kernels.cells.verdict import attracted, cycle_through, follow_growth, note_exponents
 from nlds_vines.kernels.numerics.matrices import eigenvalues, is_saddle
+from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.orbit.repetition import impacts_of
-from nlds_vines.kernels.orbit.variations import (
-    distance,
-    is_minimal,
-    matrix_of,
-    new_state,
-    no_section,
-    norm,
-    place_state,
-    polish,
-    set_identity,
-    trace_cycle,
-)
 from nlds_vines.kernels.scene.codes import EXPONENTS, INTERVAL, LENGTH_OF_ROW, LYAPUNOV, OK
 from nlds_vines.model.linear_response import steady_state
 from nlds_vines.model.system import System
+from scans import computed, scan_of
 
 
 def closed(name, omega, n, start=None):
@@ -41,7 +29,7 @@ def closed(name, omega, n, start=None):
     y = np.array(orbit.state)
     y[2], y[3] = y[0] - y[2] + system.rest, y[1] - y[3]
     points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
-    residual, clearance, slowest = polish(flow, y, points, counts, tangent)
+    residual, clearance, slowest = variations.polish(flow, y, points, counts, tangent)
     return flow, y, points, counts, tangent, (residual, clearance, slowest)
 
 
@@ -58,7 +46,7 @@ def test_only_the_least_number_of_periods_is_minimal(name, omega, n, counts):
     for times in (1, 2):
         flow, y, points, period, _, (residual, _, slowest) = closed(name, omega, times * n)
         assert residual < 1e-12
-        assert is_minimal(flow.space, y, points) == (times == 1)
+        assert variations.is_minimal(flow.space, y, points) == (times == 1)
         assert tuple(period) == tuple(times * k for k in counts)
         system = nv.load_system(name, omega=omega)
         start = [y[0], y[1], y[0] - y[2] + system.rest, y[1] - y[3]]
@@ -72,11 +60,11 @@ def test_orbits_are_minimal_and_closed_until_rounding_stops_newtons_method():
     for far, minimal in ((1e-12, False), (1e-5, True)):
         moved = points.copy()
         moved[0] += far * points[0]
-        assert is_minimal(flow.space, y, moved) == minimal
+        assert variations.is_minimal(flow.space, y, moved) == minimal
     # from a point a hundredth beside the orbit
     flow, y, points, counts, tangent, _ = closed("ssul-set6", 6.28, 1)
     moved = y * 1.01
-    residual, *_ = polish(flow, moved, points, counts, tangent)
+    residual, *_ = variations.polish(flow, moved, points, counts, tangent)
     assert residual < 1e-12
     np.testing.assert_allclose(moved, y, rtol=1e-9)
 
@@ -87,7 +75,7 @@ def test_an_orbit_that_is_drawn_in_slowly_is_attracted():
     flow, y = flow_on(system), np.zeros(4)
     y[:2] = steady_state(system)
     points, counts, tangent = np.empty((1, 4)), np.zeros(2, np.int64), np.zeros(16)
-    polish(flow, y, points, counts, tangent)
+    variations.polish(flow, y, points, counts, tangent)
     assert attracted(flow, cycle_through(flow.space, y, tangent, points), y * 1.2)
 
 
@@ -183,15 +171,8 @@ def test_a_saddle_has_one_multiplier_beyond_one():
 def test_a_scan_tells_impacts_as_a_verdict_does():
     """The count of a window and that of the periodic orbit are two ways to one number."""
     for omega, n, k in ((6.28, 1, 1), (7.45, 3, 2)):
-        scan = nv.load_scan(
-            {
-                "system": "ssul-set6",
-                "vary": {"omega": {"values": [omega]}},
-                "sampling": {"transient": 600, "periods": 30, "effort": "quick"},
-                "record": {"want": ["impacts", "regime"]},
-            }
-        )
-        arrays = Computer(scan).block(Block(0, ((0, 1),)))
+        want, sampling = ["impacts", "regime"], {"transient": 600, "periods": 30, "effort": "quick"}
+        arrays = computed(scan_of("ssul-set6", want, {"omega": [omega]}, **sampling))
         assert arrays["label"][0, 0] == f"{'' if n == 1 else n}T,{k}"
         assert arrays["impact_count"][0, 0] == k
         assert arrays["impact_rate"][0, 0] == pytest.approx(k / n, abs=0.04)
@@ -219,12 +200,12 @@ def test_growth_of_a_ball_that_rests_is_minus_infinity():
     """Of an orbit that is not judged yet: no variation is left, and its growth is no NaN."""
     table = {"m": 1.0, "g": 9.81, "Y": 1.2 * 9.81 / 900.0, "omega": 30.0, "e": 0.0}
     flow = flow_on(System("ball", table, law="restitution"))
-    state, tangent, evidence = new_state(), np.zeros(16), np.full(LENGTH_OF_ROW, np.nan)
+    state, tangent, evidence = variations.new_state(), np.zeros(16), np.full(LENGTH_OF_ROW, np.nan)
     logs, growth = np.zeros(64), np.zeros(4)
-    set_identity(tangent)
-    place_state(flow, np.zeros(4), state)
-    none = np.empty((0, 16))
-    assert follow_growth(flow, no_section(flow.space), state, tangent, logs, growth, none) == OK
+    variations.set_identity(tangent)
+    variations.place_state(flow, np.zeros(4), state)
+    none, section = np.empty((0, 16)), variations.no_section(flow.space)
+    assert follow_growth(flow, section, state, tangent, logs, growth, none) == OK
     note_exponents(evidence, growth, logs, 1.0, 2)
     assert (evidence[[LYAPUNOV, EXPONENTS, EXPONENTS + 1]] == -np.inf).all()
     assert evidence[INTERVAL] < 1e-5
@@ -234,11 +215,11 @@ def test_the_first_step_of_newtons_method_is_foreseen_from_maps_of_pieces(monkey
     """Whether it leads away is decided at ASTRAY_BY times the allowed step, to 1e-6."""
     monkeypatch.setattr(verdict, "SEVERAL", 1)  # pieces of two periods in so short an orbit
     flow, periods, skipped = flow_on(nv.load_system("ssul-set6", omega=7.42)), 32, 8
-    state, tangent, rows = new_state(), np.zeros(16), np.zeros((skipped + periods, 4))
-    place_state(flow, np.zeros(4), state)
+    state, tangent, rows = variations.new_state(), np.zeros(16), np.zeros((skipped + periods, 4))
+    variations.place_state(flow, np.zeros(4), state)
     origin = state.copy()
     assert verdict.run_on(flow, rows, skipped, state) == OK
-    set_identity(tangent)
+    variations.set_identity(tangent)
     batch = verdict.periods_together(flow, periods)
     assert batch == 2
     logs, growth, maps = np.zeros(periods), np.zeros(4), np.empty((periods // batch, 16))
@@ -249,12 +230,12 @@ def test_the_first_step_of_newtons_method_is_foreseen_from_maps_of_pieces(monkey
         # the same step, with the monodromy matrix that is traced at once
         y = np.array(verdict.section_at(flow.space, sections, len(rows) - n))
         points, counts = np.empty((n, 4)), np.zeros(2, np.int64)
-        assert trace_cycle(flow, y, points, counts, tangent, state)[0] == OK
+        assert variations.trace_cycle(flow, y, points, counts, tangent, state)[0] == OK
         last = verdict.section_at(flow.space, sections, len(rows))
-        assert distance(flow.space, points[-1], last) < 1e-9
-        step = np.linalg.solve(np.eye(4) - matrix_of(tangent, 4), state[:4] - y)
-        apart = norm(flow.space, step) / verdict.ASTRAY_BY
-        assert apart < max(norm(flow.space, point) for point in points)
+        assert variations.distance(flow.space, points[-1], last) < 1e-9
+        step = np.linalg.solve(np.eye(4) - variations.matrix_of(tangent, 4), state[:4] - y)
+        apart = variations.norm(flow.space, step) / verdict.ASTRAY_BY
+        assert apart < max(variations.norm(flow.space, point) for point in points)
         assert verdict.leads_away(flow, course, n, apart * (1.0 - 1e-6))
         assert not verdict.leads_away(flow, course, n, apart * (1.0 + 1e-6))
         assert not verdict.leads_away(flow, course._replace(maps=maps[:0]), n, 0.0)

@@ -30,8 +30,6 @@ class Pair(NamedTuple):
 
 
 class Alone(NamedTuple):
-    """One number."""
-
     x: float
 
 

@@ -56,8 +56,6 @@ WAY = (0.0, 0.15, 0.3, 0.5, 0.7, 0.87, 0.97)  # where it is measured
 
 
 class End(NamedTuple):
-    """How a contact ends."""
-
     event: int
     q: float
     s: float
@@ -131,7 +129,6 @@ class Contact:
 
 
 def drawn(kind, rng):
-    """Return a random contact of a kind."""
     factors = {name: 10 ** rng.uniform(-1, 1) for name in ("m1", "k1", "c1", "m2", "k2", "P")}
     numbers = {name: SET6[name] * factor for name, factor in factors.items()}
     numbers["c2"] = SET6["c2"] * 10 ** rng.uniform(-1, 2)
@@ -167,17 +164,12 @@ def contacts(kind, count=80):
     return cases
 
 
-def held_to(tolerance):
-    """Return the steps of contacts of orbits that are held to a tolerance."""
-    settings = Settings(tolerance=tolerance)
-    return Steps(settings.steps, settings.stepped_to)
-
-
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_the_error_is_at_most_the_tolerance(kind, tolerance):
     """Of state, time and depth. Notices: fewer steps and no check, a share that does not end."""
-    steps, worst = held_to(tolerance), 0.0
+    settings, worst = Settings(tolerance=tolerance), 0.0
+    steps = Steps(settings.steps, settings.stepped_to)
     for one, true, growth in contacts(kind):
         state = one.follow(steps)
         assert state.event == true.event
@@ -355,7 +347,6 @@ def test_a_limit_in_the_way_into_a_near_wall(level, method):
 
 
 def note_limit_step(side, log, step, begun):
-    """Note in the log the limit over a step."""
     piece, watch = piece_of(side, step.h), NOTHING._replace(limit_log=log)
     watch_piece(side.ps, side.damper, watch, piece, step.phase, begun, 1.0)
 

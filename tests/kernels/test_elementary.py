@@ -98,13 +98,9 @@ def test_compiled_and_uncompiled_give_the_same_bits():
     for disabled in "01":
         root = str(Path(elementary.__file__).parents[2])
         done = subprocess.run(
-            [sys.executable, "-c", PROGRAM],
-            input=argument,
-            capture_output=True,
-            text=True,
-            check=False,
-            env={**os.environ, "PYTHONPATH": root, "NUMBA_DISABLE_JIT": disabled},
-        )
+            [sys.executable, "-c", PROGRAM], input=argument, capture_output=True, text=True,
+            check=False, env={**os.environ, "PYTHONPATH": root, "NUMBA_DISABLE_JIT": disabled},
+        )  # fmt: skip
         assert done.returncode == 0, done.stderr
         outputs.append(json.loads(done.stdout))
     assert outputs[0] == outputs[1]

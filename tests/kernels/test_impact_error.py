@@ -46,11 +46,6 @@ def solved(impacts, i, arc):
     return short_impact(side_of(impacts.parts(i), arc), True, phase, (0.0, *touch))
 
 
-def size_of(impacts, i):
-    """Return e, the sum of the small numbers."""
-    return approach_of(*impacts.parts(i), *impacts.at_touch(i)).size
-
-
 def drawn(count, seed=1):
     """Return impacts that are short, and a few that touch the edge of what is."""
     rng, cases = np.random.default_rng(seed), []
@@ -131,7 +126,8 @@ def test_error_at_most_the_tolerance(count):
 def test_the_estimate_is_never_below_a_third_of_the_error(count, n):
     impacts = drawn(count)
     true = seen_by_twin(impacts)
-    size = np.array([size_of(impacts, i) for i in range(count)]) ** 1.5
+    approaches = (approach_of(*impacts.parts(i), *impacts.at_touch(i)) for i in range(count))
+    size = np.array([approach.size for approach in approaches]) ** 1.5
     solutions = np.array([solved(impacts, i, make_arc(nodes=n)) for i in range(count)])
     settled = solutions[:, 0] > 0  # few do not in twelve sweeps: they are stepped
     assert settled.mean() > 0.998

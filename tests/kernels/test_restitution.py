@@ -139,11 +139,6 @@ RIGID_CASES = {
 }  # fmt: skip
 
 
-def kernel_state(system, periods):
-    x1, v1, x2, v2 = simulate(system, periods).state
-    return np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
-
-
 def followed(flow, y, periods):
     state, tangent = variations.new_state(), np.zeros(16)
     variations.place_state(flow, y, state)
@@ -159,7 +154,8 @@ def followed(flow, y, periods):
 @pytest.mark.parametrize("case", RIGID_CASES)
 def test_monodromy_is_the_derivative_of_the_flow(case, method):
     system, before, periods = RIGID_CASES[case]
-    flow, y = flow_on(system, method), kernel_state(system, before)
+    x1, v1, x2, v2 = simulate(system, before).state
+    flow, y = flow_on(system, method), np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
     matrix = followed(flow, y, periods)[1]
     difference, step = np.empty((4, 4)), 1e-8 if "rests on" in case else 1e-6
     for i in range(4):
@@ -513,10 +509,8 @@ def test_the_range_of_one_bounce_a_period(omega, label):
     if gamma > np.pi * 0.85 / 1.15:
         T, sine = 2 * np.pi / omega, -0.85 / 1.15 * np.pi / gamma
         since = T - (math.asin(sine) + 2 * np.pi) / omega
-        start = (
-            math.cos(math.asin(sine)) + 0.5 * T * since - 0.5 * since**2 - 1.0,
-            0.5 * T - since,
-        )
+        height = math.cos(math.asin(sine)) + 0.5 * T * since - 0.5 * since**2 - 1.0
+        start = height, 0.5 * T - since
     assert (classify(system, start=start).label == "T,1") is label
 
 

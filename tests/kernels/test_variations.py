@@ -67,14 +67,10 @@ def derivative(flow, y, periods):
     return slope, np.abs(slope - fine).max()
 
 
-def user_to_kernel(system, state):
-    x1, v1, x2, v2 = state
-    return np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
-
-
 def after(system, periods):
     """Return the state (x1, v1, r, s) some periods after rest."""
-    return user_to_kernel(system, simulate(system, periods).state)
+    x1, v1, x2, v2 = simulate(system, periods).state
+    return np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
 
 
 PRELOADED = {**SET6, "C": -0.2, "K": 1e6, "P": 100.0}

@@ -97,7 +97,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("kind", CASES)
-def test_rows_are_the_taylor_coefficients(kind):
+def test_rows_are_the_taylor_coefficients_and_leave_out_round_off(kind):
     table, exact, (begin, end) = CASES[kind]
     cells = cells_of({kind.partition(",")[0]: table})
     lengths, size = np.diff(cells.edges), np.abs(cells.rows).max()
@@ -107,6 +107,13 @@ def test_rows_are_the_taylor_coefficients(kind):
         wanted = taylor(exact, cells.edges[j], lengths[j])
         np.testing.assert_allclose(cells.rows[j], wanted, rtol=0, atol=4e-15 * size)
     assert (cells.rows[~inside] == 0).all()
+    # at the end of each cell the polynomial is the function there, and so the next row's
+    cells = cells_of({kind.partition(",")[0]: table}, reach=1.0)
+    for j in np.flatnonzero((cells.edges[:-1] >= begin) & (cells.edges[1:] <= end))[::5]:
+        with mpmath.workdps(40):
+            wanted = float(exact(mpmath.mpf(float(cells.edges[j + 1]))))
+        size = np.abs(cells.rows).max()
+        assert cells.rows[j].sum() == pytest.approx(wanted, abs=2e-14 * size)
 
 
 def test_the_frequency_of_a_logarithmic_sweep():
@@ -134,18 +141,6 @@ def test_a_logarithmic_sweep_is_sharp_for_any_ratio_of_its_ends(first, last, len
             wanted = [float(exact(t + 0.02 * place)) for t in times]
             off = np.abs(rows @ place ** np.arange(15) - wanted).max()
             assert off < 3e-16 * length * max(first, last) + 1e-15
-
-
-@pytest.mark.parametrize("kind", CASES)
-def test_what_a_row_leaves_out_is_round_off(kind):
-    """At the end of each cell the polynomial is the function there, and so the next row's."""
-    table, exact, (begin, end) = CASES[kind]
-    cells = cells_of({kind.partition(",")[0]: table}, reach=1.0)
-    for j in np.flatnonzero((cells.edges[:-1] >= begin) & (cells.edges[1:] <= end))[::5]:
-        with mpmath.workdps(40):
-            wanted = float(exact(mpmath.mpf(float(cells.edges[j + 1]))))
-        size = np.abs(cells.rows).max()
-        assert cells.rows[j].sum() == pytest.approx(wanted, abs=2e-14 * size)
 
 
 def test_far_from_the_start_a_tone_has_lost_nothing():
@@ -204,9 +199,6 @@ def test_numbers_of_a_load_can_be_changed():
             loading.with_({name: 1.0})
 
 
-# ---- noise ---------------------------------------------------------------------------------------
-
-
 def test_noise_has_its_rms_and_its_density():
     (one,) = loading_of({"noise": {"rms": 3.0, "low": 2.0, "high": 12.0, "tones": 500}}).noise
     count = 1 << 14
@@ -246,9 +238,6 @@ def test_noise_is_its_seed_s():
     assert not (one == other).any()
 
 
-# ---- records -------------------------------------------------------------------------------------
-
-
 def saved(tmp_path, text, name="quake.csv"):
     (tmp_path / name).write_text(text)
     return str(tmp_path / name)
@@ -257,7 +246,7 @@ def saved(tmp_path, text, name="quake.csv"):
 SAMPLES = "time [s], acceleration [g]\n0.0, 0.0\n0.1, 0.3\n0.2, -0.2\n0.3, 0.1\n0.4, 0.05\n"
 
 
-def test_lines_between_samples(tmp_path):
+def test_lines_and_splines_between_samples(tmp_path):
     loading = loading_of(saved(tmp_path, SAMPLES))
     cells = loading.cells(STRUCK, 1.0, 0.03, np.zeros(0))
     times = np.linspace(0.0, 0.999, 200)
@@ -265,9 +254,7 @@ def test_lines_between_samples(tmp_path):
     np.testing.assert_allclose(force(cells, times), -9806.65 * wanted, rtol=0, atol=1e-11)
     assert loading.record[0].source == "quake.csv"
     assert loading_of(loading.to_table()) == loading  # which needs the file no more
-
-
-def test_a_spline_between_samples(tmp_path):
+    # a spline between samples
     path = saved(tmp_path, SAMPLES.replace(",", ";"))
     cells = cells_of({"record": {"file": path, "interpolation": "cubic", "at": 0.5}}, 1.0, 0.03)
     spline = CubicSpline([0, 0.1, 0.2, 0.3, 0.4], [0, 0.3, -0.2, 0.1, 0.05], bc_type="natural")
@@ -352,12 +339,10 @@ def test_a_long_heading_takes_no_longer(tmp_path):
     assert time.process_time() - began < 0.3
 
 
-def test_a_unit_may_stand_apart_from_its_name(tmp_path):
+def test_headings_have_units_apart_and_are_no_samples(tmp_path, monkeypatch, error_of):
     record = loading_of(saved(tmp_path, "t  [ms]   force   ( kN )\n0 1\n1 2\n", "a.txt")).record[0]
     assert (record.times, record.unit) == ((0.0, 0.001), "kN")
-
-
-def test_a_heading_is_no_sample(tmp_path, monkeypatch, error_of):
+    # a heading is no sample
     monkeypatch.setattr(record_module, "MOST_SAMPLES", 4)
     four = "t, y [N]\n0, 1\n1, 2\n2, 1\n3, 0\n"
     assert len(loading_of(saved(tmp_path, four)).record[0].times) == 4
@@ -394,20 +379,16 @@ def test_faulty_loads_get_one_line(table, words, error_of):
     assert all(word in message for word in words), message
 
 
-def test_a_record_must_be_fine_enough_for_the_structure(tmp_path):
+def test_noise_must_not_repeat_itself_records_be_fine_enough_and_cells_few(tmp_path):
     loading = loading_of(saved(tmp_path, SAMPLES))
     loading.check(9.0, 1.0)
     with pytest.raises(RequestError, match=r"0.1 s is too coarse .* 0.5 s; allowed: up to 0.05 s"):
         loading.check(9.0, 0.5)
-
-
-def test_noise_must_not_repeat_itself():
+    # noise must not repeat itself
     loading = loading_of({"noise": {"rms": 1.0, "high": 20.0, "tones": 100}})
     loading.check(31.0, 1.0)
     with pytest.raises(RequestError, match=r"100 tones repeats itself after 31.4159 s of 32 s"):
         loading.check(32.0, 1.0)
-
-
-def test_too_many_cells_are_refused():
+    # too many cells are refused
     with pytest.raises(RequestError, match="cells"):
         cells_of({"tone": {"amplitude": 1.0, "omega": 1e6}}, duration=60.0)

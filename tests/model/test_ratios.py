@@ -1,4 +1,4 @@
-"""Ratios in place of parameters: what they mean, where they are taken, what is refused."""
+"""Axes and ratios in place of parameters: what they mean, where they are taken, refusals."""
 
 from math import pi, sqrt
 
@@ -8,10 +8,13 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.response_curves import load_curves, with_structure_alone
+from nlds_vines.cli.options import spaced
 from nlds_vines.continuation.request import load_continuation
 from nlds_vines.continuation.section_map import SectionMap
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.loads.request import load_response_history
+from nlds_vines.model.axis import Axis
+from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic
 from nlds_vines.tuning.objective import Objective, at_rest
 from nlds_vines.tuning.request import load_tuning
 
@@ -117,10 +120,8 @@ def test_an_axis_along_a_frequency_keeps_its_name_and_its_values(name):
 
 
 def test_frequencies_are_free_and_uncertain_in_a_tuning():
-    tuning = load_tuning(
-        "tmd",
-        {"free": {"frequency_ratio": {}, "zeta2": {}}, "uncertain": {"f1": "5%"}},
-    )
+    free = {"frequency_ratio": {}, "zeta2": {}}
+    tuning = load_tuning("tmd", {"free": free, "uncertain": {"f1": "5%"}})
     assert tuning.names == ("frequency_ratio", "zeta2")
     grid = Objective(tuning)._grid(at_rest(np.array([[0.95, 0.1]])))
     cells = tuning.system.cells(grid)[0, :, 0]
@@ -148,10 +149,8 @@ def test_an_axis_along_a_ratio_is_one_along_its_parameter():
     assert hertz.axes[0].values == pytest.approx(rad.axes[0].values, rel=1e-15)
     assert hertz.document()["vary"] == {"f": {"values": [0.8, 1.0, 1.2]}}
     assert load_scan(hertz.document()).axes[0].values.tolist() == hertz.axes[0].values.tolist()
-    assert (
-        "ω = 6.28319 rad/s: c₁"
-        in scan_over({"zeta1": {"values": [0.01, 0.02]}}, set={"f": 1.0}).title
-    )
+    damped = scan_over({"zeta1": {"values": [0.01, 0.02]}}, set={"f": 1.0})
+    assert "ω = 6.28319 rad/s: c₁" in damped.title
     assert load_scan(hertz.document()).hash == hertz.hash
 
 
@@ -175,13 +174,10 @@ def test_what_the_command_line_varies_need_not_be_removed_from_a_file():
     assert load_scan(file, {"vary": {"omega": {"values": [6.0]}}}).axes[0].name == "omega"
 
 
-# ---- what is set as a ratio stays at it ----------------------------------------------------------
-
 K1 = np.array([4e3, 4e4, 4e5])
 
 
 def critical(k, m):
-    """Return the critical damping of a spring k and a mass m."""
     return 2 * np.sqrt(k * m)
 
 
@@ -197,16 +193,14 @@ def test_a_ratio_stays_when_its_unit_changes_later():
     assert nv.load_system("tmd").with_(k1=5e4).parameters["c1"] == 452.0
 
 
-def test_a_scan_keeps_a_ratio_in_each_cell_and_so_does_its_file():
+def test_ratios_stay_in_scans_their_files_and_maps():
     scan = load_scan("tmd", {"set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}}})
     for one in (scan, load_scan(scan.document())):
         np.testing.assert_allclose(one.cells()["c1"], 0.05 * critical(K1, 1000.0), rtol=1e-15)
         assert "c1" not in one.about
         assert one.about["zeta1"] == 0.05
         assert "ζ₁ = 0.05" in one.title
-
-
-def test_a_map_over_a_ratio_and_what_it_follows_from():
+    # a map over a ratio and what it follows from
     axes = {"omega_ratio": {"values": [0.9, 1.1]}, "k1": {"values": K1.tolist()}}
     scan = load_scan("tmd", {"vary": axes})
     assert [axis.name for axis in scan.axes] == ["omega_ratio", "k1"]
@@ -311,3 +305,82 @@ def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
 def test_two_statements_about_one_parameter_of_a_tuning_are_refused(tables, message):
     with pytest.raises(RequestError, match=message):
         load_tuning("tmd", tables)
+
+
+def test_equal_ratios_are_rounded_from_exact_powers():
+    values = Axis.spaced("K", 1e5, 1e9, 41, "log").values
+    assert values[[0, 10, 20, 30, 40]].tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
+    np.testing.assert_allclose(values[1:] / values[:-1], 10**0.1, rtol=1e-15 * 4)
+    assert Axis.spaced("K", 2.0, 8.0, 1, "log").values.tolist() == [2.0]
+    assert Axis.of("K", {"start": 1.0, "stop": 4.0, "num": 3, "scale": "log"}).values.tolist() == [
+        1.0, 2.0, 4.0,
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ({"start": 0.0, "stop": 4.0, "num": 3, "scale": "log"}, "start = 0.0 must be > 0 where"),
+        ({"start": 1.0, "stop": 4.0, "num": 3, "scale": "cubic"}, "unknown scale 'cubic'"),
+        ({"values": [1.0], "scale": "log"}, "allowed: start, stop and num"),
+    ],
+)
+def test_what_no_scale_can_be_is_refused(entry, message):
+    with pytest.raises(RequestError, match=message):
+        Axis.of("K", entry)
+
+
+class Column:
+    """Stands for a column of a table, such as that of pandas: no sequence, but an array."""
+
+    ndim, size = 1, 3
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array([5.0, 6.0, 7.0])
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [5.0, 6, 7.0], (5.0, 6.0, 7.0), range(5, 8), np.linspace(5, 7, 3), np.arange(5, 8),
+        np.array([5, 6, 7], dtype=np.float32), Column(),
+    ],
+)  # fmt: skip
+def test_any_sequence_of_numbers_is_an_axis(values):
+    scan = load_scan("tmd", {"vary": {"omega": values}})
+    assert scan == load_scan("tmd", {"vary": {"omega": {"values": [5.0, 6.0, 7.0]}}})
+
+
+@pytest.mark.parametrize("values", ["567", b"567", np.zeros((2, 2)), 6.0, np.float64(6.0), None])
+def test_anything_else_is_no_axis(values):
+    with pytest.raises(RequestError, match="omega"):
+        load_scan("tmd", {"vary": {"omega": values}})
+
+
+def test_the_option_and_the_file_mean_the_same():
+    entry = spaced("--vary K", "1e5:1e9:5:log")
+    scan = load_scan(None, {"vary": {"K": entry}})
+    assert scan.axes[0].values.tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
+    assert load_scan(scan.document()) == scan
+    with pytest.raises(RequestError, match="must be START:STOP:NUM"):
+        spaced("--band", "1:2:log")
+
+
+def test_ranges_and_lists_are_told_apart_by_their_values():
+    assert logarithmic(Axis.spaced("K", 1e5, 1e9, 9, "log").values)
+    assert not logarithmic(np.linspace(1.0, 2.0, 9))
+    assert [is_list(np.array(v)) for v in ([600.0, 800.0], [1.0, 2.0, 3.0, 4.0, 5.0])] == [
+        True, False,
+    ]  # fmt: skip
+    assert is_list(np.array([1.0, 2.0, 3.0, 5.0, 9.0, 10.0]))
+    assert inner_edges(np.array([1.0, 2.0, 4.0, 8.0])).tolist() == pytest.approx(
+        [1.0, 2**0.5, 2 * 2**0.5, 4 * 2**0.5, 8.0]
+    )
+
+
+def test_values_that_are_sorted_are_told():
+    with pytest.warns(Reordered, match="omega: its values are sorted, 5 to 7"):
+        axis = Axis("omega", np.array([6.0, 5.0, 7.0]))
+    assert axis.values.tolist() == [5.0, 6.0, 7.0]
+    with pytest.warns(Reordered):
+        load_scan("tmd", {"vary": {"omega": {"values": [7.0, 6.0]}}})

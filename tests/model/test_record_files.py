@@ -37,9 +37,6 @@ def rows(values, per_line, form="{:15.7E}"):
     return "\n".join(lines) + "\n"
 
 
-# ---- public formats, written from their specifications -------------------------------------------
-
-
 PEER = """\
 PEER NGA STRONG MOTION DATABASE RECORD
 Imperial Valley-02, 5/19/1940, El Centro Array #9, 180
@@ -178,9 +175,6 @@ def test_plain_numbers_with_a_step(tmp_path, error_of):
     fractions = [float(f"{i % 3}.{i % 7}") for i in range(9)]
     is_right(read(tmp_path, whole, dt=STEP, unit="g", decimal=","), values=fractions)
     assert "beside" in error_of(read, tmp_path, table(), dt=STEP)
-
-
-# ---- tables --------------------------------------------------------------------------------------
 
 
 def table(heading="time [s], acceleration [g]", cut=", ", comma=False, form="{:.5f}", end=""):
@@ -327,9 +321,6 @@ def test_large_files_are_read_in_linear_time(tmp_path):
         with pytest.raises(RequestError):
             read(tmp_path, hostile + "\n1 2\n")
         assert time.process_time() - began < 1.0
-
-
-# ---- fuzz ----------------------------------------------------------------------------------------
 
 
 def made(random):

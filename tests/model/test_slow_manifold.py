@@ -1,15 +1,25 @@
-"""The slow manifold of a free mass between two rigid walls, beside published numbers and motion."""
+"""Closed forms of responses: the motion without contact, and the slow manifold of a free mass."""
 
 from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
+from support import amplitudes, linear_flow
+from support import steady_state as expected_state
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.picture.curves import draw_curves
 from nlds_vines.bifurcation.response_curves import ResponseCurve, ResponseCurves, curves_from
 from nlds_vines.errors import RequestError
+from nlds_vines.model.catalog import load_system
+from nlds_vines.model.linear_response import (
+    energy_alone,
+    flow_matrix,
+    response,
+    steady_state,
+)
 from nlds_vines.tuning.request import load_tuning
 
 
@@ -48,9 +58,7 @@ def test_the_response_satisfies_the_balance_and_closes():
             assert manifold.gamma(xi, r) == pytest.approx(np.full(xi.size, gap / 500.0), rel=1e-8)
         assert response.below[-1] == pytest.approx(response.above[-1], abs=1e-5)
         assert (np.diff(response.amplitude) > 0).all()
-
-
-def test_beyond_the_best_clearance_there_is_no_response():
+    # beyond the best clearance there is none
     best = nv.slow_manifold(nv.load_system("vi-nes")).best.clearance
     assert nv.slow_manifold(with_clearance(0.999 * best)).response().amplitude.size
     assert not nv.slow_manifold(with_clearance(1.001 * best)).response().amplitude.size
@@ -77,11 +85,6 @@ def test_the_best_clearance_is_the_largest_on_a_dense_grid(e, changes):
     assert best.Gamma == pytest.approx(Gamma[top], rel=1e-7)
     assert best.xi == pytest.approx(xi[top], rel=1e-4)
     assert best.clearance == pytest.approx(best.Gamma * manifold.alone, rel=1e-14)
-
-
-def test_without_loss_in_impacts_there_is_no_best_clearance():
-    with pytest.raises(RequestError, match=r"e = 1: .* unbounded"):
-        _ = nv.slow_manifold(nv.load_system("vi-nes", e=1.0)).best
 
 
 def free(e, c1=0.0):
@@ -128,11 +131,17 @@ def test_a_struck_structure_leaves_the_resonance_when_the_manifold_says(c1, xi):
         assert manifold.capture_time(there) == pytest.approx((1 - share) * lasts, abs=0.04 * lasts)
 
 
-def test_without_loss_in_impacts_every_amplitude_is_sustained():
+def test_without_loss_in_impacts_every_amplitude_is_sustained_and_without_a_best_clearance():
     manifold = nv.slow_manifold(with_clearance(50.0, e=1.0))
     assert manifold.least == 0.0
     assert manifold.theta(np.array([0.25])) == pytest.approx([1.25])
     assert np.isfinite(manifold.response().amplitude).all()
+    # and there is no best clearance
+    with pytest.raises(RequestError, match=r"e = 1: .* unbounded"):
+        _ = nv.slow_manifold(nv.load_system("vi-nes", e=1.0)).best
+    # which needs damping
+    with pytest.raises(RequestError, match="c1 = 0"):
+        _ = nv.slow_manifold(nv.load_system("vi-nes", c1=0.0)).best
 
 
 @pytest.mark.parametrize(
@@ -151,11 +160,6 @@ def test_other_systems_have_none_and_are_told_why(system, changes, message):
     with pytest.raises(RequestError, match="slow manifold") as refused:
         nv.slow_manifold(nv.load_system(system, **changes))
     assert message in str(refused.value)
-
-
-def test_the_best_clearance_needs_damping():
-    with pytest.raises(RequestError, match="c1 = 0"):
-        _ = nv.slow_manifold(nv.load_system("vi-nes", c1=0.0)).best
 
 
 def page(systems, **changes):
@@ -183,11 +187,7 @@ def test_a_page_draws_the_closed_form_over_its_curve():
     [
         (["tmd"], {"omega": {"start": 5.0, "stop": 6.0, "num": 3}}, "no curve has walls"),
         (["ssbl"], {"omega": {"start": 5.0, "stop": 6.0, "num": 3}}, "free mass between two rigid"),
-        (
-            ["vi-nes"],
-            {"P": {"start": 1.0, "stop": 2.0, "num": 3}},
-            "along omega; these are along P",
-        ),
+        (["vi-nes"], {"P": {"start": 1.0, "stop": 2.0, "num": 3}}, "omega; these are along P"),
     ],
 )
 def test_a_page_without_a_closed_form_is_refused(systems, vary, message):
@@ -231,3 +231,61 @@ def one_to_one(system, amplitude):
             if len(orbit.impacts) == 100 and set(Counter(orbit.impacts["wall"]).values()) == {50}:
                 return orbit
     raise AssertionError("no start reached a motion with an impact at each wall per period")
+
+
+NAMES = ("none", "tmd", "ssul-set6", "ssbl")
+OMEGA = np.array([0.5, 3.0, 6.28, 6.5, 9.0, 40.0])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_amplitudes_at_any_frequency(name):
+    system = load_system(name)
+    linear = response(system, OMEGA)
+    for i, omega in enumerate(OMEGA):
+        X = amplitudes({**system.parameters, "omega": omega})
+        assert linear.X1[i] == pytest.approx(X[0], rel=1e-12)
+        p, square = system.parameters, abs(X[0]) ** 2
+        assert linear.E1max[i] == pytest.approx(max(p["k1"], p["m1"] * omega**2) * square / 2)
+        if name == "none":
+            assert linear.X2 is None
+            assert linear.shortening[i] == 0.0
+        else:
+            assert linear.X2[i] == pytest.approx(X[1], rel=1e-12)
+            assert linear.shortening[i] == pytest.approx(abs(X[0] - X[1]), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_steady_state_returns_after_a_period(name):
+    system = load_system(name)
+    state = steady_state(system)
+    np.testing.assert_allclose(state, expected_state(system.parameters, system.rest or 0.0))
+    if len(state) == 4:
+        y = np.array([*state, 1.0, 0.0])
+        y[2] -= system.rest
+        flow = flow_matrix(system)
+        np.testing.assert_allclose(flow, linear_flow(system.parameters), rtol=1e-14)
+        np.testing.assert_allclose(expm(flow * system.period) @ y, y, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("C", "D"), [(0.02, 0.06), (0.06, 0.02), (0.06, 0.06)])
+def test_the_nearer_wall_decides_whether_it_clears(C, D):
+    system = load_system("ssbl", C=C, D=D)
+    linear = response(system, np.linspace(1.0, 60.0, 600))
+    expected = linear.shortening <= min(C, D)
+    np.testing.assert_array_equal(linear.clears, expected)
+    assert 0 < np.count_nonzero(expected) < expected.size
+    assert response(load_system("tmd"), OMEGA).clears.all()
+
+
+def test_a_resonance_without_damping_has_no_steady_state_and_the_structure_alone_is_the_reference():
+    omega = 2.0
+    system = load_system("none", c1=0.0, m1=1000.0, k1=4000.0)
+    linear = response(system, np.array([omega, 2 * omega]))
+    assert np.isinf(linear.X1[0])
+    assert np.isfinite(linear.X1[1])
+    silent = response(system.with_(P=0.0), np.array([omega]))
+    assert silent.X1[0] == 0.0
+    # the structure alone is the reference
+    systems = [load_system("tmd", omega=omega) for omega in OMEGA]
+    energy = energy_alone(np.array([system.cells() for system in systems]))
+    np.testing.assert_allclose(energy.ravel(), response(load_system("none"), OMEGA).E1max)

@@ -37,22 +37,18 @@ def set6() -> System:
     return load_system("ssul-set6")
 
 
-# ---- catalog -----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", TABLE_1)
 def test_ssul_sets_are_those_of_the_tables(name):
     p = load_system(name).parameters
     assert (p["k2"], p["c2"], p["C"], p["V"]) == TABLE_1[name]
 
 
-def test_catalog_has_the_names_of_the_interface():
+def test_the_catalog_has_the_names_of_the_interface_and_marks_what_is_assumed(set6):
     assert list(catalog()) == ["none", "tmd", *TABLE_1, "ssbl", *OTHERS]
-
-
-def test_tmd_is_that_of_table_2():
     p = load_system("tmd").parameters
     assert (p["m2"], p["k2"], p["c2"]) == (60, 600, 262)
+    assert set6.assumptions.keys() == {"A", "B", "q1"}
+    assert "32504566" in set6.assumptions["A"]
 
 
 @pytest.mark.parametrize("name", ["none", "tmd", *TABLE_1])
@@ -60,11 +56,6 @@ def test_structure_and_force_are_the_same_for_all(name):
     p = load_system(name).parameters
     structure = {"m1": 1000, "k1": 39500, "c1": 452, "P": 800, "omega": 6.28}
     assert {key: p[key] for key in structure} == structure
-
-
-def test_what_the_paper_does_not_give_is_marked_as_assumed(set6):
-    assert set6.assumptions.keys() == {"A", "B", "q1"}
-    assert "32504566" in set6.assumptions["A"]
 
 
 def test_a_wheel_finds_its_own_files_before_those_of_a_clone(tmp_path, monkeypatch):
@@ -90,33 +81,27 @@ def test_a_request_file_that_is_not_in_the_folder_is_the_packaged_one(tmp_path, 
             load_scan(name)
 
 
-# ---- K -------------------------------------------------------------------------------------------
-
-
-def test_stiffness_of_equation_4_and_of_steel_on_steel(set6):
+def test_a_stiffness_replaces_the_constants_and_they_replace_it(set6):
+    # that of equation (4), and of steel on steel
     moduli = np.array([2.05e7, 2.1e11])
     stiffness = set6.cells({"E2": moduli})["K"]
     assert stiffness == pytest.approx([stiffness_of_set6, stiffness_of_steel], rel=1e-14)
     assert stiffness.tolist() == [set6.K, set6.with_(E2=2.1e11).K]
-
-
-def test_given_stiffness_replaces_the_constants(set6):
+    # a given stiffness replaces the constants
     stiffer = set6.with_(K=2.5e7)
     assert stiffer.K == 2.5e7
     assert not stiffer.parameters.keys() & set(CONTACT)
     assert not stiffer.assumptions
-
-
-def test_all_constants_together_replace_a_given_stiffness(set6):
+    # all constants together replace it
     constants = {name: set6.parameters[name] for name in CONTACT}
     again = set6.with_(K=1.0).with_(**constants)
     assert again.parameters == set6.parameters
-
-
-def test_a_scene_without_contact_has_no_stiffness():
+    # a scene without contact has none
     with pytest.raises(RequestError, match="'tmd' has no contact"):
         _ = load_system("tmd").K
     assert load_system("tmd").cells()["K"] == 0
+    # a varied stiffness replaces the constants
+    assert set6.cells({"K": np.array([1.0, 2.0])})["K"].tolist() == [1.0, 2.0]
 
 
 REFUSED = {
@@ -165,50 +150,29 @@ def test_a_value_that_is_no_number_is_refused_even_if_it_equals_the_old_one(valu
         system.with_(k2=value)
 
 
-# ---- scenes --------------------------------------------------------------------------------------
-
-
-def test_ssul_rests_at_v_plus_c_and_touches_at_v(set6):
+def test_scenes_rest_and_touch_where_their_parameters_say(set6):
     p = set6.parameters
     assert set6.rest == p["V"] + p["C"] == 0.16233
     assert set6.scene.walls == ("near",)
     r_at_touch = set6.rest - p["V"]  # u = V
     assert set6.scene.gap_near(p) == pytest.approx(r_at_touch)
     assert set6.scene.obstacle(p) == {"obstacle": p["V"]}
-
-
-def test_tmd_rests_at_zero_without_walls():
     tmd = load_system("tmd")
     assert tmd.rest == 0
     assert tmd.scene.damper
     assert tmd.scene.walls == ()
     assert tmd.scene.obstacle(tmd.parameters) == {}
-
-
-def test_structure_alone_has_no_damper():
     alone = load_system("none")
     assert alone.rest is None
     assert not alone.scene.damper
     assert set(alone.parameters) == {"m1", "k1", "c1", "P", "omega"}
+    assert set6.with_(omega=2.0).period == pi
 
 
 @pytest.mark.parametrize("kind", SCENES)
 def test_scenes_need_only_parameters_that_exist(kind):
     assert SCENES[kind].kind == kind
     assert set(SCENES[kind].allowed) <= PARAMETERS.keys()
-
-
-def test_period(set6):
-    assert set6.with_(omega=2.0).period == pi
-
-
-# ---- the door ------------------------------------------------------------------------------------
-
-
-def test_integers_become_floats(set6):
-    changed = set6.with_(m1=900, C=np.int64(0), P=np.float32(0.5))
-    assert [type(value) for value in changed.parameters.values()] == [float] * 17
-    assert changed.parameters["m1"] == 900.0
 
 
 @pytest.mark.parametrize(
@@ -251,35 +215,26 @@ def test_what_is_missing_or_unknown_is_named(call, message):
         call()
 
 
-# ---- values --------------------------------------------------------------------------------------
-
-
-def test_systems_are_immutable(set6):
+def test_systems_are_immutable_travel_and_copy(set6):
     with pytest.raises(TypeError):
         set6.parameters["m1"] = 1.0
     with pytest.raises(AttributeError):
         set6.kind = "tmd"
     set6.with_(m1=1.0)
     assert set6.parameters["m1"] == 1000.0
-
-
-def test_overrides_take_the_place_of_source_and_assumption(set6):
+    assert pickle.loads(pickle.dumps(set6)) == set6
+    assert copy.deepcopy(set6) == set6
+    assert set6 != set6.with_(P=801)
     changed = set6.with_(A=0.25, P=800)
     assert changed.sources["A"] == "set by the user"
     assert changed.assumptions.keys() == {"B", "q1"}
     assert changed.sources["P"] == set6.sources["P"]  # the same value as before
+    changed = set6.with_(m1=900, C=np.int64(0), P=np.float32(0.5))
+    assert [type(value) for value in changed.parameters.values()] == [float] * 17
+    assert changed.parameters["m1"] == 900.0
 
 
-def test_systems_travel_and_copy(set6):
-    assert pickle.loads(pickle.dumps(set6)) == set6
-    assert copy.deepcopy(set6) == set6
-    assert set6 != set6.with_(P=801)
-
-
-# ---- cells ---------------------------------------------------------------------------------------
-
-
-def test_one_cell_holds_the_numbers_of_the_system(set6):
+def test_cells_hold_the_numbers_of_systems_one_by_one(set6):
     cell = set6.cells()
     assert cell.shape == ()
     assert cell.dtype == CELL
@@ -287,9 +242,6 @@ def test_one_cell_holds_the_numbers_of_the_system(set6):
         assert cell[name] == set6.parameters[name]
     assert cell["K"] == set6.K
     assert (cell["near"], cell["far"], cell["rest"]) == (0.06233, 0.0, 0.16233)
-
-
-def test_a_grid_of_cells_is_the_same_as_its_systems_one_by_one(set6):
     omega, moduli, gaps = [5.0, 6.0, 7.0], [1e7, 2e7], [-0.01, 0.02]
     grid = dict(zip(("omega", "E2", "C"), np.ix_(omega, moduli, gaps), strict=True))
     cells = set6.cells(grid)
@@ -298,10 +250,6 @@ def test_a_grid_of_cells_is_the_same_as_its_systems_one_by_one(set6):
         i, j, k = index
         single = set6.with_(omega=omega[i], E2=moduli[j], C=gaps[k])
         assert cells[index] == single.cells()[()]
-
-
-def test_varied_stiffness_replaces_the_constants(set6):
-    assert set6.cells({"K": np.array([1.0, 2.0])})["K"].tolist() == [1.0, 2.0]
 
 
 @pytest.mark.parametrize(
@@ -321,15 +269,12 @@ def test_grids_are_checked(set6, grid, message):
         set6.cells({name: np.array(values) for name, values in grid.items()})
 
 
-# ---- systems from files --------------------------------------------------------------------------
-
-
 def write(path, text):
     path.write_text(text)
     return path
 
 
-def test_system_from_a_table_of_its_own(tmp_path):
+def test_systems_of_files_come_from_a_table_of_their_own_or_with_what_is_set(tmp_path):
     flat = 'kind = "none"\ntitle = "mine"\nm1 = 1\nk1 = 2.5\nc1 = 0\nP = 1\nomega = 3\n'
     path = write(tmp_path / "mine.toml", f"[system]\n{flat}")
     system = load_system(path, P=2)
@@ -338,15 +283,9 @@ def test_system_from_a_table_of_its_own(tmp_path):
     nested = flat.replace("m1", "[system.parameters]\nm1", 1)
     same = load_system(str(write(tmp_path / "nested.toml", f"[system]\n{nested}")))
     assert same.with_(P=2).parameters == system.parameters
-
-
-def test_system_of_a_scan_file_comes_with_what_is_set(tmp_path):
     text = 'system = "ssul-set6"\n[set]\nP = 600\n[vary]\nomega = { values = [5.0] }\n'
     system = load_system(write(tmp_path / "scan.toml", text))
     assert system.parameters == load_system("ssul-set6", P=600).parameters
-
-
-# ---- contact laws --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -364,11 +303,8 @@ def test_system_of_a_scan_file_comes_with_what_is_set(tmp_path):
         ("tmd", {"e": 0.5}, "kind 'tmd' has no parameter 'e'"),
         ("tmd", {"law": "restitution", "e": 0.5}, "kind 'tmd' has no contact"),
         ("impact-oscillator", {"m2": 1.0}, "kind 'oscillator' .* has no parameter 'm2'"),
-        (
-            "impact-oscillator",
-            {"law": "hertz"},
-            "'oscillator' are missing: E1, E2, nu1, nu2, A, B, q1; K may replace E1 to q1",
-        ),
+        ("impact-oscillator", {"law": "hertz"},
+         "'oscillator' are missing: E1, E2, nu1, nu2, A, B, q1; K may replace E1 to q1"),
     ],
 )  # fmt: skip
 def test_a_law_has_constants_of_its_own(name, changes, message):

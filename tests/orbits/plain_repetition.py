@@ -23,7 +23,6 @@ SCANS = {
 
 
 def computed(name, frequencies):
-    """Return the arrays of a small scan."""
     vary, sampling = {"omega": {"values": frequencies}}, {"transient": 170, "periods": 43}
     scan = load_scan({"system": name, "vary": vary, "sampling": sampling, "record": {"want": WANT}})
     computer = Computer(scan)

@@ -33,11 +33,9 @@ class Begun(list):
     def __call__(self, needed):
         sleep = "import sys; sys.stdin.read()"
         process = subprocess.Popen(
-            [sys.executable, "-c", sleep],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
+            [sys.executable, "-c", sleep], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             start_new_session=True,
-        )
+        )  # fmt: skip
         self.append((needed, process))
         return process
 
@@ -240,9 +238,6 @@ def test_in_python_it_is_said_too_unless_asked_not_to(monkeypatch, capsys):
         assert compilation.notice() is not None
     monkeypatch.setattr(compilation.multiprocessing, "parent_process", lambda: object())
     assert compilation.notice() is None
-
-
-# ---- the process itself --------------------------------------------------------------------------
 
 
 def test_a_process_that_fails_ends():

@@ -1,4 +1,4 @@
-"""`simulate`: starts and sections in every place, impacts row by row, refusals, no compiler."""
+"""`simulate`: starts and sections in every place, impacts row by row, refusals, tables."""
 
 import os
 import subprocess
@@ -11,9 +11,10 @@ from scipy.optimize import brentq
 from support import BOTH, FULL, REPO, bits, counts_by_period, follow_ssul, references, system_of
 from twin import follow, model_of
 
+import nlds_vines as nv
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import catalog, load_system
-from nlds_vines.orbits.simulation import SHORT, IntegrationError, simulate
+from nlds_vines.orbits.simulation import SHORT, IntegrationError, Orbit, simulate
 
 SET6 = references()["ssul-set6"].numbers
 ROUND = {**SET6, "V": 0.125, "C": 0.0625}  # so that a start can lie on the wall to the last bit
@@ -42,11 +43,7 @@ def assert_as_twin(numbers, start, periods, options, bound=1e-8):
     course = follow(model_of(numbers), start, periods)
     np.testing.assert_allclose(orbit.section, course.section, rtol=0, atol=bound)
     np.testing.assert_array_equal(orbit.state, orbit.section[-1])
-    assert_rows(orbit.impacts, course.touches, numbers["K"], bound)
-    return orbit
-
-
-def assert_rows(impacts, rows, K, bound):
+    impacts, rows = orbit.impacts, course.touches
     assert len(impacts) == len(rows)
     assert set(impacts["wall"]) <= {"obstacle"}
     over = ~np.isnan(impacts["release"])  # the deepest point of the others is still to come
@@ -55,15 +52,14 @@ def assert_rows(impacts, rows, K, bound):
         np.testing.assert_allclose(
             impacts[name][compared], rows[compared, column], rtol=0, atol=bound
         )
-    np.testing.assert_allclose(impacts["force"], K * impacts["depth"] ** 1.5, rtol=1e-12)
+    force = numbers["K"] * impacts["depth"] ** 1.5
+    np.testing.assert_allclose(impacts["force"], force, rtol=1e-12)
+    return orbit
 
 
 def shortened(numbers, r, v1=0.0, s=0.0):
     """Return the start with x1 = 0 and the spring shortened by r at the rate s."""
     return np.array([0.0, v1, numbers["V"] + numbers["C"] - r, v1 - s])
-
-
-# ---- impacts row by row --------------------------------------------------------------------------
 
 
 @both_methods
@@ -79,7 +75,7 @@ def test_impacts_as_the_twin_sees_them(K, options):
 
 
 @both_methods
-def test_contact_that_lasts_beyond_the_end(options):
+def test_a_contact_that_a_section_or_the_end_cuts_goes_on_as_if_it_were_not(options):
     """At 4T of the reference orbit a contact is under way."""
     orbit = follow_ssul(SET6, None, 4, **options)
     x1, _, x2, _ = orbit.section[-1]
@@ -88,18 +84,11 @@ def test_contact_that_lasts_beyond_the_end(options):
     assert not np.isnan(orbit.impacts["release"][:-1]).any()
     expected = references()["ssul-set6"].states[3]
     np.testing.assert_allclose(orbit.section[-1], expected, rtol=0, atol=1e-8)
-
-
-@both_methods
-def test_section_inside_a_contact_changes_nothing_behind_it(options):
-    """Impacts and sections go on as if the section had not cut the contact in two."""
+    # impacts and sections go on as if the section had not cut the contact in two
     orbit = follow_ssul(SET6, None, 8, **options)
     ends = 2 * np.pi / SET6["omega"] * np.arange(1, 9)
-    inside = [
-        end
-        for end in ends
-        if np.any((orbit.impacts["touch"] < end) & (end < orbit.impacts["release"]))
-    ]
+    touch, release = orbit.impacts["touch"], orbit.impacts["release"]
+    inside = [end for end in ends if np.any((touch < end) & (end < release))]
     assert len(inside) >= 2  # at 4T and 5T
     assert_as_twin(SET6, shortened(SET6, 0.0), 8, options, bound=1e-7)
 
@@ -111,9 +100,6 @@ def test_impact_times_count_from_the_start_of_the_transient():
     np.testing.assert_array_equal(late.impacts, whole.impacts[-len(late.impacts) :])
     counts = counts_by_period(whole.impacts["touch"], SET6["omega"], 12)
     assert len(late.impacts) == counts[11] - counts[5]
-
-
-# ---- starts --------------------------------------------------------------------------------------
 
 
 SOFT, CLOSE = {**SET6, "K": 1e6}, {**SET6, "C": 0.0}
@@ -141,25 +127,10 @@ def test_start_at_a_wall(begun, options):
         assert first["speed"] == pytest.approx(speed, abs=1e-12 * (speed == 0.0))
 
 
-@both_methods
-def test_nothing_moves_on_the_wall(options):
-    numbers = {**ROUND, "C": 0.0, "P": 0.0}
-    orbit = follow_ssul(numbers, None, 3, **options)
-    np.testing.assert_array_equal(orbit.section, [[0.0, 0.0, 0.125, 0.0]] * 3)
-    assert len(orbit.impacts) == 0
-
-
-# ---- preloaded -----------------------------------------------------------------------------------
-
-
 def pressed(numbers):
     """Return the state at rest of a preloaded damper: k2 (C + z) + K z^(3/2) = 0."""
-    z = brentq(
-        lambda z: numbers["k2"] * (numbers["C"] + z) + numbers["K"] * z**1.5,
-        0.0,
-        -numbers["C"],
-        xtol=1e-18,
-    )
+    k2, C, K = (numbers[name] for name in ("k2", "C", "K"))
+    z = brentq(lambda z: k2 * (C + z) + K * z**1.5, 0.0, -C, xtol=1e-18)
     return shortened(numbers, numbers["C"] + z)
 
 
@@ -167,31 +138,27 @@ PRELOADED = {**SET6, "C": -0.005}
 
 
 @both_methods
-def test_preloaded_damper_rests_on_the_obstacle(options):
-    """Shaken too gently to lift off: one contact, many periods, no impact."""
+def test_a_preloaded_damper_rests_on_the_obstacle_stays_at_rest_or_lifts_off(options):
+    # shaken too gently to lift off: one contact, many periods, no impact
     numbers = {**PRELOADED, "P": 2.0}
     orbit = assert_as_twin(numbers, pressed(numbers), 40, options, bound=1e-12)
     assert len(orbit.impacts) == 0
     u = orbit.section[:, 2] - orbit.section[:, 0]
     assert (u < numbers["V"]).all()
-
-
-@both_methods
-def test_preloaded_damper_at_rest_stays_at_rest(options):
+    # at rest it stays at rest
     numbers = {**PRELOADED, "P": 0.0, "c1": 0.0, "c2": 0.0}
     start = pressed(numbers)
     orbit = follow_ssul(numbers, start, 20, **options)
     np.testing.assert_allclose(orbit.section, np.tile(start, (20, 1)), rtol=0, atol=1e-14)
-
-
-@both_methods
-def test_preloaded_damper_that_lifts_off(options):
+    # or it lifts off
     numbers = {**PRELOADED, "P": 100.0}
     orbit = assert_as_twin(numbers, pressed(numbers), 3, options, bound=1e-5)
     assert len(orbit.impacts) > 3
-
-
-# ---- refusals ------------------------------------------------------------------------------------
+    # nothing moves on the wall
+    numbers = {**ROUND, "C": 0.0, "P": 0.0}
+    orbit = follow_ssul(numbers, None, 3, **options)
+    np.testing.assert_array_equal(orbit.section, [[0.0, 0.0, 0.125, 0.0]] * 3)
+    assert len(orbit.impacts) == 0
 
 
 @both_methods
@@ -263,23 +230,16 @@ def test_what_a_scene_does_not_have_or_allow(name, changes, options, words):
 
 
 @pytest.mark.kernels
-def test_what_was_not_asked_for_is_none():
+def test_what_was_not_asked_for_is_none_and_of_no_periods_there_are_no_rows():
     orbit = simulate(load_system("ssul-set6"), 3, record=BOTH)
     assert orbit.E1max is None
     assert orbit.clearance is None
     assert simulate(load_system("none"), 3, record=("section", "energy")).E2max is None
-
-
-@pytest.mark.kernels
-def test_no_periods():
     orbit = simulate(system_of("ssul", SET6), 0, record=FULL)
     assert orbit.section.shape == (0, 4)
     assert len(orbit.impacts) == 0
     assert orbit.clearance == np.inf
     assert (orbit.E1max, orbit.E2max) == (0.0, 0.0)
-
-
-# ---- without the compiler ------------------------------------------------------------------------
 
 
 @pytest.mark.kernels
@@ -295,8 +255,6 @@ def test_without_the_compiler_every_bit_is_the_same(tmp_path):
     for name, values in compiled.items():
         assert values.tobytes() == plain[name].tobytes(), name
 
-
-# ---- what is noted, against the twin -------------------------------------------------------------
 
 SSBL = {**catalog()["ssbl"].parameters, "K": SET6["K"]}
 DRAGGED = {**SSBL, "C": 0.2, "omega": 6.05}
@@ -350,9 +308,6 @@ def test_clearance_at_either_wall(kind, changes, options):
     assert wall == (0 if changes["C"] == 1.0 else 1)
 
 
-# ---- calls ---------------------------------------------------------------------------------------
-
-
 def test_parameters_override_those_of_the_system():
     expected = simulate(load_system("ssul-set6", omega=7.4), 6)
     assert simulate("ssul-set6", 6, omega=7.4).section.tobytes() == expected.section.tobytes()
@@ -373,3 +328,43 @@ def test_short_orbits_run_in_the_calling_thread(monkeypatch):
     assert system.cell.tobytes() == cell  # which later calls use
     with pytest.raises(RuntimeError, match="a thread"):
         simulate(system, SHORT + 1)
+
+
+def made_up(name, states):
+    """Return an orbit with this trajectory, 64 states a period, for a table of pandas."""
+    pytest.importorskip("pandas", reason="pandas is not installed")
+    system = nv.load_system(name)
+    period = 2.0 * np.pi / system.parameters["omega"]
+    time = np.arange(1, len(states) + 1) * period / 64
+    return Orbit(system, states[-1], trajectory=np.array(states), time=time)
+
+
+def test_a_trajectory_becomes_a_table():
+    p = nv.load_system("ssul-set6").parameters
+    states = [[0.01 * i, 0.1, 0.0, -0.2] for i in range(-64, 64)]
+    frame = made_up("ssul-set6", states).to_dataframe()
+    assert list(frame) == ["time", "x1", "v1", "x2", "v2", "phase", "force", "contact"]
+    assert (frame[["x1", "v1", "x2", "v2"]].to_numpy() == states).all()
+    assert np.allclose(frame.force, p["P"] * np.cos(p["omega"] * frame.time), atol=1e-9 * p["P"])
+    assert np.allclose(frame.force, p["P"] * np.cos(frame.phase), atol=1e-9 * p["P"])
+    assert (frame.phase >= 0.0).all()
+    assert (frame.phase < 2.0 * np.pi).all()
+    assert 0 < (frame.contact > 0.0).sum() < len(frame)
+    assert set(frame.attrs["units"]) == set(frame)
+    assert frame.attrs["units"]["contact"] == "N"
+
+
+def test_two_walls_have_two_columns_of_a_table_and_rigid_ones_none():
+    states = [[0.05 * i, 0.0, 0.0, 0.0] for i in range(-64, 64)]
+    frame = made_up("ssbl", states).to_dataframe()
+    assert frame.contact_near.max() > 0.0
+    assert frame.contact_far.min() < 0.0
+    assert frame.contact_near.min() == frame.contact_far.max() == 0.0
+    # rigid walls have none
+    frame = made_up("impact-oscillator", [[0.0, 1.0], [0.1, 0.5]]).to_dataframe()
+    components = nv.load_system("impact-oscillator").scene.components
+    assert list(frame)[1:] == [*components, "phase", "force"]
+    # without a trajectory a table is refused
+    orbit = nv.simulate("ssul-set6", 2)
+    with pytest.raises(nv.RequestError, match="no trajectory"):
+        orbit.to_dataframe()

@@ -1,4 +1,4 @@
-"""Spectra: lines with their amplitude, no leakage in step with the force, the broadband share."""
+"""Spectra and Lyapunov spectra of one orbit, against lines, noise, multipliers and differences."""
 
 from dataclasses import replace
 
@@ -7,7 +7,10 @@ import pytest
 from support import FULL
 
 import nlds_vines as nv
+from nlds_vines import classify, load_system, simulate
 from nlds_vines.errors import RequestError
+from nlds_vines.orbits import classification
+from nlds_vines.orbits.classification import LyapunovSpectrum, lyapunov_spectrum
 from nlds_vines.orbits.responses import contact_forces
 from nlds_vines.orbits.spectrum import NEIGHBORS, SIGNALS, TAPERS, spectrum_of
 
@@ -28,9 +31,6 @@ def noise(seed=1, count=TIME.size):
     return np.random.default_rng(seed).normal(size=count)
 
 
-# ---- lines ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("window", TAPERS)
 def test_a_line_has_its_amplitude_at_its_frequency(window):
     spectrum = of(5.0 + wave(1, 0.25) + wave(1 / 3, 2.0) + wave(7, 0.01), window=window)
@@ -41,32 +41,34 @@ def test_a_line_has_its_amplitude_at_its_frequency(window):
         assert spectrum.frequency[place] == pytest.approx(order * OMEGA)
 
 
-def test_nothing_leaks_from_the_lines_of_an_orbit_of_three_periods():
+def test_lines_of_an_orbit_do_not_leak_and_one_between_bins_less_far_with_hann():
     spectrum = of(sum(wave(k / 3, 1 / k, k) for k in range(1, 40)))
     beside = np.ones(spectrum.order.size, bool)
     beside[:: PERIODS // 3] = False
     assert spectrum.amplitude[beside].max() < 1e-12
     assert spectrum.amplitude[~beside][1:40].min() > 0.02
-
-
-def test_a_line_between_bins_leaks_less_far_with_hann():
     values = wave(2 + 0.5 / PERIODS)
     far = {window: of(values, window=window).amplitude[200:400].max() for window in TAPERS}
     assert far["hann"] < 1e-4 < 1e-3 < far["rectangular"]
 
 
-def test_decibels_have_a_reference():
+def test_decibels_the_nyquist_frequency_and_a_constant():
+    # decibels have a reference
     spectrum = of(wave(1, 0.02))
     assert spectrum.decibels()[PERIODS] == pytest.approx(20 * np.log10(0.02))
     assert spectrum.decibels(0.02)[PERIODS] == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(RequestError, match="reference = 0"):
         spectrum.decibels(0.0)
-
-
-def test_the_nyquist_frequency_counts_once():
+    # the Nyquist frequency counts once
     spectrum = of(np.where(np.arange(TIME.size) % 2, 1.0, -1.0))
     assert spectrum.amplitude[-1] == pytest.approx(1.0)
     assert spectrum.power.sum() == pytest.approx(1.0)
+    # a constant has no spectrum
+    spectrum = of(np.full(TIME.size, 0.1))
+    assert spectrum.amplitude[0] == pytest.approx(0.1)
+    assert not spectrum.power.any()
+    assert spectrum.broadband_share() == spectrum.bins_holding() == 0
+    assert np.isneginf(spectrum.decibels()[1:]).all()
 
 
 @pytest.mark.parametrize("samples", [64, 65])
@@ -78,9 +80,6 @@ def test_the_power_is_the_variance(samples):
     weights = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(values.size) / values.size)
     weighted = (weights * (values - values.mean())) ** 2
     assert tapered.power.sum() == pytest.approx(weighted.sum() / (weights**2).sum(), rel=1e-12)
-
-
-# ---- broadband share -----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("window", TAPERS)
@@ -108,11 +107,8 @@ def test_the_share_is_that_of_the_noise_beside_the_lines(window):
     assert spectrum.broadband_share(1) == pytest.approx(expected, rel=0.15)
 
 
-def test_folded_harmonics_stay_on_the_lines():
+def test_folded_harmonics_stay_on_a_comb_that_suits_the_periods():
     assert of(wave(1) + wave(SAMPLES + 1 / 3) + wave(5 * SAMPLES - 2)).broadband_share(3) < 1e-20
-
-
-def test_a_comb_must_suit_the_periods():
     spectrum = of(wave(1))
     for n in (5, 24, -1):
         with pytest.raises(RequestError, match=f"n = {n}"):
@@ -129,14 +125,6 @@ def test_few_bins_hold_a_line_and_many_a_noise():
         of(wave(1)).bins_holding(0.0)
 
 
-def test_a_constant_has_no_spectrum():
-    spectrum = of(np.full(TIME.size, 0.1))
-    assert spectrum.amplitude[0] == pytest.approx(0.1)
-    assert not spectrum.power.any()
-    assert spectrum.broadband_share() == spectrum.bins_holding() == 0
-    assert np.isneginf(spectrum.decibels()[1:]).all()
-
-
 @pytest.mark.parametrize(
     ("values", "named"),
     [
@@ -150,9 +138,6 @@ def test_wrong_values_are_refused(values, named):
         of(values)
     with pytest.raises(RequestError, match="'kaiser'"):
         of(np.ones(64), window="kaiser")
-
-
-# ---- orbits --------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -249,3 +234,72 @@ def test_the_background_is_the_median_around_each_bin_and_knows_no_mean(bins):
     for mean in (0.0, 1e6):
         other = replace(spectrum, power=np.array([mean, *spectrum.power[1:]]))
         assert other.background_share(bins) == pytest.approx(share, rel=1e-12)
+
+
+CHAOTIC = load_system("ssul-set6", omega=7.38)
+
+
+@pytest.fixture(scope="module")
+def regime():
+    chaos = classify(CHAOTIC)
+    assert chaos.label == "chaos"
+    return chaos
+
+
+def test_exponents_of_chaos_sum_up_to_the_divergence_of_enough_periods(regime):
+    """The damping alone makes it: contacts of Hertz dissipate nothing."""
+    spectrum, p = regime.lyapunov_spectrum(800), CHAOTIC.parameters
+    exact = -(p["c1"] + p["c2"]) / p["m1"] - p["c2"] / p["m2"]
+    assert spectrum.divergence == pytest.approx(exact, rel=1e-12)
+    assert spectrum.exponents.sum() == pytest.approx(exact, rel=1e-9)
+    assert (np.diff(spectrum.exponents) < 0.0).all()
+    apart = abs(spectrum.exponents[0] - regime.lyapunov)  # from other pieces of the orbit
+    assert apart < spectrum.widths[0] + regime.lyapunov_width
+    assert spectrum.exponents[0] > spectrum.widths[0] > 0.0
+    assert 1.0 < spectrum.dimension < 3.0
+    with pytest.raises(RequestError, match="periods = 15"):
+        regime.lyapunov_spectrum(15)
+
+
+def test_exponents_of_a_periodic_orbit_are_those_of_its_multipliers():
+    regime = classify("ssul-set6", omega=7.45)  # 3T,2
+    spectrum = regime.lyapunov_spectrum(960)
+    expected = np.log(np.abs(regime.multipliers)) / (regime.period * regime.system.period)
+    off = np.abs(spectrum.running - expected).max(axis=1) * spectrum.times
+    assert off.max() < 5.0  # running means converge as 1 / t
+    assert (np.abs(spectrum.exponents - expected) < spectrum.widths + 1e-9).all()
+
+
+def test_exponents_are_those_of_finite_differences(regime, monkeypatch):
+    """Orthonormalized differences of orbits that begin nearby, period by period."""
+    monkeypatch.setattr(classification, "ALIGNING", 0)
+    count, p, state = 64, CHAOTIC.parameters, regime.state
+    norms = np.sqrt([p["k1"], p["m1"] + p["m2"], p["k2"], p["m2"]])  # energies of x1, v1, r, s
+    to_user = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [1, 0, -1, 0], [0, 1, 0, -1.0]])
+    step, basis, growth = 1e-6, np.eye(4), np.zeros(4)
+    for _ in range(count):
+        images = []
+        for direction in (basis / norms[:, np.newaxis]).T:
+            ends = [
+                simulate(CHAOTIC, 0, transient=1, start=state + side * step * to_user @ direction)
+                for side in (0.5, -0.5)
+            ]
+            images.append(to_user @ (ends[0].state - ends[1].state) / step)  # its own inverse
+        basis, triangle = np.linalg.qr(norms[:, np.newaxis] * np.array(images).T)
+        growth += np.log(np.abs(np.diag(triangle)))
+        state = simulate(CHAOTIC, 0, transient=1, start=state).state
+    spectrum = lyapunov_spectrum(CHAOTIC, regime.state, count)
+    np.testing.assert_allclose(spectrum.exponents, growth / spectrum.times[-1], atol=2e-6)
+
+
+def test_the_dimension_of_kaplan_and_yorke_and_what_contacts_forget():
+    def dimension(*values):
+        return LyapunovSpectrum(np.array(values), *[np.zeros(1)] * 3, 0.0).dimension
+
+    assert dimension(-0.1, -0.2) == 0.0
+    assert dimension(0.3, -0.1, -0.4) == 2.5
+    assert dimension(0.3, -0.2) == 2.0
+    # an impact with e = 0 leaves fewer variations than there were
+    vectors, logs = classification._orthonormalized(np.array([[3.0, 4.0], [6.0, 8.0]]))
+    np.testing.assert_array_equal(vectors, [[0.6, 0.8], [0.0, 0.0]])
+    np.testing.assert_array_equal(logs, [np.log(5.0), -np.inf])

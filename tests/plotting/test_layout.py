@@ -1,8 +1,12 @@
-"""Pages: panels of the heights asked for, titles of several lines, letters that hide nothing."""
+"""Pages: panels of the heights asked for, titles, letters and symbols that hide nothing."""
 
 import pytest
 from layout import collisions
+from matplotlib.figure import Figure
 
+import nlds_vines as nv
+from nlds_vines.model.parameters import PARAMETERS, setting_in_words
+from nlds_vines.model.system import System, system_in_words
 from nlds_vines.plotting.page import (
     LETTER_ROOM,
     ONE_COLUMN,
@@ -15,6 +19,7 @@ from nlds_vines.plotting.page import (
     write_out_ticks,
 )
 from nlds_vines.plotting.palette import DAMPERS, damper_colors
+from nlds_vines.plotting.style import axis_label, number_text, raised, setting_label, typeset
 
 TITLE = "SSul NES, Set 6, omega = 6.28 rad/s, P = 800 N, K = 3.25e+07 N/m^1.5: 20 starts"
 
@@ -83,3 +88,49 @@ def test_a_damper_has_one_color_and_no_two_share_it():
     assert len({*mixed}) == 5
     assert len(damper_colors([str(n) for n in range(20)])) == 20
     assert DAMPERS["none"] not in damper_colors(["vi-nes"])  # gray is the structure alone
+
+
+@pytest.mark.parametrize(
+    ("plain", "printed"),
+    [
+        ("K = 2.5e+07 N/m^1.5", r"$K$ = $2.5\times10^{7}$ N/m$^{3/2}$"),
+        ("ω = 7.4 rad/s", r"$\omega$ = 7.4 rad/s"),
+        ("k2, C tuned for omega = 6.28 rad/s", r"$k_2$, $C$ tuned for $\omega$ = 6.28 rad/s"),
+        ("ω, a", r"$\omega$, $a$"),
+        ("Bouncing ball: a, e", "Bouncing ball: $a$, $e$"),
+        ("a, b of a list: a story", "a, b of a list: a story"),
+        ("P from 600 to 1000 N", "$P$ from 600 to 1000 N"),
+        ("1e-05 m, g = 9.81 m/s^2", r"$10^{-5}$ m, $g$ = 9.81 m/s$^{2}$"),
+        ("a Price of $5, run2e5, E1max, K.", r"a Price of \$5, run2e5, E1max, K."),
+    ],
+)
+def test_titles_are_printed_with_symbols_powers_and_units(plain, printed):
+    assert typeset(plain) == printed
+    Figure().text(0, 0, typeset(plain)).figure.draw_without_rendering()
+
+
+def test_settings_and_axes_have_symbols_powers_and_units():
+    assert setting_label("K", 2.5e7) == r"$K=2.5\times10^{7}$ N/m$^{3/2}$"
+    assert setting_label("e", 0.7) == "$e=0.7$"
+    assert [number_text(value) for value in (0.0, 1e4, -2e-4)] == [
+        "0", "10^{4}", r"-2\times10^{-4}"
+    ]  # fmt: skip
+    assert raised("N/m^1.25") == "N/m$^{1.25}$"
+    for name in PARAMETERS:
+        label = axis_label(name)
+        assert ";" not in label
+        assert "e+" not in label
+    assert axis_label("C") == "clearance at rest $C$ [m]"
+
+
+def test_a_system_without_a_title_is_not_called_by_its_kind_or_file():
+    ssbl = nv.load_system("ssbl")
+    plain = System("tmd", dict(nv.load_system("tmd").parameters))
+    assert system_in_words(plain) == "Tuned mass damper"
+    of_file = System("ssbl", ssbl.parameters, name="a/b.toml")
+    assert system_in_words(of_file) == "Single-sided bilateral NES"
+    limited = System("ssvi-b", ssbl.parameters)
+    assert system_in_words(limited) == "Single-sided NES (ssvi-b)"
+    assert system_in_words(System("ssbl", ssbl.parameters, name="mine")) == "mine"
+    assert system_in_words(ssbl) == "SSbl NES"
+    assert setting_in_words("K", 2.5e7) == "K = 2.5e+07 N/m^1.5"

@@ -62,12 +62,7 @@ def page(system, **options):
 
 
 def headings(figure):
-    """Return the titles of panels, row by row."""
     return [words for axes in figure.axes if (words := axes.get_title(loc="left"))]
-
-
-def panels_by_label(figure):
-    return {axes.get_ylabel(): axes for axes in figure.axes}
 
 
 @pytest.mark.kernels
@@ -120,7 +115,7 @@ def test_lines_of_a_legend_are_visible_however_thin_the_curves():
 
 
 @pytest.mark.kernels
-def test_a_limit_that_is_passed_is_told_above_the_page():
+def test_a_limit_is_told_above_the_page_and_no_words_of_a_legend_leave_it():
     ssbl = nv.load_system("ssbl")
     allowed = System("ssvi-c", {**ssbl.parameters, "C": 0.1, "D": 0.15, "L": 5.0})
     passing = System("ssvi-c", {**ssbl.parameters, "C": 0.1, "D": 0.15, "L": 0.1})
@@ -128,10 +123,7 @@ def test_a_limit_that_is_passed_is_told_above_the_page():
     figure, (view,) = page(passing)
     assert f"limit passed by {view.violation.depth:.2g} m" in headings(figure)[0]
     assert figure.texts[0].get_text().startswith("Single-sided NES (ssvi-c)")
-
-
-@pytest.mark.kernels
-def test_no_words_of_a_legend_leave_the_page():
+    # no words of a legend leave the page
     stops = {**nv.load_system("hard-oscillator").parameters, "C": 0.5, "C_2": 1.0}
     figure, _ = page(System("oscillator-2", stops, law="restitution"))
     figure.draw_without_rendering()
@@ -139,9 +131,6 @@ def test_no_words_of_a_legend_leave_the_page():
     assert any("C_2" in text.get_text() for legend in legends for text in legend.get_texts())
     for legend in legends:
         assert all(text.get_window_extent().x1 <= figure.bbox.x1 for text in legend.get_texts())
-
-
-# ---- pages ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.kernels
@@ -178,11 +167,8 @@ def test_nothing_is_written_outside_the_page_or_over_another_panel():
         tall, wide = figure.bbox.height, figure.bbox.width
         boxes = [axes.get_tightbbox(for_layout_only=True) for axes in figure.axes]
         boxes += [text.get_window_extent() for text in figure.texts]
-        for box in boxes:
-            assert box.x0 >= 0
-            assert box.y0 >= 0
-            assert box.x1 <= wide
-            assert box.y1 <= tall
+        assert all(box.x0 >= 0 and box.x1 <= wide for box in boxes)
+        assert all(box.y0 >= 0 and box.y1 <= tall for box in boxes)
         for i, box in enumerate(boxes):
             for other in boxes[:i]:
                 across = min(box.x1, other.x1) - max(box.x0, other.x0)
@@ -215,10 +201,8 @@ def test_walls_are_drawn_by_their_own_lines_and_forces():
     figure, (view,) = page(OF_KIND["ssbl"], panels=["relative", "force"])
     relative, force = figure.axes
     named = {line.get_label(): line.get_ydata() for line in relative.get_lines()[1:]}
-    assert {name: set(values) for name, values in named.items()} == {
-        "structure": {0.0},
-        "obstacle": {0.42},
-    }
+    places = {name: set(values) for name, values in named.items()}
+    assert places == {"structure": {0.0}, "obstacle": {0.42}}
     curves = {line.get_label(): line.get_ydata() for line in force.get_lines()}
     assert curves["structure"].min() == 0 < curves["structure"].max()
     assert curves["obstacle"].max() == 0 > curves["obstacle"].min()
@@ -245,7 +229,7 @@ def test_limits_are_lines_too_and_have_no_force(kind, parameters, lines):
     within = replace(seen, violation=simulation.Violation(0, np.nan, 0.0))
     assert "in the whole run: kept" in "\n".join(within.lines())
     figure = draw(replace(request, columns=(column,)), [seen])
-    panels = panels_by_label(figure)
+    panels = {axes.get_ylabel(): axes for axes in figure.axes}
     relative = panels["$x_2-x_1$ [m]"].get_lines()[1:]
     assert {line.get_label(): line.get_ydata()[0] for line in relative} == pytest.approx(lines)
     names = [line.get_label() for line in panels["force [kN]"].get_lines()]
@@ -261,8 +245,6 @@ def test_a_spectrum_is_cut_off_below_its_highest_line():
     assert axes.get_ylim()[0] == pytest.approx(highest - DEPTH)
     assert view.share < 1e-10
 
-
-# ---- sections ------------------------------------------------------------------------------------
 
 SECTIONS = {"transient": 300, "periods": 24, "samples": 64}
 
@@ -318,17 +300,6 @@ def test_of_many_points_the_color_tells_how_many_are_near():
     assert not few.axes[0].collections
 
 
-def test_the_phase_of_a_section_is_of_the_hash_where_it_is_not_zero():
-    plain = load_portrait("ssul-set6")
-    assert load_portrait("ssul-set6", {"portrait": {"section_phase": 0.0}}).hash == plain.hash
-    turned = load_portrait("ssul-set6", {"portrait": {"section_phase": 0.25}})
-    assert turned.hash != plain.hash
-    assert load_portrait(turned.document()).section_phase == 0.25
-
-
-# ---- windows and runs ----------------------------------------------------------------------------
-
-
 @pytest.mark.kernels
 def test_windows_are_cut_from_one_run(monkeypatch):
     calls = []
@@ -380,12 +351,8 @@ def test_a_subharmonic_orbit_is_told_by_its_period():
     text = "\n".join(view.lines())
     assert "3T,3: the section repeats after 3 periods" in text
     assert "impacts per period: 1 (40 in the window)" in text
-    ((line, points),) = [
-        axes.get_lines()
-        for axes in draw(
-            PortraitRequest("", request.columns, ("phase1",), samples=SAMPLES), [view]
-        ).axes
-    ]
+    plane = PortraitRequest("", request.columns, ("phase1",), samples=SAMPLES)
+    ((line, points),) = [axes.get_lines() for axes in draw(plane, [view]).axes]
     assert len(points.get_xdata()) == 3
     start, end = line.get_xydata()[[0, -1]]
     np.testing.assert_allclose(start, end, atol=1e-6)  # the curve closes
@@ -413,9 +380,6 @@ def test_a_start_is_where_the_orbit_begins():
     assert request.hash != request_of(OF_KIND["ssul"], transient=0).hash
 
 
-# ---- requests ------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("number", [9, 10, 11, 12])
 def test_the_requests_of_the_papers_figures_state_their_assumption(number):
     path = ROOT / "scans" / f"figure{number}.toml"
@@ -441,10 +405,8 @@ def test_options_override_a_request():
 
 
 def test_panels_stand_in_the_order_asked_for_and_need_something_to_show():
-    assert request_of("tmd", panels=["spectrum", "force", "energy"]).panels == (
-        "spectrum",
-        "energy",
-    )
+    request = request_of("tmd", panels=["spectrum", "force", "energy"])
+    assert request.panels == ("spectrum", "energy")
     assert request_of("ssul-set6").panels == tuple(name for name in PANELS if name in USUAL)
     for panel in ("force", "impact-section"):
         with pytest.raises(RequestError, match=f"{panel} cannot be filled for kind 'tmd'"):
@@ -503,20 +465,14 @@ def test_a_column_fills_panels_of_its_page(panels, words):
         load_portrait(document)
 
 
-def test_a_panel_that_no_column_fills_is_refused():
+def test_columns_and_requests_are_checked_in_python_too():
     column = Column(OF_KIND["tmd"], Window(0, 3), panels=("phase1",))
     with pytest.raises(RequestError, match="'phase2' is filled by no column"):
         PortraitRequest("a title", (column,), ("phase1", "phase2"))
-
-
-def test_a_request_in_python_is_checked_too():
     column = Column(OF_KIND["tmd"], Window(0, 3))
     assert PortraitRequest("a title", (column,)).signal == "x2"
     with pytest.raises(RequestError, match="number of columns = 5"):
         PortraitRequest("a title", (column,) * 5)
-
-
-# ---- the command ---------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -533,10 +489,8 @@ def test_a_run_draws_and_says_what_was_seen(folder, answer, refusal):
     with Image.open(folder / "good.png") as image:
         assert image.width == pytest.approx(16 / 2.54 * 200, abs=1)
         assert image.info["Title"] == "Tuned mass damper, ω = 6.28 rad/s"
-        assert (
-            image.info["recipe_hash"]
-            == load_portrait("good.toml", {"start": {"state": [0, 0, 0.1, 0]}}).hash
-        )
+        started = load_portrait("good.toml", {"start": {"state": [0, 0, 0.1, 0]}})
+        assert image.info["recipe_hash"] == started.hash
     drawn = (folder / "good.png").read_bytes()
     assert "exists: --overwrite replaces it" in refusal("portrait", "good.toml", "--quiet")
     assert (folder / "good.png").read_bytes() == drawn
@@ -572,13 +526,20 @@ def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, ask):
     assert not (folder / "good.png").exists()
 
 
-def test_a_frequency_that_is_set_in_hz_is_told_in_hz():
+def test_frequencies_and_phases_of_a_request():
+    # a frequency that is set in Hz is told in Hz
     request = load_portrait(None, {"set": {"f": 1.0}, "portrait": {"panels": ["spectrum"]}})
     assert request.title.endswith("f = 1 Hz")
     assert request.frequency == "Hz"
     assert load_portrait(request.document()).hash == request.hash
     other = load_portrait(None, {"set": {"f": 1.0}, "portrait": {"frequency": "rad/s"}})
     assert other.title.endswith("ω = 6.28319 rad/s")
+    # the phase of a section is of the hash where it is not zero
+    plain = load_portrait("ssul-set6")
+    assert load_portrait("ssul-set6", {"portrait": {"section_phase": 0.0}}).hash == plain.hash
+    turned = load_portrait("ssul-set6", {"portrait": {"section_phase": 0.25}})
+    assert turned.hash != plain.hash
+    assert load_portrait(turned.document()).section_phase == 0.25
 
 
 def test_exponents_are_printed_when_they_are_asked_for(answer, refusal, here):

@@ -209,20 +209,17 @@ def test_a_full_disk_is_one_line_that_claims_no_parts(here, monkeypatch, refusal
     assert line.endswith("error: cannot write p.h5: No space left on device\n")
 
 
-def panels(figure):
-    return [axes.get_label() for axes in figure.axes]
-
-
 def test_an_orbit_draws_what_it_records(error_of):
     """Without a trajectory, the states at t = nT are dots."""
     orbit = nv.simulate("ssul-set6", 9, transient=30, omega=7.45, quiet=True)
     figure = orbit.plot()
-    assert panels(figure) == ["displacement", "relative", "section", "impact-section"]
+    panels = [axes.get_label() for axes in figure.axes]
+    assert panels == ["displacement", "relative", "section", "impact-section"]
     (_, damper), *_ = (axes.lines for axes in figure.axes)
     np.testing.assert_array_equal(damper.get_ydata(), orbit.section[:, 2])
     np.testing.assert_allclose(damper.get_xdata(), np.arange(31, 40))
     assert damper.get_linestyle() == "None"
-    assert panels(orbit.plot("section")) == ["section"]
+    assert [axes.get_label() for axes in orbit.plot("section").axes] == ["section"]
     axes = Figure().add_subplot()
     assert orbit.plot("relative", ax=axes) is axes.figure
     assert "phase2" in error_of(orbit.plot, "phase2")

@@ -9,17 +9,10 @@ from matplotlib.colors import to_hex
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
+from nlds_vines.bifurcation import response_curves
 from nlds_vines.bifurcation import run as running
 from nlds_vines.bifurcation.curve_command import main
 from nlds_vines.bifurcation.picture.curves import draw_curves
-from nlds_vines.bifurcation.response_curves import (
-    ALONE,
-    ResponseCurve,
-    ResponseCurves,
-    curves_from,
-    load_curves,
-    with_structure_alone,
-)
 from nlds_vines.model.linear_response import response
 from nlds_vines.orbits.records import OK
 from nlds_vines.upkeep.rerun import differing
@@ -59,9 +52,9 @@ def here(here):
 def test_dampers_are_compared_with_the_structure_alone(here):
     assert main(["--system", "tmd", "--system", "ssul-set6", *SHORT, "-o", "a.h5"]) == 0
     archive = nv.open_archive("a.h5")
-    names = [ALONE, "Tuned mass damper", "SSul NES, Set 6"]
+    names = [response_curves.ALONE, "Tuned mass damper", "SSul NES, Set 6"]
     assert [curve.name for curve in archive.curves] == names
-    bare, tmd = archive[ALONE], archive["Tuned mass damper"]
+    bare, tmd = archive[response_curves.ALONE], archive["Tuned mass damper"]
     exact = response(nv.load_system("none"), bare.values).E1max
     np.testing.assert_allclose(bare.E1max, exact, rtol=1e-6)
     np.testing.assert_allclose(tmd["reduction"], 1 - tmd.E1max / exact, rtol=1e-9)
@@ -108,7 +101,7 @@ def test_the_archive_is_verified_repeated_and_redrawn(here, answer, refusal):
     assert differing("a.h5", "b.h5") == []
     assert "response curves" in refusal("rerun", "a.h5", "--shard", "1/2")
     with nv.read("a.h5") as view:
-        again = load_curves(tomllib.loads(view.text("scan")))
+        again = response_curves.load_curves(tomllib.loads(view.text("scan")))
     archive = nv.open_archive("a.h5")
     assert again.to_toml() == archive.request.to_toml()
     assert [case.panel for case in again.cases] == [1, 1, 2]
@@ -154,7 +147,7 @@ def test_curves_show_any_number_of_the_response(here):
             assert ssbl[name].tolist() == one[name].tolist(), name
         assert ssbl["force_max"].tolist() == one["force_max"].max(axis=-1).tolist()
     assert np.isnan(tmd["force_max"]).all()
-    p, bare = nv.load_system("none", P=1200).parameters, archive[ALONE]
+    p, bare = nv.load_system("none", P=1200).parameters, archive[response_curves.ALONE]
     omega = bare.values
     size = p["P"] / np.abs(p["k1"] - p["m1"] * omega**2 + 1j * omega * p["c1"])
     np.testing.assert_allclose(bare["x1_max"], size, rtol=1e-6)
@@ -234,7 +227,7 @@ def test_any_archive_of_dampers_has_a_panel_of_reductions(tmp_path):
         "vary": {"omega": {"values": [6.0, 6.1, 6.2]}},
         "curves": [{"system": "none"}, {"system": "tmd"}],
     }
-    request = load_curves(document)
+    request = response_curves.load_curves(document)
     energies = {"E1max": np.array([3.0, 2.0, 1.0]), "reduction": np.array([0.1, 0.2, 0.3])}
     path = paper_results.write_curves(tmp_path / "a.h5", request, [energies, energies])
     archive = nv.open_archive(path)
@@ -249,10 +242,10 @@ def axes_of(numbers, start=None, **figure):
     """Return the axes of a picture of a damper with these numbers, and of the structure alone."""
     values = np.linspace(6.0, 6.4, len(numbers["E1max"])).round(3).tolist()
     tables = {"vary": {"omega": {"values": values}}, "figure": figure, "start": start or {}}
-    request = curves_from("ssul-set6", tables, "a test")
+    request = response_curves.curves_from("ssul-set6", tables, "a test")
     numbers = {name: array.reshape(len(values), -1) for name, array in numbers.items()}
-    curves = [ResponseCurve("", case, numbers) for case in request.cases]
-    return draw_curves(ResponseCurves(None, request, curves)).axes
+    curves = [response_curves.ResponseCurve("", case, numbers) for case in request.cases]
+    return draw_curves(response_curves.ResponseCurves(None, request, curves)).axes
 
 
 def test_no_line_joins_two_regimes():
@@ -299,7 +292,7 @@ def test_archives_tell_regimes_along_curves_without_a_verdict(here):
     assert np.count_nonzero(seen) >= 5
     assert cycles[seen].tolist() == np.array(words)[seen].tolist()
     assert len(set(cycles[seen])) > 1
-    assert archive[ALONE].cycles().size == 0
+    assert archive[response_curves.ALONE].cycles().size == 0
 
 
 def test_nothing_is_clipped_without_a_sign():
@@ -337,43 +330,36 @@ def test_nothing_is_clipped_without_a_sign():
 def test_what_cannot_be_shown_is_refused(tables, words):
     document = {"vary": {"omega": {"values": [6.0, 6.2]}}, "curves": [{"system": "tmd"}]}
     with pytest.raises(nv.RequestError, match=words):
-        load_curves({**document, **tables})
+        response_curves.load_curves({**document, **tables})
 
 
-def test_what_is_shown_is_recorded_and_stays_in_the_request():
+def test_what_is_shown_and_energies_are_recorded_and_nothing_twice():
     document = {
         "vary": {"omega": {"values": [6.0, 6.2]}},
         "curves": [{"system": "tmd"}],
         "figure": {"show": ["x1_rms", "E1max"]},
         "record": {"want": ["impacts", "energy"]},
     }
-    request = with_structure_alone(load_curves(document))
+    request = response_curves.with_structure_alone(response_curves.load_curves(document))
     assert all({"energy", "response"} <= {*case.scan.want} for case in request.cases)
-    assert load_curves(request.document()).hash == request.hash
-    assert load_curves(request.document()).show == ("x1_rms", "E1max")
-
-
-def test_energies_are_recorded_even_if_no_one_asks_and_nothing_twice():
+    assert response_curves.load_curves(request.document()).hash == request.hash
+    assert response_curves.load_curves(request.document()).show == ("x1_rms", "E1max")
+    # energies are recorded even if no one asks, and nothing twice
     document = {"vary": {"omega": {"values": [6.0, 6.2]}}, "curves": [{"system": "ssul-set6"}]}
-    (case,) = load_curves({**document, "record": {"want": ["regime"]}}).cases
+    (case,) = response_curves.load_curves({**document, "record": {"want": ["regime"]}}).cases
     assert case.scan.want == ("energy", "regime")
-    (case,) = load_curves({**document, "record": {"want": ["energy"]}}).cases
+    (case,) = response_curves.load_curves({**document, "record": {"want": ["energy"]}}).cases
     assert case.scan.want == ("energy",)
 
 
-def test_cases_of_one_label_have_different_names():
+def test_cases_of_one_page_have_different_names_and_looks():
     tmd = nv.load_system("tmd")
-    request = curves_from([tmd, tmd.with_(c2=50.0), "none"], {}, "a test")
-    assert request.names == (
-        "Tuned mass damper",
-        "Tuned mass damper [2]",
-        "Primary structure alone",
-    )
-
-
-def test_curves_of_one_page_have_different_looks():
+    request = response_curves.curves_from([tmd, tmd.with_(c2=50.0), "none"], {}, "a test")
+    *two, alone = request.names
+    assert two == ["Tuned mass damper", "Tuned mass damper [2]"]
+    assert alone == "Primary structure alone"
     names = [f"ssul-set{i}" for i in range(1, 7)]
-    request = curves_from([*names, "tmd", "ssbl"], {}, "test")
+    request = response_curves.curves_from([*names, "tmd", "ssbl"], {}, "test")
     looks = [(case.color, case.line) for case in request.cases]
     assert len(set(looks)) == len(looks) == 9
 
@@ -388,10 +374,8 @@ def test_python_takes_systems_names_files_and_documents(here):
     curves = nv.response_curves([mine, "tmd"], to="a.h5", set={"P": 400.0}, **tables)
     assert curves.request.title == "Response curves, P = 400 N, ω from 6 to 6.3 rad/s"
     assert len(curves.curves) == 3
-    assert nv.response_curves("page.toml", to="b.h5", **tables).curves[0].values.tolist() == [
-        6.0,
-        6.3,
-    ]
+    of_file = nv.response_curves("page.toml", to="b.h5", **tables)
+    assert of_file.curves[0].values.tolist() == [6.0, 6.3]
     assert nv.response_curves(curves.request, to="c.h5").request.hash == curves.request.hash
     with nv.read("a.h5") as view:
         assert (view["status"] == OK).all()

@@ -48,9 +48,6 @@ SMALL = {"population": 5, "generations": 2, "polish": 4, "optima": 1}
 DESIGN = np.array([[1500.0, 100.0]])
 
 
-# ---- what is asked for ---------------------------------------------------------------------------
-
-
 @pytest.fixture
 def file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -58,7 +55,7 @@ def file(tmp_path, monkeypatch):
     return "a.toml"
 
 
-def test_one_file_is_a_decay_and_a_tuning(file):
+def test_one_file_is_a_decay_and_a_tuning_and_its_canonical_form_means_the_same(file):
     with pytest.warns(LeftAside, match=r"\[free\], \[over\], \[search\], \[uncertain\], transient"):
         history = load_response_history(file)
     tuning = load_tuning(file)
@@ -67,21 +64,13 @@ def test_one_file_is_a_decay_and_a_tuning(file):
     assert (tuning.unit, tuning.case_count, tuning.draws) == ("s", 2, DRAWS)
     again = 5 * 2 * (1024 + 1)  # optima, by fresh draws
     assert tuning.most_lanes == tuning.most_evaluations * 2 * (DRAWS + 1) + again
-
-
-def test_the_canonical_file_means_the_same(file):
+    # the canonical file means the same
     tuning = load_tuning(file, {"search": {"draws": 8, "quantile": 0.75}})
     again = load_tuning(parse_toml(tuning.to_toml(), "here"))
     assert again == tuning
     assert again.hash == tuning.hash
     assert load_tuning(file).hash != tuning.hash
     assert [one.words() for one in again.uncertain] == ["k1 ±5 % (normal)", "m1 ±20 (uniform)"]
-
-
-def test_requests_of_the_steady_state_name_no_load():
-    document = load_tuning("tmd").document()
-    assert document.keys() == {"title", "system", "free", "over", "sampling", "search"}
-    assert "duration" not in document["sampling"]
 
 
 def test_the_plan_counts_generations_as_the_option_does(capsys):
@@ -182,7 +171,7 @@ STRUCTURE = {
 }  # fmt: skip
 
 
-def test_a_load_needs_no_harmonic_force_and_all_else_does(error_of):
+def test_a_load_needs_no_harmonic_force_and_all_else_does(error_of, here, ask):
     blow = {"system": STRUCTURE, "load": {"impulse": 100.0}}
     for load in (load_tuning, load_response_history):
         request = load(blow)
@@ -197,9 +186,7 @@ def test_a_load_needs_no_harmonic_force_and_all_else_does(error_of):
         assert "'tmd' are missing: P, omega" in error_of(load, document)
     parameters = {**STRUCTURE, "P": 5.0}
     assert "are missing: omega" in error_of(load_tuning, {**harmonic, "system": parameters})
-
-
-def test_a_system_of_a_file_needs_no_harmonic_force_under_a_load(here, ask):
+    # likewise a system of a file
     entries = (f"{k} = {v!r}" for k, v in STRUCTURE.items())
     (here / "mine.toml").write_text("\n".join(["[system]", *entries]))
     words = "tuning --system mine.toml --dry-run"
@@ -256,10 +243,17 @@ def test_bands_and_ranges_in_hertz_and_of_tones(words, line, capsys):
     assert line in capsys.readouterr().out
 
 
-def test_walls_bring_objectives_of_their_own():
+def test_walls_loads_and_moving_grounds_bring_objectives_of_their_own():
     of_contacts = {"impact_count", "force_max"}
     assert of_contacts <= load_tuning("ssul-set6", BLOW).objectives.keys()
     assert not of_contacts & load_tuning("tmd", BLOW).objectives.keys()
+    # drift is one where the ground moves alone
+    with pytest.raises(RequestError, match="drift_max"):
+        load_tuning("tmd", {"load": {"impulse": 9.0}, "search": {"objective": "drift_max"}})
+    # requests of the steady state name no load
+    document = load_tuning("tmd").document()
+    assert document.keys() == {"title", "system", "free", "over", "sampling", "search"}
+    assert "duration" not in document["sampling"]
 
 
 @pytest.mark.parametrize(
@@ -269,9 +263,6 @@ def test_walls_bring_objectives_of_their_own():
 def test_a_wrong_option_is_one_line(text, message, capsys):
     assert main(["--uncertain", text]) == 2
     assert message in capsys.readouterr().err
-
-
-# ---- what is drawn -------------------------------------------------------------------------------
 
 
 def test_draws_are_quantiles_of_their_distributions_at_sobol_points():
@@ -368,9 +359,6 @@ def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
         assert parameters["k1"] == pytest.approx(tuning.system.parameters["k1"] * 1.01**2)
         assert load.scale == pytest.approx(1.1 * (1 + 0.01 * places[draw, 1]))
         assert (load.noise[0].rms, load.noise[0].seed) == (rms, 5 + draw)
-
-
-# ---- what is computed ----------------------------------------------------------------------------
 
 
 @pytest.mark.kernels
@@ -483,8 +471,3 @@ def test_an_objective_says_its_frame(objective, load, words):
     tuning = load_tuning("tmd", {**load, "search": {"objective": objective}})
     assert tuning.objective_in_words.startswith(f"{objective}, largest")
     assert words in tuning.objective_in_words
-
-
-def test_drift_is_an_objective_where_the_ground_moves_alone():
-    with pytest.raises(RequestError, match="drift_max"):
-        load_tuning("tmd", {"load": {"impulse": 9.0}, "search": {"objective": "drift_max"}})

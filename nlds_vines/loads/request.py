@@ -38,10 +38,8 @@ TOLERANCE = 1e-10
 """The default tolerance of contacts: finer than in scans, as the energy balance sees each."""
 
 MOST_STATES = 10**7
-"""States of a history, as in a portrait."""
 
 MOST_CASES = 10**7
-"""Orbits of a scan."""
 
 FORCES = ("P", "base_displacement", "base_acceleration")
 """The parameters of the harmonic force, which acts only if the load has `harmonic = true`."""

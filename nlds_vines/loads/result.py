@@ -81,7 +81,6 @@ class ResponseHistory(Outlined):
 
 
 PEAKS = ("x1_max", "a1_max", "stroke_max", "force_max", "impulse_max", "shear_max")
-"""The quantities of a comparison of dampers."""
 
 
 class Peak(NamedTuple):

@@ -122,14 +122,14 @@ def system_from(value: object, name: str = "", *, needs_force: bool = True) -> S
         return value
     if isinstance(value, str):
         return catalog()[choice("system", value, catalog())]
-    if isinstance(value, Mapping):
-        with at("[system]"):
-            return _from_table(value, name, needs_force)
-    what = "no system" if value is None else f"system = {shown(value)}"
-    raise RequestError(
-        f"{what}: give system = NAME, or a [system] table with kind and parameters; "
-        f"names: {', '.join(catalog())}"
-    )
+    if not isinstance(value, Mapping):
+        what = "no system" if value is None else f"system = {shown(value)}"
+        raise RequestError(
+            f"{what}: give system = NAME, or a [system] table with kind and parameters; "
+            f"names: {', '.join(catalog())}"
+        )
+    with at("[system]"):
+        return _from_table(value, name, needs_force)
 
 
 def refuse_without_force(system: System) -> None:
@@ -166,16 +166,9 @@ def _from_table(entry: Mapping[str, Any], name: str, needs_force: bool) -> Syste
         for names, value in ((scene.drives, 0.0), (("omega", "f", "omega_ratio"), 1.0)):
             if parameters.keys().isdisjoint(names):
                 parameters[names[0]], sources[names[0]] = value, _NOT_GIVEN
-    return System(
-        kind=kind,
-        parameters=parameters,
-        name=entry.get("name", name),
-        title=entry.get("title", ""),
-        sources=sources,
-        assumptions=entry.get("assumptions", {}),
-        law=law,
-        law_2=law_2,
-    )
+    title, assumptions = entry.get("title", ""), entry.get("assumptions", {})
+    name = entry.get("name", name)
+    return System(kind, parameters, name, title, sources, assumptions, law, law_2)
 
 
 def _contact(

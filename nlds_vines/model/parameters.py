@@ -173,7 +173,6 @@ _LAWS = (
 )
 
 LAWS: Mapping[str, Law] = {law.name: law for law in _LAWS}
-"""All contact laws by name."""
 
 _IN_KERNELS = {name for law in _LAWS for name in law.needed + law.optional}
 
@@ -191,16 +190,13 @@ def of_second(names: tuple[str, ...]) -> tuple[str, ...]:
 # ---- parameters ----------------------------------------------------------------------------------
 
 STRUCTURE = ("m1", "k1", "c1")
-"""The parameters of the primary structure: mass, stiffness, damping."""
 
 DAMPER = ("m2", "k2", "c2")
 """The parameters of the damper and its joint with the structure: mass, stiffness, damping."""
 
 OSCILLATOR = ("m", "k", "c")
-"""The parameters of a single mass: mass, stiffness, damping."""
 
 FORCING = ("P", "omega")
-"""The parameters of the harmonic force on the structure, P cos(omega t)."""
 
 CONTACT = HERTZ.constants
 """The constants of a Hertz contact, equation (4); `K` may replace all seven."""
@@ -241,7 +237,6 @@ PARAMETERS: Mapping[str, Parameter] = _NAMED | {
     )
     for name in CONSTANTS
 }
-"""The parameters of all kinds of systems, by name."""
 
 PHASE = "phase"
 """The phase of the force at the start: an initial condition outside the state."""

@@ -529,6 +529,5 @@ OF_LOADS = (
     _of("balance", "1", "largest abs(in - stored - dissipated) / largest energy brought in",
         "error of the energy balance", scale=ERROR),
 )  # fmt: skip
-"""The numbers of a structure and its damper under a load, the most important first."""
 
 OF_LOADS_BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in OF_LOADS})

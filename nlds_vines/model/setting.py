@@ -303,9 +303,8 @@ class Form:
                 with at(place):
                     table(f"the {self.kind}", dict.fromkeys(unknown_keys), self.keys)
             for name in self.tables.keys() & layer.keys():
-                if not isinstance(layer[name], Mapping):
-                    with at(f"{place}: [{name}]"):
-                        table(name, layer[name])
+                with at(f"{place}: [{name}]"):
+                    table(name, layer[name])
         merged = {**below, **above}
         for name in (below.keys() & above.keys() & self.tables.keys()).difference(self.whole):
             old, new, settings = below[name], above[name], self.tables[name]
@@ -409,14 +408,14 @@ class Merged:
 
     def rows(self, key: str) -> list[Any]:
         entries, record, rows = self.document.get(key, []), self.form.rows[key], []
-        by_key = {item.key: (name, item.check) for name, item in settings_of(record).items()}
+        by_key = {item.key: name for name, item in settings_of(record).items()}
         with at(self.origin(key)):
             if not isinstance(entries, list | tuple) or (not entries and key in self.document):
                 raise RequestError(f"{key} = {shown(entries)} must be one or more tables [[{key}]]")
             for place, entry in enumerate(entries, start=1):
                 with at(f"[[{key}]] {place}"):
-                    columns = [(*by_key[k], k, v) for k, v in table("it", entry, by_key).items()]
-                    rows.append(record(**{name: check(k, v) for name, check, k, v in columns}))
+                    values = table("it", entry, by_key)
+                    rows.append(record(**{by_key[key]: value for key, value in values.items()}))
         return rows
 
     def axes(self, name: str) -> tuple[Axis, ...]:

@@ -373,12 +373,5 @@ def slow_manifold(system: System | str | os.PathLike[str]) -> SlowManifold:
     for name, value in (("k1", p["k1"]), ("C", p["C"]), ("P", system.force)):
         if value == 0.0:
             raise RequestError(f"{name} = 0: the slow manifold needs a positive one")
-    return SlowManifold(
-        e=p["e"],
-        damping=p["c1"] / (2.0 * float(np.sqrt(p["k1"] * (p["m1"] + p["m2"])))),
-        clearance=p["C"],
-        m1=p["m1"],
-        m2=p["m2"],
-        k1=p["k1"],
-        force=system.force,
-    )
+    damping = p["c1"] / (2.0 * float(np.sqrt(p["k1"] * (p["m1"] + p["m2"]))))
+    return SlowManifold(p["e"], damping, p["C"], p["m1"], p["m2"], p["k1"], system.force)

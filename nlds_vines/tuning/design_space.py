@@ -54,9 +54,6 @@ transient of 300 periods to ten times that of a good tuned mass damper."""
 USUAL = ("k2", "c2", "C", "D")
 """The parameters that are tuned by default, as far as the scene has them."""
 
-INERT = ("V",)
-"""Parameters that do not enter the dynamics: V shifts pictures and the rest position only."""
-
 
 def tunable(scene: Scene) -> tuple[str, ...]:
     """Return the names of the damper's parameters and of the ratios that stand for them."""
@@ -87,7 +84,8 @@ class Free(Interval):
 
     @property
     def inert(self) -> bool:
-        return self.name in INERT
+        """Whether it does not enter the dynamics: V shifts pictures and the rest position only."""
+        return self.name == "V"
 
     def value(self, unit: np.ndarray) -> np.ndarray:
         """Return the values [SI] at places from 0 (low) to 1 (high) on its scale."""

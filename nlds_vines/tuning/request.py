@@ -569,7 +569,16 @@ def load_tuning(
         grid = Surface(**surface) if request.table("surface") else None
     title = request.title("system", "set", "free", "over", "load", "start")
     if title is None:
-        title = _made_up_title(system, free, over, history)
+        names = ", ".join(symbol_of(item.name) for item in free)
+        stated = [axis.as_stated for axis in over if axis.as_stated.name in DESCRIBED]
+        ranges = [range_in_words(axis.name, axis.values) for axis in stated]
+        if history is not None:
+            ranges.insert(0, history.load.words() or "a free decay")
+        elif not {"omega", "omega_ratio"} & {axis.name for axis in over}:
+            ranges.insert(0, setting_in_words("omega", system.parameters["omega"]))
+        what = system.scene.meaning.split(":")[0]
+        title = f"{what[:1].upper()}{what[1:]}: {names} tuned for {', '.join(ranges)}"
+        title = title[:MOST_CHARACTERS]
     return request.make(
         Tuning, request.origin("over"), **steady, title=title, system=system, free=free, over=over,
         history=history, uncertain=uncertain, surface=grid,
@@ -634,17 +643,3 @@ def _over(
         names = meant_by(scene, [*changing, *(axis.name for axis in others)])
         names += system.following(names)
         return (*axes_of_parameters(others, scene, system.parameters, names), *of_load)
-
-
-def _made_up_title(
-    system: System, free: tuple[Free, ...], over: tuple[Axis, ...], history: HistoryRequest | None
-) -> str:
-    names = ", ".join(symbol_of(item.name) for item in free)
-    stated = [axis.as_stated for axis in over]
-    ranges = [range_in_words(axis.name, axis.values) for axis in stated if axis.name in DESCRIBED]
-    if history is not None:
-        ranges.insert(0, history.load.words() or "a free decay")
-    elif not {"omega", "omega_ratio"} & {axis.name for axis in over}:
-        ranges.insert(0, setting_in_words("omega", system.parameters["omega"]))
-    what = system.scene.meaning.split(":")[0]
-    return f"{what[:1].upper()}{what[1:]}: {names} tuned for {', '.join(ranges)}"[:MOST_CHARACTERS]

@@ -151,15 +151,9 @@ def search_globally(
     try:
         differential_evolution(
             lambda points: evaluate(np.ascontiguousarray(points.T)),
-            bounds=[(0.0, 1.0)] * dimension,
-            init=population,
-            maxiter=search.generations,
-            tol=_CONTRACTED,
-            seed=generator,
-            polish=False,
-            vectorized=True,
-            updating="deferred",
-        )
+            bounds=[(0.0, 1.0)] * dimension, init=population, maxiter=search.generations,
+            tol=_CONTRACTED, seed=generator, polish=False, vectorized=True, updating="deferred",
+        )  # fmt: skip
     except RuntimeError as error:  # SciPy takes a ValueError of the objective for one of its own
         if isinstance(error.__cause__, RequestError):
             raise error.__cause__ from None
@@ -210,16 +204,11 @@ def polish(evaluate: Evaluate, start: np.ndarray, most: int) -> None:
     if most <= start.size:  # too few evaluations for the first simplex
         return
     steps = np.where(start + _SIMPLEX <= 1.0, _SIMPLEX, -_SIMPLEX)
+    options = {"maxfev": most, "maxiter": most, "xatol": _SMALLEST, "fatol": 1e-9}
     minimize(
         lambda point: float(evaluate(point[np.newaxis, :])[0]),
         start,
         method="Nelder-Mead",
         bounds=[(0.0, 1.0)] * start.size,
-        options={
-            "initial_simplex": np.vstack([start, start + np.diag(steps)]),
-            "maxfev": most,
-            "maxiter": most,
-            "xatol": _SMALLEST,
-            "fatol": 1e-9,
-        },
+        options={"initial_simplex": np.vstack([start, start + np.diag(steps)]), **options},
     )

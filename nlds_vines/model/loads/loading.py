@@ -44,7 +44,6 @@ KINDS: Mapping[str, type[Course]] = {
     one.kind: one
     for one in (HalfSine, Triangular, Rectangular, Friedlander, Record, Tone, Sweep, Noise)
 }
-"""All loads but impulses, by their keys in `[load]`."""
 
 MOST_CELLS = 10**6
 """Cells of a load: 120 MB of coefficients."""

@@ -408,14 +408,14 @@ class Merged:
 
     def rows(self, key: str) -> list[Any]:
         entries, record, rows = self.document.get(key, []), self.form.rows[key], []
-        by_key = {item.key: name for name, item in settings_of(record).items()}
+        by_key = {item.key: (name, item.check) for name, item in settings_of(record).items()}
         with at(self.origin(key)):
             if not isinstance(entries, list | tuple) or (not entries and key in self.document):
                 raise RequestError(f"{key} = {shown(entries)} must be one or more tables [[{key}]]")
             for place, entry in enumerate(entries, start=1):
                 with at(f"[[{key}]] {place}"):
-                    values = table("it", entry, by_key)
-                    rows.append(record(**{by_key[key]: value for key, value in values.items()}))
+                    columns = [(*by_key[k], k, v) for k, v in table("it", entry, by_key).items()]
+                    rows.append(record(**{name: check(k, v) for name, check, k, v in columns}))
         return rows
 
     def axes(self, name: str) -> tuple[Axis, ...]:

@@ -195,6 +195,15 @@ def test_the_second_stop_is_the_mirror_of_the_first():
     np.testing.assert_allclose(b.trajectory[1::2], -a.trajectory[2:-1:2], rtol=0, atol=1e-9)
 
 
+def test_both_stops_of_a_symmetric_orbit_take_the_same_force():
+    """The impact at one stop is the mirror image of that at the other, and no repetition of it."""
+    numbers = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 1.0, "P": 1.5, "omega": 0.9}
+    system = System("oscillator-2", {**numbers, "K": 1e6})
+    orbit = simulate(system, 2, transient=100, record=("impacts", "response"))
+    assert orbit.impacts["wall"].tolist() == ["stop", "second stop"] * 2
+    assert orbit.response["force_max"] == pytest.approx(orbit.impacts["force"][:2], rel=1e-8)
+
+
 def test_a_base_that_moves_is_a_force():
     numbers = {"m": 2.0, "k": 3.0, "c": 0.1, "C": 0.4, "omega": 1.3, "e": 0.7}
     shaken = System("oscillator", {**numbers, "Y": 0.2}, law="restitution")

@@ -48,7 +48,7 @@ def outside_of(approach, parts):
 
 
 def at_touch(approach, parts):
-    return impact.approach_of(*parts, approach.wave, approach.touch[1:])
+    return impact.approach_of(side_of(parts), approach.wave, approach.touch[1:])
 
 
 def accepted(approach, parts, impacts=True, arc=STANDARD):
@@ -123,12 +123,11 @@ def guess_error(changes, row, unit):
     """Return by how much the guess errs of what the sweeps find; `unit` of the `Approach`."""
     none = dict.fromkeys(("k1", "c1", "k2", "c2", "P"), 0.0)
     parts = parts_with(**{**none, **changes})
-    ps, damper, wall = parts
-    arc, approach = make_arc(nodes=24), at_touch(APPROACH, parts)
+    side, arc, approach = side_of(parts), make_arc(nodes=24), at_touch(APPROACH, parts)
     nodes = impact.nodes_of(arc, 0, LEVEL.whole)
-    impact.first_guess(ps, damper, nodes, approach)
+    impact.first_guess(side, nodes, approach)
     guess = arc.table[row : row + 24].copy()
-    assert impact.settle(ps, damper, wall, nodes, approach, arc.settled)
+    assert impact.settle(side, nodes, approach, arc.settled)
     return np.abs(arc.table[row : row + 24] - guess).max() / getattr(approach, unit)
 
 
@@ -590,13 +589,15 @@ def drawn_under(kind, count, seed=1):
             row[:4] = size * rng.normal(size=4)
         elif kind == "sudden":  # nothing but a high power, from the touch on
             degree, place = int(rng.integers(3, 10)), 0.0
-            free = impact.approach_of(ps, damper, wall, Moment(row, 0, 0, 0.0, h, 1.0), touch[1:])
+            calm, side = Moment(row, 0, 0, 0.0, h), side_of((ps, damper, wall))
+            free = impact.approach_of(side, calm, touch[1:])
             h = min(h, rng.uniform(1.7, 20) * free.tick)
             row[degree] = decades(-4, -1) * wall.kappa * free.b**6 / (1.6 * free.tick / h) ** degree
         else:
             degree, start = 14, np.exp(1j * rng.uniform(0, 6))
             row[:] = [(size * start * turn**k / math.factorial(k)).real for k in range(15)]
-        moment = Moment(row, 0, degree, place, h, rng.choice([-1.0, 1.0]))
+        row *= rng.choice([-1.0, 1.0])
+        moment = Moment(row, 0, degree, place, h)
         if impact.short_impact(side_of((ps, damper, wall), arc), True, moment, touch)[0]:
             drawn_count += 1
             yield (ps, damper, wall), moment, touch
@@ -637,14 +638,14 @@ def test_its_response_is_that_of_small_steps(kind, tolerance):
     """Sums and largest values, where the nodes say that they know them."""
     added = 0
     for parts, moment, touch in drawn_under(kind, 30, seed=3):
-        (ps, damper, wall), side = parts, side_of(parts, make_arc(tolerance))
+        (ps, _, wall), side = parts, side_of(parts, make_arc(tolerance))
         ground = ps.force if kind == "shaken" else None
         _, s, x1, v1, took, _ = impact.short_impact(side, True, moment, touch)
         after = later(ps, moment, took)
-        ends = (touch[2], touch[3], wall.gap, touch[1]), (x1, v1, wall.gap, s)
+        ends = touch[1:], (s, x1, v1)
         row = np.zeros(SIZE)
         seen = [
-            motion_of_touch(ps, damper, ground, y, at)
+            motion_of_touch(side, ground, y, at)
             for y, at in zip(ends, (moment, after), strict=True)
         ]
         row[MOST : MOST + 3] = np.abs(seen)[:, [0, 1, 3]].max(axis=0)

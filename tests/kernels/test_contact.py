@@ -25,7 +25,7 @@ from support import (
 from twin import follow, model_of
 
 from nlds_vines.kernels.cells.cells import run_cell
-from nlds_vines.kernels.events.contact import Steps, contact, external_acceleration, to_end
+from nlds_vines.kernels.events.contact import Steps, contact, to_end
 from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.laws.hertz import FREE_THETA, LASTING
 from nlds_vines.kernels.motion.flight import rate_of
@@ -34,7 +34,7 @@ from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RELEASED, STOPPED
 from nlds_vines.kernels.scene.drive import after, drive_now
 from nlds_vines.kernels.scene.law import NEW, OLD
-from nlds_vines.kernels.scene.scene import CellBuffers, Parts, Span, Step
+from nlds_vines.kernels.scene.scene import CellBuffers, Parts, Span, Step, accelerations_at
 from nlds_vines.kernels.watch import observe
 from nlds_vines.kernels.watch import touch as limit
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
@@ -193,8 +193,9 @@ def doubted(one, steps):
     phase, k = (float(np.cos(one.phase)), float(np.sin(one.phase))), side.k
     k[OLD : OLD + 4] = one.start
     while True:
-        external = external_acceleration(side, phase[0])
         q, s = k[OLD], k[OLD + 1]
+        y = k[OLD + 2], k[OLD + 3], wall.gap + q * q, s
+        _, external = accelerations_at(side, ps, y, phase[0], 0.0)
         reach = np.hypot(q**2.5, s / wall.speed)
         span = min(reach**0.4, 2.0 * max(q, np.sqrt(abs(s) / rate)))
         square = wall.kappa * reach**1.2 + abs(external) + (rate * span) ** 2

@@ -126,7 +126,9 @@ def test_error_at_most_the_tolerance(count):
 def test_the_estimate_is_never_below_a_third_of_the_error(count, n):
     impacts = drawn(count)
     true = seen_by_twin(impacts)
-    approaches = (approach_of(*impacts.parts(i), *impacts.at_touch(i)) for i in range(count))
+    approaches = (
+        approach_of(side_of(impacts.parts(i)), *impacts.at_touch(i)) for i in range(count)
+    )
     size = np.array([approach.size for approach in approaches]) ** 1.5
     solutions = np.array([solved(impacts, i, make_arc(nodes=n)) for i in range(count)])
     settled = solutions[:, 0] > 0  # few do not in twelve sweeps: they are stepped

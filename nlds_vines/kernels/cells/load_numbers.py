@@ -147,7 +147,7 @@ def flown_in_parts(parts, cell, load, i, within, start, buffers):
     edges[0] = 0.0
     for m in range(PARTS):
         place = within[0] + m * part / length
-        at = Moment(load.rows, LOAD_ROW * i, ORDER, place, length, 1.0)
+        at = Moment(load.rows, LOAD_ROW * i, ORDER, place, length)
         fill_drive_from(table, at, part)
         edges[m + 1] = (m + 1) * part
         for k in range(LOAD_ROW):

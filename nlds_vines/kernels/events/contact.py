@@ -10,8 +10,6 @@ scales of the motion. The tolerated doubt is proportional to the part of a free 
 covers: `tolerance` in all for the first free impact, less for each further oscillation of a damper
 that stays in contact, whose errors add up. What a step leaves of its share, later steps may use. A
 step with a larger doubt is shortened along the same polynomial.
-
-A wall that pushes towards -x2 sees state, phase and load mirrored: eq. (5) is odd.
 """
 
 from __future__ import annotations
@@ -52,7 +50,7 @@ from ..scene.codes import (
     TOUCH_FAR,
     TOUCH_NEAR,
 )
-from ..scene.drive import after, drive_now, mirrored
+from ..scene.drive import after, drive_now
 from ..scene.law import (
     COLUMNS,
     FORCE,
@@ -81,7 +79,7 @@ from ..scene.law import (
     turn_of,
     weight_of,
 )
-from ..scene.scene import Ground, Step, accelerations, mirrored_load, side_with
+from ..scene.scene import Ground, Step, accelerations_at, side_with
 from ..watch.observe import BEYOND, LIMIT, ORIGIN, note_force
 from ..watch.response import OfPush, bend_in, note_roots, push_now, tally_push, watch_piece
 
@@ -103,14 +101,13 @@ SLIGHT = 1.0e-14  # round-off of `switching`
 
 @jit
 def motion_at(side, phase, row):
-    """Return (z, dt/dtheta, ds/dt) at a row within a step, phase being that at row OLD."""
+    """Return (z, dt/dtheta, d2z/dt2) at a row within a step, phase being that at row OLD."""
     wall, k = side.wall, side.k
     q, s = k[row], k[row + 1]
     z = depth_of(wall, q)
     drive, force = drive_now(after(side.ps, phase, k[row + 4])), force_of(wall, q, z, s)
-    _, ds = accelerations(
-        side.ps, side.damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force
-    )
+    y = k[row + 2], k[row + 3], wall.gap + z, s
+    _, ds = accelerations_at(side, side.ps, y, drive, force)
     return z, weight_of(wall, q), ds
 
 
@@ -353,10 +350,10 @@ def start_at_rest(side, watch, phase):
     Under an external acceleration a the depth grows as a t^2 / 2, exact to round-off until the
     contact's force or a change of a exceeds round-off. phase: the instant (`drive`).
     """
-    ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
+    wall, k, sign = side.wall, side.k, side.sign
     q, s, x1, v1 = k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3]
     z, c = depth_of(wall, q), drive_now(phase)
-    dv, external = accelerations(ps, damper, x1, v1, wall.gap + z, s, c, 0.0)
+    dv, external = accelerations_at(side, side.ps, (x1, v1, wall.gap + z, s), c, 0.0)
     if external <= 0.0 or s < 0.0:
         return 0.0
     depth = faint(wall, FAINT * external / wall.kappa)
@@ -368,40 +365,28 @@ def start_at_rest(side, watch, phase):
     t = (speed - s) / external
     k[OLD], k[OLD + 1] = root_of(wall, depth), speed
     k[OLD + 2], k[OLD + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
+    y = x1, v1, sign * (wall.gap + z), sign * s
     if watch.tangent is not None:
         # The variations of row OLD move on by the time t.
         for i in range(WIDTH + OLD, WIDTH + OLD + count_of(watch.tangent), 4):
             side.k[i] += t * side.k[i + 1]
             side.k[i + 2] += t * side.k[i + 3]
         if is_a(watch.tangent, Driven):  # df/dp is constant for so short a time
-            state = x1, v1, wall.gap + z, s
             for i in range(len(watch.tangent.rates)):
                 by, at = watch.tangent.rates[i], WIDTH + OLD + 4 * i
-                motion = state, (dv, external)
-                adds = source_of(ps, damper, by, side.sign, 1.0, motion, c, (0.0, 0.0))
+                motion = y, (dv, sign * external)
+                adds = source_of(side.ps, side.damper, by, 1.0, motion, c, (0.0, 0.0))
                 for j in range(4):
                     k[at + j] += t * adds[j]
     if watch.tally is not None:
         # The tally takes the time t, in which the state rests.
-        y = (x1, v1, wall.gap + z, s)
-        drive = drive_now(phase)
-        add_state(watch.tally.row, t, y, absolute(watch.tally.ground, dv, drive), drive, phase)
+        add_state(watch.tally.row, t, y, absolute(watch.tally.ground, dv, c), c, phase)
         if watch.tally.foot is not None:
             foot, (cosine, sine) = watch.tally.foot, phase
             gone = x1 - (foot.cosine * cosine + foot.sine * sine)
             rate = v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine)
             add_from_foot(watch.tally.row, t, gone, rate)
     return t
-
-
-@jit
-def external_acceleration(side, c):
-    """Return d2r/dt2 [m/s^2] at row OLD without the contact's force; c: the force (`drive_now`)."""
-    wall, k = side.wall, side.k
-    r = wall.gap + depth_of(wall, k[OLD])
-    x1, v1, s = k[OLD + 2], k[OLD + 3], k[OLD + 1]
-    _, ds = accelerations(side.ps, side.damper, x1, v1, r, s, c, 0.0)
-    return ds
 
 
 @jit
@@ -440,9 +425,9 @@ def noted(side, watch, step, elapsed, depth):
 def contact(side, watch, phase, now, stop):
     """Follow a contact from `now` = (q = sqrt(z), s, x1, v1) to its release or for `stop` [s].
 
-    phase: the instant of the start (`drive`). State and phase are as the wall sees them. Returns
-    (event, q, s, x1, v1, elapsed [s], depth [m]) with event RELEASED, STOPPED or EXHAUSTED (too
-    many steps); the depth is the greatest only if the `Watch` has impacts.
+    phase: the instant of the start (`drive`). Returns (event, q, s, x1, v1, elapsed [s], depth [m])
+    with event RELEASED, STOPPED or EXHAUSTED (too many steps); the depth is the greatest only if
+    the `Watch` has impacts.
     """
     ps, wall, k, tangent, steps = side.ps, side.wall, side.k, watch.tangent, side.steps
     k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3] = now
@@ -461,8 +446,9 @@ def contact(side, watch, phase, now, stop):
             phase = after(ps, phase, elapsed)
         # The longest step: a part of the free impact of this depth and speed, with the external
         # acceleration and the rates of all other motion over the distance that q can go.
-        external = external_acceleration(side, drive_now(phase))
         q, s = k[OLD], k[OLD + 1]
+        y = k[OLD + 2], k[OLD + 3], wall.gap + depth_of(wall, q), s
+        _, external = accelerations_at(side, ps, y, drive_now(phase), 0.0)
         reach = reach_of(wall, q, depth_of(wall, q), s)  # of Hertz' law, q^2.5 where it turns
         if not 0.95 * seen < reach < 1.05 * seen:  # powers cost much: only if it has changed
             if reach == 0.0 and external <= 0.0:  # the force underflows
@@ -536,23 +522,6 @@ def contact(side, watch, phase, now, stop):
 # ---- a contact as the time loop follows it ------------------------------------------------------
 
 
-@jit
-def as_seen(side, now, phase):
-    """Return a side, a state (q, s, x1, v1) and a phase as the wall sees them.
-
-    A wall that pushes towards -x2 sees them and the constant load mirrored.
-    """
-    ps, sign = mirrored_load(side.ps.load, side.ps, side.sign), side.sign
-    seen = side_with(side, ps, side.damper, side.wall, side.steps)
-    return seen, (now[0], sign * now[1], sign * now[2], sign * now[3]), mirrored(phase, sign)
-
-
-@jit
-def mirrored_back(side, result):
-    event, q, s, x1, v1, took, depth = result
-    return event, q, side.sign * s, side.sign * x1, side.sign * v1, took, depth
-
-
 @by_wall
 def follow(side, watch, phase, place, left, now):
     """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
@@ -560,14 +529,7 @@ def follow(side, watch, phase, place, left, now):
     phase: the instant (`drive`); place: share of the period that is over; `Watch` and result
     (event, q, s, x1, v1, elapsed, depth) as of `contact`.
     """
-    return stepped(side, watch, phase, left, now)
-
-
-@jit
-def stepped(side, watch, phase, left, now):
-    """Follow a contact by steps; arguments and result as of `follow`."""
-    seen, start, wave = as_seen(side, now, phase)
-    return mirrored_back(side, contact(seen, watch, wave, start, left))
+    return contact(side, watch, phase, now, left)
 
 
 @jit
@@ -588,14 +550,15 @@ def follow_side(side, watch, begun, left, now):
     begun: its time [s], the instant (`drive`), and the share of the period that is over; now: (q,
     s, x1, v1). Returns (event, q, (x1, v1, r, s), time [s], (depth [m], greatest force [N])).
     """
-    wall, (time, phase, place) = side.wall, begun
+    wall, sign, (time, phase, place), (q, s, x1, v1) = side.wall, side.sign, begun, now
     # The log of a limit counts from the touch; at the far wall r is at most -gap.
     if watch.limit_log is not None:
         watch.limit_log[ORIGIN] = time
-        if side.sign < 0.0 and -wall.gap <= watch.limit_log[LIMIT]:
+        if sign < 0.0 and -wall.gap <= watch.limit_log[LIMIT]:
             watch.limit_log[BEYOND] = 0.0
-    event, q, s, x1, v1, took, depth = follow(side, watch, phase, place, left, now)
-    r = side.sign * (wall.gap + depth_of(wall, q))
+    start = q, sign * s, x1, v1
+    event, q, s, x1, v1, took, depth = follow(side, watch, phase, place, left, start)
+    r, s = sign * (wall.gap + depth_of(wall, q)), sign * s
     x1, v1 = structure_at(side.damper, x1, v1, r, s)
     return event, q, (x1, v1, r, s), took, (depth, force_at(wall, depth))
 
@@ -651,17 +614,17 @@ def leave_wall(near, far, mode, watch, grid, stop, begun, now):
     CLEARED if the damper is out, otherwise as `exact.fly`.
     """
     (q, x1, v1, r, s), (j, x) = now, begun
-    place, left, inner = (j + x) / grid.n, (stop - j - x) * grid.h, (q, s, x1, v1)
-    event, took, gap, sign = CLEARED, 0.0, 0.0, 1.0
+    place, left, sign = (j + x) / grid.n, (stop - j - x) * grid.h, 1.0
+    event, took, gap = CLEARED, 0.0, 0.0
     phase = phase_of(grid, j, x) if is_a(grid.begun, Loaded) else None
     if near is not None and mode == LEAVING_NEAR:
-        event, q, s, x1, v1, took = leave(near, watch, phase, place, left, inner)
+        event, q, s, x1, v1, took = leave(near, watch, phase, place, left, (q, s, x1, v1))
         gap = near.wall.gap
     if far is not None and mode == LEAVING_FAR:
-        event, q, s, x1, v1, took = leave(far, watch, phase, place, left, inner)
+        event, q, s, x1, v1, took = leave(far, watch, phase, place, left, (q, -s, x1, v1))
         gap, sign = far.wall.gap, -1.0
     at_place = j + x + took / grid.h
-    r = sign * (gap + q)
+    r, s = sign * (gap + q), sign * s
     x1, v1 = structure_at(far.damper if near is None else near.damper, x1, v1, r, s)
     j = min(int(at_place), stop - 1)
     x = at_place - j

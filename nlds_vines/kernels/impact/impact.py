@@ -39,7 +39,7 @@ from ..numerics.deciding import is_a
 from ..numerics.elementary import fifth_root
 from ..numerics.fours import four, four_at, four_of, larger_of, largest_of, put_four, sum_of
 from ..scene.drive import Moment, bending, drive_later, drive_now, falling, twisting
-from ..scene.scene import accelerations, shared, under
+from ..scene.scene import accelerations_at, shared, under
 from .arc import ARC, FACTORS, GUESSED, LEVEL, LEVEL_ROW, MISSED, NODES, TERM
 
 # --------------------------------------------------------------------------------------------------
@@ -92,6 +92,7 @@ class Approach(NamedTuple):
     acceleration: float
     jerk: float
     snap: float
+    # towards the wall:
     force: float  # A: a at touch without the part in s, in units of kappa b^6
     drag: float  # D: coefficient of -s
     drift: float  # R: coefficient of the time
@@ -101,9 +102,9 @@ class Approach(NamedTuple):
 
 
 @jit
-def approach_of(ps, damper, wall, phase, touch):
+def approach_of(side, phase, touch):
     """Return the `Approach` of a touch with (s > 0, x1, v1) at an instant (`drive`)."""
-    s, x1, v1 = touch
+    ps, damper, wall, sign, (s, x1, v1) = side.ps, side.damper, side.wall, side.sign, touch
     # The free arc.
     b = fifth_root(s / wall.speed)
     b4 = (b * b) * (b * b)
@@ -113,7 +114,7 @@ def approach_of(ps, damper, wall, phase, touch):
     # load); a force that shakes both bodies acts on it in full.
     other, drive = 1.0 - damper.share, drive_now(phase)
     falls, bends = falling(ps, phase), bending(ps, phase)
-    v = v1 - damper.share * s
+    v = v1 - sign * damper.share * s
     push = under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v)
     push = push - shared(ps, ps.force * drive)
     acceleration = other * push + shared(ps, ps.force * drive)
@@ -125,11 +126,11 @@ def approach_of(ps, damper, wall, phase, touch):
     pull = damper.share * ps.damping * other * ps.damping  # of z through the common dashpot
     stiffness = damper.k2 * damper.inv_mu + damper.share * ps.stiffness - pull
     per = 1.0 / peak
-    force = (push - damper.k2 * wall.gap * damper.inv_mu) * per
+    force = (sign * push - damper.k2 * wall.gap * damper.inv_mu) * per
     drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s * per
-    drift = -(slope + ps.damping * acceleration) * tick * per
+    drift = -sign * (slope + ps.damping * acceleration) * tick * per
     spring = -stiffness * b4 * per
-    curvature = -0.5 * (bend + ps.damping * jerk) * tick * tick * per
+    curvature = -0.5 * sign * (bend + ps.damping * jerk) * tick * tick * per
     size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
     # The series omits the third derivative of a load, whose error is at most 4 C_n x (`CHOICES`).
     # Adding 2 sqrt(x) to e covers it, since (e + 2 sqrt(x))^(3/2) > e^(3/2) + 4 x for x < 1/4.
@@ -163,9 +164,9 @@ BY_TIME = 0.2  # least factor assumed between changes at nodes and of integrals 
 
 
 @jit
-def first_guess(ps, damper, nodes, approach):
+def first_guess(side, nodes, approach):
     """Fill the unknowns at the nodes by the series, to third order in the small numbers."""
-    w, m, at = nodes.w, nodes.m, nodes.at
+    ps, damper, w, m, at = side.ps, side.damper, nodes.w, nodes.m, nodes.at
     b, tick = approach.b, approach.tick
     # The terms of the series: each is a former one times a small number.
     w[ARC.products] = 1.0
@@ -175,10 +176,10 @@ def first_guess(ps, damper, nodes, approach):
     for k in range(4, MISSED, 4):  # four at once: their factors stand before them
         put_four(w, ARC.products + k, gathered(w, k) * gathered(w, MISSED + k))
     # the effect on the common motion of the shares of s and z in x1' and x1
-    other = 1.0 - damper.share
+    other, share = 1.0 - damper.share, side.sign * damper.share
     z0 = (b * b) * (b * b)
-    on_v = ps.damping * other * damper.share
-    first = (ps.stiffness * damper.share - ps.damping * on_v) * other * z0 * tick
+    on_v = ps.damping * other * share
+    first = (ps.stiffness * share - ps.damping * on_v) * other * z0 * tick
     second = ps.damping * first + ps.stiffness * on_v * z0 * tick
     twice = other * tick * second
     on_x, on_x_twice = on_v * z0 * tick, first * tick
@@ -209,9 +210,9 @@ def first_guess(ps, damper, nodes, approach):
 
 
 @jit(inlined=True)
-def slopes_at(ps, damper, wall, nodes, approach, i):
+def slopes_at(side, nodes, approach, i):
     """Return a and the derivatives of b, t, x and v by phi at the four nodes from i on."""
-    w, at = nodes.w, nodes.at
+    ps, damper, wall, w, at = side.ps, side.damper, side.wall, nodes.w, nodes.at
     b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
     v = four_at(w, ARC.common_v + i)
     b2 = b * b
@@ -220,12 +221,15 @@ def slopes_at(ps, damper, wall, nodes, approach, i):
     z = b4 * u2
     s = (wall.speed * (b4 * b)) * S_u
     # the accelerations of x1 without damper and wall, and of r without the wall
-    drive = drive_later(ps, approach.phase, four_at(w, ARC.times + i))
-    x1 = four_at(w, ARC.common_x + i) + damper.share * z
+    drive, share = (
+        drive_later(ps, approach.phase, four_at(w, ARC.times + i)),
+        side.sign * damper.share,
+    )
+    x1 = four_at(w, ARC.common_x + i) + share * z
     push = ps.force * drive
-    push = under(ps.load, push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s)))
+    push = under(ps.load, push - (ps.stiffness * x1 + ps.damping * (v + share * s)))
     push = push - shared(ps, ps.force * drive)
-    a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
+    a = side.sign * push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
     per = u / (wall.kappa * (b4 * b2) - a * u2)
     dt = (2.5 * wall.speed) * (b4 * b) * per
     common = (1.0 - damper.share) * push + shared(ps, ps.force * drive)
@@ -261,7 +265,7 @@ def integrate(nodes, approach):
 
 
 @jit
-def settle(ps, damper, wall, nodes, approach, tolerance):
+def settle(side, nodes, approach, tolerance):
     """Sweep until the unknowns at the nodes settle; return True if MOST_SWEEPS sweeps suffice.
 
     tolerance: relative error that may remain in the integrals over the whole interval. The next
@@ -270,13 +274,13 @@ def settle(ps, damper, wall, nodes, approach, tolerance):
     changes the integrals of b and v by `shrinks` times it, those of time and place by BY_TIME times
     it. The larger factor counts.
     """
-    took = approach.tick * LENGTH
+    ps, took = side.ps, approach.tick * LENGTH
     slow = took * (ps.damping + 0.5 * ps.stiffness * took)
-    shrinks = approach.size + (1.0 - damper.share) * abs(slow)
-    first_guess(ps, damper, nodes, approach)
+    shrinks = approach.size + (1.0 - side.damper.share) * abs(slow)
+    first_guess(side, nodes, approach)
     for _ in range(MOST_SWEEPS):
         for i in range(0, nodes.m, 4):
-            _, of_b, of_t, of_x, of_v = slopes_at(ps, damper, wall, nodes, approach, i)
+            _, of_b, of_t, of_x, of_v = slopes_at(side, nodes, approach, i)
             put_four(nodes.w, ARC.slope_b + i, of_b)
             put_four(nodes.w, ARC.slope_t + i, of_t)
             put_four(nodes.w, ARC.slope_x + i, of_x)
@@ -303,7 +307,7 @@ def missed(nodes):
 
 
 @jit
-def at_end(ps, damper, wall, nodes, approach):
+def at_end(side, nodes, approach):
     """Return (b / b0, time, x, v, doubt) at the end of the interval, from settled unknowns.
 
     x, v: of the common motion. doubt is the sum of two relative residuals. The energy of the motion
@@ -313,20 +317,21 @@ def at_end(ps, damper, wall, nodes, approach):
     integrands are s ds/dt and z (ds/dt - a), ds/dt being the acceleration of r by all forces but
     the wall's, taken from eq. (5) and not from the formulas of the `a` of the solution.
     """
+    ps, wall, share = side.ps, side.wall, side.sign * side.damper.share
     w, m, at, weight = nodes.w, nodes.m, nodes.at, nodes.at + NODES.weight * nodes.m
     sb, st, sg, sh = four(0.0), four(0.0), four(0.0), four(0.0)
     energy, virial = four(0.0), four(0.0)
     per = 1.0 / approach.b
     for i in range(0, m, 4):
-        a, fb, ft, fg, fh = slopes_at(ps, damper, wall, nodes, approach, i)
+        a, fb, ft, fg, fh = slopes_at(side, nodes, approach, i)
         b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + m + i)
         b2 = b * b
         b4 = b2 * b2
         z, s = b4 * (u * u), (wall.speed * (b4 * b)) * S_u
         drive = drive_later(ps, approach.phase, four_at(w, ARC.times + i))
-        x1 = four_at(w, ARC.common_x + i) + damper.share * z
-        v1 = four_at(w, ARC.common_v + i) + damper.share * s
-        _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, 0.0)
+        x1 = four_at(w, ARC.common_x + i) + share * z
+        v1 = four_at(w, ARC.common_v + i) + share * s
+        _, ds = accelerations_at(side, ps, (x1, v1, wall.gap + z, s), drive, 0.0)
         q = four_at(w, weight + i)
         sb = sb + q * (fb * per)
         st = st + q * ft
@@ -356,13 +361,13 @@ def solve_arc(side, part, error, approach):
     `level_for`, and rises as long as the doubt exceeds the tolerance. Returns (solved, b / b0,
     time [s], x, v) at the end; if it is not solved, by the largest number of nodes.
     """
-    ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
+    arc = side.arc
     at_last = 1.0, 0.0, approach.x, approach.v, 0.0
     for level in range(level_for(arc, error, approach.size), arc.levels):
         nodes = nodes_of(arc, level, part)
         arc.table[ARC.used] = level
-        settled = settle(ps, damper, wall, nodes, approach, arc.settled)
-        at_last = at_end(ps, damper, wall, nodes, approach)
+        settled = settle(side, nodes, approach, arc.settled)
+        at_last = at_end(side, nodes, approach)
         if settled and at_last[4] <= arc.tolerance:
             return True, at_last[0], at_last[1], at_last[2], at_last[3]
     return False, at_last[0], at_last[1], at_last[2], at_last[3]
@@ -388,7 +393,7 @@ def short_impact(side, impacts, phase, now):
     q, s, x1, v1 = now
     if not (q == 0.0 and s > 0.0):
         return False, s, x1, v1, 0.0, 0.0
-    approach = approach_of(side.ps, side.damper, side.wall, phase, (s, x1, v1))
+    approach = approach_of(side, phase, (s, x1, v1))
     lasting, horizon = approach.tick * LENGTH, math.inf
     if is_a(phase, Moment):
         horizon = (1.0 - phase.x) * phase.length
@@ -402,4 +407,4 @@ def short_impact(side, impacts, phase, now):
         return False, s, x1, v1, 0.0, 0.0
     ratio2 = ratio * ratio
     speed = s * (ratio2 * ratio2 * ratio)
-    return True, -speed, x, v - side.damper.share * speed, took, depth
+    return True, -speed, x, v - side.sign * side.damper.share * speed, took, depth

@@ -55,7 +55,7 @@ from ..scene.scene import (
     Ground,
     Structure,
     Watch,
-    accelerations,
+    accelerations_at,
     shared,
     side_with,
     under,
@@ -136,14 +136,14 @@ PARTIAL, AT_NODE = Partial(), AtNode()
 
 
 @jit
-def linearize(ps, damper, wall, nodes, approach):
+def linearize(side, nodes, approach):
     """Fill the partial derivatives of the linearized equations at the nodes.
 
     They follow from d(ln per) = u^2 per/u da - 6 (1 + a u per) db / b, per = u / den.
     """
-    w, at = nodes.w, nodes.at
-    other, a1, a2 = 1.0 - damper.share, ps.stiffness * damper.share, ps.damping * damper.share
-    c, d = approach.phase
+    ps, damper, wall, sign, w, at = side.ps, side.damper, side.wall, side.sign, nodes.w, nodes.at
+    other, share, (c, d) = 1.0 - damper.share, sign * damper.share, approach.phase
+    a1, a2 = ps.stiffness * share, ps.damping * share
     for i in range(0, nodes.m, 4):
         # The impact, as in `slopes_at`.
         b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
@@ -157,20 +157,21 @@ def linearize(ps, damper, wall, nodes, approach):
             ps.stiffness * four_at(w, ARC.common_x + i) + ps.damping * four_at(w, ARC.common_v + i)
         )
         push = under(ps.load, push - (a1 * z + a2 * s))
-        a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
+        a = sign * push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
         per = u / (wall.kappa * (b4 * b2) - a * u2)
         dt = (2.5 * wall.speed) * (b4 * b) * per
         # The derivatives of z, s and the accelerations by b.
         per_b = 1.0 / b
         z_b, s_b = 4.0 * z * per_b, 5.0 * s * per_b
         push_b = 0.0 - (a1 * z_b + a2 * s_b)
-        a_b = push_b - (damper.k2 * z_b + damper.c2 * s_b) * damper.inv_mu
-        # The derivatives of b', t' and v'.
+        a_b = sign * push_b - (damper.k2 * z_b + damper.c2 * s_b) * damper.inv_mu
+        # The derivatives of b', t' and v'; those of b' and t' by a are `sign` times those by e.
         grows = 1.0 + a * u * per
         half = 0.5 * S_u * b * per
-        b_e, t_e = half * grows, dt * u * per
-        b_b = half * a * per_b * (1.0 - 6.0 * grows) + b_e * a_b
-        t_b = dt * per_b * (5.0 - 6.0 * grows) + t_e * a_b
+        b_a, t_a = half * grows, dt * u * per
+        b_e, t_e = sign * b_a, sign * t_a
+        b_b = half * a * per_b * (1.0 - 6.0 * grows) + b_a * a_b
+        t_b = dt * per_b * (5.0 - 6.0 * grows) + t_a * a_b
         put_four(w, PARTIAL.e_t + i, (0.0 - ps.force * ps.omega) * (d * cosine + c * sine))
         put_four(w, PARTIAL.b_e + i, b_e)
         put_four(w, PARTIAL.b_b + i, b_b)
@@ -181,25 +182,26 @@ def linearize(ps, damper, wall, nodes, approach):
 
 
 @jit
-def guess(ps, damper, nodes, approach, pushes, faster):
+def guess(side, nodes, approach, pushes, faster):
     """Fill the initial guess of b and e at the nodes: the derivative of `impact.first_guess`.
 
     pushes: of `impact.pushes_varied`; faster: relative variation of the approach speed. The effect
     of the shares of s and z on the common motion is proportional to powers of that speed.
     """
-    w, b0, tick, other = nodes.w, approach.b, approach.tick, 1.0 - damper.share
+    ps, w, b0, tick = side.ps, nodes.w, approach.b, approach.tick
+    other, share = 1.0 - side.damper.share, side.sign * side.damper.share
     as_fast, slower = 0.2 * faster, -0.2 * faster
     push, first, second, third, fourth = pushes
     second, third, fourth = 0.5 * second, (1.0 / 6.0) * third, (1.0 / 24.0) * fourth
     # the derivatives of the push along the impact
-    per = 2.5 * approach.s / (tick * tick)
+    per = 2.5 * side.sign * approach.s / (tick * tick)
     climbs, bends = per * approach.drift, 2.0 * per / tick * approach.curvature
     twists = ps.force * ps.omega * ps.omega * ps.omega * approach.phase[1]
     twists = 0.5 * (twists - (ps.stiffness * approach.jerk + ps.damping * approach.snap))
     # the shares
     z0 = (b0 * b0) * (b0 * b0)
-    on_v = ps.damping * other * damper.share
-    first_share = (ps.stiffness * damper.share - ps.damping * on_v) * other * z0 * tick
+    on_v = ps.damping * other * share
+    first_share = (ps.stiffness * share - ps.damping * on_v) * other * z0 * tick
     second_share = ps.damping * first_share + ps.stiffness * on_v * z0 * tick
     on_u = 0.8 * ps.damping * on_v * z0
     on_cube, on_double = (
@@ -329,13 +331,15 @@ def solve_variations(side, nodes, approach, took, tangent):
     took [s]: its duration. Returns (start, push, faster): the differences (t0, b, x, v) at the
     touch, the variation of the push there, and that of the approach speed, relative.
     """
-    ps, damper, wall, rate = side.ps, side.damper, side.wall, side.rate
-    linearize(ps, damper, wall, nodes, approach)
+    ps, damper, sign, rate = side.ps, side.damper, side.sign, side.rate
+    linearize(side, nodes, approach)
     # The differences where the wall is met, t0 later; those of the common motion without s.
-    s, share = approach.s, damper.share
+    s, share = approach.s, sign * damper.share
     x1, v1 = approach.x, approach.v + share * s
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, drive_now(approach.phase), 0.0)
+    drive = drive_now(approach.phase)
+    dv, ds = accelerations_at(side, ps, (x1, v1, side.wall.gap, s), drive, 0.0)
     x, v, r, speed = columns_of(tangent)
+    r, speed = sign * r, sign * speed
     late = (-1.0 / s) * r
     size = larger_of(larger_of(four(TINIEST), rate * r), v)
     x, v, _, speed = carried((x, v, r, speed), (v1, dv, s, ds), late)
@@ -349,11 +353,11 @@ def solve_variations(side, nodes, approach, took, tangent):
     push, first, second, _, _ = pushes
     tick = approach.tick
     per = 0.4 * tick / s
-    force = per * push - (1.2 * approach.force) * faster
+    force = (sign * per) * push - (1.2 * approach.force) * faster
     drag = (-0.2 * approach.drag) * faster
-    drift = (tick * per) * first - (1.4 * approach.drift) * faster
+    drift = (sign * tick * per) * first - (1.4 * approach.drift) * faster
     spring = (-0.4 * approach.spring) * faster
-    curvature = (0.5 * tick * tick * per) * second - (1.6 * approach.curvature) * faster
+    curvature = (0.5 * sign * tick * tick * per) * second - (1.6 * approach.curvature) * faster
     # The variation of each term of the series, which is a product of two (`factors_of`).
     put_four(nodes.w, ARC.changes, four(0.0))
     put_four(nodes.w, ARC.changes + 4 * TERM.force, force)
@@ -366,7 +370,7 @@ def solve_variations(side, nodes, approach, took, tangent):
         change = nodes.w[ARC.products + fewer] * four_at(nodes.w, ARC.changes + 4 * single)
         change = change + nodes.w[ARC.products + single] * four_at(nodes.w, ARC.changes + 4 * fewer)
         put_four(nodes.w, ARC.changes + 4 * k, change)
-    guess(ps, damper, nodes, approach, pushes, faster)
+    guess(side, nodes, approach, pushes, faster)
     # Sweeps until the relative error at the end is `enough`. The guess is right to third order, so
     # that a sweep multiplies an error of b by approach.size / 3 or less, and so does the integral
     # to the end; the time of release takes a fifth of it. An error of e grows at least as t^3: it
@@ -401,8 +405,8 @@ def vary(side, phase, before, after, tangent):
     Its unknowns are in the table of the arc. before: (s, x1, v1) at the touch; after: (s, x1, v1,
     duration [s]) at the release; phase: as of `short_impact`.
     """
-    ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
-    approach = approach_of(ps, damper, wall, phase, before)
+    ps, wall, arc, sign = side.ps, side.wall, side.arc, side.sign
+    share, approach = side.damper.share, approach_of(side, phase, before)
     n, m, at, table = nodes_of(arc, int(arc.table[ARC.used]), LEVEL.whole)
     w, took = bare(table), after[3]
     nodes = Nodes(n, m, at, w)
@@ -431,7 +435,7 @@ def vary(side, phase, before, after, tangent):
     longer = approach.tick * error_t - (0.2 * late) * faster
     b, t = b + approach.b * (error_b + (0.2 * of_b) * faster), t + longer
     x = x + approach.v * longer
-    v = v + (approach.acceleration * longer + ((1.0 - damper.share) * late) * push)
+    v = v + (approach.acceleration * longer + ((1.0 - share) * late) * push)
     # At equal time, t0 + t before the wall is left; b^5 is nearly that of the last node.
     s, x1, v1, _ = after
     last = w[ARC.amplitudes + n - 1]
@@ -440,10 +444,11 @@ def vary(side, phase, before, after, tangent):
     last = last * (1.0 + off * (0.2 - off * (0.08 - 0.048 * off)))
     speed = (5.0 * s / last) * b
     drive = drive_now(later(ps, phase, took))
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, drive, 0.0)
+    dv, ds = accelerations_at(side, ps, (x1, v1, wall.gap, s), drive, 0.0)
     back = start[0] + t
-    v = v + damper.share * speed
-    put_columns(tangent, carried((x, v, four(0.0), speed), (v1, dv, s, ds), 0.0 - back))
+    v = v + (sign * share) * speed
+    x, v, r, speed = carried((x, v, four(0.0), speed), (v1, dv, s, ds), 0.0 - back)
+    put_columns(tangent, (x, v, sign * r, sign * speed))
 
 
 # ---- A response over a short impact, summed up at its own nodes ----------------------------------
@@ -473,35 +478,36 @@ MOTION = Motion()
 
 
 @jit
-def motion_of_touch(ps, damper, ground, y, phase):
-    """Return (x1, v1, dv1/dt, a1, jerk) of a state y at zero depth; ground: of a `Tally`."""
-    x1, v1, r, s = y
+def motion_of_touch(side, ground, state, phase):
+    """Return (x1, v1, dv1/dt, a1, jerk) of (s, x1, v1) at zero depth; ground: of a `Tally`."""
+    s, x1, v1 = state
     drive = drive_now(phase)
-    dv, ds = accelerations(ps, damper, x1, v1, r, s, drive, 0.0)
-    jerk, _ = accelerations(unloaded(ps), damper, v1, dv, s, ds, 0.0, 0.0)
-    jerk -= in_absolute(ground, falling(ps, phase))
+    dv, ds = accelerations_at(side, side.ps, (x1, v1, side.wall.gap, s), drive, 0.0)
+    jerk, _ = accelerations_at(side, unloaded(side.ps), (v1, dv, s, ds), 0.0, 0.0)
+    jerk -= in_absolute(ground, falling(side.ps, phase))
     return x1, v1, dv, absolute(ground, dv, drive), jerk
 
 
 @jit
 def sums_at_nodes(side, nodes, approach, ground):
     """Fill the rows `Motion`; return the first seven integrals of a tally (`response_sums`)."""
-    ps, damper, wall, w, at = side.ps, side.damper, side.wall, nodes.w, nodes.at
+    ps, wall, sign, w, at = side.ps, side.wall, side.sign, nodes.w, nodes.at
+    share = sign * side.damper.share
     of_x, of_v, of_a, of_r = four(0.0), four(0.0), four(0.0), four(0.0)
     of_s, work, other = four(0.0), four(0.0), four(0.0)
     for i in range(0, nodes.m, 4):
-        _, _, per, _, _ = slopes_at(ps, damper, wall, nodes, approach, i)
+        _, _, per, _, _ = slopes_at(side, nodes, approach, i)
         dt = per * four_at(w, at + NODES.weight * nodes.m + i)
         b, u, S_u = four_at(w, ARC.amplitudes + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
         time, b2 = four_at(w, ARC.times + i), b * b
         b4, root = b2 * b2, b2 * u
         z, s = root * root, (wall.speed * (b4 * b)) * S_u
-        x1 = four_at(w, ARC.common_x + i) + damper.share * z
-        v1 = four_at(w, ARC.common_v + i) + damper.share * s
+        x1 = four_at(w, ARC.common_x + i) + share * z
+        v1 = four_at(w, ARC.common_v + i) + share * s
         r, drive = wall.gap + z, drive_later(ps, approach.phase, time)
-        dv, ds = accelerations(ps, damper, x1, v1, r, s, drive, wall.K * z * root)
+        dv, ds = accelerations_at(side, ps, (x1, v1, r, s), drive, wall.K * z * root)
         push = 1.5 * wall.K * root * s
-        jerk, _ = accelerations(unloaded(ps), damper, v1, dv, s, ds, 0.0, push)
+        jerk, _ = accelerations_at(side, unloaded(ps), (v1, dv, s, ds), 0.0, push)
         a1 = absolute(ground, dv, drive)
         falls = falling(ps, later(ps, approach.phase, time))
         put_four(w, MOTION.x1 + i, x1)
@@ -511,7 +517,7 @@ def sums_at_nodes(side, nodes, approach, ground):
         put_four(w, MOTION.jerk + i, jerk - in_absolute(ground, falls))
         of_x, of_v, of_a = of_x + dt * x1 * x1, of_v + dt * v1 * v1, of_a + dt * a1 * a1
         of_r, of_s, work = of_r + dt * r * r, of_s + dt * s * s, work + dt * drive * v1
-        other = other + dt * drive * beside(approach.phase, x1, s)
+        other = other + dt * drive * beside(approach.phase, x1, sign * s)
     return (
         sum_of(of_x), sum_of(of_v), sum_of(of_a), sum_of(of_r), sum_of(of_s), sum_of(work),
         sum_of(other),
@@ -551,19 +557,18 @@ def about_deepest(side, approach, ground):
 
     The error is relative to the contact's part of a1.
     """
-    ps, damper, wall = side.ps, side.damper, side.wall
+    ps, wall, sign = side.ps, side.wall, side.sign
     _, ratio, took, x, v1 = solve_arc(side, LEVEL.half, LEVEL.half_error, approach)
     b = approach.b * ratio
     root = b * b
     z, phase = root * root, later(ps, approach.phase, took)
-    x1, r, force, drive = x + damper.share * z, wall.gap + z, wall.K * z * root, drive_now(phase)
-    dv, ds = accelerations(ps, damper, x1, v1, r, 0.0, drive, force)
-    falls = falling(ps, phase)
-    jerk, twist = accelerations(unloaded(ps), damper, v1, dv, 0.0, ds, 0.0, 0.0)
+    x1, r, force = x + sign * side.damper.share * z, wall.gap + z, wall.K * z * root
+    drive, falls = drive_now(phase), falling(ps, phase)
+    dv, ds = accelerations_at(side, ps, (x1, v1, r, 0.0), drive, force)
+    jerk, twist = accelerations_at(side, unloaded(ps), (v1, dv, 0.0, ds), 0.0, 0.0)
+    twist -= sign * (falls - shared(ps, falls))
     push = 1.5 * wall.K * root * ds
-    snap, _ = accelerations(
-        unloaded(ps), damper, dv, jerk - falls, ds, twist - (falls - shared(ps, falls)), 0.0, push
-    )
+    snap, _ = accelerations_at(side, unloaded(ps), (dv, jerk - falls, ds, twist), 0.0, push)
     jerk -= in_absolute(ground, falls)
     snap -= in_absolute(ground, bending(ps, phase))
     a1, turn = absolute(ground, dv, drive), jerk / snap
@@ -579,9 +584,8 @@ def tally_nodes(side, tally, phase, now, after):
     phase: the instant of its touch; now: (q, s, x1, v1) there; after: (s, x1, v1, duration [s]) at
     the release. Overwrites the unknowns at the nodes.
     """
-    ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
-    (_, s, x1, v1), row, ground = now, tally.row, tally.ground
-    approach = approach_of(ps, damper, wall, phase, (s, x1, v1))
+    arc, row, ground, (_, s, x1, v1) = side.arc, tally.row, tally.ground, now
+    approach = approach_of(side, phase, (s, x1, v1))
     level = 0  # the first whose integrals over the free arc are within the tolerance, or the last
     while level < arc.levels - 1:
         if arc.table[ARC.levels + LEVEL_ROW * level + LEVEL.summed] <= arc.tolerance:
@@ -589,12 +593,12 @@ def tally_nodes(side, tally, phase, now, after):
         level += 1
     n, m, at, table = nodes_of(arc, max(level, int(arc.table[ARC.used])), LEVEL.whole)
     nodes = Nodes(n, m, at, bare(table))
-    if level > arc.table[ARC.used] and not settle(ps, damper, wall, nodes, approach, arc.settled):
+    if level > arc.table[ARC.used] and not settle(side, nodes, approach, arc.settled):
         return False
     sums = sums_at_nodes(side, nodes, approach, ground)
-    begin = motion_of_touch(ps, damper, ground, (x1, v1, wall.gap, s), phase)
+    begin = motion_of_touch(side, ground, (s, x1, v1), phase)
     s, x1, v1, took = after
-    end = motion_of_touch(ps, damper, ground, (x1, v1, wall.gap, s), later(ps, phase, took))
+    end = motion_of_touch(side, ground, (s, x1, v1), later(side.ps, phase, took))
     # A maximum so far that may be exceeded between two nodes is not found here.
     w, last, time = nodes.w, begin, 0.0
     for i in range(n):
@@ -652,10 +656,7 @@ SURER, VERIFIED = 0.1, 2.5e-11
 
 
 class Ahead(NamedTuple):
-    """A solved impact while the orbit is inside it, in the coordinates of a near wall.
-
-    took [s] is 0 if there is none.
-    """
+    """A solved impact while the orbit is inside it; took [s] is 0 if there is none."""
 
     took: float  # from touch to release [s]
     elapsed: float  # since touch [s]
@@ -709,6 +710,7 @@ def place_of(side, phase, touch):
     if is_a(phase, Moment):
         return new_place(side.arc.table)
     w, (s, x1, v1), (c, d), rate = side.arc.table, touch, phase, side.rate
+    s *= side.sign  # the two walls have one table
     scale = abs(s) + abs(v1) + rate * abs(x1)
     for i in range(MOST_RECALLED):
         at = ARC.recalled + RECALLED.size * i
@@ -744,12 +746,13 @@ def where_peaks_are(side, energy, phase, ahead):
     duration. There is no peak if an energy falls from the end on and neither the velocity nor the
     other forces change their sign.
     """
-    ps, damper, gap = side.ps, side.damper, side.wall.gap
-    took, (s, x, v), (u, y, w) = ahead.took, ahead.touch, ahead.release
-    f = powers_at(ps, damper, x, v, gap, s, drive_now(phase))
-    g = powers_at(ps, damper, y, w, gap, u, drive_now(later(ps, phase, took)))
-    e0, e1 = energies(ps, damper, x, v, gap, s), energies(ps, damper, y, w, gap, u)
+    ps, damper, sign, took = side.ps, side.damper, side.sign, ahead.took
+    (s, x, v), (u, y, w), r = ahead.touch, ahead.release, sign * side.wall.gap
     deep = took * max(s, -u) / LASTING
+    s, u = sign * s, sign * u
+    f = powers_at(ps, damper, x, v, r, s, drive_now(phase))
+    g = powers_at(ps, damper, y, w, r, u, drive_now(later(ps, phase, took)))
+    e0, e1 = energies(ps, damper, x, v, r, s), energies(ps, damper, y, w, r, u)
     early, late, longest = False, False, 0.0
     for i in range(2):
         v, n, w, m = f[2 * i], f[2 * i + 1], g[2 * i], g[2 * i + 1]
@@ -770,8 +773,8 @@ def note_end(side, energy, phase, now, soon, at):
 
     now: (q, s, x1, v1) there, phase: the instant; at: place of the recalled rises.
     """
-    w, (_, s, x1, v1) = side.arc.table, now
-    e = energies(side.ps, side.damper, x1, v1, side.wall.gap, s)
+    w, (_, s, x1, v1), sign = side.arc.table, now, side.sign
+    e = energies(side.ps, side.damper, x1, v1, sign * side.wall.gap, sign * s)
     if not w[at] >= 0.0:
         before = energy[0], energy[1]
         energy[0], energy[1] = e

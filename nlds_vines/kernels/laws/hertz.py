@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from ..events.contact import as_seen, contact, mirrored_back, stepped
+from ..events.contact import contact
 from ..impact.impact import LASTING, short_impact
 from ..impact.inside import (
     note_inside,
@@ -226,7 +226,8 @@ def follow_short_impact(side, watch, phase, left, now):
         ahead = read_ahead(k, int(AHEAD))
         q, s, x1, v1 = state_at_section(side, touch, ahead)
         if watch.energy is not None:
-            note_energy(side.ps, side.damper, watch.energy, x1, v1, side.wall.gap + q * q, s)
+            r = side.sign * (side.wall.gap + q * q)
+            note_energy(side.ps, side.damper, watch.energy, x1, v1, r, side.sign * s)
         result = STOPPED, q, s, x1, v1, left, q * q if s > 0.0 else ahead.depth
     if tangent is not None and (stops or not begins):
         if stops and not begins:  # from one section to the next
@@ -249,7 +250,7 @@ def follow(side, watch, phase, place, left, now):
     """
     if is_a(watch.tangent, Driven):
         fine = variations_finely(side)
-        stepped(fine, Watch(None, None, None, None, watch.tangent, None), phase, left, now)
+        contact(fine, Watch(None, None, None, None, watch.tangent, None), phase, now, left)
         others = Watch(watch.limit_log, watch.energy, watch.clearance, watch.impacts, None, None)
         return solve_or_step(side, others, phase, left, now)
     return solve_or_step(side, watch, phase, left, now)
@@ -258,17 +259,15 @@ def follow(side, watch, phase, place, left, now):
 @jit
 def solve_or_step(side, watch, phase, left, now):
     """Follow a contact as a short impact if it is one, otherwise by steps."""
-    seen, start, wave = as_seen(side, now, phase)
-    solved, result = False, (RELEASED, 0.0, start[1], start[2], start[3], 0.0, 0.0)
+    solved, result = False, (RELEASED, 0.0, now[1], now[2], now[3], 0.0, 0.0)
     if side.rk4 is None and side.arc is not None:
-        solved, result = follow_short_impact(seen, watch, wave, left, start)
+        solved, result = follow_short_impact(side, watch, phase, left, now)
     if not solved:
-        result = contact(seen, watch, wave, start, left)
+        result = contact(side, watch, phase, now, left)
     elif watch.tally is not None:
-        if start[0] == 0.0 and start[1] > 0.0 and result[0] == RELEASED:
+        if now[0] == 0.0 and now[1] > 0.0 and result[0] == RELEASED:
             _, _, s, x1, v1, took, _ = result
-            tally_inside(seen, watch.tally, wave, start, (s, x1, v1, took))
+            tally_inside(side, watch.tally, phase, now, (s, x1, v1, took))
         else:  # a part of it
-            only = Watch(None, None, None, None, None, watch.tally)
-            contact(seen, only, wave, start, left)
-    return mirrored_back(side, result)
+            contact(side, Watch(None, None, None, None, None, watch.tally), phase, now, left)
+    return result

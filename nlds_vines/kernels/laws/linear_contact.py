@@ -37,7 +37,7 @@ from ..numerics.deciding import is_a
 from ..numerics.fours import bare
 from ..scene import law as contact_series
 from ..scene.codes import CLEARED, RELEASED, RETURNED
-from ..scene.scene import Damper, Ground, Structure, mirrored_load
+from ..scene.scene import Damper, Ground, Structure
 from ..watch.observe import note_depth, note_force
 from ..watch.response import (
     factor_at,
@@ -273,27 +273,26 @@ def follow(side, watch, phase, place, left, now):
     tangent, tally = watch.tangent, watch.tally
     balance, shift = wall.gap - pressed.shift, sign * pressed.shift
     depth, s, x1, v1 = now
-    start = sign * x1, sign * v1, wall.gap + depth, sign * s
+    start = x1, v1, sign * (wall.gap + depth), sign * s
     if tangent is not None and depth == 0.0:
         jump_at(wall, damper, tangent, sign, 1.0)
     if tally is not None:
         slow = tally.row[S2]  # the integral of s^2 so far, to which the loss is proportional
     # r counts from the balance of the springs, where the depth is -`balance`
-    y = x1 - of_balance(damper, shift), v1, sign * (depth + balance), s
+    y = x1 - of_balance(damper, shift), v1, sign * (depth + balance), sign * s
     event, y, took = walk(pressed, side, watch, phase, place, left, y)
     if tally is not None:
         tally.row[LOSS] += wall.cc * (tally.row[S2] - slow)
     x1, v1, r, s = y
     z = max(sign * r - balance, 0.0)
     if tangent is not None:
-        seen = mirrored_load(ps.load, ps, sign)
-        carry(tangent, Linear(wall, seen, damper, sign, pressed.grid), place, start, took)
+        carry(tangent, Linear(wall, ps, damper, sign, pressed.grid), place, start, took)
         side.k[contact_series.SHRUNK] -= wall.cc * damper.inv_mu * took
     if event == RELEASED and (wall.pulls is not None or wall.cc == 0.0):
         z = 0.0
         if tangent is not None and wall.pulls is not None:
             jump_at(wall, damper, tangent, sign, -1.0)
-    return event, z, s, x1 + of_balance(damper, shift), v1, took, max(depth, z)
+    return event, z, sign * s, x1 + of_balance(damper, shift), v1, took, max(depth, z)
 
 
 @jit
@@ -311,25 +310,25 @@ def of_balance(damper, shift):
 def leave(side, watch, phase, place, left, now):
     wall, sign, tally = side.wall, side.sign, watch.tally
     z, s, x1, v1 = now
-    y = x1, v1, sign * (z + wall.gap), s
+    y = x1, v1, sign * (z + wall.gap), sign * s
     event, y, took = walk(side.motion.leaving, side, watch, phase, place, left, y)
     x1, v1, r, s = y
     z = 0.0 if event == CLEARED else max(sign * r - wall.gap, 0.0)
     if tally is not None:  # the wall's spring relaxes without a force: kc z^2 / 2 is lost
         tally.row[LOSS] += 0.5 * wall.kc * (now[0] - z) * (now[0] + z)
-    return event, z, s, x1, v1, took
+    return event, z, sign * s, x1, v1, took
 
 
 # ---- derivatives by parameters -------------------------------------------------------------------
 
 
 @jit
-def push_of(wall, constant, r, s, c, d):
-    return (wall.kc * (r - constant * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d)
+def push_of(wall, outward, r, s, c, d):
+    return (wall.kc * (r - outward * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d)
 
 
 @jit
 def push_changed(wall, by, sign, constant, r, s):
-    at = constants_of(sign)
-    rate = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
-    return sign * (rate - constant * wall.kc * by[wall_at(sign) + GAP])
+    at, outward = constants_of(sign), constant * sign
+    rate = by[at + KC] * (r - outward * wall.gap) + by[at + CC] * s
+    return rate - outward * wall.kc * by[wall_at(sign) + GAP]

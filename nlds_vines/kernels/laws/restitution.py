@@ -47,14 +47,8 @@ from ..numerics.deciding import is_a
 from ..numerics.elementary import log
 from ..scene import law as contact_series
 from ..scene.codes import RELEASED
-from ..scene.drive import drive_now, falling, mirrored, most_push
-from ..scene.scene import (
-    Structure,
-    accelerations,
-    mirrored_load,
-    shared,
-    under,
-)
+from ..scene.drive import drive_now, falling, most_push
+from ..scene.scene import Structure, accelerations, accelerations_at, shared, under
 from ..watch.response import first_rise, local_grid, walk, watch_piece
 from ..watch.touch import AT_R
 
@@ -152,19 +146,20 @@ def bare_motion(motion):
 
 
 @jit
-def pressing(ps, damper, wall, x1, v1, c):
-    """Return ds/dt [m/s^2] of a damper at rest on the wall, without the wall's force."""
-    return accelerations(ps, damper, x1, v1, wall.gap, 0.0, c, 0.0)[1]
+def pressing(side, x1, v1, c):
+    """Return d2z/dt2 [m/s^2] of a damper at rest on the wall, without the wall's force."""
+    return accelerations_at(side, side.ps, (x1, v1, side.wall.gap, 0.0), c, 0.0)[1]
 
 
 @jit
-def stays(ps, damper, wall, rate, state, phase):
+def stays(side, state, phase):
     """Return True if rebounds from a speed s < 0 end in rest within a negligible time.
 
     state: (s, x1, v1), v1 of the structure after them; phase: the instant (`drive`).
     """
     (s, x1, v1), c = state, drive_now(phase)
-    a = pressing(ps, damper, wall, x1, v1, c)
+    ps, damper, wall, rate = side.ps, side.damper, side.wall, side.rate
+    a = pressing(side, x1, v1, c)
     if not a > 0.0 or rate * -s > BRIEF * a:
         return False
     if s == 0.0:
@@ -181,15 +176,16 @@ def stays(ps, damper, wall, rate, state, phase):
 
 
 @jit
-def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
+def vary_at_impact(side, before, after, stuck, c, tangent):
     """Carry four variations `tangent` (16,) through an impact (a saltation matrix).
 
-    before, after: (s, x1, v1); stuck: whether the damper stays afterwards; c: the force
-    (`drive_now`). A variation meets the wall later by t0 = -r / s. The motion before carries it
-    there, and the motion after, with e = 0 a flight, too, if ds/dt < 0, carries it back.
+    before, after: (s, x1, v1), s that of r; stuck: whether the damper stays afterwards; c: the
+    force (`drive_now`). A variation meets the wall later by t0 = -r / s. The motion before carries
+    it there, and the motion after, with e = 0 a flight, too, if ds/dt leads off, carries it back.
     """
+    ps, damper, wall, place = side.ps, side.damper, side.wall, side.sign * side.wall.gap
     s, x1, v1 = before
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
+    dv, ds = accelerations(ps, damper, x1, v1, place, s, c, 0.0)
     x, v, r, u = columns_of(tangent)
     late = (-1.0 / s) * r
     x, v, _, u = carried((x, v, r, u), (v1, dv, s, ds), late)
@@ -200,7 +196,7 @@ def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
         v = v - damper.share * u
         put_columns(tangent, carried((x, v, r, 0.0 * u), common, 0.0 - late))
         return
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
+    dv, ds = accelerations(ps, damper, x1, v1, place, s, c, 0.0)
     v, u = v - (damper.share * (1.0 + wall.e)) * u, (-wall.e) * u
     put_columns(tangent, carried((x, v, r, u), (v1, dv, s, ds), 0.0 - late))
 
@@ -212,16 +208,13 @@ def follow(side, watch, phase, place, left, now):
     Arguments and result as of `contact.follow`.
     """
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
-    tangent, k = watch.tangent, side.k
-    s, x1, v1 = sign * now[1], sign * now[2], sign * now[3]
-    wave = mirrored(phase, sign)
-    c = drive_now(wave)
-    seen = mirrored_load(ps.load, ps, sign)
+    tangent, k, share = watch.tangent, side.k, side.sign * side.damper.share
+    (_, s, x1, v1), c = now, drive_now(phase)
     if s > 0.0:
-        before, u = (s, x1, v1), v1 - damper.share * s
+        before, u = (s, x1, v1), v1 - share * s
         s = -wall.e * s
-        v1 = u + damper.share * s
-        stuck = stays(seen, damper, wall, side.rate, (s, x1, u), wave)
+        v1 = u + share * s
+        stuck = stays(side, (s, x1, u), phase)
         if stuck:
             s, v1 = 0.0, u
         if watch.tally is not None:
@@ -231,25 +224,25 @@ def follow(side, watch, phase, place, left, now):
         if tangent is not None:
             k[contact_series.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
             seen_from_wall(tangent, sign, 1.0)
-            vary_at_impact(seen, damper, wall, before, (s, x1, v1), stuck, c, rows_of(tangent))
+            fast = sign * before[0]
+            ends = (fast, x1, before[2]), (sign * s, x1, v1)
+            vary_at_impact(side, *ends, stuck, c, rows_of(tangent))
             # The derivatives by e and by the share, whose t0 depends on r alone: a rebound turns s
-            # into -e s and v1 into v1 - share (1 + e) s, hence ds = -de s and
-            # dv1 = -(dshare (1 + e) + share de) s, with e = de = 0 at rest afterwards. Rows are not
-            # mirrored, hence `sign`.
+            # of r into -e s and v1 into v1 - share (1 + e) s, hence ds = -de s and
+            # dv1 = -(dshare (1 + e) + share de) s, with e = de = 0 at rest afterwards.
             if is_a(tangent, Driven):
                 for i in range(len(tangent.rates)):
-                    by, fast = tangent.rates[i], sign * before[0]
+                    by = tangent.rates[i]
                     de, both = by[constants_of(sign) + OF_E], 1.0 + wall.e
                     if stuck:
                         de, both = 0.0, 1.0
                     tangent.rows[4 * i + 1] -= fast * (by[SHARE] * both + damper.share * de)
                     tangent.rows[4 * i + 3] -= fast * de
             seen_from_wall(tangent, sign, -1.0)
-    if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) >= 0.0:
-        return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
-    start = x1, v1, wall.gap, 0.0
-    y = sign * x1, sign * v1, sign * wall.gap, 0.0
-    event, y, took = walk(side.motion, side, watch, phase, place, left, y)
+    if s < 0.0 or not pressing(side, x1, v1, c) >= 0.0:
+        return RELEASED, 0.0, s, x1, v1, 0.0, 0.0
+    start = x1, v1, sign * wall.gap, 0.0
+    event, y, took = walk(side.motion, side, watch, phase, place, left, start)
     if tangent is not None:
         seen_from_wall(tangent, sign, 1.0)
         # Variations are projected onto the motion of a damper that stays: displaced by r, it falls
@@ -260,7 +253,7 @@ def follow(side, watch, phase, place, left, now):
         v = (v - damper.share * d) + drag * r
         put_columns(rows_of(tangent), (x - damper.share * r, v, 0.0 * r, 0.0 * d))
         seen_from_wall(tangent, sign, -1.0)
-        carry(tangent, Linear(wall, seen, damper, sign, side.motion.grid), place, start, took)
+        carry(tangent, Linear(wall, ps, damper, sign, side.motion.grid), place, start, took)
     return event, 0.0, 0.0, y[0], y[1], took, 0.0
 
 
@@ -271,7 +264,7 @@ def follow(side, watch, phase, place, left, now):
 def ending(stuck, side, w, phase, end):
     """Return the event and the place where the wall would have to pull a damper at rest on it."""
     ps, damper = side.ps, side.damper
-    # The places of r in COEF take minus the structure's acceleration, as the wall sees it. Where it
+    # The places of r in COEF take minus the structure's acceleration towards the wall. Where it
     # rises to that of the damper by its spring, the wall would have to pull.
     for i in range(ORDER + 1):
         row, drive = COEF + 4 * i, force_term(w, phase, i)
@@ -301,13 +294,13 @@ def note_piece(stuck, side, watch, grid, phase, begin, end):
 @jit
 def terms_on(linear, by, constant, state, drive, variation):
     """Return `driven.terms_on` of a damper that is one mass with the structure."""
-    ps, damper, sign = linear.ps, linear.damper, linear.sign
+    ps, damper = linear.ps, linear.damper
     x1, v1, _, _ = state
     a, b, _, _ = variation
-    other, pace = 1.0 - damper.share, sign * by[SLOWER]
+    other, pace = 1.0 - damper.share, by[SLOWER]
     alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
     alone = under_once(ps.load, constant, alone)
-    varied = sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
+    varied = by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1
     varied += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
-    dv, db = other * alone, other * varied - sign * by[SHARE] * alone
+    dv, db = other * alone, other * varied - by[SHARE] * alone
     return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0

@@ -6,9 +6,7 @@ A variation w obeys w' = A w. The derivative of the state at a given phase by a 
 
 The rates by phase are f / omega, so that df/domega = -f / omega. A change gap' of the gap acts as a
 change -gap' of r: a variation touches later by (gap' - r) / s. Where f jumps at the touch (with a
-dashpot), or the state does (at a rigid wall), the jump of the variation contains this delay. Walls
-see states mirrored by a `sign`; variations are not mirrored, so df/dp is computed from a mirrored
-state and multiplied by `sign`.
+dashpot), or the state does (at a rigid wall), the jump of the variation contains this delay.
 """
 
 from __future__ import annotations
@@ -117,22 +115,19 @@ def constants_of(sign):
 
 
 @jit
-def source_of(ps, damper, by, sign, constant, motion, drive, pushes):
-    """Return df/dp of eq. (5), not mirrored, in the components (x1, v1, r, s).
+def source_of(ps, damper, by, constant, motion, drive, pushes):
+    """Return df/dp of eq. (5) in the components (x1, v1, r, s).
 
-    by: the rates (RATE_COLUMNS,) of p; motion: the state (x1, v1, r, s) and its (dv1/dt, ds/dt),
-    which like drive are as the wall sees them; pushes: the wall's force [N] as it sees it, and
-    `sign` times its derivative by p itself; constant: 1, but 0 for all Taylor coefficients of a
-    motion except the first.
+    by: the rates (RATE_COLUMNS,) of p; motion: the state (x1, v1, r, s) and its (dv1/dt, ds/dt);
+    pushes: the force [N] of a wall on r, and its derivative by p itself; constant: 1, but 0 for all
+    Taylor coefficients of a motion except the first.
     """
-    ((x1, v1, r, s), (dv, ds)), (push, pushed), pace = motion, pushes, sign * by[SLOWER]
-    alone = (
-        sign * (by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]
-    )
+    ((x1, v1, r, s), (dv, ds)), (push, pushed), pace = motion, pushes, by[SLOWER]
+    alone = by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1 + constant * by[LOAD]
     if damper is None:
         return pace * v1, alone + pace * dv, pace * s, pace * ds
-    pull = sign * (damper.k2 * r + damper.c2 * s + push)
-    pulled = sign * (by[K2] * r + by[C2] * s) + pushed
+    pull = damper.k2 * r + damper.c2 * s + push
+    pulled = by[K2] * r + by[C2] * s + pushed
     b = alone - (pulled * damper.inv_m1 + pull * by[INV_M1])
     d = alone - (pulled * damper.inv_mu + pull * by[INV_MU])
     return pace * v1, b + pace * dv, pace * s, d + pace * ds
@@ -140,19 +135,16 @@ def source_of(ps, damper, by, sign, constant, motion, drive, pushes):
 
 @jit
 def drive_terms(side, tangent, n):
-    """Add df/dp to coefficient n of the rates of variations in a stepped contact.
-
-    The series are in the scratch (`law`), those of motion and force as the wall sees them.
-    """
+    """Add df/dp to coefficient n of the rates of variations in a stepped contact."""
     ps, damper, wall, k, row = side.ps, side.damper, side.wall, side.k, SERIES + COLUMNS * n
     sign, at, constant = side.sign, wall_at(side.sign), 1.0 if n == 0 else 0.0
-    r = constant * wall.gap + k[row + DEPTH]
-    motion = (k[row + AT_X], k[row + AT_V], r, k[row + AT_S]), (k[row + DV], k[row + DS])
+    r, s = sign * (constant * wall.gap + k[row + DEPTH]), sign * k[row + AT_S]
+    motion = (k[row + AT_X], k[row + AT_V], r, s), (k[row + DV], sign * k[row + DS])
     for i in range(len(tangent.rates)):
         by, place = tangent.rates[i], row + VARIED_RATES + i
         pushed = pushed_term(wall, k, by, at + 1, n) - k[row + STIFF] * by[at + GAP]
-        pushes = k[row + CONTACT], sign * pushed
-        a, b, c, d = source_of(ps, damper, by, sign, constant, motion, k[row + COSINE], pushes)
+        pushes = sign * k[row + CONTACT], sign * pushed
+        a, b, c, d = source_of(ps, damper, by, constant, motion, k[row + COSINE], pushes)
         k[place] += a
         k[place + 4] += b
         k[place + 8] += c
@@ -214,15 +206,18 @@ class Linear(NamedTuple):
     """A linear motion: a flight, or a contact with a linear or a rigid wall."""
 
     wall: Any  # None in flight
-    ps: Any  # `scene.Structure`, this and the next as the wall sees them
+    ps: Any  # `scene.Structure`
     damper: Any
     sign: float  # of the wall, 1 in flight
     grid: Any  # with cells short enough for Taylor polynomials
 
 
 @by_wall
-def push_of(wall, constant, r, s, c, d):
-    """Return the linear force of a wall on a motion (r, s), as it sees it, and on a variation."""
+def push_of(wall, outward, r, s, c, d):
+    """Return the linear force of a wall on a motion (r, s) and on a variation of it.
+
+    outward: the `sign` of the wall, but 0 for all Taylor coefficients except the first.
+    """
     return (0.0, 0.0)
 
 
@@ -251,7 +246,7 @@ def terms_on(linear, by, constant, state, drive, variation):
     free = unloaded(ps)
     x1, v1, r, s = state
     a, b, c, d = variation
-    push, push_varied = push_of(wall, constant, r, s, c, d)
+    push, push_varied = push_of(wall, constant * sign, r, s, c, d)
     dv, ds = accelerations(free, damper, x1, v1, r, s, drive, push)
     dv = under_once(ps.load, constant, dv)
     if damper is not None:
@@ -259,7 +254,7 @@ def terms_on(linear, by, constant, state, drive, variation):
     db, dd = accelerations(free, damper, a, b, c, d, 0.0, push_varied)
     pushed = push_changed(wall, by, sign, constant, r, s)
     motion = state, (dv, ds)
-    adds = source_of(ps, damper, by, sign, constant, motion, drive, (push, pushed))
+    adds = source_of(ps, damper, by, constant, motion, drive, (push, pushed))
     return dv, ds, adds[0] + b, adds[1] + db, adds[2] + d, adds[3] + dd
 
 
@@ -267,10 +262,10 @@ def terms_on(linear, by, constant, state, drive, variation):
 def drive_along(driven, linear, place, state, time):
     """Carry driven variations along a `Linear` motion of `time` [s], by Taylor polynomials.
 
-    state: (x1, v1, r, s) at its beginning, as the wall sees it; place: its beginning, as a share of
-    the period of the grid.
+    state: (x1, v1, r, s) at its beginning; place: its beginning, as a share of the period of the
+    grid.
     """
-    grid, sign, omega = linear.grid, linear.sign, linear.ps.omega
+    grid, omega = linear.grid, linear.ps.omega
     if not time > 0.0:
         return
     n, begin = math.ceil(time / grid.h), turned(grid.begun, place)
@@ -281,7 +276,6 @@ def drive_along(driven, linear, place, state, time):
         w0, w1, w2, w3 = rows[at], rows[at + 1], rows[at + 2], rows[at + 3]
         for cell in range(n):
             cosine, sine = cos_sin_of_turn(begin + cell * turn)
-            cosine, sine = sign * cosine, sign * sine
             x1, v1, r, s, a, b, c, d = y0, y1, y2, y3, w0, w1, w2, w3
             for k in range(ORDER):
                 constant, g = 1.0 if k == 0 else 0.0, h / (k + 1.0)

@@ -179,7 +179,7 @@ def phase_of(grid, j, x):
     """Return the instant at place x of cell j: `phase_at`, or the tabulated one at its ends."""
     if is_a(grid.begun, Loaded):
         begun, last = grid.begun, min(j, grid.n - 1)  # its end is that of the last cell
-        return Moment(begun.rows, LOAD_ROW * last, begun.degree, x + (j - last), grid.h, 1.0)
+        return Moment(begun.rows, LOAD_ROW * last, begun.degree, x + (j - last), grid.h)
     whole = int(x)
     at_cell = CELLS + 6 * (j + whole)
     phase = grid.table[at_cell + 4], grid.table[at_cell + 5]
@@ -263,7 +263,7 @@ def fill_drive_from(w, moment, h):
     """
     degree, x, row = moment.degree, moment.x, moment.row
     for k in range(degree + 1):
-        w[DRIVE + k] = moment.sign * moment.w[row + k]
+        w[DRIVE + k] = moment.w[row + k]
     if x != 0.0:
         for i in range(degree):
             for k in range(degree - 1, i - 1, -1):

@@ -13,8 +13,6 @@ of series (`law`, also for other laws). The release is a root of the polynomial 
 The error of a step comes from its defect, the residual of the equation at its end, which grows like
 h^N for a polynomial of degree N: the step errs by h / (N + 1) of it. The defect uses the law's
 force and not its series, so that it also shows a wrong series.
-
-A wall that pushes towards -x2 gets the mirrored state and forcing: eq. (5) is odd.
 """
 
 from __future__ import annotations
@@ -69,7 +67,7 @@ from ..scene.law import (
     steep_term,
     weight_of,
 )
-from ..scene.scene import Step, StepPiece, accelerations, unloaded
+from ..scene.scene import Step, StepPiece, accelerations, accelerations_at, unloaded
 from .driven import Driven, drive_terms
 from .flight import COEF
 
@@ -86,7 +84,7 @@ def rates_at(side, phase, y):
     wall, (q, s, x1, v1, tau) = side.wall, y
     z, weight = depth_of(wall, q), weight_of(wall, q)
     drive, force = drive_now(after(side.ps, phase, tau)), force_of(wall, q, z, s)
-    dv, ds = accelerations(side.ps, side.damper, x1, v1, wall.gap + z, s, drive, force)
+    dv, ds = accelerations_at(side, side.ps, (x1, v1, wall.gap + z, s), drive, force)
     return rate_of_q(wall, s), weight * ds, weight * v1, weight * dv, weight
 
 
@@ -142,7 +140,7 @@ def expand_contact(side, tangent, phase, h):
         # the load's polynomial in the time from this instant on: a Taylor shift
         top, at = phase.degree, SERIES + LOADED
         for j in range(HIGHEST + 1):
-            k[at + j] = phase.sign * phase.w[phase.row + j] if j <= top else 0.0
+            k[at + j] = phase.w[phase.row + j] if j <= top else 0.0
         for j in range(top):
             for i in range(top - 1, j - 1, -1):
                 k[at + i] += phase.x * k[at + i + 1]
@@ -189,15 +187,15 @@ def expand_contact(side, tangent, phase, h):
 @jit
 def fill_terms(side, n):
     """Fill coefficient n of the contact's terms, of the force and of the accelerations."""
-    ps, damper, wall, k, row = side.ps, side.damper, side.wall, side.k, SERIES + COLUMNS * n
+    wall, k, row = side.wall, side.k, SERIES + COLUMNS * n
     contact_terms(wall, k, n)
     force = wall.K * damped_term(wall, k, int(ELASTIC), n)
     x1, v1, drive = k[row + AT_X], k[row + AT_V], k[row + COSINE]
     z, s = k[row + DEPTH], k[row + AT_S]
     if n == 0:
-        dv, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, force)
+        dv, ds = accelerations_at(side, side.ps, (x1, v1, wall.gap + z, s), drive, force)
     else:  # constants have no higher powers
-        dv, ds = accelerations(unloaded(ps), damper, x1, v1, z, s, drive, force)
+        dv, ds = accelerations_at(side, unloaded(side.ps), (x1, v1, z, s), drive, force)
     k[row + FORCE], k[row + DS], k[row + DV] = force, ds, dv
 
 
@@ -300,11 +298,12 @@ def defect_of(side, drive, h, scales):
     It is h / (N + 1) of the defect of eq. (5) there, with the force of the law itself. drive: the
     force on the structure there.
     """
-    ps, wall, k, (fast, deep, root) = side.ps, side.wall, side.k, scales
+    wall, k, (fast, deep, root) = side.wall, side.k, scales
     q, s = k[NEW], k[NEW + 1]
     z, weight = depth_of(wall, q), weight_of(wall, q)
     force = force_of(wall, q, z, s)
-    dv, ds = accelerations(ps, side.damper, k[NEW + 2], k[NEW + 3], wall.gap + z, s, drive, force)
+    y = k[NEW + 2], k[NEW + 3], wall.gap + z, s
+    dv, ds = accelerations_at(side, side.ps, y, drive, force)
     motion, v = slopes(side, h)
     missing = abs(number_of(motion, AT_S) - weight * ds) + abs(v - weight * dv)
     late = abs(number_of(motion, TAU) - weight) * fast / (wall.lasting * deep)
@@ -342,8 +341,9 @@ def piece_of(side, h):
         k[LENGTHS + n] = power
         power *= h / k[UNIT]
     for n in range(HIGHEST + 1):
-        row, i, part = SERIES + COLUMNS * n, COEF + 4 * n, sign * k[LENGTHS + n]
+        row, i, part = SERIES + COLUMNS * n, COEF + 4 * n, k[LENGTHS + n]
         k[i], k[i + 1] = part * k[row + AT_X], part * k[row + AT_V]
+        part *= sign
         k[i + 2], k[i + 3] = part * k[row + DEPTH], part * k[row + AT_S]
     k[COEF + 2] += sign * side.wall.gap
     return StepPiece(k, sign)

@@ -19,7 +19,7 @@ SMALL = 0.1  # angle up to which `cos_sin` is good to round-off
 
 
 class Moment(NamedTuple):
-    """An instant of a load. A time t later its force is sign sum_k w[row + k] (x + t / length)^k.
+    """An instant of a load. A time t later its force is sum_k w[row + k] (x + t / length)^k.
 
     This holds within the cell of the row.
     """
@@ -29,7 +29,6 @@ class Moment(NamedTuple):
     degree: int
     x: float  # place in the cell
     length: float  # of the cell [s], negative backward in time
-    sign: float  # -1 for a wall that pushes towards -x2 and sees the force mirrored
 
 
 @jit(inlined=True)
@@ -64,14 +63,14 @@ def force_there(moment, x):
         k -= 2
         even = even * z + w[row + k]
         odd = odd * z + w[row + k + 1]
-    return moment.sign * (even + odd * x)
+    return even + odd * x
 
 
 @jit
 def drive_now(phase):
     """Return the force at an instant."""
     if is_a(phase, Moment):
-        return phase.sign * phase.w[phase.row] if phase.x == 0.0 else force_there(phase, phase.x)
+        return phase.w[phase.row] if phase.x == 0.0 else force_there(phase, phase.x)
     return phase[0]
 
 
@@ -129,7 +128,7 @@ def drive_term(ps, phase, k, n, turned):
 
 @jit
 def moved(moment, x):
-    return Moment(moment.w, moment.row, moment.degree, x, moment.length, moment.sign)
+    return Moment(moment.w, moment.row, moment.degree, x, moment.length)
 
 
 @jit
@@ -140,7 +139,7 @@ def falling(ps, phase):
         while k > 0:
             slope = slope * phase.x + k * phase.w[phase.row + k]
             k -= 1
-        return -ps.force * (phase.sign * slope / phase.length)
+        return -ps.force * (slope / phase.length)
     return ps.force * ps.omega * phase[1]
 
 
@@ -152,7 +151,7 @@ def bending(ps, phase):
         while k > 1:
             bend = bend * phase.x + k * (k - 1.0) * phase.w[phase.row + k]
             k -= 1
-        return -ps.force * (phase.sign * bend / (phase.length * phase.length))
+        return -ps.force * (bend / (phase.length * phase.length))
     return ps.force * ps.omega * ps.omega * phase[0]
 
 
@@ -174,16 +173,8 @@ def twisting(ps, phase):
 @jit
 def backward(phase):
     if is_a(phase, Moment):
-        return Moment(phase.w, phase.row, phase.degree, phase.x, -phase.length, phase.sign)
+        return Moment(phase.w, phase.row, phase.degree, phase.x, -phase.length)
     return (phase[0], -phase[1])
-
-
-@jit
-def mirrored(phase, sign):
-    """Return the instant as seen by a wall that pushes towards `sign` x2: eq. (5) is odd."""
-    if is_a(phase, Moment):
-        return Moment(phase.w, phase.row, phase.degree, phase.x, phase.length, sign * phase.sign)
-    return (sign * phase[0], sign * phase[1])
 
 
 @jit

@@ -104,14 +104,6 @@ def with_load(ps, load):
 
 
 @jit
-def mirrored_load(load, ps, sign):
-    """Return the structure as seen by a wall that pushes towards `sign` x2."""
-    if load is None:
-        return ps
-    return with_load(ps, sign * load)
-
-
-@jit
 def damper_in(cell):
     inv_m1 = 1.0 / cell.m1
     inv_mu = inv_m1 + 1.0 / cell.m2
@@ -188,6 +180,20 @@ def accelerations(ps, damper, x1, v1, r, s, drive, contact):
 
 
 @jit
+def accelerations_at(side, ps, y, drive, contact):
+    """Return (dv1/dt, d2z/dt2) at a wall of depth z, whose force [N] is `contact`.
+
+    y: (x1, v1, place, speed), the last two of the damper towards the wall: sign r = gap + z and
+    sign s = dz/dt. ps: the structure of the side, or without its load.
+    """
+    (x1, v1, place, speed), sign, damper = y, side.sign, side.damper
+    alone = under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v1)
+    pull = damper.k2 * place + damper.c2 * speed + contact
+    outward = sign * (alone - shared(ps, ps.force * drive))
+    return alone - pull * (sign * damper.inv_m1), outward - pull * damper.inv_mu
+
+
+@jit
 def scale_of(ps, damper, x1, v1, r, s):
     """Return S = sqrt(2 E), E the mechanical energy [J] of the structure and the damper's spring.
 
@@ -240,13 +246,17 @@ class Prepared(NamedTuple):
 
 
 class Side(NamedTuple):
-    """A wall and the constants of a contact with it."""
+    """A wall and the constants of a contact with it.
+
+    Its depth is z = sign r - gap. In a contact z, its speed s = dz/dt and the force count towards
+    the wall; the structure's motion, the phase of the forcing and a load do not depend on the side.
+    """
 
     rk4: Any  # as in `Parts`
     ps: Any  # `scene.Structure`
     damper: Any  # `scene.Damper` or `Ground`
     wall: Any
-    sign: float  # 1 at a near wall; -1 at a far one, which sees state and phase mirrored
+    sign: float  # 1 at a near wall, -1 at a far one
     arc: Any  # `arc.Arc` if its law has short impacts, otherwise None
     motion: Any  # the motion on the wall, as in `Prepared`
     steps: Any  # `contact.Steps`
@@ -295,7 +305,7 @@ class StepPiece(NamedTuple):
     """A step of a contact as a piece of motion, like a grid with an expanded cell."""
 
     table: Any  # the scratch of the contact, in which COEF and POWERS are filled
-    sign: float  # of the wall: the series are mirrored, COEF is not
+    sign: float  # of the wall, towards which the series of depth and force count; COEF has r
 
 
 class Span(NamedTuple):

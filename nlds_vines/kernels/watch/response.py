@@ -227,7 +227,7 @@ def accelerations_in(piece, n):
     """Return coefficient n of dv1/dt and of ds/dt over a piece, by the place in it."""
     w = piece.table
     if is_a(piece, StepPiece):
-        return piece.sign * term_of(w, int(DV), n), piece.sign * term_of(w, int(DS), n)
+        return term_of(w, int(DV), n), piece.sign * term_of(w, int(DS), n)
     if n == ORDER:
         return 0.0, 0.0
     rise, i = (n + 1.0) / piece.h, COEF + 4 * n + 4
@@ -415,7 +415,7 @@ def fill_rate(row, w):
 def drive_in(piece, phase, n):
     """Return coefficient n of the force over a piece; phase: the instant of its beginning."""
     if is_a(piece, StepPiece):
-        return piece.sign * term_of(piece.table, int(COSINE), n)
+        return term_of(piece.table, int(COSINE), n)
     return force_term(piece.table, phase, n)
 
 
@@ -452,7 +452,7 @@ def tally_foot(foot, tally, piece, phase, end):
     for n in range(ORDER + 1):
         if is_a(piece, StepPiece):
             cosine, sine = term_of(w, int(COSINE), n), term_of(w, int(SINE), n)
-            moved_by = piece.sign * (foot.cosine * cosine + foot.sine * sine)
+            moved_by = foot.cosine * cosine + foot.sine * sine
         else:
             turned_by = foot.cosine * phase[0] + foot.sine * phase[1]
             if n % 2 == 1:
